@@ -139,7 +139,7 @@ def _towards_the_seat(value: float) -> float:
     if value < 0.0:
         return value
     if value == 0.0:
-        raise ValueError("a mass at rest never touches the seat; towards it velocities are negative, as in '-2 m/s'")
+        raise ValueError("a mass at rest never touches the seat; give it a velocity towards it, as '-2 m/s'")
     raise ValueError(f"it would fly away: velocities towards the seat are negative, write '-{value:g} m/s'")
 
 

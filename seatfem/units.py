@@ -163,7 +163,7 @@ def number_and_unit(value: str | float) -> tuple[float, str]:
     text = _bounded(str(value))
     match = _NUMBER.match(text)
     if match is None:
-        raise UnitError(f"{value!r} does not start with a number")
+        raise UnitError(f"{value!r} must start with a number")
     return float(match[0]), text[match.end() :].strip()
 
 

@@ -258,7 +258,7 @@ def restitution(result: ImpactResult, *, contact: int | None = None) -> float:
         raise MeasureError("no contact in this record: the coefficient of restitution is not defined; run longer")
     if one.force[0]:
         raise MeasureError(
-            "a preload presses the bodies on each other at the start: nothing comes in that could go out"
+            "a preload presses the bodies on each other, so that nothing comes in; run it without preload"
         )
     if math.isinf(result.striker_mass):
         return _energetic_restitution(result, groups)
@@ -271,7 +271,7 @@ def restitution(result: ImpactResult, *, contact: int | None = None) -> float:
         raise MeasureError("the bodies are still in contact at the end of the record; run longer")
     approach = (_side(one) or 1) * (result.target_velocity - result.striker_velocity)
     if approach <= 0:
-        raise MeasureError(f"the bodies do not approach (closing speed {approach:g} m/s)")
+        raise MeasureError(f"the bodies do not approach (closing speed {approach:g} m/s): let one move towards the other")
     return impulse(result) * (1 / result.striker_mass + 1 / result.target_mass) / approach - 1.0
 
 

@@ -85,7 +85,7 @@ def fixed_rod_modes(rod: ExactRod, n_modes: int, *, at: tuple[float, ...] = (), 
     uniform = rod.rod
     if uniform.reflection != -1.0:
         raise GreensFunctionError(
-            f"reflection = {uniform.reflection:g} at the far end: only a fixed rod (-1) has these modes"
+            f"reflection = {uniform.reflection:g} at the far end must be -1: only a fixed rod has these modes"
         )
     if n_modes < 1:
         raise GreensFunctionError(f"n_modes = {n_modes} must be at least 1")

@@ -56,7 +56,7 @@ class SteppedCantilever:
         if x[0] != 0 or np.any(np.diff(x) < 0) or x[-1] == x[-2]:
             raise GreensFunctionError(f"{self.family} widths: positions must rise from 0 to the free end")
         if np.any(x[2:] == x[:-2]):
-            raise GreensFunctionError(f"{self.family} widths: a position is given three times; two make a step")
+            raise GreensFunctionError(f"{self.family} widths: a position is given three times; give it twice for a step")
         if np.any(b[:-1] <= 0) or b[-1] < 0:
             raise GreensFunctionError(f"{self.family} widths: all must be positive, the last may be 0")
 
@@ -210,7 +210,7 @@ def eigen(beam: SteppedCantilever, elements: Elements, n_modes: int) -> tuple[Ar
     places = elements.places
     size = int(places.max()) + 1
     if n_modes > size - 2:
-        raise GreensFunctionError(f"{n_modes} modes asked for, the elements have {size - 2} unknowns")
+        raise GreensFunctionError(f"n_modes = {n_modes} must be at most {size - 2}, the unknowns of the elements")
     stiffness, mass = np.zeros((size, size)), np.zeros((size, size))
     parts = []
     for e, (low, high) in enumerate(pairwise(elements.edges)):

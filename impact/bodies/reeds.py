@@ -177,7 +177,7 @@ def _contacts(contact_at: float | tuple[float, ...] | None, beam: Beam) -> tuple
     for x in at:
         _on_reed("contact_at =", x, beam)
     if len(set(at)) < len(at):
-        raise GreensFunctionError(f"contact_at = {', '.join(f'{x:g}' for x in at)} m names a point twice")
+        raise GreensFunctionError(f"contact_at = {', '.join(f'{x:g}' for x in at)} m names a point twice; name it once")
     return at
 
 
@@ -185,7 +185,7 @@ def _on_reed(what: str, x: float, beam: Beam) -> None:
     if not 0 < x <= beam.length * (1 + 1e-12):
         raise GreensFunctionError(f"{what} {x:g} m is off the reed, 0..{beam.length:g} m")
     if beam.compliance(x, x) <= 0:
-        raise GreensFunctionError(f"{what} {x:g} m is at a clamp, where nothing moves")
+        raise GreensFunctionError(f"{what} {x:g} m is at a clamp, where nothing moves; choose another point")
 
 
 def _left_out(beam: Beam, at: tuple[float, ...], scaled: Array) -> Array:
@@ -200,7 +200,7 @@ def _left_out(beam: Beam, at: tuple[float, ...], scaled: Array) -> Array:
     if values[0] < -max(limit, _OFF * float(np.trace(total))):
         raise GreensFunctionError(
             f"the modes yield {-values[0]:g} m/N more than the beam's static compliance {np.trace(total):g} m/N: "
-            "its modes and compliance do not belong together"
+            "its modes and compliance must be those of one beam"
         )
     if values[0] >= 0:
         return np.asarray(total - kept)

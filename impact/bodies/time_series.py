@@ -66,7 +66,7 @@ class TimeSeries:
         if self.time.ndim != 1 or self.time.shape != self.value.shape or len(self.time) < 2:
             raise TimeSeriesError(f"{self.name}: needs two or more samples, time and value of equal length")
         if not (np.all(np.isfinite(self.time)) and np.all(np.isfinite(self.value))):
-            raise TimeSeriesError(f"{self.name}: has samples that are not finite")
+            raise TimeSeriesError(f"{self.name}: all samples must be finite")
         if not np.all(np.diff(self.time) > 0):
             raise TimeSeriesError(f"{self.name}: the time must increase from sample to sample")
         span = self.time[-1] - self.time[0]
@@ -117,7 +117,7 @@ def read_time_series(
     """
     name = Path(path)
     if not name.exists():
-        raise TimeSeriesError(f"{name}: no such file")
+        raise TimeSeriesError(f"{name}: no such file; check the path")
     rows = csv_rows(name, delimiter)
     if not rows:
         raise TimeSeriesError(f"{name}: is empty; the first line must be like 'time [s],{quantity} [SI unit]'")
@@ -136,7 +136,7 @@ def read_time_series(
         now, before = samples[back[0] + 1, 0], samples[back[0], 0]
         what = "time" if rpm is None else "angle"
         raise TimeSeriesError(
-            f"{name}, line {line}, column 1: {what} {now:g} does not exceed the one before, {before:g}"
+            f"{name}, line {line}, column 1: {what} {now:g} must exceed the one before, {before:g}"
         )
     if len(samples) < 2:
         raise TimeSeriesError(f"{name}: {len(samples)} samples, at least 2 are needed")
@@ -164,7 +164,7 @@ def csv_rows(name: Path, delimiter: str) -> list[tuple[int, list[str]]]:
                         f"{MOST_COLUMNS} and {MOST_LINES} are read: resample the record, or cut it"
                     )
     except (UnicodeDecodeError, csv.Error) as problem:
-        raise TimeSeriesError(f"{name}: is no CSV text in UTF-8 ({problem})") from problem
+        raise TimeSeriesError(f"{name}: is no CSV text in UTF-8 ({problem}); save it as such") from problem
     return rows
 
 
@@ -208,5 +208,5 @@ def csv_number(name: Path, line: int, column: int, cell: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise TimeSeriesError(f"{name}, line {line}, column {column}: {cell.strip()[:80]!r} is not a finite number")
+        raise TimeSeriesError(f"{name}, line {line}, column {column}: {cell.strip()[:80]!r} must be a finite number")
     return value

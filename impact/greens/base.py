@@ -145,7 +145,7 @@ class GreensFunction(ABC):
         Raises:
             GreensFunctionError: a closed form, whose error and provenance are not stated but known.
         """
-        raise GreensFunctionError(f"the error and the origin of a {type(self).__name__} are not free to state")
+        raise GreensFunctionError(f"the error and the origin of a {type(self).__name__} are known: state neither")
 
     def stored(self) -> Stored | None:
         """What a file must hold to make it again; ``None`` for a representation without a file form."""
@@ -157,7 +157,7 @@ class GreensFunction(ABC):
         Raises:
             GreensFunctionError: a representation whose transform is not known in closed form.
         """
-        raise GreensFunctionError(f"the transform of a {type(self).__name__} is not known in closed form")
+        raise GreensFunctionError(f"the transform of a {type(self).__name__} is not known in closed form: take a sum of modes or of poles")
 
     @abstractmethod
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
@@ -189,7 +189,7 @@ class GreensFunction(ABC):
         Raises:
             GreensFunctionError: of a function whose ports cannot be combined.
         """
-        raise GreensFunctionError(f"the ports of a {type(self).__name__} cannot be combined")
+        raise GreensFunctionError(f"the ports of a {type(self).__name__} cannot be combined: take a sum of modes or of poles")
 
     def port_index(self, port: str | int) -> int:
         """Index of a port given by name or index; raises `GreensFunctionError` listing what there is."""
@@ -198,7 +198,7 @@ class GreensFunction(ABC):
                 return port
         elif port in self.ports:
             return self.ports.index(port)
-        raise GreensFunctionError(f"no port {port!r}; this Green's function has the ports {', '.join(self.ports)}")
+        raise GreensFunctionError(f"no port {port!r}; choose one of this Green's function, {', '.join(self.ports)}")
 
     def filtered(self, t: ArrayLike, width: float, i: int = 0, j: int = 0) -> Array:
         """g_ij convolved with a unit Hann pulse of total ``width`` [s], from its step response [m/(N s)].

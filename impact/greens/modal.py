@@ -147,12 +147,12 @@ class ModalGreens(PoleSums):
         modes = (self.omega.shape, self.zeta.shape, self.shapes.shape)
         if modes != ((m,), (m,), (m, p)) or relaxations != ((r, p), (r,), (p, p)):
             raise GreensFunctionError(
-                f"shapes do not match: omega {modes[0]}, zeta {modes[1]}, shapes {modes[2]}, residual shapes "
+                f"shapes must match: omega {modes[0]}, zeta {modes[1]}, shapes {modes[2]}, residual shapes "
                 f"{relaxations[0]}, rates {relaxations[1]}, compliance {relaxations[2]}, {p} ports"
             )
         for name, values in (("omega", self.omega), ("zeta", self.zeta), ("shapes", self.shapes)):
             if not np.all(np.isfinite(values)):
-                raise GreensFunctionError(f"{name} has {np.sum(~np.isfinite(values))} values that are not finite")
+                raise GreensFunctionError(f"{name} must be finite, {np.sum(~np.isfinite(values))} values are not")
         for name, values in (("omega", self.omega), ("zeta", self.zeta), ("residual rates", self.residual.rates)):
             if values.size and values.min() < 0:
                 raise GreensFunctionError(f"{name} must be >= 0 (a body gains no energy); smallest {values.min():g}")
@@ -283,7 +283,7 @@ def _symmetric_psd(values: ArrayLike, name: str) -> Array:
     eigenvalues, vectors = np.linalg.eigh(matrix)
     limit = 1e-10 * max(abs(eigenvalues[-1]), abs(eigenvalues[0]))
     if eigenvalues[0] < -limit:
-        raise GreensFunctionError(f"{name} has the negative eigenvalue {eigenvalues[0]:g}: the body would gain energy")
+        raise GreensFunctionError(f"{name} must be positive semidefinite, or the body gains energy; eigenvalue {eigenvalues[0]:g}")
     return matrix if eigenvalues[0] >= 0 else np.asarray(vectors * np.maximum(eigenvalues, 0.0) @ vectors.T)
 
 

@@ -279,10 +279,10 @@ def _check(g: PoleGreens) -> None:
         if getattr(g, name).shape != shape
     ]
     if wrong:
-        raise GreensFunctionError(f"shapes do not match {p} ports: {'; '.join(wrong)}")
+        raise GreensFunctionError(f"shapes must match {p} ports: {'; '.join(wrong)}")
     for name in wanted:
         if bad := int(np.sum(~np.isfinite(getattr(g, name)))):
-            raise GreensFunctionError(f"{name} has {bad} values that are not finite")
+            raise GreensFunctionError(f"{name} must be finite, {bad} values are not")
     if k and g.poles.imag.min() <= 0:
         raise GreensFunctionError(
             f"a pole has Im s = {g.poles.imag.min():g} 1/s: give one of each conjugate pair, that with Im s > 0, and "

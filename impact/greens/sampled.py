@@ -58,7 +58,7 @@ class SampledGreens(StatedGreens):
         p = len(values)
         names = self.port_names or (("contact",) if p == 1 else tuple(str(k + 1) for k in range(p)))
         if len(names) != p:
-            raise GreensFunctionError(f"{len(names)} port names for {p} ports")
+            raise GreensFunctionError(f"{len(names)} port names for {p} ports: give one for each")
         if not (np.isfinite(self.dt) and self.dt > 0):
             raise GreensFunctionError(f"dt = {self.dt} s must be positive and finite")
         if self.tail not in get_args(Tail):

@@ -36,9 +36,9 @@ def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
         LifeError: another shape, values that are not finite.
     """
     if stress.ndim != 2 or stress.shape[1] != 6 or not len(stress):
-        raise LifeError(f"{name}: a history of stress tensors is (n, 6), not {stress.shape}")
+        raise LifeError(f"{name}: a history of stress tensors must be (n, 6), not {stress.shape}")
     if not np.isfinite(stress).all():
-        raise LifeError(f"{name}: the stress history has values that are not finite")
+        raise LifeError(f"{name}: the stress history must be finite, {np.sum(~np.isfinite(stress))} values are not")
     turns = stress - stress.mean(axis=0)
     furthest = turns[int(np.argmax((turns**2) @ (1, 1, 1, 2, 2, 2)))]
     axes = np.linalg.eigh(furthest[[[0, 5, 4], [5, 1, 3], [4, 3, 2]]])[1]

@@ -35,7 +35,7 @@ def reversals(history: ArrayLike) -> Array:
     if values.ndim != 1 or not values.size:
         raise LifeError(f"a stress history is one row of values, at least one, not an array {values.shape}")
     if not np.isfinite(values).all():
-        raise LifeError("the stress history has values that are not finite")
+        raise LifeError(f"the stress history must be finite, {np.sum(~np.isfinite(values))} values are not")
     steps = np.diff(values)
     moving = steps != 0
     if not moving.all():

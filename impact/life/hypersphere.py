@@ -27,7 +27,7 @@ def enclosing_sphere(points: Array) -> tuple[Array, float]:
     Source: E. Welzl, LNCS 555 (1991) 359; B. Gaertner, LNCS 1643 (1999) 325, for the exchange of the furthest point.
     """
     if not np.isfinite(points).all():
-        raise LifeError("the stress history has values that are not finite")
+        raise LifeError(f"the stress history must be finite, {np.sum(~np.isfinite(points))} values are not")
     origin = points.mean(axis=0)
     scale = float(np.abs(points - origin).max())
     if scale == 0.0:

@@ -61,17 +61,17 @@ def cycle_map(blocks: Iterable[Array], judged: Callable[[Cycles], float], share:
     hottest = 0.0
     for block in blocks:
         if block.ndim != 2 or not block.size:
-            raise LifeError(f"a block of histories is (points, times), not {block.shape}")
+            raise LifeError(f"a block of histories must be (points, times), not {block.shape}")
         reach = np.ptp(block, axis=1)
         if not np.isfinite(reach).all():
             at = len(ranges) + int(np.argmin(np.isfinite(reach)))
-            raise LifeError(f"point {at} of the map has stresses that are not finite")
+            raise LifeError(f"the stresses of the map must be finite, those of point {at} are not")
         hottest = max(hottest, float(reach.max()))
         near = reach >= share * hottest
         values += [judged(rainflow(row)) if hot else np.nan for row, hot in zip(block, near, strict=True)]
         ranges += reach.tolist()
     if not ranges:
-        raise LifeError("no points: the map has no blocks")
+        raise LifeError("no points: give the map a block at least")
     found = np.array(ranges)
     return PointMap(np.where(found >= share * hottest, values, np.nan), found, share)
 
@@ -88,5 +88,5 @@ def margin_map(blocks: Iterable[Array], criterion: Multiaxial) -> Array:
     """
     margins = [criterion.margin(history) for block in blocks for history in block]
     if not margins:
-        raise LifeError("no points: the map has no blocks")
+        raise LifeError("no points: give the map a block at least")
     return np.array(margins)

@@ -122,5 +122,5 @@ def speed_margin(speed: float, strength: Strength) -> SpeedMargin:
     """
     [allowed] = strength.needed("the impact velocity limit", "impact_velocity")
     if not math.isfinite(speed):
-        raise LifeError(f"speed = {speed:g} m/s is not finite")
+        raise LifeError(f"speed = {speed:g} m/s must be finite")
     return SpeedMargin(math.inf if speed == 0 else allowed / abs(speed), abs(speed), allowed, strength.source)

@@ -193,7 +193,7 @@ class CompiledLaw:
     def potential(self, penetration: Array) -> Array:
         """None declared; raises `LawError` if the force of a run was not finite."""
         if not np.all(np.isfinite(penetration)):
-            raise LawError("the compiled law gave a force that is not finite")
+            raise LawError(f"a compiled law's force must be finite, {np.sum(~np.isfinite(penetration))} of its run are not")
         return np.zeros_like(penetration)
 
 
@@ -203,7 +203,7 @@ def compiled_law(force: Callable[[float, float, float], float]) -> CompiledLaw:
         return CompiledLaw(cfunc(_SIGNATURE)(force))
     except Exception as problem:
         name = getattr(force, "__name__", repr(force))
-        raise LawError(f"the law {name} cannot be compiled: {str(problem).strip().splitlines()[0]}") from problem
+        raise LawError(f"the law {name} cannot be compiled, make it a PlainLaw: {str(problem).strip().splitlines()[0]}") from problem
 
 
 class _Callback:
@@ -224,7 +224,7 @@ class _Callback:
         try:
             force = float(self._force(pen, pen_start, dt))
             if not math.isfinite(force):
-                raise ValueError(f"its force is {force} N at the penetration {pen:g} m")
+                raise ValueError(f"its force is {force} N at the penetration {pen:g} m, and must be finite")
         except BaseException as failure:  # also an interrupt must not be lost
             self.failure = failure
             return 0.0
@@ -237,7 +237,7 @@ class _Callback:
         if not isinstance(failure, Exception):
             raise failure
         name = getattr(self._force, "__name__", repr(self._force))
-        raise LawError(f"the law {name} failed: {type(failure).__name__}: {failure}") from failure
+        raise LawError(f"the law {name} failed, mend it: {type(failure).__name__}: {failure}") from failure
 
     def __wrapper_address__(self) -> int:
         return ctypes.cast(self._pointer, ctypes.c_void_p).value or 0

@@ -78,7 +78,7 @@ class Discrete:
         for row, load in zip(loads, body.loads, strict=True):
             row[:] = load.amplitude(np.asarray(middle, dtype=np.float64))
         if not np.all(np.isfinite(loads)):
-            raise GreensFunctionError(f"a load has {np.sum(~np.isfinite(loads))} amplitudes that are not finite")
+            raise GreensFunctionError(f"the amplitudes of a load must be finite, {np.sum(~np.isfinite(loads))} are not")
         ports = len(body.greens.ports)
         return Discrete(body, body.greens.step_kernel(dt, n), dt, loads, np.zeros(ports), np.zeros(len(body.loads)))
 
@@ -167,7 +167,7 @@ def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array
         GreensFunctionError: a body that is no sum of modes, a load that is not finite.
     """
     if (modal := body.greens.modal) is None:
-        raise GreensFunctionError(f"a {type(body.greens).__name__} has no modal coordinates")
+        raise GreensFunctionError(f"a {type(body.greens).__name__} has no modal coordinates: take a body that is a sum of modes")
     discrete, rows = Discrete.of(body, dt, force.shape[1]), force.shape[1] // stride
     start, rigid = _start(discrete, modal), modal.omega == 0
     found = np.empty((rows + 1, len(modal.omega)))

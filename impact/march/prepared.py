@@ -205,7 +205,7 @@ def step_count(dt: float, duration: float) -> int:
         if not (value > 0 and math.isfinite(value)):
             raise ContactError(f"{name} = {value} s must be positive and finite")
     if duration < dt * (1 - 1e-9):
-        raise ContactError(f"duration = {duration:g} s is shorter than one step, dt = {dt:g} s")
+        raise ContactError(f"duration = {duration:g} s must be at least one step, dt = {dt:g} s")
     count = duration / dt
     if count > MOST_STEPS:
         raise ContactError(
@@ -221,7 +221,7 @@ def _refuse_other(problem: ContactProblem, bodies: tuple[Discrete, ...], dt: flo
         for discrete, body in zip(bodies, problem.bodies, strict=True)
     )
     if not same:
-        raise ContactError(f"bodies: not those of the problem over {n} steps of {dt:g} s")
+        raise ContactError(f"bodies must be those of the problem over {n} steps of {dt:g} s")
 
 
 def _refuse_ill_posed(problem: ContactProblem) -> None:

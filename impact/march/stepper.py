@@ -189,13 +189,13 @@ class ContactStepper:
         if self.done:
             raise ContactError(f"this stepper has already done {self.done} steps; restore into a fresh one")
         if "done" not in state or state["done"].size != 1:
-            raise ContactError("the checkpoint does not say how many steps are done")
+            raise ContactError("the checkpoint must say how many steps are done: its 'done' is missing or no number")
         done = int(state["done"].item())
         mine = self._states(done)
         if missing := ", ".join(sorted(mine.keys() - state.keys())):
-            raise ContactError(f"the checkpoint has no {missing}")
+            raise ContactError(f"the checkpoint has no {missing}: take one of the same problem")
         if not 0 <= done <= self.prepared.steps:
-            raise ContactError(f"the checkpoint has done {done} steps, this run has {self.prepared.steps}")
+            raise ContactError(f"the checkpoint has done {done} steps, of at most {self.prepared.steps} in this run")
         for name, values in mine.items():
             if state[name].shape != values.shape:
                 raise ContactError(

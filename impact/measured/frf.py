@@ -64,7 +64,7 @@ class FrequencyResponse:
         p = len(self.port_names)
         if g.shape != (len(f), p, p) or len(f) < 8:
             raise FrequencyResponseError(
-                f"{len(f)} frequencies, receptance {g.shape}, {p} ports: 8 or more of (n, p, p)"
+                f"{len(f)} frequencies, receptance {g.shape}, {p} ports: give 8 or more of (n, p, p)"
             )
         if bad := int(np.sum(~np.isfinite(f)) + np.sum(~np.isfinite(g))):
             raise FrequencyResponseError(
@@ -125,7 +125,7 @@ def read_frf(path: str | os.PathLike[str], *, port_name: str = "contact", delimi
     """
     name = Path(path)
     if not name.exists():
-        raise FrequencyResponseError(f"{name}: no such file")
+        raise FrequencyResponseError(f"{name}: no such file; check the path")
     rows = csv_rows(name, delimiter)
     kind, parts, factors = _header(name, *(rows[0] if rows else (1, [])))
     table = np.empty((len(rows) - 1, 3))

@@ -124,7 +124,7 @@ def work_increments(greens: GreensFunction | ArrayLike, dt: float, n: int | None
         if n is None:
             ends = [part.end for part in greens.sampled_parts]
             if not ends:
-                raise GreensFunctionError("n is missing: over how many steps shall the body be passive?")
+                raise GreensFunctionError("n is missing: give the steps over which the body shall be passive")
             n = max(math.floor(min(ends) / dt * (1 + 1e-9)), 1)
         weights = step_weights(greens, dt, n)
     else:
@@ -134,7 +134,7 @@ def work_increments(greens: GreensFunction | ArrayLike, dt: float, n: int | None
             raise GreensFunctionError(f"step weights must be finite, (n,) or (p, p, n), got {weights.shape}")
         weights = weights[:, :, :n]
     if weights.shape[2] < 1 or (n is not None and n != weights.shape[2]):
-        raise GreensFunctionError(f"n = {n} steps are asked for, {weights.shape[2]} step weights are known")
+        raise GreensFunctionError(f"n = {n} must be at least 1 and at most {weights.shape[2]}, the step weights that are known")
     return np.asarray(np.diff(weights, axis=2, prepend=0.0))
 
 

@@ -69,8 +69,8 @@ def fit_poles(
     defect = causality_defect(response) if response.shift == 0 else None
     if defect is not None and defect > NOT_CAUSAL:
         raise FrequencyResponseError(
-            f"not causal: {defect:.0%} of the energy comes before the blow; is the phase that of exp(-i w t) (then "
-            "conjugate the values), or is there a delay between the channels?"
+            f"not causal: {defect:.0%} of the energy comes before the blow; where the phase is that of exp(-i w t), "
+            "give the conjugate values; otherwise remove the delay between the channels"
         )
     data = _data(response, free)
     poles = _poles(data, tolerance, most_pairs)

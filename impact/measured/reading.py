@@ -43,7 +43,7 @@ def read_impulse_response(
     """
     name = Path(path)
     if not name.exists():
-        raise GreensFunctionError(f"{name}: no such file")
+        raise GreensFunctionError(f"{name}: no such file; check the path")
     rows = csv_rows(name, delimiter)
     factors = _factors(name, rows[0] if rows else (1, []))
     for line, cells in rows[1:]:

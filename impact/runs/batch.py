@@ -150,7 +150,7 @@ def _scales(
         raise ContactError(f"gaps, velocities and release_scales must be numbers or (S,) of one length; got {sizes}")
     for name, values in arrays.items():
         if not np.all(np.isfinite(values)):
-            raise ContactError(f"{name} has {np.sum(~np.isfinite(values))} values that are not finite")
+            raise ContactError(f"{name} must be finite, {np.sum(~np.isfinite(values))} values are not")
     return np.stack(np.broadcast_arrays(*map(np.atleast_1d, arrays.values())))
 
 

@@ -64,7 +64,7 @@ def export(source: Path, to: str, output: Path | None = None, progress: Progress
     if to not in FORMATS:
         raise ExportError(f"--to: {to!r} is none of {', '.join(FORMATS)}")
     if not source.is_dir() and not FORMATS[to].of_scenes:
-        raise ExportError(f"{source}: --to {to} takes the folder of a run (seatfem run -o)")
+        raise ExportError(f"{source}: --to {to} takes the folder of a run; give one (seatfem run -o)")
     if not source.exists():
         raise ExportError(f"{source}: no such file or folder; give a scene (TOML) or the folder of a run")
     folder = output or (source if source.is_dir() else Path(f"{source.stem}-{to}"))

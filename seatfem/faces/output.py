@@ -103,7 +103,7 @@ def changed(given: str) -> tuple[str, object]:
     key, equals, text = given.partition("=")
     key, text = key.strip(), text.strip()
     if not equals or not key or not text:
-        raise ChangeError(f"--set: {given!r} is not KEY=VALUE, as in reed.thickness=0.2 mm or accuracy.target=1 %")
+        raise ChangeError(f"--set: {given!r} must be KEY=VALUE, as in reed.thickness=0.2 mm or accuracy.target=1 %")
     try:
         return key, tomllib.loads(f"value = {text}")["value"]
     except (tomllib.TOMLDecodeError, RecursionError):

@@ -79,7 +79,7 @@ def petsc_setting() -> PetscSetting:
 def _number(name: str, usual: int) -> int:
     text = os.environ.get(name) or str(usual)
     if not (text.isascii() and text.isdigit() and 0 < int(text) < 10**9):
-        raise ValueError(f"{name} = {text!r} is no positive whole number")
+        raise ValueError(f"{name} = {text!r} must be a positive whole number")
     return int(text)
 
 

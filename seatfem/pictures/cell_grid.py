@@ -82,7 +82,7 @@ class CellGrid:
             ModelError: the model has no mesh, or one that is not of tetrahedra or hexahedra.
         """
         if model.dofs is None or model.dofs.mesh is None:
-            raise ModelError("this model does not know its mesh, so that its shapes cannot be drawn")
+            raise ModelError("this model does not know its mesh: construct it with dofs= to draw its shapes")
         mesh: Any = model.dofs.mesh
         points = model.dofs.points.T
         order = 1 if len(points) == mesh.nvertices else 2
@@ -145,7 +145,7 @@ def revolve(model: SecondOrderModel, *, slices: int = 64) -> RevolvedGrid:
     if slices < 3:
         raise ModelError(f"slices = {slices}: give at least 3")
     if model.dofs is None or model.dofs.mesh is None or len(model.dofs.points) != 3:
-        raise ModelError("this model does not know its meridian section, so that its shapes cannot be drawn")
+        raise ModelError("this model does not know its meridian section: construct it with dofs= to draw its shapes")
     mesh: Any = model.dofs.mesh
     r, _, z = model.dofs.points
     triangles = section_triangles(mesh, len(r))

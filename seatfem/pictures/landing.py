@@ -74,7 +74,7 @@ class Landing:
         """Raise `PictureError` of what does not fit together."""
         frames, arcs = self.force.shape
         if not len(self.time) == len(self.total) == len(self.deflection) == frames or len(self.height) != arcs:
-            raise PictureError(f"{frames} pictures of {arcs} arcs, but {len(self.time)} times, {len(self.height)} arcs")
+            raise PictureError(f"{frames} pictures of {arcs} arcs must be of as many, not {len(self.time)} times, {len(self.height)} arcs")
 
     @property
     def exaggeration(self) -> float:

@@ -54,7 +54,7 @@ def plot_margin_map(maps: Sequence[MarginMap], path: str | os.PathLike[str], *, 
     """
     shown = [each for each in maps if np.isfinite(each.margins).any() and each.least > 0]
     if not shown:
-        raise PictureError("no point has a finite margin above zero: there is nothing to draw")
+        raise PictureError("no point has a finite margin above zero to draw: lower the load")
     images = crop([_image(each) for each in shown])
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm

@@ -182,7 +182,7 @@ def material_from(values: Mapping[str, Any]) -> Material:
     """A `Material` from a mapping; the error lists what is missing."""
     missing = [key for key in _CONSTANTS if key not in values]
     if missing:
-        raise ModelError(f"material: missing {', '.join(missing)} (given: {', '.join(values) or 'nothing'})")
+        raise ModelError(f"material: give {', '.join(missing)} too (given: {', '.join(values) or 'nothing'})")
     young, poisson, density = (_number(key, values[key]) for key in _CONSTANTS)
     return Material(young, poisson, density, str(values.get("name", "")))
 

@@ -187,5 +187,5 @@ def choose_level(found: tuple[Applicability, ...], error: float, named: str = "a
     chosen = next(level for level in found if level.level == named)
     if not chosen.applies:
         others = ", ".join(level.level for level in found if level.applies)
-        raise LevelError(f"seat.model = {named!r} does not apply: {chosen.reason}; what applies: {others}")
+        raise LevelError(f"seat.model = {named!r} does not apply: {chosen.reason}; choose one of {others}")
     return chosen

@@ -117,15 +117,15 @@ class SecondOrderModel:
         n = self.size
         for name, matrix in (("C", self.C), ("K", self.K), ("loss", self.loss)):
             if matrix is not None and matrix.shape != (n, n):
-                raise ModelError(f"M is {n} x {n} but {name} is {matrix.shape[0]} x {matrix.shape[1]}")
+                raise ModelError(f"{name} is {matrix.shape[0]} x {matrix.shape[1]}, must be {n} x {n} as M")
         if (worst := self.M.diagonal().min(initial=1.0)) <= 0:
             raise ModelError(f"M has a diagonal value {worst:g}: the mass must be positive")
         if (worst := self.K.diagonal().min(initial=1.0)) < 0:
-            raise ModelError(f"K has a diagonal value {worst:g}: it is indefinite, the body would gain energy")
+            raise ModelError(f"K has a diagonal value {worst:g}: it must not be negative, or the body gains energy")
         ports = {name: port if isinstance(port, Port) else Port(port) for name, port in self.ports.items()}
         for name, port in ports.items():
             if port.vector.shape != (n,):
-                raise ModelError(f"port {name!r} has shape {port.vector.shape}, the matrices ask for ({n},)")
+                raise ModelError(f"port {name!r} has shape {port.vector.shape}, the matrices need ({n},)")
             if not np.all(np.isfinite(port.vector)) or not np.any(port.vector):
                 raise ModelError(f"port {name!r} must be finite and touch at least one unknown that is free to move")
         object.__setattr__(self, "ports", ports)
@@ -172,7 +172,7 @@ class SecondOrderModel:
     def expand(self, vector: Array) -> Array:
         """(dim, n_nodes) nodal displacements of a vector of unknowns, zero where fixed."""
         if self.dofs is None:
-            raise ModelError("bare matrices do not tell where their unknowns live: construct the model with dofs=")
+            raise ModelError("bare matrices do not tell where their unknowns live; construct the model with dofs=")
         return self.dofs.expand(vector)
 
 
@@ -187,12 +187,12 @@ def _checked(matrix: sparse.csr_array, name: str) -> sparse.csr_array:
         raise ModelError(f"{name} is {matrix.shape[0]} x {matrix.shape[1]}: it must be square")
     bad = int(np.sum(~np.isfinite(matrix.data)))
     if bad:
-        raise ModelError(f"{name} has {bad} values that are not finite")
+        raise ModelError(f"{name} must be finite, {bad} values are not")
     if not _looks_symmetric(matrix):
         largest = np.abs(matrix.data).max(initial=0.0)
         skew = abs(matrix - matrix.T).max() / largest
         if skew > 1e-10:
-            raise ModelError(f"{name} is not symmetric: |{name}-{name}'|/|{name}| = {skew:.1e}")
+            raise ModelError(f"{name} must be symmetric: |{name}-{name}'|/|{name}| = {skew:.1e}")
     return matrix
 
 

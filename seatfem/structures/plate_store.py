@@ -64,7 +64,7 @@ def _read(path: Any, key: str) -> Meshed:
 
     with opened(path, CONTENT, sealed=True) as file:
         if (stated := str(file.attrs.get("key", ""))) != key:
-            raise OtherKeyError(f"{path}: belongs to the key {stated!r}, not to {key!r}")
+            raise OtherKeyError(f"{path}: belongs to the key {stated!r}, not to {key!r}; compute it again")
         lines = {name: finite_array(file, f"lines/{name}").astype(int) for name in file.get("lines", ())}
         mesh = PlateMesh(finite_array(file, "points"), finite_array(file, "cells").astype(int), lines)
         found, shapes, left = (

@@ -76,7 +76,7 @@ class Store:
     def path(self, key: str) -> Path:
         """The file of a key; raises `StoreError` for what is no content hash."""
         if not _KEY.fullmatch(key):
-            raise StoreError(f"{key!r} is no content hash (16 to 64 digits 0-9, a-f)")
+            raise StoreError(f"{key!r} must be a content hash (16 to 64 digits 0-9, a-f)")
         return self.folder / f"{key}.h5"
 
     def get(self, key: str) -> GreensFunction | None:

@@ -114,7 +114,7 @@ def solid_of(shape: Shape, sectors: int = 1) -> Body:
         inner, outer = (around * weight, distance(points)), (along * lengths, distance(outline))
         return Body(Samples(*inner), _joined([outer, (2 * weight, inner[1])] if sectors > 1 else [outer]))
     if plan is None:
-        raise GeometryError(f"{shape.source} is neither a solid of revolution nor extruded: its size is not known")
+        raise GeometryError(f"{shape.source} must be a solid of revolution or extruded for its size to be known")
     if rectangle is not None and rectangle.patch is None:
         (x, y), struck = rectangle.sides, np.zeros(1)
         whole = 4 * (x + y) / sectors + (x + y if sectors > 1 else 0.0)

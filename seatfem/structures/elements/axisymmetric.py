@@ -87,7 +87,7 @@ def assemble_axisymmetric(
     if harmonic < 0 or harmonic != int(harmonic):
         raise ModelError(f"harmonic = {harmonic} must be a whole number >= 0")
     if torsion and harmonic != 0:
-        raise ModelError(f"torsion is a motion of harmonic 0, not of {harmonic}")
+        raise ModelError(f"harmonic = {harmonic} must be 0 with torsion")
     if mass not in get_args(Mass):
         raise ModelError(f"mass {mass!r} is unknown; choose from {', '.join(get_args(Mass))}")
     mesh = getattr(mesh, "mesh", mesh)
@@ -168,7 +168,7 @@ def _constraints(
     for name in held["sliding"]:
         normals = ring_surface(section, name, "sliding", 1.0).normals.reshape(-1, 3)
         if (off := float(np.ptp(normals, axis=0).max())) > 1e-6:
-            raise ModelError(f"sliding: boundary {name!r} is not straight (its normal changes by {off:.1e})")
+            raise ModelError(f"sliding: boundary {name!r} must be straight (its normal changes by {off:.1e})")
         yield boundary_nodes(section, name, "sliding"), normals[0]
 
 

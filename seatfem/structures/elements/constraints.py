@@ -111,7 +111,7 @@ def _frame(normals: Array, what: str) -> Array:
     """(3, 3) rows: the one normal of a plane, an axis where it is close to one, and two directions across it."""
     n = normals[0] / np.linalg.norm(normals[0])
     if (off := 1 - np.abs(normals @ n).min()) > _ALIGNED:
-        raise ModelError(f"{what} is not plane (its normal turns by {np.degrees(np.arccos(1 - off)):.2g} degrees)")
+        raise ModelError(f"{what} must be plane (its normal turns by {np.degrees(np.arccos(1 - off)):.2g} degrees)")
     axis = int(np.argmax(np.abs(n)))
     if 1 - abs(n[axis]) <= _ALIGNED:
         return np.roll(np.eye(3), -axis, axis=0)

@@ -57,7 +57,7 @@ def ports_on(
     """
     patch = surface(rings > 1 or lip is not None)
     if not patch.area > 0:
-        raise ModelError(f"port: boundary {boundary!r} has area {patch.area:g} m^2")
+        raise ModelError(f"port: boundary {boundary!r} has area {patch.area:g} m^2, which must be positive")
     shares, called = patch.weights[None], ring_names(name, rings)
     if lip is not None:
         shares, called = along(lip, patch), lip.division.names

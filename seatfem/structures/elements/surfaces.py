@@ -57,7 +57,7 @@ def facets_of(mesh: Any, name: str, role: str) -> NDArray[np.int64]:
         raise ModelError(f"{role}: boundary {name!r} is empty (area 0): select at least one facet")
     inside = np.setdiff1d(facets, mesh.boundary_facets())
     if inside.size:
-        raise ModelError(f"{role}: {inside.size} facets of boundary {name!r} lie inside the body, not on its surface")
+        raise ModelError(f"{role}: {inside.size} facets of boundary {name!r} must lie on the surface, they lie inside")
     return facets
 
 

@@ -102,7 +102,7 @@ def solid_stress(
     elasticity = np.array([solid.elasticity for solid in solids])
     if (soft := nearly_incompressible(elasticity, PROJECT_ABOVE)).any():
         name = solids[int(np.argmax(soft))].name
-        raise ModelError(f"material {name!r}: no stress is known of solids with poisson above {PROJECT_ABOVE}")
+        raise ModelError(f"material {name!r}: poisson must be at most {PROJECT_ABOVE} for stress to be known")
     return StressOperator(made, dofs, sites, elasticity[region], _strain if made.mesh.dim() == 3 else _around(harmonic))
 
 

@@ -90,7 +90,7 @@ def _blocks(path: Path, depth: int, budget: Budget) -> Iterator[Block]:
                 raise MeshError(f"{place}: *{keyword}, INPUT=: not supported; use *INCLUDE")
             other = path.parent / options["INPUT"]
             if depth >= DEPTH or not other.exists():
-                raise MeshError(f"{place}: *INCLUDE: no such file {other}, or files that include each other")
+                raise MeshError(f"{place}: INCLUDE: no such file {other}, or files that include each other; write one file")
             yield from _blocks(other, depth + 1, budget)
     if head:
         yield Block(head[0], head[1], rows, head[2])
@@ -151,7 +151,7 @@ class Sets:
         """*NSET or *ELSET: numbers, names of earlier sets, or ranges under GENERATE."""
         name = block.options.get(self.kind)
         if not name:
-            raise block.fail(f"{self.kind}= is missing")
+            raise block.fail(f"{self.kind}= is missing; add it")
         if "INTERNAL" in block.options:
             self.internal.add(name.casefold())
         self.add(name, self._ranges(block) if "GENERATE" in block.options else self._listed(block))
@@ -191,7 +191,7 @@ class Sets:
             triples = [[int(word) for word in row if word] for row in block.rows]
             ranges = [range(first, last + 1, *step) for first, last, *step in triples]
         except (TypeError, ValueError) as error:
-            raise block.fail(f"GENERATE takes first, last, step ({error})") from None
+            raise block.fail(f"GENERATE needs first, last, step ({error})") from None
         for each in ranges:
             self.used(max(0.0, (each.stop - each.start) / each.step), block)
         parts = (np.arange(each.start, each.stop, each.step, dtype=np.int64) for each in ranges)

@@ -41,7 +41,7 @@ def read_abaqus(path: Path) -> FileMesh:
     deck, node_sets, element_sets, blocks = _collect(path)
     found = assembled(deck)
     if len(np.unique(found.ids)) < len(found.ids):
-        raise MeshError(f"{path}: an element number is used twice")
+        raise MeshError(f"{path}: an element number is used twice; number them anew")
     surfaces, held = dict(found.mesh.surfaces), dict(found.mesh.node_sets)
     for block in blocks:
         name = block.options.get("NAME", "")
@@ -113,7 +113,7 @@ def _elements(block: Block) -> Elements | None:
     width = 6 if kind.startswith("STRI65") else int(match.group(1))
     numbers = block.integers()
     if len(numbers) % (1 + width):
-        raise block.fail(f"TYPE={kind}: {len(numbers)} numbers are no multiple of {1 + width} (number and nodes)")
+        raise block.fail(f"TYPE={kind}: {len(numbers)} numbers must be a multiple of {1 + width} (number and nodes)")
     table = numbers.reshape(-1, 1 + width)
     return Elements(kind, table if solid else table[:, : 4 if width in (3, 6) else 5])
 

@@ -140,7 +140,7 @@ class CalculixBody:
                 "ccx's surface contact finds no end between axisymmetric elements; state seat.model = '3d'"
             )
         if not self.flat:
-            raise ModelError("contact by surfaces is written for a flat patch that faces up along z; this is none")
+            raise ModelError("the patch must be flat and face up along z for contact by surfaces")
         places, volume = self._striker()
         first, last = self.node + 1, self.node + len(places)
         count = int(np.ceil(duration / dt))
@@ -270,7 +270,7 @@ def _held(model: SecondOrderModel) -> NDArray[np.bool_]:
     else:
         per_row = np.diff(dofs.turned.tocsr().indptr)
         if per_row.max(initial=0) > 1 or not np.allclose(np.abs(dofs.turned.data), 1.0):
-            raise ModelError("a sliding support oblique to the axes has no place in a deck for CalculiX")
+            raise ModelError("a sliding support oblique to the axes has no place in a deck for CalculiX; turn the part")
         held[per_row > 0] = False
     return held.reshape(-1, 3)
 

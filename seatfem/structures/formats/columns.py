@@ -48,7 +48,7 @@ def read_columns(path: Path, known: Mapping[str, str], needed: tuple[str, ...]) 
         except UnitError as error:
             raise ColumnsError(f"{path}:{rows[0][0]}: column {cell!r}: {error}") from error
     if missing := [name for name in needed if name not in scales]:
-        raise ColumnsError(f"{path}:{rows[0][0]}: no column {missing[0]}; the header is {','.join(rows[0][1])}")
+        raise ColumnsError(f"{path}:{rows[0][0]}: add a column {missing[0]}; the header is {','.join(rows[0][1])}")
     values = np.empty((len(rows) - 1, len(scales)))
     for k, (line, row) in enumerate(rows[1:]):
         told = repr(",".join(row)[:60])

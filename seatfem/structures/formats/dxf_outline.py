@@ -38,11 +38,11 @@ def read_outline(path: Path, unit: float | None = None) -> tuple[Array, ...]:
     scale = _unit(groups, path) if unit is None else unit
     chains = [chain for entity in _entities(groups) if len(chain := _chain(entity, path)) > 1]
     if not chains:
-        raise _wrong(path, f"no {', '.join(CURVES)} among its entities")
+        raise _wrong(path, f"no {', '.join(CURVES)} among its entities; draw its outline with these")
 
     def open_at(point: Array) -> GeometryError:
         x, y = 1e3 * scale * point
-        return _wrong(path, f"its outline is open at ({x:.6g}, {y:.6g}) mm: nothing goes on from there")
+        return _wrong(path, f"its outline is open at ({x:.6g}, {y:.6g}) mm: nothing goes on from there; close it")
 
     within = JOINED * float(np.ptp(np.concatenate(chains)[:, :2], axis=0).max())
     found = [loop * (scale, scale, 1.0) for loop in loops.closed(chains, within, open_at)]
@@ -61,7 +61,7 @@ def _groups(path: Path) -> Groups:
     try:
         return [(int(code), value.strip()) for code, value in zip(lines[::2], lines[1::2], strict=False)]
     except ValueError:
-        raise _wrong(path, "no DXF file: its lines are no pairs of codes and values") from None
+        raise _wrong(path, "no DXF file: its lines are no pairs of codes and values; save it as ASCII DXF") from None
 
 
 def _unit(groups: Groups, path: Path) -> float:
@@ -94,7 +94,7 @@ def _chain(entity: Groups, path: Path) -> Array:
     try:
         values = {code: float(value) for code, value in entity if 10 <= code <= 59 or code in (70, 230)}
         if not np.isfinite(list(values.values())).all():
-            raise _wrong(path, f"a {name} whose numbers are not finite")
+            raise _wrong(path, f"a {name} whose numbers must be finite")
         if values.get(230, 1.0) < 0:
             raise _wrong(path, f"a {name} that is drawn from below (extrusion -1); flatten it")
         if name == "LINE":
@@ -108,7 +108,7 @@ def _chain(entity: Groups, path: Path) -> Array:
     except (KeyError, ValueError) as problem:
         if isinstance(problem, GeometryError):
             raise
-        raise _wrong(path, f"a {name} whose numbers are missing or none: {problem}") from problem
+        raise _wrong(path, f"draw its {name} again, its numbers are missing or none: {problem}") from problem
     return found
 
 
@@ -130,5 +130,5 @@ def _polyline(entity: Groups, *, closed: bool) -> Array:
             corners[-1][1 if code == 20 else 2] = float(value)
     points = np.array(corners)
     if len(points) < 2 or not np.isfinite(points).all():
-        raise ValueError("fewer than two vertices")
+        raise ValueError("at least two vertices are needed")
     return np.vstack([points, points[:1]]) if closed else points

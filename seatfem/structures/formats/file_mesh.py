@@ -197,14 +197,14 @@ class Deck:
     def rows(self, wanted: Integers) -> Integers:
         """Rows of ``points`` of node numbers; `MeshError` for numbers that are not there."""
         if len(self.node_ids) == 0:
-            raise MeshError(f"{self.source}: no {self.what}s")
+            raise MeshError(f"{self.source}: no {self.what}s; export the mesh with them")
         order = np.argsort(self.node_ids, kind="stable")
         at = np.minimum(np.searchsorted(self.node_ids, wanted, sorter=order), len(self.node_ids) - 1)
         rows = order[at]
         missing = np.unique(wanted[self.node_ids[rows] != wanted])
         if len(missing):
             raise MeshError(
-                f"{self.source}: {self.what} {missing[0]} is used and not defined ({len(missing)} such {self.what}s)"
+                f"{self.source}: {self.what} {missing[0]} is used and not defined ({len(missing)} such {self.what}s); export it too"
             )
         return np.asarray(rows)
 

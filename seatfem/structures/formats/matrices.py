@@ -70,7 +70,7 @@ def read_matrices(
     n = found["K"].shape[0]
     for key, matrix in found.items():
         if matrix.shape[0] != n:
-            raise ModelError(f"{names[key]}: {key} has {matrix.shape[0]} unknowns, K in {names['K']} has {n}")
+            raise ModelError(f"{names[key]}: {key} has {matrix.shape[0]} unknowns, must have the {n} of K in {names['K']}")
     vectors = {name: _vector(_told(name, port), port, n, first_dof) for name, port in ports.items()}
     held = _held(found["K"], found["M"])
     if np.any(held):
@@ -83,7 +83,7 @@ def read_matrices(
         for name, vector in vectors.items():
             if np.any(vector[held]):
                 raise ModelError(
-                    f"port {name!r} acts on the constrained dof {_listed(held & (vector != 0), first_dof)}"
+                    f"port {name!r} must not act on the constrained dof {_listed(held & (vector != 0), first_dof)}"
                 )
         found = {key: matrix[~held][:, ~held] for key, matrix in found.items()}
         vectors = {name: vector[~held] for name, vector in vectors.items()}
@@ -104,11 +104,11 @@ def _read(path: Path) -> sparse.csr_array:
     try:
         raw = load_matrix(path)
     except Exception as problem:  # a broken file makes zlib, zipfile and tokenize raise what they like
-        raise ModelError(f"{path}: cannot be read as a matrix ({type(problem).__name__}: {problem})") from problem
+        raise ModelError(f"{path}: cannot be read as a matrix ({type(problem).__name__}: {problem}); check it, or export it again") from problem
     if np.issubdtype(raw.dtype, np.complexfloating):
         raise ModelError(f"{path}: is complex; give the real part here, and loss as damping")
     if raw.dtype.kind not in "fiub":
-        raise ModelError(f"{path}: holds {raw.dtype}, no numbers")
+        raise ModelError(f"{path}: holds {raw.dtype}, must hold numbers")
     matrix = sparse.csr_array(raw, dtype=np.float64)
     if matrix.shape[1] == 1:
         matrix = sparse.csr_array(sparse.diags_array(matrix.toarray()[:, 0]))
@@ -116,7 +116,7 @@ def _read(path: Path) -> sparse.csr_array:
     if matrix.shape[0] != matrix.shape[1]:
         raise ModelError(f"{path}: is {matrix.shape[0]} x {matrix.shape[1]}: it must be square")
     if bad := int(np.sum(~np.isfinite(matrix.data))):
-        raise ModelError(f"{path}: has {bad} values that are not finite")
+        raise ModelError(f"{path}: all values must be finite, {bad} are not")
     return _symmetric(matrix, path)
 
 
@@ -128,7 +128,7 @@ def _symmetric(matrix: sparse.csr_array, path: Path) -> sparse.csr_array:
         remedy = (
             "it holds one triangle only: mark it 'symmetric' in its Matrix Market header, or save A + A' - diag(A)"
             if half
-            else "reciprocity is lost (follower forces, friction, gyroscopic terms?)"
+            else "leave out what breaks reciprocity (follower forces, friction, gyroscopic terms?)"
         )
         raise ModelError(f"{path}: is not symmetric, |A - A'|/|A| = {skew:.1e}; {remedy}")
     return sparse.csr_array((matrix + matrix.T) / 2) if skew else matrix
@@ -172,7 +172,7 @@ def _vector(name: str, port: PortLike, n: int, first: int) -> Array:
     if not isinstance(port, Mapping):
         vector = np.asarray(port, dtype=float)
         if vector.shape != (n,):
-            raise ModelError(f"port {name!r} is {vector.shape}, the matrices ask for ({n},)")
+            raise ModelError(f"port {name!r} is {vector.shape}, the matrices need ({n},)")
         return vector
     vector = np.zeros(n)
     for dof, weight in port.items():
@@ -200,7 +200,7 @@ def _weights(path: Path) -> dict[int, float]:
                 raise ModelError(f"{path}, line {line}: {','.join(cells)!r} must be a dof number and a weight")
             dof = int(cells[0])
             if dof in out:
-                raise ModelError(f"{path}, line {line}: dof {dof} stands there twice")
+                raise ModelError(f"{path}, line {line}: dof {dof} stands there twice; keep one")
             out[dof] = csv_number(path, line, 2, cells[1])
     except TimeSeriesError as problem:
         raise ModelError(str(problem)) from problem

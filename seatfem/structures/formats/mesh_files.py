@@ -102,7 +102,7 @@ def _content_hash(arrays: MeshArrays) -> str:
 
 def _check_request(path: Path, unit: float, merge: float | None) -> None:
     if not path.exists():
-        raise FileNotFoundError(f"{path}: no such mesh file")
+        raise FileNotFoundError(f"{path}: no such mesh file; check the path")
     check_file(path, LIMIT, MeshError)
     suffix = path.suffix.lower()
     if suffix in CAD:
@@ -111,7 +111,7 @@ def _check_request(path: Path, unit: float, merge: float | None) -> None:
         raise MeshError(f"{path}: {suffix} files hold surfaces only; fill them with volume elements first")
     if suffix not in BY_GMSH and suffix not in READERS:
         known = ", ".join((*BY_GMSH, *READERS))
-        raise MeshError(f"{path}: {suffix or 'no suffix'}: mesh files are {known}")
+        raise MeshError(f"{path}: {suffix or 'no suffix'}: mesh files must be one of {known}")
     if not 0.0 < unit < float("inf"):
         raise MeshError(f"{path}: unit = {unit:g}: must be > 0 (metres per length unit of the file)")
     if merge is not None and not 0.0 <= merge < float("inf"):
@@ -152,9 +152,9 @@ def _by_us(reader: Callable[[Path], FileMesh], path: Path) -> FileMesh:
     except MeshError:
         raise
     except (ArithmeticError, LookupError, TypeError, ValueError) as error:  # numbers too large, rows too short
-        raise MeshError(f"{path}: not readable as a mesh ({type(error).__name__}: {error})") from error
+        raise MeshError(f"{path}: not readable as a mesh ({type(error).__name__}: {error}); export it again") from error
     if len(mesh.cells) == 0 or mesh.points.ndim != 2 or mesh.points.shape[1] != 3:
-        raise MeshError(f"{path}: {len(mesh.cells)} elements and points {mesh.points.shape}: no mesh in space")
+        raise MeshError(f"{path}: {len(mesh.cells)} elements and points {mesh.points.shape}: must be a mesh in space")
     return mesh
 
 
@@ -165,7 +165,7 @@ def _check_size(arrays: MeshArrays, unit: float) -> None:
     number = " x ".join(f"{length / unit:.4g}" for length in extent)
     raise MeshError(
         f"{arrays.source}: the mesh would be {' x '.join(f'{length:.4g}' for length in extent)} m large "
-        f"(unit = {unit:g} m); missing unit? Its numbers span {number}: in millimetres that is unit = 0.001, "
+        f"(unit = {unit:g} m); give the unit. Its numbers span {number}: in millimetres that is unit = 0.001, "
         "in metres unit = 1",
         field="unit",
     )

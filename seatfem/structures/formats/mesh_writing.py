@@ -69,7 +69,7 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
     path = Path(path)
     form = WRITTEN.get(path.suffix.lower())
     if form is None:
-        raise MeshError(f"{path}: {path.suffix or 'no suffix'}: meshes are written as {', '.join(WRITTEN)}")
+        raise MeshError(f"{path}: {path.suffix or 'no suffix'}: choose one of {', '.join(WRITTEN)}")
     if not 0.0 < unit < float("inf"):
         raise MeshError(f"{path}: unit = {unit:g}: must be > 0 (metres per length unit of the file)")
     points, cells = _nodes(seat)
@@ -85,7 +85,7 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
             meshio.write(Path(folder) / path.name, mesh, file_format=form, **OPTIONS.get(form, {}))
         except (Exception, SystemExit) as error:
             what = f"{len(cells)} {_SOLIDS[cells.shape[1]]}"
-            raise MeshError(f"{path}: cannot be written as {form} ({what}: {type(error).__name__}: {error})") from error
+            raise MeshError(f"{path}: cannot be written as {form} ({what}: {type(error).__name__}: {error}); try .msh") from error
         if form == "nastran":
             _mend_nastran(Path(folder) / path.name, names)
         _check(Path(folder) / path.name, path, cells)
@@ -110,7 +110,7 @@ def _check(written: Path, path: Path, cells: Integers) -> None:
     if back.shape != cells.shape:
         raise MeshError(
             f"{path}: {len(cells)} elements of {cells.shape[1]} nodes come back as {len(back)} of {back.shape[1]}: the "
-            "format does not hold them"
+            "format does not hold them; write .msh"
         )
 
 

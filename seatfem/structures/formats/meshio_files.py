@@ -137,7 +137,7 @@ def _copy_beside(text: str, path: Path, folder: Path) -> None:
         raise MeshError(f"{path}: takes numbers from a file of raw bytes, which is not read; write them as XML or HDF")
     for name in sorted({found.strip() for found in _BESIDE.findall(text)}):
         if name != Path(name).name or name in ("", ".", "..") or (folder / name).exists():
-            raise MeshError(f"{path}: takes numbers from {name!r}; only a file in the same folder is read")
+            raise MeshError(f"{path}: takes numbers from {name!r}; put it into the same folder")
         check_file(path.parent / name, LIMIT, MeshError)
         shutil.copyfile(path.parent / name, folder / name)
 
@@ -154,11 +154,11 @@ def _read(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str, ND
         with LineWorker("seatfem.structures.formats._meshio_worker", log=log) as worker:
             answer = worker.ask(json.dumps(job), PATIENCE)
     except TimeoutError as error:
-        raise MeshError(f"{path}: not readable as a {path.suffix} file (its reader gave {error})") from error
+        raise MeshError(f"{path}: not readable as a {path.suffix} file (its reader gave {error}); export it again") from error
     said = json.loads(answer) if answer else {"error": "its reader ended without a word, or took too long"}
     if "error" in said:
         told = said["error"].replace(str(folder), str(path.parent))
-        raise MeshError(f"{path}: not readable as a {path.suffix} file ({told})")
+        raise MeshError(f"{path}: not readable as a {path.suffix} file ({told}); export it again")
     with np.load(result, allow_pickle=False) as arrays:
         return dict(arrays), said
 

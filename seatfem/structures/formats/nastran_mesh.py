@@ -185,7 +185,7 @@ def _collect(path: Path) -> Cards:
             case name if name in SOLIDS or name in OTHER_SOLIDS:
                 number = card.integer(0)
                 if number in cards.solids:
-                    raise card.fail(f"element {number} is there twice")
+                    raise card.fail(f"element {number} is there twice; remove one")
                 cards.solids[number] = (name, _solid_nodes(card))
                 cards.properties[f"PID {card.integer(1)}"].append(number)
             case name if name in SKINS:
@@ -228,5 +228,5 @@ def _loaded_faces(card: Card, cards: Cards) -> list[list[int]]:
         faces = [[nodes[k] for k in face] for face in ABAQUS_HEX_FACES]
         chosen = [face for face in faces if on in face and face[(face.index(on) + 2) % 4] == other]
     if len(chosen) != 1:
-        raise card.fail(f"nodes {on} and {other} name no face of element {element}")
+        raise card.fail(f"nodes {on} and {other} must name a face of element {element}")
     return chosen

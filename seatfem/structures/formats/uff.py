@@ -76,7 +76,7 @@ def read_modes_uff(
     file = _read(Path(path), 55, units)
     modes = [found for found in file.sets if found.get("analysis_type") == _NORMAL_MODE]
     if not modes:
-        raise UffError(f"{file.path}: no normal modes (dataset 55, analysis type 2) in it")
+        raise UffError(f"{file.path}: no normal modes (dataset 55, analysis type 2) in it; export them")
     places = {name: _places(port) for name, port in ports.items()}
     per_mass = file.newton / file.metre  # kilograms per unit of mass
     omega, zeta, shapes = np.zeros(len(modes)), np.zeros(len(modes)), np.zeros((len(modes), len(places)))
@@ -134,7 +134,7 @@ def read_frf_uff(
         kinds.add(_kind(file.path, found))
         x = np.asarray(found["x"], dtype=float)
         if x.shape != frequency.shape or np.any(np.abs(x - frequency) > 1e-3 * np.median(np.diff(frequency))):
-            raise UffError(f"{file.path}: {names[i]} / {names[j]} has other frequencies than {names[0]} / {names[0]}")
+            raise UffError(f"{file.path}: {names[i]} / {names[j]} must have the frequencies of {names[0]} / {names[0]}")
         sign = _sign(found, "rsp", ports[names[i]]) * _sign(found, "ref", ports[names[j]])
         values[:, i, j] = sign * np.asarray(found["data"]) * file.metre / file.newton
         if (j, i) not in table:
@@ -156,7 +156,7 @@ def read_impulse_response_uff(
     file = _read(Path(path), 58, units)
     if len(ports) != 1:
         raise UffError(
-            f"{file.path}: {len(ports)} ports; impulse responses are read for one, stack the values for more"
+            f"{file.path}: {len(ports)} ports; impulse responses are read for one; stack the values for more"
         )
     (name, place) = next(iter(ports.items()))
     found = [found for _, _, found in _between(file, ports, _TIME_RESPONSE)]
@@ -179,7 +179,7 @@ def _read(path: Path, kind: int, units: System | None) -> _File:
     except ModuleNotFoundError as missing:
         raise UffError(f"{path.name} needs pyuff ({missing}); install it with: pip install 'seatfem[uff]'") from missing
     if not path.exists():
-        raise UffError(f"{path}: no such file")
+        raise UffError(f"{path}: no such file; check the path")
     check_file(path, LIMIT, UffError)
     if units is not None and units not in get_args(System):
         raise UffError(f"units {units!r} are unknown; choose from {', '.join(get_args(System))}")
@@ -192,14 +192,14 @@ def _read(path: Path, kind: int, units: System | None) -> _File:
     except UffError:
         raise
     except Exception as problem:  # pyuff raises bare Exception
-        raise UffError(f"{path}: cannot be read as a universal file: {problem}") from problem
+        raise UffError(f"{path}: cannot be read as a universal file, export it again: {problem}") from problem
     if not sets:
         raise UffError(f"{path}: no dataset {kind} in it; it holds {sorted(set(types)) or 'nothing'}")
     if units is None and not declared:
         raise UffError(f"{path}: states no units (dataset 164); give units=, one of {', '.join(UNITS)}")
     per_unit = [1 / x for x in UNITS[units]] if units else [float(declared[0][name]) for name in ("length", "force")]
     if not all(0 < x < np.inf for x in per_unit):
-        raise UffError(f"{path}: dataset 164 states the units 1/{per_unit[0]:g} m and 1/{per_unit[1]:g} N")
+        raise UffError(f"{path}: dataset 164 states the units 1/{per_unit[0]:g} m and 1/{per_unit[1]:g} N; give units=")
     return _File(path, sets, 1 / per_unit[0], 1 / per_unit[1])
 
 
@@ -211,10 +211,10 @@ def _refuse_incomplete(path: Path, sets: list[dict[str, Any]]) -> None:
             if values is not None and (places is None or np.shape(values) != np.shape(places)):
                 raise UffError(
                     f"{path}: dataset {number} of its type is incomplete: {name} {np.shape(values)}, "
-                    f"{0 if places is None else np.size(places)} places"
+                    f"{0 if places is None else np.size(places)} places; export it again"
                 )
             if values is not None and not np.all(np.isfinite(values)):
-                raise UffError(f"{path}: dataset {number} of its type: {name} has values that are not finite")
+                raise UffError(f"{path}: dataset {number} of its type: {name} must be finite")
 
 
 def _between(file: _File, ports: Mapping[str, Place], function: int) -> Iterator[tuple[int, int, dict[str, Any]]]:

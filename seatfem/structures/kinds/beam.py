@@ -197,7 +197,7 @@ class Beam(Structure):
     def _force_on_the_reed(self) -> Self:
         at = None if self.point_force is None else self.point_force.at
         if at is not None and at > self.span:
-            raise KeyProblem("point_force.at", f"{at:g} m lies beyond the reed, which ends at {self.span:g} m")
+            raise KeyProblem("point_force.at", f"{at:g} m must lie on the reed, which ends at {self.span:g} m")
         return self
 
     def too_thick(self) -> str:

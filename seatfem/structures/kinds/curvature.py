@@ -74,13 +74,13 @@ class Curvature(Table):
                 found = between(table, "height", points)
                 if np.isnan(found).any():
                     x, y = 1e3 * points[np.isnan(found)][0]
-                    raise KeyProblem("file", f"its points do not surround ({x:.4g}, {y:.4g}) mm, where the lip lies")
+                    raise KeyProblem("file", f"its points must surround ({x:.4g}, {y:.4g}) mm, where the lip lies")
                 return found
         if (x := points[:, 0]).min() < at[0] or x.max() > at[-1]:
             key = "file" if self.heights is None else "heights"
             raise KeyProblem(
                 key,
-                f"x from {1e3 * at[0]:g} to {1e3 * at[-1]:g} mm does not cover the lip, {1e3 * x.min():g} to "
+                f"x from {1e3 * at[0]:g} to {1e3 * at[-1]:g} mm must cover the lip, {1e3 * x.min():g} to "
                 f"{1e3 * x.max():g} mm",
             )
         return np.asarray(np.interp(x, at, height))

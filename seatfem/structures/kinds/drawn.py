@@ -218,7 +218,7 @@ class Turned(Drawn):
     @model_validator(mode="after")
     def _arc_of_a_ring(self) -> Self:
         if self.arc is not None and not 0.0 < self.arc < 2 * math.pi:
-            raise KeyProblem("arc", f"{math.degrees(self.arc):g} deg is not between 0 and 360 deg")
+            raise KeyProblem("arc", f"{math.degrees(self.arc):g} deg must lie between 0 and 360 deg")
         return self
 
     @property

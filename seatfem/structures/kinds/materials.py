@@ -94,10 +94,10 @@ class OrthotropicMaterial(Table):
         axes = np.array(self.axes)
         lengths = np.linalg.norm(axes, axis=1)
         if not np.all((lengths > 1e-150) & (lengths < 1e150)):
-            raise KeyProblem("axes", f"{self.axes} has a direction without a length")
+            raise KeyProblem("axes", f"{self.axes}: each direction must have a length")
         unit = axes / lengths[:, None]
         if not np.abs(unit @ unit.T - np.eye(3)).max() < 1e-6:
-            raise KeyProblem("axes", f"{self.axes} are not at right angles to each other")
+            raise KeyProblem("axes", f"{self.axes} must be at right angles to each other")
         return self
 
     @property

@@ -160,7 +160,7 @@ def _shape(greens: GreensFunction, kind: str, key: str) -> Array:
     """(M,) of the first port on the modes. Raises `GreensFunctionError` of a body without modes."""
     if (modal := greens.modal) is None or len(modal.omega) == 0:
         remedy = (
-            "only with modal damping alone, and a reduction that keeps modes (greens.method = 'auto'), can it strike"
+            "give it modal damping alone, and a reduction that keeps modes (greens.method = 'auto')"
             if math.isinf(greens.mass())
             else "use velocity"
         )

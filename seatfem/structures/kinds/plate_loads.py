@@ -79,7 +79,7 @@ class ClampedPlate(ThinPlate):
         if self.pressure_radius is not None and not self._has_pressed_disc:
             raise KeyProblem("pressure_radius", "there is no pressure; remove the key, or give pressure")
         if (wide := self.pressure_radius) is not None and wide > (most := self.geometry().room[1]):
-            raise KeyProblem("pressure_radius", f"{wide:g} m is more than the plate has about {self.about}, {most:g} m")
+            raise KeyProblem("pressure_radius", f"{wide:g} m must be at most what the plate has about {self.about}, {most:g} m")
         return self
 
     @property
@@ -113,7 +113,7 @@ class ClampedPlate(ThinPlate):
 
     def check_place(self, at: float | None, key: str) -> None:
         if at is not None and at > self.axis:
-            raise KeyProblem(key, f"{at:g} m lies beyond the reed, which ends at {self.axis:g} m")
+            raise KeyProblem(key, f"{at:g} m must lie on the reed, which ends at {self.axis:g} m")
 
     def pushed_at(self, body: Body, at: float | None) -> Array:
         plate = self.plate(body.greens)

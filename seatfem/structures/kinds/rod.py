@@ -13,7 +13,7 @@ from seatfem.fields import Area, DampingRatio, Density, KeyProblem, Length, Pres
 from seatfem.structures.estimates.patch import Column
 from seatfem.structures.kinds.motion import Moving
 
-NO_MODES: Final = "a rod in closed form has no modes to be set in motion; kind = 'bar' with model = 'sector' has them"
+NO_MODES: Final = "a rod in closed form has no modes to be set in motion; take kind = 'bar' with model = 'sector'"
 
 
 class Rod(Moving):
@@ -60,7 +60,7 @@ damping_ratio = 0.02
 
     def check_motion(self) -> None:
         if self.far_end == "fixed" and self.velocity is not None:
-            raise KeyProblem("velocity", "a rod that is held cannot translate; far_end = 'free' lets it go")
+            raise KeyProblem("velocity", "a rod that is held cannot translate; set far_end = 'free'")
         for key in ("deflection", "force"):
             if getattr(self, key) is not None:
                 free = "a free rod in closed form has no modes to be set in motion; use velocity"

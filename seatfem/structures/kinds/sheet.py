@@ -42,9 +42,9 @@ class Clamp(Table):
         if (self.segment is None) == (self.normal is None):
             raise KeyProblem("segment", "give exactly one of segment and normal, with its offset")
         if (self.normal is None) != (self.offset is None):
-            raise KeyProblem("offset", "normal and offset belong together")
+            raise KeyProblem("offset", "give normal and offset together")
         if self.normal is not None and not any(self.normal):
-            raise KeyProblem("normal", "[0, 0] has no direction")
+            raise KeyProblem("normal", "[0, 0] has no direction; give one")
         return self
 
 

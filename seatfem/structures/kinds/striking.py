@@ -105,7 +105,7 @@ class Striking(Table):
         if self.reach is None:
             raise KeyProblem(key, f"a {self.kind.replace('_', ' ')} has no positions; remove the key")
         if at > self.reach:
-            raise KeyProblem(key, f"{at:g} m lies beyond the reed, which ends at {self.reach:g} m")
+            raise KeyProblem(key, f"{at:g} m must lie on the reed, which ends at {self.reach:g} m")
 
     def check_place(self, at: float | None, key: str) -> None:
         """Raises `KeyProblem`, of ``key``, for a force at a place that it does not have."""

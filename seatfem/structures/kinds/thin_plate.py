@@ -86,14 +86,14 @@ class ThinPlate(Moving):
         least, most = in_scene_words(self.geometry).room
         if (width := self.width) is not None and width > 2 * self.radius:
             key = "contact_radius" if self.contact_width is None else "contact_width"
-            raise KeyProblem(key, f"{width:g} m is more than twice contact_radius, {self.radius:g} m")
+            raise KeyProblem(key, f"{width:g} m must be at most twice contact_radius, {self.radius:g} m")
         lip = self.own_lip
         key = "contact_width" if self.contact_radius is None and self.contact_width is not None else "contact_radius"
         if lip.outer > most * (1 + ROUND_OFF):
-            raise KeyProblem(key, f"the contact reaches {lip.outer:g} m from {self.about}, the plate {most:g} m")
+            raise KeyProblem(key, f"the contact reaches {lip.outer:g} m from {self.about}, it must stay below the plate's {most:g} m")
         if lip.inner < least * (1 - ROUND_OFF):
             raise KeyProblem(
-                key, f"the contact begins {lip.inner:g} m from {self.about}, the hole there reaches to {least:g} m"
+                key, f"the contact begins {lip.inner:g} m from {self.about}, it must begin beyond the hole, {least:g} m"
             )
         return self
 

@@ -170,7 +170,7 @@ def regions_of(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[i
         taken = [tag for tag in fitting if tag not in left]
         if taken:
             raise GeometryError(
-                f"{part.path}: solids {taken} belong to {region.name!r} and to another region", f"regions.{region.name}"
+                f"{part.path}: solids {taken} belong to {region.name!r} and to another region: give them to one", f"regions.{region.name}"
             )
         regions[region.name] = fitting
         left = [tag for tag in left if tag not in fitting]

@@ -39,7 +39,7 @@ def handed_over(path: Path) -> Iterator[Path]:
     """
     suffix = SAME.get(path.suffix.lower(), path.suffix.lower())
     if suffix not in HEADS:
-        raise GeometryError(f"{path}: {suffix or 'no suffix'}: no format that gmsh is given")
+        raise GeometryError(f"{path}: {suffix or 'no suffix'}: export it as one of {', '.join(HEADS)}")
     with tempfile.TemporaryDirectory(prefix="seatfem-") as folder:
         copy = Path(folder) / f"input{suffix}"
         with opened_file(path, LIMIT, GeometryError) as source, copy.open("xb") as target:

@@ -75,7 +75,7 @@ def _built(
     except GeometryError:
         raise
     except Exception as error:  # what OpenCASCADE says of a file that it cannot read
-        raise GeometryError(f"{geometry.path}: cannot be read: {error}", "path") from error
+        raise GeometryError(f"{geometry.path}: cannot be read, export it again: {error}", "path") from error
     gmsh.model.occ.synchronize()
     return faces_of(gmsh.model, unit, marks), imported.regions
 

@@ -36,7 +36,7 @@ def outline(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     except GeometryError:
         raise
     except Exception as error:  # what OpenCASCADE says of a file that it cannot read
-        raise GeometryError(f"Outlined.file = {path.name}: cannot be read: {error}") from error
+        raise GeometryError(f"Outlined.file = {path.name}: cannot be read, export it again: {error}") from error
     gmsh.model.occ.synchronize()
     face, thickness = _face(gmsh, path)
     found = {f"loop:{k}": loop for k, loop in enumerate(_loops(gmsh, face, path))}
@@ -85,7 +85,7 @@ def _loops(gmsh: Any, face: Face, path: Path) -> list[Array]:
     size = float(np.ptp(np.concatenate(chains)[:, :2], axis=0).max())
 
     def open_at(point: Array) -> GeometryError:
-        return _wrong(path, "its outline is open at ({:.6g}, {:.6g}) mm".format(*(1e3 * point)))
+        return _wrong(path, "its outline is open at ({:.6g}, {:.6g}) mm; close it".format(*(1e3 * point)))
 
     found = sorted(loops.closed(chains, 1e-6 * size, open_at), key=lambda loop: -abs(loops.area(loop)))
     area = abs(loops.area(found[0])) - sum(abs(loops.area(hole)) for hole in found[1:])

@@ -69,7 +69,7 @@ def climb(what: str, rungs: Sequence[Rung], attempt: Callable[[Rung], None], whe
             failed.append(f"{rung.name}: {error}" + (f" ({place})" if place else ""))
         else:
             return [*(f"not meshed {text}" for text in failed), f"meshed with {rung.name}"] if failed else []
-    raise LadderError(f"{what}: cannot be meshed; " + "; ".join(failed))
+    raise LadderError(f"{what}: cannot be meshed, check and heal it; " + "; ".join(failed))
 
 
 def build(
@@ -86,14 +86,14 @@ def build(
         cut(occ, 3, sectors)
         part = sum(occ.getMass(3, tag) for _, tag in occ.getEntities(3))
         if abs(sectors * part / whole - 1.0) > EQUAL_SECTORS:
-            raise GeometryError(f"sector = {sectors}: the part beside y = 0 is {part / whole:.6g} of the volume")
+            raise GeometryError(f"sector = {sectors}: the part beside y = 0 must be 1/{sectors} of the volume, it is {part / whole:.6g}")
     marks = recall(gmsh, imported) if isinstance(geometry, CadPart) else None
     occ.synchronize()
     if isinstance(geometry, CadPart):
         check_faces(gmsh.model, unit)
     tags = patch_tags(gmsh.model, patches_in(geometry, sectors), unit, marks)
     if shared := set(tags["contact"]) & set(tags.get("fixed", ())):
-        raise GeometryError(f"faces {sorted(shared)} are selected both as 'contact' and as 'fixed'")
+        raise GeometryError(f"faces {sorted(shared)} must not be both 'contact' and 'fixed'")
     return tags, imported.regions or {"seat": [tag for _, tag in gmsh.model.getEntities(3)]}
 
 

@@ -27,7 +27,7 @@ def check_mesh(arrays: MeshArrays, required: tuple[str, ...] = ("contact", "fixe
     """
     check_groups(arrays, required)
     if not np.all(np.isfinite(arrays.points)):
-        raise MeshError(f"{arrays.source}: {np.sum(~np.isfinite(arrays.points))} node coordinates are not finite")
+        raise MeshError(f"{arrays.source}: {np.sum(~np.isfinite(arrays.points))} node coordinates must be finite and are not")
     arrays = right_side_out(arrays)
     check_elements(arrays)
     check_parts(arrays, parts)
@@ -43,7 +43,7 @@ def check_groups(arrays: MeshArrays, required: tuple[str, ...]) -> None:
     for kind, groups in (("surface", arrays.surfaces), ("volume", arrays.volumes)):
         for name, members in groups.items():
             if len(members) == 0:
-                raise MeshError(f"{arrays.source}: {kind} group {name!r} is empty")
+                raise MeshError(f"{arrays.source}: {kind} group {name!r} is empty; remove it, or fill it")
 
 
 def right_side_out(arrays: MeshArrays) -> MeshArrays:

@@ -113,7 +113,7 @@ def _facets(mesh: SolidMesh, faces: Integers, name: str, source: str) -> Integer
     """Facet numbers of faces given by their vertices."""
     shape = "triangles" if mesh.facets.shape[0] == 3 else "quadrilaterals"
     if faces.shape[1] != mesh.facets.shape[0]:
-        raise MeshError(f"{source}: faces of {name!r} have {faces.shape[1]} vertices, the mesh's faces are {shape}")
+        raise MeshError(f"{source}: faces of {name!r} have {faces.shape[1]} vertices, must be {shape} as the mesh's")
     known = faces[(faces >= 0).all(axis=1)]
     near = facets_within(mesh.facets, known)
     rows = np.vstack([np.sort(mesh.facets[:, near].T, axis=1), np.sort(known, axis=1)])
@@ -122,7 +122,7 @@ def _facets(mesh: SolidMesh, faces: Integers, name: str, source: str) -> Integer
     found = np.isin(key[len(near) :], key[: len(near)])
     lost = len(faces) - int(found.sum())
     if lost:
-        raise MeshError(f"{source}: {lost} of {len(faces)} {shape} of {name!r} are no faces of its elements")
+        raise MeshError(f"{source}: {lost} of {len(faces)} {shape} of {name!r} must be faces of its elements")
     return np.sort(near[np.isin(key[: len(near)], key[len(near) :])])
 
 

@@ -60,7 +60,7 @@ def make_mesh(
     source = geometry.source
     if spec.shape == "hex":
         if msh is not None:
-            raise GeometryError(f"{msh}: only meshes of tetrahedra are written as .msh")
+            raise GeometryError(f"{msh}: only tetrahedra are written as .msh; use shape='tet'")
         notes: tuple[str, ...] = ()
         hexes = make_hexes(geometry, spec, sector, progress, gmsh)
         arrays, version = hexes.arrays, hexes.gmsh_version
@@ -113,7 +113,7 @@ def _encoded(geometry: Geometry) -> dict[str, Any]:
     data: dict[str, Any] = encode(geometry)
     if isinstance(geometry, CadPart):
         if not geometry.path.is_file():
-            raise FileNotFoundError(f"{geometry.path}: no such CAD file")
+            raise FileNotFoundError(f"{geometry.path}: no such CAD file; check the path")
         check_readable(geometry.path)
         data["path"] = str(geometry.path.resolve())
     return data

@@ -40,7 +40,7 @@ def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gms
         from the drawing's, a line without nodes. ModelError: elements that are folded.
     """
     if shape.plan is None:
-        raise GeometryError(f"{shape.source} has no plan: only a sheet of even thickness is a plate")
+        raise GeometryError(f"{shape.source} has no plan: a plate must be a sheet of even thickness")
     spec, parts = MeshSpec(size, order=2, shape="hex"), 2 if isinstance(shape, Flat) and shape.is_mirrored else 1
     made = gmsh({"task": "plan", "geometry": encode(shape), "spec": asdict(spec), "sectors": parts}, progress)
     used, rows = np.unique(made["cells"], return_inverse=True)
@@ -50,7 +50,7 @@ def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gms
     if isinstance(shape, Flat) and shape.is_clamped:
         lines[CLAMPED] = np.flatnonzero(shape.clamped(points))
         if not len(lines[CLAMPED]):
-            raise MeshError(f"{shape.source}: no node lies where it is clamped")
+            raise MeshError(f"{shape.source}: no node lies where it is clamped; mesh finer")
     mesh, drawn = PlateMesh(points, cells, lines), parts * float(made[f"cad:{EVERYWHERE}"])
     if abs(mesh.area / drawn - 1) > AREA_TOLERANCE:
         raise MeshError(f"{shape.source}: the mesh has {mesh.area / drawn - 1:+.1%} more area than the drawing")

@@ -61,7 +61,7 @@ class Factorization:
     def solve(self, rhs: Array) -> Array:
         """A^-1 rhs for one (n,) or several (n, m) right-hand sides."""
         if rhs.shape[0] != self.size:
-            raise FactorizationError(f"right-hand side has {rhs.shape[0]} rows, the matrix {self.size}")
+            raise FactorizationError(f"right-hand side has {rhs.shape[0]} rows, must have {self.size} as the matrix")
         return self._solve(rhs)
 
 
@@ -88,7 +88,7 @@ def factorize(
     matrix = as_csr(matrix)
     zero = int(np.sum(matrix.diagonal() == 0))
     if zero:
-        raise FactorizationError(f"{name}: {zero} diagonal values are zero: unknowns without stiffness and mass")
+        raise FactorizationError(f"{name}: {zero} diagonal values are zero: take out unknowns without stiffness and mass")
     pardiso = _pardiso_class() if backend in ("auto", "pardiso") else None
     if backend == "pardiso" and pardiso is None:
         raise FactorizationError("PARDISO is not installed here: pip install pypardiso, or backend='superlu'")
@@ -103,7 +103,7 @@ def factorize(
     if not residual <= tolerance:
         raise FactorizationError(
             f"{name}: {'pardiso' if pardiso else 'superlu'}: the first solve leaves a residual of {residual:.1e} "
-            f"(limit {tolerance:.0e}): the matrix is singular or badly scaled"
+            f"(limit {tolerance:.0e}): the matrix is singular or badly scaled{_REMEDY}"
         )
     return Factorization(matrix.shape[0], "pardiso" if pardiso else "superlu", negative, residual, solve)
 
@@ -202,7 +202,7 @@ def _phase_33(solver: Any, upper: sparse.csr_matrix) -> Callable[[Array], Array]
             ctypes.byref(failed),
         )
         if failed.value:
-            raise FactorizationError(f"pardiso: the solve failed with code {failed.value}")
+            raise FactorizationError(f"pardiso: the solve failed with code {failed.value}; try backend='superlu'")
         return x
 
     return solve

@@ -105,7 +105,7 @@ def reduced(
         raise ModelError(f"damping_ratio = {damping_ratio} must be >= 0 and finite")
     asked = None if method == AUTO else named(method)
     if not model.ports:
-        raise ModelError("the model has no port: nothing can push it")
+        raise ModelError("the model has no port to be pushed at; give it one")
     _refuse_beyond_measure(model)
     damping = model.damping.plus(damping_ratio)
     reducer, reason = choose(model, damping, aims) if asked is None else (asked, "asked for")

@@ -83,7 +83,7 @@ class KrylovBasis:
         first, k = self.rigid, self.size if size is None else size
         values, vectors = np.linalg.eigh(self._stiffness[first:k, first:k])
         if values[0] < -1e-8 * self.shift**2:
-            raise ModelError(f"K is indefinite: it has the Ritz value {values[0]:.2e} 1/s^2 relative to M")
+            raise ModelError(f"K is indefinite, check its constraints: Ritz value {values[0]:.2e} 1/s^2 relative to M")
         zero = 0.0 if first else 1e-10 * self.shift**2  # free bodies whose rigid shapes are not known
         square = np.concatenate([np.zeros(first), np.where(values < zero, 0.0, values)])
         coefficients = np.eye(k)

@@ -134,7 +134,7 @@ def nodes(recursion: Recursion, ceiling: float) -> tuple[Array, Array, Array]:
     values, first = recursion.eigen(ceiling**2)
     noise = 1e-12 * recursion.highest()
     if values.size and values[0] < -noise:
-        raise ModelError(f"K is indefinite: it has the eigenvalue {values[0]:.2e} 1/s^2 relative to M")
+        raise ModelError(f"K is indefinite, check its constraints: eigenvalue {values[0]:.2e} 1/s^2 relative to M")
     unknown = 0.0 if len(recursion.rigid) else 1e-14 * recursion.highest()
     values = np.where(values < unknown, 0.0, np.maximum(values, 0.0))
     shapes = first @ recursion.start

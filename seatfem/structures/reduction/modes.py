@@ -136,7 +136,7 @@ def modes_of(spectrum: Spectrum | RanksSpectrum, scale: float) -> Modes:
         worst = int(np.argmax(modes.residuals / allowed))
         raise ConvergenceError(
             f"mode {worst + 1} at {modes.frequencies_hz[worst]:.6g} Hz leaves a residual of "
-            f"{modes.residuals[worst]:.1e} (limit {allowed[worst]:.1e}): the matrices are badly scaled"
+            f"{modes.residuals[worst]:.1e} (limit {allowed[worst]:.1e}): badly scaled matrices, check their units"
         )
     return replace(modes, solves=spectrum.solves)
 
@@ -172,7 +172,7 @@ def _lowest(modes: Modes, most: int | None, highest: float) -> Modes:
 def _modes(model: SecondOrderModel, values: Array, shapes: Array, shift: float, complete: bool, backend: str) -> Modes:
     limit = null_limit(model)
     if len(values) and values[0] < -limit:
-        raise ModelError(f"K is indefinite: it has the eigenvalue {values[0]:.2e} 1/s^2 relative to M")
+        raise ModelError(f"K is indefinite, check its constraints: eigenvalue {values[0]:.2e} 1/s^2 relative to M")
     zero = values < limit
     rigid = rigid_shapes(model) if zero.any() else shapes[:, :0]
     if known := min(rigid.shape[1], len(values)):  # exact ones for the computed; they span the same null space

@@ -30,7 +30,7 @@ def reducers() -> Mapping[str, Reducer]:
     for kind in dict.fromkeys((*_OURS, *defined())):
         made = kind()
         if made.name in found:
-            raise ModelError(f"two reductions are named {made.name!r}: {type(found[made.name])} and {kind}")
+            raise ModelError(f"two reductions are named {made.name!r}, rename one: {type(found[made.name])} and {kind}")
         found[made.name] = made
     return found
 

@@ -56,7 +56,7 @@ def check_patches(patches: Mapping[str, RingPatch]) -> None:
         apart = abs(math.remainder(a.angle - b.angle, 2 * math.pi))
         if a.boundary == b.boundary and apart < (a.width + b.width) / 2 - 1e-9:
             raise ModelError(
-                f"ring patches {one!r} and {other!r} overlap: their middles are {apart:.4g} rad apart, less than half "
+                f"ring patches {one!r} and {other!r} overlap: their middles are {apart:.4g} rad apart, must be at least half "
                 f"the sum of their widths {a.width:.4g} and {b.width:.4g} rad"
             )
 

@@ -87,7 +87,7 @@ class Ranks:
         """What they wrote. Raises `RanksError` of another shape than was asked for."""
         found: Array = np.load(self.folder / f"{name}.npy", mmap_mode="r", allow_pickle=False)
         if found.shape != shape or found.dtype != np.float64:
-            raise RanksError(f"slepc: the ranks wrote {found.dtype} {found.shape} where {shape} was asked for")
+            raise RanksError(f"slepc: the ranks wrote {found.dtype} {found.shape} where {shape} was asked for; run it again")
         return np.array(found)
 
     def factorize(self, square: float, *, definite: bool = True) -> Factorization:
@@ -96,12 +96,12 @@ class Ranks:
         name = f"K + s^2 M ({n} unknowns): mumps"
         if (failed := answer.get("mumps")) is not None:
             what = MEANINGS.get(failed[0], "failed")
-            remedy = "" if failed[0] == -10 else ": use more ranks on more machines, or method='lanczos'"
+            remedy = ": hold what can move freely" if failed[0] == -10 else ": use more ranks on more machines, or method='lanczos'"
             raise FactorizationError(f"{name}: {what} (INFOG(1:2) = {failed[0]}, {failed[1]}){remedy}")
         if definite and answer["negative"]:
-            raise FactorizationError(f"{name}: not positive definite: {answer['negative']} negative pivots")
+            raise FactorizationError(f"{name}: not positive definite: {answer['negative']} negative pivots; hold what can move freely")
         if not answer["residual"] <= (1e-8 if definite else COUNTED):
-            raise FactorizationError(f"{name}: the first solve leaves a residual of {answer['residual']:.1e}")
+            raise FactorizationError(f"{name}: the first solve leaves a residual of {answer['residual']:.1e}; use backend='auto'")
         return Factorization(n, "mumps", answer["negative"], answer["residual"], self._solve)
 
     def _solve(self, right: Array) -> Array:
@@ -147,7 +147,7 @@ def on_ranks(model: SecondOrderModel) -> Iterator[Ranks]:
                 ready_within=START + size / 1e7,
             )
         except TimeoutError as late:
-            raise RanksError(f"slepc: {shlex.join(command)}: {late}") from late
+            raise RanksError(f"slepc: {shlex.join(command)}: {late}; check it by seatfem doctor") from late
         with worker:
             try:
                 yield Ranks(model, folder, worker, log, setting)
@@ -176,7 +176,7 @@ def _ended(worker: LineWorker, log: Path) -> RanksError:
     said = [line for line in log.read_text(encoding="utf-8", errors="replace").splitlines() if line.strip("- \t")]
     how = "" if code is None else f" by signal {-code}" if code < 0 else f" with exit code {code}"
     killed = "; 137 or signal 9: the system may have been out of memory" if code in (137, -9) else ""
-    return RanksError(f"slepc: the ranks ended{how}{killed}\n" + "\n".join(said[-TAIL:]))
+    return RanksError(f"slepc: the ranks ended{how}{killed}; check them by seatfem doctor\n" + "\n".join(said[-TAIL:]))
 
 
 class _Basis(KrylovBasis):
@@ -233,12 +233,12 @@ class RanksSpectrum:
         self.progress("factorization", 1.0)
         assert there is not None
         if most is not None and there > most:
-            raise ConvergenceError(f"{there} modes lie below {np.sqrt(value) / (2 * np.pi):.3g} Hz (limit {most})")
+            raise ConvergenceError(f"{there} modes lie below {np.sqrt(value) / (2 * np.pi):.3g} Hz (limit {most}); lower the bandwidth")
         low = max(self.top, -value)
         if more := there - len(self.values):
             count = self.ranks.ask("eigen", low=low, high=value, tolerance=EIGEN_TOLERANCE)["count"]
             if count != more:
-                raise ConvergenceError(f"slepc: {count} eigenvalues are found where inertia counts {more}")
+                raise ConvergenceError(f"slepc: {count} eigenvalues are found where inertia counts {more}; use backend='auto'")
             values, shapes = self.ranks.take("values", (count,)), self.ranks.take("vectors", (self.model.size, count))
             order = np.argsort(values)
             self.values = np.concatenate([self.values, values[order]])

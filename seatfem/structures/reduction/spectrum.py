@@ -100,7 +100,7 @@ class Spectrum:
             return
         top = self._shift(value)
         if most is not None and top.count > most:
-            words = f"{top.count} modes lie below {np.sqrt(value) / (2 * np.pi):.3g} Hz (limit {most})"
+            words = f"{top.count} modes lie below {np.sqrt(value) / (2 * np.pi):.3g} Hz (limit {most}); lower the bandwidth"
             raise CrowdedError(words, top.count)
         while top.count - len(self.values) > _AT_ONCE:
             self.first(len(self.values) + _AT_ONCE)
@@ -215,7 +215,7 @@ class Spectrum:
         worst = np.sort(ritz.errors)[min(need, len(ritz.errors)) - 1]
         return ConvergenceError(
             f"{lanczos.solves} solves leave an error of {worst:.1e} in the {need} modes {where} "
-            f"(limit {TOLERANCE:.0e}): the matrices are too badly scaled for their precision"
+            f"(limit {TOLERANCE:.0e}): too badly scaled matrices, check their units"
         )
 
     def _search(self, have: int, upto: int) -> Shift:

@@ -134,7 +134,7 @@ def _refuse_indefinite(model: SecondOrderModel, backend: Backend) -> None:
     try:
         factorize(model.K + 1e-6 * default_shift(model) ** 2 * model.M, backend=backend, name="K + s^2 M")
     except FactorizationError as error:
-        raise ModelError("K is indefinite: the body would gain energy") from error
+        raise ModelError("K is indefinite, the body would gain energy; check its constraints") from error
 
 
 def _static(model: SecondOrderModel, backend: Backend) -> Array | None:

@@ -112,7 +112,7 @@ class CadPart(Shape):
             raise GeometryError(f"CadPart.unit = {self.unit:g}: must be > 0 (metres per length unit of the file)")
         names = ["contact", "fixed", *(group.name for group in self.groups)]
         if len(set(names)) < len(names):
-            raise GeometryError(f"CadPart.groups: each name may stand once, 'contact' and 'fixed' too; found {names}")
+            raise GeometryError(f"CadPart.groups: each name must stand once, 'contact' and 'fixed' too; found {names}")
 
     @property
     def patches(self) -> Patches:
@@ -144,12 +144,12 @@ def check_readable(path: Path) -> None:
     """Raise `GeometryError` for a file that is empty, of another kind, cut off, or points to other files."""
     text = cad_text(path).strip()
     if not text:
-        raise GeometryError(f"{path}: is empty")
+        raise GeometryError(f"{path}: is empty; export it again")
     if path.suffix.lower() in BREP_SUFFIXES:
         if not re.match(r"(DBRep_DrawableShape\s+)?CASCADE Topology", text):
-            raise GeometryError(f"{path}: is no BREP file; it begins with {text[:20]!r}")
+            raise GeometryError(f"{path}: is no BREP file; it begins with {text[:20]!r}; export it again")
     elif not text.startswith("ISO-10303-21"):
-        raise GeometryError(f"{path}: is no STEP file; it begins with {text[:20]!r} instead of 'ISO-10303-21;'")
+        raise GeometryError(f"{path}: is no STEP file; it begins with {text[:20]!r} instead of 'ISO-10303-21;'; export it again")
     elif not text.endswith("END-ISO-10303-21;"):
         raise GeometryError(f"{path}: is cut off; it does not end with 'END-ISO-10303-21;'. Export it again")
     elif other := next((number for number, keyword, _ in entities(text) if keyword in OTHER_FILES), None):
@@ -219,7 +219,7 @@ def stated_unit(path: Path) -> float:
         si = next(filter(None, (_SI_UNIT.search(body) for body in found)), None)
         scale = SI_PREFIX.get(si[1]) if si else None
     if scale is None:
-        raise GeometryError(f"{path}: states no length unit that is known")
+        raise GeometryError(f"{path}: states no length unit that is known; export it in millimetres")
     return scale
 
 

@@ -48,7 +48,7 @@ class Flapper(Flat):
             require_below(self, "hole_diameter", rim, "paddle_diameter less a rim as wide as the sheet is thick")
         for given, other in (("slot_width", "slot_length"), ("slot_length", "slot_width")):
             if getattr(self, given) is not None and getattr(self, other) is None:
-                raise GeometryError(f"Flapper.{other} = None: {given} is given, a slot has both")
+                raise GeometryError(f"Flapper.{other} = None: {given} is given, a slot needs both")
         if self.slot_width is not None and self.slot_length is not None:
             sides = self.neck_width - 2 * self.thickness
             require_below(self, "slot_width", sides, "neck_width less two strips as wide as the sheet is thick")

@@ -26,7 +26,7 @@ def home_of(spec: type[Any]) -> list[str]:
     if not file:
         raise GeometryError(f"the shape {name} is in no file, where gmsh's process could find it: write it into one")
     if "<locals>" in name:
-        raise GeometryError(f"{file}: the shape {name} is made by a function: define it at the top of the file")
+        raise GeometryError(f"{file}: the shape {name} is made by a function; define it at the top of the file")
     if spec.__module__.startswith(_ELSEWHERE):
         raise GeometryError(
             f"{file} is read for its shape {name}, and would mesh it meanwhile: put what it does, besides defining, "

@@ -59,16 +59,16 @@ class Outlined(Flat):
         if self.segment is not None:
             for x, y in self.segment:
                 if loops.nearest(self._given, np.array([x, y])) > SAME * self._size:
-                    raise GeometryError(f"Outlined.clamped = ({x:g}, {y:g}) m: this point is not on the outline")
+                    raise GeometryError(f"Outlined.clamped = ({x:g}, {y:g}) m: this point must lie on the outline")
             if not self._held.any():
-                raise GeometryError("Outlined.clamped = its two points: no straight part of the outline joins them")
+                raise GeometryError("Outlined.clamped = its two points: a straight part of the outline must join them")
         elif len(self.loop) < 3 or not self._held.any() or polygons.crossing(self.corners, self._within) is not None:
             raise GeometryError(
                 f"Outlined.clamped = {self.side}: the line must cut the sheet or touch an edge, and leave one piece"
             )
         if not polygons.holds(self.corners, self.touched):
             x, y = self.touched
-            raise GeometryError(f"Outlined.contact_at = ({x:g}, {y:g}) m: this point is not on the part that bends")
+            raise GeometryError(f"Outlined.contact_at = ({x:g}, {y:g}) m: this point must lie on the part that bends")
         require_below(self, "thickness", self.narrowest, "its narrowest part: a sheet is thinner than it is wide")
 
     @property
@@ -84,18 +84,18 @@ class Outlined(Flat):
         loop = loops.as_loop(corners)
         straight = not loop[:, 2].any()
         if not (3 if straight else 2) <= len(corners) <= most or not np.isfinite(loop).all():
-            raise wrong(f"3 to {most} finite points enclose an area")
+            raise wrong(f"3 to {most} finite points are needed to enclose an area")
         steps = np.linalg.norm(np.roll(loop, -1, axis=0)[:, :2] - loop[:, :2], axis=1)
         if steps[same := int(np.argmin(steps))] <= self._within:
             raise wrong(
-                f"point {same + 1} and the one after it are the same; the last is joined to the first by itself"
+                f"point {same + 1} and the one after it are the same; remove one (the last is joined to the first)"
             )
         polygon, edge = loops.polygon(loop)
         if (crossed := polygons.crossing(polygon, self._within)) is not None:
             first, second = (edge[place] + 1 for place in crossed)
-            raise wrong(f"it crosses or touches itself: its edges {first} and {second} meet")
+            raise wrong(f"it must not cross or touch itself: its edges {first} and {second} meet")
         if abs(loops.area(loop)) <= SAME * self._size**2:
-            raise wrong("it encloses no area")
+            raise wrong("it must enclose an area")
 
     def _check_holes(self) -> None:
         """Raise `GeometryError` of one that meets the outline, another hole or the line, or lies elsewhere."""
@@ -104,10 +104,10 @@ class Outlined(Flat):
             before = found[: number - 1]
             others = [each for each in before if polygons.holds(each, hole[0]) or polygons.holds(hole, each[0])]
             if others or not polygons.holds(outer, hole[0]):
-                where = "in or about another hole" if others else "outside the outline"
-                raise GeometryError(f"Outlined.holes = number {number}: it lies {where}")
+                where = "in or about another hole" if others else "beyond the outline"
+                raise GeometryError(f"Outlined.holes = number {number}: it lies {where}; move it")
             if any(polygons.touching(hole, other, self._within) for other in (outer, *before)):
-                raise GeometryError(f"Outlined.holes = number {number}: it meets the outline or another hole")
+                raise GeometryError(f"Outlined.holes = number {number}: it must not meet the outline or another hole")
             if self.side is not None and 0 < np.mean(heights := self._height(hole) > 0) < 1:
                 raise GeometryError(
                     f"Outlined.holes = number {number}: the line of clamped cuts it, {heights.mean():.0%} lies beyond; "

@@ -74,7 +74,7 @@ class Profile:
     def __post_init__(self) -> None:
         for edge, following in zip(self.edges, self.edges[1:] + self.edges[:1], strict=True):
             if math.dist(edge.end, following.start) > CLOSED:
-                raise GeometryError(f"Profile: the outline is open at {edge.end}; the next edge starts elsewhere")
+                raise GeometryError(f"Profile: the outline is open at {edge.end}; the next edge must start there")
             if min(edge.start[0], edge.end[0]) < 0.0:
                 raise GeometryError(f"Profile: {edge}: lies at r < 0")
         if not self.volume > 0.0:

@@ -256,7 +256,7 @@ def select(faces: Sequence[Face], selector: Selector, name: str) -> list[Face]:
         lacking := set(selector.numbers) - {n for f in found for n in f.numbers}
     ):
         there = f"number {', '.join(map(str, sorted(lacking)))}"
-        raise GeometryError(f"no face for {name!r} ({there}); the solid has:\n{listing(faces)}")
+        raise GeometryError(f"no face for {name!r} ({there}); choose one of the solid's:\n{listing(faces)}")
     if isinstance(selector, CylinderFace):
         found = selector.preferred(found)
     if isinstance(selector, PointFace):

@@ -129,7 +129,7 @@ class ValvePlate(Shape):
             layout = f"{self.ports} ports on a circle" if self.layout == "circle" else "ports in a row"
             fitting = "the divisors of twice that number" if self.layout == "circle" else "2 or 4"
             raise GeometryError(
-                f"sector = {sectors}: a ValvePlate with {layout} has other sectors; fitting are {fitting}"
+                f"sector = {sectors}: a ValvePlate with {layout} has other sectors; choose of {fitting}"
             )
 
     def build(self, occ: Any) -> None:

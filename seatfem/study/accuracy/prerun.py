@@ -203,7 +203,7 @@ def advanced(body: Body, time: float) -> Body:
     if time == 0.0:
         return body
     if (g := body.greens.modal) is None:
-        raise GreensFunctionError("a body without modes cannot be moved on: the window of a pre-run begins at 0")
+        raise GreensFunctionError("a body without modes cannot be moved on: the window of a pre-run must begin at 0")
     start = body.modal_start()
     a, _ = oscillator.transition(time, g.omega, g.zeta)
     q = a[0, 0] * start.displacement + a[0, 1] * start.velocity

@@ -107,11 +107,11 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
 def _seat(plan: Plan, width: float, progress: Progress) -> _Seat:
     body, method = plan.scene.seat, plan.method.seat
     if not isinstance(body, Elastic):
-        raise DeckError(f"seat.kind = {body.kind!r} has no finite elements to write a deck of")
+        raise DeckError(f"seat.kind = {body.kind!r} has no finite elements to write a deck of; take one that has")
     if body.struck_arc is not None:
         raise DeckError("only an arc of the seat's ring is struck: a half section has none; remove seat.arc")
     if held := [support.kind for support in body.supports if support.kind != "sliding"]:
-        raise DeckError(f"seat.supports: a {held[0]} support has no place in the deck; clamped and sliding faces have")
+        raise DeckError(f"seat.supports: a {held[0]} support has no place in the deck; use clamped or sliding faces")
     assert not supports_of(body)
     method = replace(method, rings=1, lip=None)
     mesh, _ = body.meshes(method, progress)
@@ -166,14 +166,14 @@ def _striker(scene: Scene) -> tuple[float, float]:
     greens = scene.reed.closed_form()
     free = None if greens is None else greens.modal
     if free is None or free.omega.tolist() != [0.0]:
-        raise DeckError(f"reed.kind = {scene.reed.kind!r}: contact is written for a mass with a velocity (rigid_mass)")
+        raise DeckError(f"reed.kind = {scene.reed.kind!r}: must be a mass with a velocity (rigid_mass)")
     contact = scene.contact
     others = {
         "stopper": scene.stopper, "load": scene.load, "base": scene.base, "gas": scene.gas,
         "contact.film": contact.film, "contact.gap": contact.gap, f"contact.{contact.uneven}": contact.uneven,
     }  # fmt: skip
     if there := [key for key, value in others.items() if value]:
-        raise DeckError(f"{there[0]}: has no place in the deck of a mass that meets a flat face")
+        raise DeckError(f"{there[0]}: remove it, the deck is of a mass that meets a flat face")
     return 1.0 / float(free.inverse_mass()[0, 0]), scene.reed.body(free).velocity
 
 

@@ -105,7 +105,7 @@ def _until(deadline: float, progress: Progress) -> Progress:
 
     def listen(stage: str, done: float) -> None:
         if time.perf_counter() > deadline:
-            raise OutOfTime(f"--max-time is over ({stage})")
+            raise OutOfTime(f"--max-time is over ({stage}); allow more")
         progress(stage, done)
 
     return listen

@@ -45,7 +45,7 @@ def _in_their_roles(scene: Scene) -> None:
         raise KeyProblem(f"seat.{scene.seat.motion}", "what is struck is at rest; remove the key, or strike with it")
     reed, moved_by = scene.reed, scene.reed.moved_by
     if not moved_by:
-        raise KeyProblem("reed.kind", f"a body of kind {reed.kind!r} has no motion of its own: it cannot strike")
+        raise KeyProblem("reed.kind", f"a body of kind {reed.kind!r} has no motion of its own; take one that can strike")
     if not reed.motion and not scene.load and not scene.base and scene.gas is None:
         others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
         words = type(reed).model_fields[moved_by[0]].description or ""
@@ -74,7 +74,7 @@ def _bases_of_what_is_held(scene: Scene) -> None:
             raise KeyProblem(f"base.{number}.of", f"the base of the {base.of} has a table before; keep one")
         if loose := scene.bodies[base.of].loose:
             words = loose.replace("seat.kind", f"{base.of}.kind")
-            raise KeyProblem(f"base.{number}.of", f"{words}: it stands on nothing that could move it")
+            raise KeyProblem(f"base.{number}.of", f"{words}: it stands on nothing that could move it; remove the table")
     if scene.base_of("reed") is not None and not scene.reed.has_weight:
         raise KeyProblem(
             f"base.{[base.of for base in scene.base].index('reed')}.of",

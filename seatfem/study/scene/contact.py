@@ -88,7 +88,7 @@ class Contact(Table):
     @model_validator(mode="after")
     def _of_a_lip(self) -> Self:
         if abs(self.tilt) > STEEPEST:
-            raise KeyProblem("tilt", f"{math.degrees(self.tilt):g} deg is more than {math.degrees(STEEPEST):g} deg")
+            raise KeyProblem("tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg")
         arcs = self.ports or 1
         if arcs * self.rings > MOST_PORTS:
             raise KeyProblem(
@@ -99,7 +99,7 @@ class Contact(Table):
         if self.ports == 1 and self.uneven:
             raise KeyProblem("ports", f"one port is open by its mean alone, {self.uneven} needs several: remove either")
         if not 0 < self.line_arc <= 2 * math.pi * (1 + 1e-9):
-            raise KeyProblem("line_arc", f"{math.degrees(self.line_arc):g} deg is not above 0 and up to 360 deg")
+            raise KeyProblem("line_arc", f"{math.degrees(self.line_arc):g} deg must be above 0 and at most 360 deg")
         angles = [angle for angle, _ in self.waviness]
         for a, b in itertools.pairwise(angles):
             if not a < b < angles[0] + 2 * math.pi:

@@ -58,5 +58,5 @@ def part_of_scene(path: Path) -> Part:
     """The faces of a scene's seat. Raises `GeometryError` of a seat that has none, `SceneError`."""
     seat = load_scene(path).seat
     if (found := seat.part()) is None:
-        raise GeometryError(f"{path}: seat.kind = {seat.kind!r} has no faces; those of cad, mesh and drawn seats have")
+        raise GeometryError(f"{path}: seat.kind = {seat.kind!r} has no faces; take a cad, mesh or drawn seat")
     return found

@@ -62,11 +62,11 @@ def varied(scene: Scene, name: str, value: float) -> Scene:
         if scene.seat.no_lip or not reed.meets_lips or (contact.ports or usual_ports(scene)) == 1:
             raise KeyProblem("tilt", "contact is not along a lip: state contact.ports, 16 or more, or contact.tilt")
         if abs(value) > STEEPEST:
-            raise KeyProblem("tilt", f"it is more than {math.degrees(STEEPEST):g} deg")
+            raise KeyProblem("tilt", f"it must be at most {math.degrees(STEEPEST):g} deg")
         return scene.model_copy(update={"contact": contact.model_copy(update={"tilt": value})})
     if name == "lift":
         if stopper is None:
-            raise KeyProblem("lift", "the scene has no [stopper]")
+            raise KeyProblem("lift", "the scene has no [stopper]; add one")
         key = "gap" if stopper.lift is None else "lift"
         return scene.model_copy(update={"stopper": stopper.model_copy(update={key: value})})
     release = getattr(reed, "release", None)

@@ -110,7 +110,7 @@ def _read(path: Path) -> str:
 def _parse(text: str, path: Path) -> dict[str, Any]:
     if found := _DEEP_KEY.search(text):
         line = text.count("\n", 0, found.start()) + 1
-        raise SceneError((Problem(path, line, "", f"a key of more than {DEEPEST} parts; four levels are enough"),))
+        raise SceneError((Problem(path, line, "", f"a key of more than {DEEPEST} parts; use at most four"),))
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -118,9 +118,9 @@ def _parse(text: str, path: Path) -> dict[str, Any]:
         line = int(place[1]) if place else text.count("\n") + 1
         message = re.sub(r"\s*\(at .*\)$", "", str(error))
         column = f" (column {place[2]})" if place else " (end of file)"
-        raise SceneError((Problem(path, line, "", f"TOML syntax: {message}{column}"),)) from None
+        raise SceneError((Problem(path, line, "", f"TOML syntax, mend it: {message}{column}"),)) from None
     except RecursionError:
-        raise _whole_file(path, "tables or arrays are nested too deeply; four levels are enough") from None
+        raise _whole_file(path, "tables or arrays are nested too deeply; use at most four levels") from None
     except ValueError as error:  # a whole number of thousands of digits, a date that does not exist
         raise _whole_file(path, f"TOML: {error}") from None
 

@@ -54,7 +54,7 @@ def explain(
     found.sort(key=lambda place: place.line)
     problems = [Problem(file, place.line, place.key, _message(place, data)) for place in found[:MOST]]
     if len(found) > MOST:
-        problems.append(Problem(file, found[MOST].line, "", f"{len(found) - MOST} more problems from here on"))
+        problems.append(Problem(file, found[MOST].line, "", f"{len(found) - MOST} more problems from here on; mend these first"))
     return tuple(problems)
 
 

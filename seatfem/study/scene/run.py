@@ -28,7 +28,7 @@ class Run(Table):
     @model_validator(mode="after")
     def _several_steps(self) -> Self:
         if self.time_step is not None and 2 * self.time_step > self.duration:
-            raise KeyProblem("time_step", f"{self.time_step:g} s leaves fewer than two steps in {self.duration:g} s")
+            raise KeyProblem("time_step", f"{self.time_step:g} s must leave at least two steps in {self.duration:g} s")
         return self
 
 

@@ -96,7 +96,7 @@ class Stopper(Table):
         if (self.arcs or 1) * self.rings > MOST_PORTS:
             raise KeyProblem("arcs", f"{self.arcs} arcs in {self.rings} rings are more than {MOST_PORTS}: take fewer")
         if abs(self.tilt) > STEEPEST:
-            raise KeyProblem("tilt", f"{math.degrees(self.tilt):g} deg is more than {math.degrees(STEEPEST):g} deg")
+            raise KeyProblem("tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg")
         if self.tilt and self.arcs == 1:
             raise KeyProblem("arcs", "one part is open by its mean alone, tilt needs several: remove either")
         return self

@@ -56,7 +56,7 @@ class CurveTable(Table):
             raise KeyProblem("file", "points are given too; keep one of the two")
         measured, key = self.points or self.file, "points" if self.points else "file"
         if measured and (any(knee.values()) or self.second_slope or self.endurance_limit):
-            raise KeyProblem(key, "a curve is given by a knee and slopes or by points, not by both")
+            raise KeyProblem(key, "a curve is given by a knee and slopes or by points; give one of them")
         if missing := [key for key, value in knee.items() if value is None and not measured]:
             raise KeyProblem(
                 missing[0],

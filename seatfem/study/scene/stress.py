@@ -61,7 +61,7 @@ class Stress(Table):
             raise KeyProblem(idle[0], "there are no frames: state their number, or remove the key")
         if self.frames_from and self.frames_until and self.frames_from >= self.frames_until:
             raise KeyProblem(
-                "frames_until", f"{self.frames_until:g} s is no later than frames_from = {self.frames_from:g} s"
+                "frames_until", f"{self.frames_until:g} s must be later than frames_from = {self.frames_from:g} s"
             )
         return self
 
@@ -69,4 +69,4 @@ class Stress(Table):
         """Raises `KeyProblem` of frames that lie beyond the run, ``duration`` [s]."""
         for key in ("frames_from", "frames_until"):
             if (time := getattr(self, key)) is not None and time > duration:
-                raise KeyProblem(key, f"{time:g} s is beyond run.duration = {duration:g} s")
+                raise KeyProblem(key, f"{time:g} s must be at most run.duration = {duration:g} s")

@@ -98,7 +98,7 @@ def check_measures(measures: Sequence[str], outcome: Outcome, table: str = "outp
     for name in measures:
         if name not in outcome.summary:
             close = get_close_matches(name, outcome.summary, n=3)
-            remedy = f"did you mean {' or '.join(map(repr, close))}?" if close else "seatfem run tells which there are"
+            remedy = f"did you mean {' or '.join(map(repr, close))}?" if close else "see summary.json of a run"
             raise StudyError(f"{table}: summary.json of these scenes has no single value {name!r}; {remedy}")
 
 

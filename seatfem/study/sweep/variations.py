@@ -24,7 +24,7 @@ def _quantity(value: object) -> tuple[float, str]:
         raise ValueError(f"{value!r} is no number; write one with its unit, e.g. '0.3 mm', or a pure one")
     number, unit = number_and_unit(value)
     if not math.isfinite(number):
-        raise ValueError(f"{value!r} is not finite")
+        raise ValueError(f"{value!r} must be finite")
     return number, unit
 
 
@@ -69,7 +69,7 @@ def _one_unit(**given: tuple[float, str] | None) -> None:
 
 def _rising(low: tuple[float, str], high: tuple[float, str]) -> None:
     if not low[0] < high[0]:
-        raise KeyProblem("to", f"{high[0]:g} is not above from = {low[0]:g}")
+        raise KeyProblem("to", f"{high[0]:g} must be above from = {low[0]:g}")
 
 
 class Listed(Variation):
@@ -157,7 +157,7 @@ class Normal(Variation):
     def _spread(self) -> Self:
         _one_unit(mean=self.mean, deviation=self.deviation)
         if not self.deviation[0] > 0:
-            raise KeyProblem("deviation", f"{self.deviation[0]:g} is not positive")
+            raise KeyProblem("deviation", f"{self.deviation[0]:g} must be positive")
         return self
 
     @property
@@ -180,7 +180,7 @@ class TruncatedNormal(Normal):
         _one_unit(**{"mean": self.mean, "from": self.low, "to": self.high})
         _rising(self.low, self.high)
         if self._inside() < 1e-9:
-            raise KeyProblem("from", f"{self.low[0]:g} to {self.high[0]:g} holds next to nothing of the distribution")
+            raise KeyProblem("from", f"{self.low[0]:g} to {self.high[0]:g} must hold more of the distribution")
         return self
 
     def _below(self, value: float) -> float:
@@ -206,7 +206,7 @@ class LogNormal(Variation):
     @model_validator(mode="after")
     def _positive(self) -> Self:
         if not self.median[0] > 0:
-            raise KeyProblem("median", f"{self.median[0]:g} is not positive")
+            raise KeyProblem("median", f"{self.median[0]:g} must be positive")
         return self
 
     @property
