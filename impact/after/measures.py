@@ -45,7 +45,7 @@ def of_contact(result: ImpactResult, contact: int | None) -> ImpactResult:
         raise MeasureError(f"this result has {count} contacts: name one, contact=0 ... {count - 1}")
     contact = contact or 0
     if not 0 <= contact < count:
-        raise MeasureError(f"contact = {contact}: this result has {count}, numbered from 0")
+        raise MeasureError(f"contact = {contact}: must be one of {count}, numbered from 0")
     return result if result.force.ndim == 1 else of_contacts(result, contact)
 
 
@@ -271,7 +271,9 @@ def restitution(result: ImpactResult, *, contact: int | None = None) -> float:
         raise MeasureError("the bodies are still in contact at the end of the record; run longer")
     approach = (_side(one) or 1) * (result.target_velocity - result.striker_velocity)
     if approach <= 0:
-        raise MeasureError(f"the bodies do not approach (closing speed {approach:g} m/s): let one move towards the other")
+        raise MeasureError(
+            f"the bodies do not approach (closing speed {approach:g} m/s): let one move towards the other"
+        )
     return impulse(result) * (1 / result.striker_mass + 1 / result.target_mass) / approach - 1.0
 
 

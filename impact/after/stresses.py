@@ -240,7 +240,9 @@ def rod_stress(result: ImpactResult, rod: GreensFunction, *, area: float, at: fl
         raise StressError(f"area = {area:g} m^2 must be positive")
     uniform = rod.rod
     if uniform is None or uniform.damping_ratio != 0.0:
-        raise StressError(f"a {type(rod).__name__} is no undamped uniform rod, in which waves keep their shape; make it by fixed_rod")
+        raise StressError(
+            f"a {type(rod).__name__} is no undamped uniform rod, in which waves keep their shape; make it by fixed_rod"
+        )
     trip = _steps(2 * uniform.transit, result.dt)
     there = _steps(at * uniform.transit, result.dt)
     outgoing = reflected(result.force / uniform.impedance, uniform.reflection, trip)

@@ -134,7 +134,9 @@ class BeamModes:
             tip = np.broadcast_to(np.asarray(shape(end), dtype=float), end.shape)
             q = q + self.deflection(end) @ (self.tip_mass * tip)
         if not np.all(np.isfinite(q)):
-            raise GreensFunctionError("a shape along the reed must be finite, {np.sum(~np.isfinite(q))} of its {len(q)} modal parts are not")
+            raise GreensFunctionError(
+                "a shape along the reed must be finite, {np.sum(~np.isfinite(q))} of its {len(q)} modal parts are not"
+            )
         return q
 
 

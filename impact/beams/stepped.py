@@ -56,7 +56,9 @@ class SteppedCantilever:
         if x[0] != 0 or np.any(np.diff(x) < 0) or x[-1] == x[-2]:
             raise GreensFunctionError(f"{self.family} widths: positions must rise from 0 to the free end")
         if np.any(x[2:] == x[:-2]):
-            raise GreensFunctionError(f"{self.family} widths: a position is given three times; give it twice for a step")
+            raise GreensFunctionError(
+                f"{self.family} widths: a position is given three times; give it twice for a step"
+            )
         if np.any(b[:-1] <= 0) or b[-1] < 0:
             raise GreensFunctionError(f"{self.family} widths: all must be positive, the last may be 0")
 

@@ -92,7 +92,9 @@ class Body:
         if not math.isfinite(self.velocity):
             raise GreensFunctionError(f"velocity = {self.velocity} must be finite")
         if self.velocity != 0.0 and math.isinf(self.mass):
-            raise GreensFunctionError(f"a body that is held cannot translate: velocity = {self.velocity:g} m/s must be 0")
+            raise GreensFunctionError(
+                f"a body that is held cannot translate: velocity = {self.velocity:g} m/s must be 0"
+            )
         modal = self.greens.modal if self.state is not None or self.loads else None
         modes = 0 if modal is None else len(modal.omega)
         if self.state is not None:
@@ -118,7 +120,9 @@ class Body:
             return np.zeros(len(time))
         found = np.asarray(self.base(time), dtype=float)
         if found.shape != time.shape or not np.all(np.isfinite(found)):
-            raise GreensFunctionError(f"base gave {found.shape} values for {time.shape} times: give a finite one for each")
+            raise GreensFunctionError(
+                f"base gave {found.shape} values for {time.shape} times: give a finite one for each"
+            )
         return found
 
     @property
@@ -150,7 +154,9 @@ class Body:
         """
         g = self.greens.modal if modal is None else modal
         if g is None:
-            raise GreensFunctionError(f"a {type(self.greens).__name__} has no modes to start in: give one that is a sum of modes")
+            raise GreensFunctionError(
+                f"a {type(self.greens).__name__} has no modes to start in: give one that is a sum of modes"
+            )
         zero = np.zeros(len(g.omega))
         start = self.state or ModalState(zero, zero)
         if self.velocity == 0.0:

@@ -63,7 +63,9 @@ class Pressure:
         x, weights = modes.quadrature(start, end)
         profile = np.ones(1) if self.profile is None else np.asarray(self.profile(x), dtype=float)
         if not np.all(np.isfinite(profile)):
-            raise GreensFunctionError(f"the pressure profile must be finite, {np.sum(~np.isfinite(profile))} values are not")
+            raise GreensFunctionError(
+                f"the pressure profile must be finite, {np.sum(~np.isfinite(profile))} values are not"
+            )
         area = modes.width * (end - start)
         shape = modes.deflection(x) @ (weights * profile) / (end - start)
         return (Load(shape, _course(self.pressure, area)),)

@@ -135,9 +135,7 @@ def read_time_series(
         line = rows[int(back[0]) + 2][0]
         now, before = samples[back[0] + 1, 0], samples[back[0], 0]
         what = "time" if rpm is None else "angle"
-        raise TimeSeriesError(
-            f"{name}, line {line}, column 1: {what} {now:g} must exceed the one before, {before:g}"
-        )
+        raise TimeSeriesError(f"{name}, line {line}, column 1: {what} {now:g} must exceed the one before, {before:g}")
     if len(samples) < 2:
         raise TimeSeriesError(f"{name}: {len(samples)} samples, at least 2 are needed")
     if rpm is None:

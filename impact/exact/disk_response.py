@@ -158,7 +158,9 @@ class DiskResponse:
         exact = _disk_speed(low + width * _clustered(between), load)
         error = max(np.abs(chebyshev.chebval(between, speed.T) - exact).max() / values.max(), abs(ends[-1] - 1))
         if not error < _ERROR_LIMIT:
-            raise GreensFunctionError(f"half-space disk, nu = {poisson:g}: error {error:.1e} exceeds {_ERROR_LIMIT:g}; report it")
+            raise GreensFunctionError(
+                f"half-space disk, nu = {poisson:g}: error {error:.1e} exceeds {_ERROR_LIMIT:g}; report it"
+            )
         return DiskResponse(breaks, speed, rise / ends[-1], float(error))
 
     def __call__(self, time: Array, *, integrated: bool) -> Array:

@@ -157,7 +157,9 @@ class GreensFunction(ABC):
         Raises:
             GreensFunctionError: a representation whose transform is not known in closed form.
         """
-        raise GreensFunctionError(f"the transform of a {type(self).__name__} is not known in closed form: take a sum of modes or of poles")
+        raise GreensFunctionError(
+            f"the transform of a {type(self).__name__} is not known in closed form: take a sum of modes or of poles"
+        )
 
     @abstractmethod
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
@@ -189,7 +191,9 @@ class GreensFunction(ABC):
         Raises:
             GreensFunctionError: of a function whose ports cannot be combined.
         """
-        raise GreensFunctionError(f"the ports of a {type(self).__name__} cannot be combined: take a sum of modes or of poles")
+        raise GreensFunctionError(
+            f"the ports of a {type(self).__name__} cannot be combined: take a sum of modes or of poles"
+        )
 
     def port_index(self, port: str | int) -> int:
         """Index of a port given by name or index; raises `GreensFunctionError` listing what there is."""

@@ -283,7 +283,9 @@ def _symmetric_psd(values: ArrayLike, name: str) -> Array:
     eigenvalues, vectors = np.linalg.eigh(matrix)
     limit = 1e-10 * max(abs(eigenvalues[-1]), abs(eigenvalues[0]))
     if eigenvalues[0] < -limit:
-        raise GreensFunctionError(f"{name} must be positive semidefinite, or the body gains energy; eigenvalue {eigenvalues[0]:g}")
+        raise GreensFunctionError(
+            f"{name} must be positive semidefinite, or the body gains energy; eigenvalue {eigenvalues[0]:g}"
+        )
     return matrix if eigenvalues[0] >= 0 else np.asarray(vectors * np.maximum(eigenvalues, 0.0) @ vectors.T)
 
 

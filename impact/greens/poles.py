@@ -292,6 +292,6 @@ def _check(g: PoleGreens) -> None:
     if growth > 0:
         raise GreensFunctionError(f"a pole grows as exp({growth:g} t): a body gains no energy; Re s <= 0 is needed")
     if np.any(np.abs(g.signs) != 1) or np.any(g.signs[g.rates == 0] < 0):
-        raise GreensFunctionError("signs must be +1 or -1, and +1 at rate 0")
+        raise GreensFunctionError(f"signs must be +1 or -1, and +1 at rate 0; smallest {g.signs.min():g}")
     check_valid_for(g.valid_for)
     object.__setattr__(g, "compliance", Residual.spring(g.compliance).compliance)

@@ -164,7 +164,9 @@ def largest_shear(path: Array) -> Array:
 def _checked(stress: ArrayLike) -> Array:
     tensors = np.ascontiguousarray(stress, dtype=float)
     if tensors.ndim != 2 or tensors.shape[1] != 6 or not len(tensors):
-        raise LifeError(f"a history of stress tensors must be (n, 6), in order xx, yy, zz, yz, xz, xy, not {tensors.shape}")
+        raise LifeError(
+            f"a history of stress tensors must be (n, 6), in order xx, yy, zz, yz, xz, xy, not {tensors.shape}"
+        )
     if not np.isfinite(tensors).all():
         raise LifeError(f"the stress history must be finite, {np.sum(~np.isfinite(tensors))} values are not")
     return tensors

@@ -193,7 +193,9 @@ class CompiledLaw:
     def potential(self, penetration: Array) -> Array:
         """None declared; raises `LawError` if the force of a run was not finite."""
         if not np.all(np.isfinite(penetration)):
-            raise LawError(f"a compiled law's force must be finite, {np.sum(~np.isfinite(penetration))} of its run are not")
+            raise LawError(
+                f"a compiled law's force must be finite, {np.sum(~np.isfinite(penetration))} of its run are not"
+            )
         return np.zeros_like(penetration)
 
 
@@ -203,7 +205,9 @@ def compiled_law(force: Callable[[float, float, float], float]) -> CompiledLaw:
         return CompiledLaw(cfunc(_SIGNATURE)(force))
     except Exception as problem:
         name = getattr(force, "__name__", repr(force))
-        raise LawError(f"the law {name} cannot be compiled, make it a PlainLaw: {str(problem).strip().splitlines()[0]}") from problem
+        raise LawError(
+            f"the law {name} cannot be compiled, make it a PlainLaw: {str(problem).strip().splitlines()[0]}"
+        ) from problem
 
 
 class _Callback:

@@ -167,7 +167,9 @@ def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array
         GreensFunctionError: a body that is no sum of modes, a load that is not finite.
     """
     if (modal := body.greens.modal) is None:
-        raise GreensFunctionError(f"a {type(body.greens).__name__} has no modal coordinates: take a body that is a sum of modes")
+        raise GreensFunctionError(
+            f"a {type(body.greens).__name__} has no modal coordinates: take a body that is a sum of modes"
+        )
     discrete, rows = Discrete.of(body, dt, force.shape[1]), force.shape[1] // stride
     start, rigid = _start(discrete, modal), modal.omega == 0
     found = np.empty((rows + 1, len(modal.omega)))

@@ -71,7 +71,7 @@ class FrequencyResponse:
                 f"{bad} values of the frequency response are not finite: leave these lines out"
             )
         if f[0] <= 0 or np.any(np.diff(f) <= 0):
-            raise FrequencyResponseError("the frequencies must be positive and increase from line to line")
+            raise FrequencyResponseError("frequency must be positive and increase from line to line")
         turned = g.transpose(0, 2, 1)
         skew = float(np.linalg.norm(g - turned)) / max(2 * float(np.linalg.norm(g)), 1e-300)
         if skew > RECIPROCITY_LIMIT:

@@ -134,7 +134,9 @@ def work_increments(greens: GreensFunction | ArrayLike, dt: float, n: int | None
             raise GreensFunctionError(f"step weights must be finite, (n,) or (p, p, n), got {weights.shape}")
         weights = weights[:, :, :n]
     if weights.shape[2] < 1 or (n is not None and n != weights.shape[2]):
-        raise GreensFunctionError(f"n = {n} must be at least 1 and at most {weights.shape[2]}, the step weights that are known")
+        raise GreensFunctionError(
+            f"n = {n} must be at least 1 and at most {weights.shape[2]}, the step weights that are known"
+        )
     return np.asarray(np.diff(weights, axis=2, prepend=0.0))
 
 

@@ -85,7 +85,9 @@ def load_greens(path: str | os.PathLike[str], *, key: str = "") -> GreensFunctio
     """
     with opened(path, "greens", sealed=bool(key)) as file:
         if key and (found := str(file.attrs.get("key", ""))) != key:
-            raise OtherKeyError(f"{path}: belongs to the key {found or 'of nothing'!r}, not to {key!r}; compute it again")
+            raise OtherKeyError(
+                f"{path}: belongs to the key {found or 'of nothing'!r}, not to {key!r}; compute it again"
+            )
         return _read_greens(file, path)
 
 
@@ -182,7 +184,9 @@ def _write_greens(file: Any, greens: GreensFunction, depth: int = 0) -> None:
     """Into a file, or into a group of it: what the function says that it needs to be made again."""
     stored = greens.stored()
     if stored is None or stored.kind not in _KINDS:
-        raise StorageError(f"a Green's function of type {type(greens).__name__} has no file form; sample it, and save the samples")
+        raise StorageError(
+            f"a Green's function of type {type(greens).__name__} has no file form; sample it, and save the samples"
+        )
     if depth >= DEEPEST and stored.parts:
         raise StorageError(f"sums of sums, more than {DEEPEST} deep, have no file form: add their parts up in one")
     file.attrs["kind"] = stored.kind
@@ -218,7 +222,9 @@ def written(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
             file.flush()
             image = file.id.get_file_image()
     except (MemoryError, OSError, RuntimeError) as problem:  # HDF5's words where memory runs out
-        raise MemoryError(f"{path}: no memory to put the file together ({problem}); free some, or shorten the run") from problem
+        raise MemoryError(
+            f"{path}: no memory to put the file together ({problem}); free some, or shorten the run"
+        ) from problem
     write_whole(path, seal_of(image), image)
 
 

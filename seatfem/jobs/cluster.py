@@ -119,7 +119,11 @@ def _settle(client: Client, address: str) -> None:
     except Exception as error:  # of a worker that has no, or another, seatfem, whatever that raises
         with suppress(Exception):
             client.unregister_worker_plugin(name=name_of(version))
-        told = str(error) if isinstance(error, OtherVersionError) else f"a worker there has no seatfem, install it: {_first(error)}"
+        told = (
+            str(error)
+            if isinstance(error, OtherVersionError)
+            else f"a worker there has no seatfem, install it: {_first(error)}"
+        )
         raise ClusterError(f"--cluster {address}: {told}") from None
 
 
@@ -153,7 +157,9 @@ def _asked(
 
     from seatfem.jobs.remote import Task, carried_out
 
-    gone = ClusterError(f"--cluster {address}: the scheduler is gone; run the same command again, it goes on where it was")
+    gone = ClusterError(
+        f"--cluster {address}: the scheduler is gone; run the same command again, it goes on where it was"
+    )
     version, study, begun = code_version(), uuid4().hex, time.monotonic()
     asked: dict[Future[Any], tuple[int, Parcel]] = {}
     coming = as_completed(loop=client.loop)

@@ -132,7 +132,7 @@ def unpacked(files: Mapping[str, bytes], folder: Path) -> str:
     """The folder, as JSON has it in strings, with these files and no others. Raises `ValueError` of unsafe names."""
     for name in files:
         if not _NAME.fullmatch(name):
-            raise ValueError(f"{name!r} is no name of a file that may be unpacked")
+            raise ValueError(f"{name!r} must be a number, / and a plain name")
     for old in [path for path in folder.glob("*/*") if path.relative_to(folder).as_posix() not in files]:
         old.unlink()
     for name, data in files.items():

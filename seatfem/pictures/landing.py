@@ -74,7 +74,10 @@ class Landing:
         """Raise `PictureError` of what does not fit together."""
         frames, arcs = self.force.shape
         if not len(self.time) == len(self.total) == len(self.deflection) == frames or len(self.height) != arcs:
-            raise PictureError(f"{frames} pictures of {arcs} arcs must be of as many, not {len(self.time)} times, {len(self.height)} arcs")
+            raise PictureError(
+                f"{frames} pictures of {arcs} arcs need as many times and heights, not {len(self.time)} and "
+                f"{len(self.height)}"
+            )
 
     @property
     def exaggeration(self) -> float:

@@ -91,9 +91,11 @@ class Moving:
         each = all(one is None or one.shape == (frames,) for one in (self.time, self.frequency, self.modal_mass))
         fits = self.displacement.shape == (frames, count, 3) and each
         if not whole or not inside or not fits or not frames or not len(self.triangles):
-            raise PictureError(f"{frames} frames of {count} points need (frames, points, 3), not displacements {self.displacement.shape}")
+            raise PictureError(
+                f"{frames} frames of {count} points need as many displacements, not {self.displacement.shape}"
+            )
         if self.values is not None and self.values.shape != (frames, count):
-            raise PictureError(f"{frames} frames of {count} points need (frames, points), not values {self.values.shape}")
+            raise PictureError(f"{frames} frames of {count} points need as many values, not {self.values.shape}")
 
     @property
     def size(self) -> float:

@@ -80,7 +80,7 @@ class StressWave:
         """Raise `PictureError` of what does not fit together, or has no stress at all."""
         frames, nodes = len(self.time), len(self.skin.nodes)
         if self.mises.shape != (frames, nodes) or self.displacement.shape != (frames, nodes, 3):
-            raise PictureError(f"{frames} times of {nodes} nodes need (times, nodes), not stress {self.mises.shape}")
+            raise PictureError(f"{frames} times of {nodes} nodes need as many stresses, not {self.mises.shape}")
         if not np.isfinite(self.mises[:, self.told]).any():
             raise PictureError("no stress is told anywhere on this body: lower stress.distance")
 

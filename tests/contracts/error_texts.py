@@ -1,7 +1,7 @@
 """What the packages say when they refuse: every text of an error, followed to where its words come from.
 
-A text may be put together: from variables, constants, branches and functions of the packages, and from what callers hand
-to a function that makes errors. It has a remedy when it has one whichever way it came about. Nothing is run.
+A text may be put together: of variables, constants, branches and functions of the packages, and of what callers hand to
+a function that makes errors. It has a remedy when it has one whichever way it came about. Nothing is run.
 """
 
 from __future__ import annotations
@@ -11,32 +11,25 @@ import builtins
 import gc
 import re
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-DEEPEST = 6
-"""Steps from an error to the words of its text."""
-PLAIN = ("ValueError", "RuntimeError", "OSError", "FileNotFoundError", "ImportError", "MemoryError", "TimeoutError")
-"""Errors of Python that tell a user something; others (NotImplementedError, TypeError, ...) are for who programs."""
+PLAIN = ("ValueError", "RuntimeError", "FileNotFoundError", "ImportError", "MemoryError")
+"""Errors of Python that tell a user something; others (TypeError, NotImplementedError, OSError) are for who calls."""
+DEEPEST = 12
+"""Steps from an error to where its words stand."""
+PLACES = {"KeyProblem": 1, "Problem": 3}
+"""Where the words stand among the arguments of an error that has its key before them."""
 MADE_OF_OTHERS = ("SceneError",)
+PASSED_ON = (
+    "join", "replace", "format", "strip", "removeprefix", "partition", "get", "values", "items", "fromkeys",
+    "str", "next", "tuple", "list", "sorted", "map",
+)  # fmt: skip
+"""Functions of Python whose result has the words that they are given."""
 VALUE = "{}"
-VERBS = (
-    "accept add allow apply ask average begin call change check choose cite close compare compute condense construct convert "
-    "copy correct cut define delete draw drive drop end enlarge exchange explode export fill fit free give heal improve "
-    "install integrate join keep lead leave let list load lower make march measure mend merge move name open pip place prepare "
-    "press put raise read reduce refine release remove rename report resample restore run save scale see select set shift shorten "
-    "sort spell split stack start state straighten strike subtract take try unpack update use vary wait watch write"
-).split()
-REMEDY = re.compile(
-    rf"(?:^|[;:,.(?] |\b(?:or|and|first|please|then) )(?:{'|'.join(VERBS)}|hold (?:it|the)|mesh (?:finer|it|the)|number their)\b"
-    r"|\bmust\b|\bneeds?\b|\bneeded\b|\brequired\b|\bexpected\b"  # what is wanted
-    r"|\bat (?:least|most)\b|\boutside\b|\bbetween \S+ and\b|\brange: |[<>]=? ?[\d{]|\.\."  # a range that is allowed
-    r"|\b(?:not|none|no) one of\b|\bnone of\b|\bdid you mean\b|\bdecks know\b|\bknown(?::| are| here| places)"  # a list
-    r"|\bthere are: |\b(?:file|mesh|model|result|function|plate|reed|solid) has:? \{",
-    re.IGNORECASE,
-)
+"""Where a text has something else than its own words."""
 
 
 @dataclass(frozen=True)
@@ -47,13 +40,21 @@ class Scope:
     functions: tuple[ast.FunctionDef, ...] = ()
     owner: ast.ClassDef | None = None
 
+    @property
+    def names(self) -> set[str]:
+        """Of the arguments of the functions and the fields of the class."""
+        fields = self.owner.body if self.owner else ()
+        return {name for function in self.functions for name in arguments(function)} | {
+            name_of(node.target) for node in fields if isinstance(node, ast.AnnAssign)
+        }
+
 
 @dataclass(frozen=True)
 class Made:
-    """An error that is made somewhere."""
+    """An error that is made somewhere: its words, without key, line and file."""
 
     kind: str
-    call: ast.Call
+    text: ast.expr
     scope: Scope
 
 
@@ -61,7 +62,8 @@ class Made:
 class Code:
     """Both packages, parsed: who makes and calls what."""
 
-    files: list[Path]
+    files: Sequence[Path]
+    remedy: re.Pattern[str]
     functions: dict[str, list[tuple[ast.FunctionDef, Scope]]] = field(default_factory=lambda: defaultdict(list))
     calls: dict[str, list[tuple[ast.Call, Scope]]] = field(default_factory=lambda: defaultdict(list))
     values: dict[str, list[tuple[ast.expr, Scope]]] = field(default_factory=lambda: defaultdict(list))
@@ -103,45 +105,32 @@ class Code:
             own |= more
 
     def made(self) -> Iterator[Made]:
-        """All errors with a text of their own; private ones do not leave their file, whose other errors tell them on."""
+        """All errors with a text of their own, but private ones: they do not leave their file, which tells them on."""
         kinds = {n for n in self.errors if not n.startswith("_")} - set(MADE_OF_OTHERS)
         for kind in sorted(kinds | {*PLAIN, "Problem"}):
-            for call, scope in self.calls[kind]:
-                if call.args or call.keywords:
-                    yield Made(kind, call, scope)
+            at = PLACES.get(kind, 0)
+            yield from (Made(kind, call.args[at], scope) for call, scope in self.calls[kind] if len(call.args) > at)
 
-    def text(self, made: Made) -> ast.expr:
-        """The words, without key, line and file."""
-        return self._message(made.kind, made.call)
-
-    def _message(self, kind: str, call: ast.Call) -> ast.expr:
-        names = ["message"]
-        owner = self.classes.get(kind)
-        if owner is not None:
-            for node in owner.body:
-                if isinstance(node, ast.FunctionDef) and node.name == "__init__":
-                    names = [a.arg for a in node.args.args[1:]]
-            if kind == "Problem":
-                names = [name_of(n.target) for n in owner.body if isinstance(n, ast.AnnAssign)]
-        given = dict(zip(names, call.args)) | {k.arg: k.value for k in call.keywords}
-        return given.get("message", call.args[0] if call.args else call.keywords[0].value)
-
-    def has_remedy(self, text: ast.expr, scope: Scope, deep: int = 0) -> bool:
-        if deep > DEEPEST:
-            return False
-        if REMEDY.search(literal(text)):
+    def has_remedy(self, text: ast.expr, scope: Scope, within: frozenset[int] = frozenset()) -> bool:
+        """Whichever way it comes about; ``within``: what is being asked already, for words are made of themselves."""
+        if self.remedy.search(literal(text)):
             return True
+        if len(within) > DEEPEST or id(text) in within:
+            return False
+        within |= {id(text)}
 
         def also(part: ast.expr) -> bool:
-            return self.has_remedy(part, scope, deep + 1)
+            return self.has_remedy(part, scope, within)
 
         match text:
             case ast.JoinedStr():
-                return any(also(part.value) for part in text.values if isinstance(part, ast.FormattedValue))
+                return any(
+                    also(part.value) for part in text.values if isinstance(part, ast.FormattedValue) and words(part)
+                )
             case ast.BinOp():
                 return also(text.left) or also(text.right)
             case ast.IfExp():
-                return also(text.body) and also(text.orelse)
+                return all(also(part) for part in (text.body, text.orelse) if not nothing(part))
             case ast.BoolOp():
                 return all(map(also, text.values))
             case ast.Tuple() | ast.List():
@@ -152,88 +141,88 @@ class Code:
                 return also(text.value)
             case ast.GeneratorExp() | ast.ListComp():
                 return also(text.elt)
+            case ast.DictComp():
+                return also(text.value)
             case ast.Name():
-                return self._name(text.id, scope, deep)
+                return self._name(text, scope, within)
             case ast.Attribute():
-                found = [(e, s) for e, s in self.values.get(text.attr, ())] + self._answers(text.attr, scope)
-                return bool(found) and all(self.has_remedy(e, s, deep + 1) for e, s in found)
+                if text.attr == "message":  # of another error, which is asked itself
+                    return True
+                return self._all([*self.values.get(text.attr, ()), *self._answers(text.attr, scope)], within)
             case ast.Call():
-                return self._call(text, scope, deep)
+                return self._call(text, scope, within)
         return False
 
-    def _call(self, call: ast.Call, scope: Scope, deep: int) -> bool:
+    def _call(self, call: ast.Call, scope: Scope, within: frozenset[int]) -> bool:
         name = name_of(call.func)
-        if isinstance(call.func, ast.Attribute) and name in ("join", "replace", "format", "strip", "removeprefix", "partition"):
-            parts = [call.func.value] if name != "join" else [call.func.value, *call.args]
-            return any(self.has_remedy(part, scope, deep + 1) for part in parts)
-        if name in ("str", "next", "tuple", "list") and call.args:
-            return self.has_remedy(call.args[0], scope, deep + 1)
+        if name in PASSED_ON:
+            parts = [call.func.value] if isinstance(call.func, ast.Attribute) else []
+            return any(self.has_remedy(part, scope, within) for part in (*parts, *call.args))
         found = self._answers(name, scope)
-        if found and all(self.has_remedy(e, s, deep + 1) for e, s in found):
-            return True
-        return any(self.has_remedy(each, scope, deep + 1) for each in call.args) if found else False
+        return self._all(found, within) or (bool(found) and any(self.has_remedy(e, scope, within) for e in call.args))
+
+    def _all(self, found: list[tuple[ast.expr, Scope]], within: frozenset[int]) -> bool:
+        """Whether there are some and all have a remedy, but for those that are being asked already."""
+        return bool(found) and all(id(text) in within or self.has_remedy(text, scope, within) for text, scope in found)
 
     def _answers(self, name: str, scope: Scope) -> list[tuple[ast.expr, Scope]]:
         """What the functions of this name return: those of the same file, or else all."""
-        every = self.functions.get(name, [])
-        near = [each for each in every if each[1].path == scope.path] or every
-        return [
+        found = [
             (node.value, Scope(around.path, (*around.functions, function), around.owner))
-            for function, around in near
+            for function, around in self.functions.get(name, [])
             for node in ast.walk(function)
-            if isinstance(node, ast.Return | ast.Yield) and node.value is not None
-            and not (isinstance(node.value, ast.Constant) and node.value.value in (None, ""))
+            if isinstance(node, ast.Return | ast.Yield) and node.value is not None and not nothing(node.value)
         ]
+        return [each for each in found if each[1].path == scope.path] or found
 
-    def _name(self, name: str, scope: Scope, deep: int) -> bool:
+    def _name(self, name: ast.Name, scope: Scope, within: frozenset[int]) -> bool:
         for depth in range(len(scope.functions), 0, -1):
-            function, inside = scope.functions[depth - 1], Scope(scope.path, scope.functions[:depth], scope.owner)
-            ways = list(self._bindings(name, function, inside))
-            if ways:
-                return all(way(deep + 1) for way in ways)
-        every = self.values.get(name, [])
+            inside = Scope(scope.path, scope.functions[:depth], scope.owner)
+            if ways := list(self._bindings(name, inside)):
+                return all(way(within) for way in ways)
+        every = self.values.get(name.id, [])
         near = [each for each in every if each[1].path == scope.path] or every
-        return bool(near) and all(self.has_remedy(e, s, deep + 1) for e, s in near)
+        return name.id.isupper() and self._all(near, within)
 
-    def _bindings(self, name: str, function: ast.FunctionDef, scope: Scope) -> Iterator[Callable[[int], bool]]:
+    def _bindings(self, name: ast.Name, scope: Scope) -> Iterator[Callable[[frozenset[int]], bool]]:
         """For each way in which a name gets its value in a function: whether a remedy is in it."""
-        given = [a.arg for a in (*function.args.posonlyargs, *function.args.args)]
-        only = [a.arg for a in function.args.kwonlyargs]
-        if name in given + only:
-            yield lambda deep: self._handed(name, function, scope, deep)
+        function = scope.functions[-1]
+        if name.id in arguments(function):
+            yield lambda within: self._handed(name.id, scope, within)
         for node in ast.walk(function):
-            if isinstance(node, ast.ExceptHandler) and node.name == name:
-                kinds = node.type.elts if isinstance(node.type, ast.Tuple) else [node.type]
-                told = all(kind is not None and name_of(kind) in self.errors for kind in kinds)
-                yield lambda deep, told=told: told
-            pairs: list[tuple[ast.expr, ast.expr]] = []
-            if isinstance(node, ast.Assign):
-                pairs = [(target, node.value) for target in node.targets]
-            elif isinstance(node, ast.AnnAssign | ast.NamedExpr) and node.value is not None:
-                pairs = [(node.target, node.value)]
-            elif isinstance(node, ast.For | ast.comprehension):
-                pairs = [(node.target, each) for each in elements(node.iter)]
-            for target, value in pairs:
-                part = part_of(target, value, name)
-                if part is not None and not (isinstance(part, ast.Constant) and part.value in ("", None)):
-                    yield lambda deep, part=part: self.has_remedy(part, scope, deep)
+            for handler in node.handlers if isinstance(node, ast.Try) else ():
+                if handler.name == name.id and handler.lineno <= name.lineno <= (handler.end_lineno or 0):
+                    yield lambda within, tried=node, handler=handler: self._told(tried, handler)
+            for value in given(node, name.id):
+                yield lambda within, value=value: id(value) in within or self.has_remedy(value, scope, within)
 
-    def _handed(self, name: str, function: ast.FunctionDef, scope: Scope, deep: int) -> bool:
+    def _told(self, tried: ast.Try, handler: ast.ExceptHandler) -> bool:
+        """Whether what is caught has its words from the packages, where they are asked for a remedy themselves."""
+        kinds = handler.type.elts if isinstance(handler.type, ast.Tuple) else [handler.type] if handler.type else []
+        names = {name_of(kind) for kind in kinds}
+        ours = any(name_of(node) in self.functions for part in tried.body for node in ast.walk(part))
+        return bool(names & self.errors) or ("ValueError" in names and ours)
+
+    def _handed(self, name: str, scope: Scope, within: frozenset[int]) -> bool:
         """Whether every caller in the packages hands over a remedy."""
+        function = scope.functions[-1]
         made = function.name == "__init__" and scope.owner is not None
         every = self.calls.get(scope.owner.name if made else function.name, [])
         near = every
-        if function.name.startswith("_") or len(self.functions[function.name]) > 1:
+        if function.name.startswith("_") or len(self.functions[function.name]) > 1 or len(scope.functions) > 1:
             near = [each for each in every if each[1].path == scope.path]
         found = []
         for call, around in near:
-            arguments = [a.arg for a in (*function.args.posonlyargs, *function.args.args)]
-            if arguments and arguments[0] in ("self", "cls"):
-                arguments = arguments[1:]
-            given = dict(zip(arguments, call.args)) | {k.arg: k.value for k in call.keywords}
-            if name in given:
-                found.append((given[name], around))
-        return bool(found) and all(self.has_remedy(e, s, deep + 1) for e, s in found)
+            names = [each for each in arguments(function) if each not in ("self", "cls")]
+            handed = dict(zip(names, call.args, strict=False)) | {k.arg: k.value for k in call.keywords}
+            if name in handed and id(handed[name]) not in within:
+                found.append((handed[name], around))
+        return self._all(found, within)
+
+
+def arguments(function: ast.FunctionDef) -> list[str]:
+    given = function.args
+    return [each.arg for each in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
 
 
 def name_of(node: ast.AST) -> str:
@@ -257,15 +246,39 @@ def literal(text: ast.expr) -> str:
     return VALUE
 
 
+def nothing(text: ast.expr) -> bool:
+    """Whether it says nothing: an empty text, or several, or none."""
+    if isinstance(text, ast.Tuple | ast.List):
+        return all(map(nothing, text.elts))
+    return isinstance(text, ast.Constant) and text.value in ("", None)
+
+
+def given(node: ast.AST, name: str) -> Iterator[ast.expr]:
+    """What a statement gives a name to mean."""
+    pairs: list[tuple[ast.expr, ast.expr]] = []
+    match node:
+        case ast.Assign():
+            pairs = [(target, node.value) for target in node.targets]
+        case ast.AnnAssign() | ast.NamedExpr() | ast.AugAssign() if node.value is not None:
+            pairs = [(node.target, node.value)]
+        case ast.For() | ast.comprehension():
+            pairs = [(node.target, each) for each in elements(node.iter)]
+        case ast.Call(func=ast.Attribute(value=ast.Name() as collected, attr="append"), args=[value]):
+            pairs = [(collected, value)]
+    for target, value in pairs:
+        part = part_of(target, value, name)
+        if part is not None and not nothing(part):
+            yield part
+
+
+def words(part: ast.FormattedValue) -> bool:
+    """Whether it may be text: numbers have a format, and what a user wrote is quoted."""
+    return part.format_spec is None and part.conversion < 0
+
+
 def elements(of: ast.expr) -> list[ast.expr]:
     """What a loop runs over, where it is written out; itself where it is not."""
-    if isinstance(of, ast.Tuple | ast.List):
-        return of.elts
-    if isinstance(of, ast.Call) and name_of(of.func) == "items" and isinstance(of.func, ast.Attribute):
-        if isinstance(of.func.value, ast.Dict):
-            pairs = zip(of.func.value.keys, of.func.value.values)
-            return [ast.Tuple([key, value]) for key, value in pairs if key is not None]
-    return [of]
+    return of.elts if isinstance(of, ast.Tuple | ast.List) else [of]
 
 
 def part_of(target: ast.expr, value: ast.expr, name: str) -> ast.expr | None:

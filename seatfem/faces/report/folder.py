@@ -26,7 +26,11 @@ def run_summary(folder: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise ReportError(f"{folder}: holds no {SUMMARY_FILE}; give the folder of a run (seatfem run -o)") from None
     except ValueError as error:
-        raise error if isinstance(error, ReportError) else ReportError(f"{path}: is no JSON ({error}); run the scene again") from None
+        raise (
+            error
+            if isinstance(error, ReportError)
+            else ReportError(f"{path}: is no JSON ({error}); run the scene again")
+        ) from None
     if not isinstance(found, dict) or "impulse_Ns" not in found:
         raise ReportError(f"{path}: is no summary of a run; give the folder of a run (seatfem run -o)")
     return found

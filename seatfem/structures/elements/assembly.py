@@ -185,8 +185,8 @@ def solids_by_region(mesh: Any, material: Any) -> tuple[tuple[Solid, ...], NDArr
         region[there[name]] = k
     if (times != 1).any():
         raise ModelError(
-            f"material: of {count} elements {np.sum(times == 0)} have none and {np.sum(times > 1)} have several, each must have one; "
-            f"the mesh's regions are {sizes}, materials are given for {', '.join(material)}"
+            f"material: of {count} elements {np.sum(times == 0)} have none and {np.sum(times > 1)} have several; "
+            f"give each one: the mesh's regions are {sizes}, materials are given for {', '.join(material)}"
         )
     solids = (
         value if isinstance(value, Material | Orthotropic) else material_from(value) for value in material.values()
@@ -231,5 +231,5 @@ def check_ports(mesh: Any, patches: Mapping[str, str], held: Mapping[str, Sequen
                 common = np.intersect1d(facets_of(mesh, name, "port"), facets_of(mesh, other, role)).size
                 if common:
                     raise ModelError(
-                        f"port: {common} facets of {name!r} are also {role} ({other!r}) and cannot be pushed: remove them from one"
+                        f"port: {common} facets of {name!r} are also {role} ({other!r}): take them out of one"
                     )

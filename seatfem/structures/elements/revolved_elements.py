@@ -60,7 +60,9 @@ class Section:
     def of(mesh: Any, order: int | None) -> Section:
         """Checked: two dimensions, r >= 0, no folded cell; nodes within 1e-9 of the outer radius are on the axis."""
         if mesh.dim() != 2:
-            raise ModelError(f"a meridian section must have two dimensions (r, z), this {type(mesh).__name__} has {mesh.dim()}")
+            raise ModelError(
+                f"a meridian section must have two dimensions (r, z), this {type(mesh).__name__} has {mesh.dim()}"
+            )
         element = section_element(mesh, order)
         basis = skfem.Basis(mesh, element, intorder=1)
         points = np.asarray(basis.doflocs, dtype=float)
@@ -72,7 +74,9 @@ class Section:
         folded = np.flatnonzero((det.min(axis=1) <= 0) & (det.max(axis=1) >= 0))
         if folded.size:
             place = np.round(mesh.p[:, mesh.t[:, folded[0]]].mean(axis=1), 6)
-            raise ModelError(f"{folded.size} elements are folded (Jacobian changes sign), the first at {place} m: mesh finer there")
+            raise ModelError(
+                f"{folded.size} elements are folded (Jacobian changes sign), the first at {place} m: mesh finer there"
+            )
         cells = np.asarray(basis.element_dofs, dtype=np.int64)
         return Section(mesh, element, points, cells, np.flatnonzero(points[0] <= 1e-9 * outer))
 

@@ -90,7 +90,9 @@ def _blocks(path: Path, depth: int, budget: Budget) -> Iterator[Block]:
                 raise MeshError(f"{place}: *{keyword}, INPUT=: not supported; use *INCLUDE")
             other = path.parent / options["INPUT"]
             if depth >= DEPTH or not other.exists():
-                raise MeshError(f"{place}: INCLUDE: no such file {other}, or files that include each other; write one file")
+                raise MeshError(
+                    f"{place}: INCLUDE: no such file {other}, or files that include each other; write one file"
+                )
             yield from _blocks(other, depth + 1, budget)
     if head:
         yield Block(head[0], head[1], rows, head[2])

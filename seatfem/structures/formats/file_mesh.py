@@ -204,7 +204,8 @@ class Deck:
         missing = np.unique(wanted[self.node_ids[rows] != wanted])
         if len(missing):
             raise MeshError(
-                f"{self.source}: {self.what} {missing[0]} is used and not defined ({len(missing)} such {self.what}s); export it too"
+                f"{self.source}: {self.what} {missing[0]} is used and not defined, export it too ({len(missing)} "
+                f"such {self.what}s)"
             )
         return np.asarray(rows)
 

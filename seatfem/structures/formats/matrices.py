@@ -70,7 +70,9 @@ def read_matrices(
     n = found["K"].shape[0]
     for key, matrix in found.items():
         if matrix.shape[0] != n:
-            raise ModelError(f"{names[key]}: {key} has {matrix.shape[0]} unknowns, must have the {n} of K in {names['K']}")
+            raise ModelError(
+                f"{names[key]}: {key} has {matrix.shape[0]} unknowns, must have the {n} of K in {names['K']}"
+            )
     vectors = {name: _vector(_told(name, port), port, n, first_dof) for name, port in ports.items()}
     held = _held(found["K"], found["M"])
     if np.any(held):
@@ -100,11 +102,13 @@ def read_matrices(
 def _read(path: Path) -> sparse.csr_array:
     """A real, square, finite, symmetric matrix."""
     if not path.exists():
-        raise ModelError(f"{path}: no such file")
+        raise ModelError(f"{path}: no such file; check the path")
     try:
         raw = load_matrix(path)
     except Exception as problem:  # a broken file makes zlib, zipfile and tokenize raise what they like
-        raise ModelError(f"{path}: cannot be read as a matrix ({type(problem).__name__}: {problem}); check it, or export it again") from problem
+        raise ModelError(
+            f"{path}: cannot be read as a matrix ({type(problem).__name__}: {problem}); check it, or export it again"
+        ) from problem
     if np.issubdtype(raw.dtype, np.complexfloating):
         raise ModelError(f"{path}: is complex; give the real part here, and loss as damping")
     if raw.dtype.kind not in "fiub":
@@ -189,7 +193,7 @@ def _told(name: str, port: PortLike) -> str:
 def _weights(path: Path) -> dict[int, float]:
     """A table of dof and weight."""
     if not path.exists():
-        raise ModelError(f"{path}: no such file")
+        raise ModelError(f"{path}: no such file; check the path")
     try:
         rows = csv_rows(path, ",")
         if not rows or [cell.strip().lower() for cell in rows[0][1]] != ["dof", "weight"]:

@@ -38,7 +38,7 @@ def load_matrix(path: Path) -> Any:
     if isinstance(raw, np.ndarray):
         return raw
     if max(raw.shape) > _ROWS + _SPARSEST * raw.nnz:
-        raise ValueError(f"it is {raw.shape[0]} x {raw.shape[1]} large with {raw.nnz} entries")
+        raise ValueError(f"it is {raw.shape[0]} x {raw.shape[1]} large, must have more than {raw.nnz} entries")
     if raw.format in ("csr", "csc", "bsr"):
         raw.check_format(full_check=True)
     return raw
@@ -59,11 +59,11 @@ def _raw(path: Path) -> Any:
     words = _words(path)
     rows, columns, entries, form, kind, symmetry = mminfo(path)
     if kind == "pattern":
-        raise ValueError(f"a Matrix Market file of {kind}s has no values")
+        raise ValueError(f"a Matrix Market file of {kind}s has no values; export them")
     if form == "coordinate":
         wanted = (2 + _WORDS.get(kind, 1)) * entries + 3
         if entries > rows * columns:
-            raise ValueError(f"it has {entries} entries for {rows} x {columns} places")
+            raise ValueError(f"it has {entries} entries, must have at most {rows} x {columns}")
     else:
         lower = {"general": 0, "skew-symmetric": -rows}.get(symmetry, rows)
         stored = rows * columns if symmetry == "general" else (rows * columns + lower) // 2
@@ -96,18 +96,20 @@ def _check_array(file: BinaryIO, size: int) -> None:
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, _, dtype = read(file)
     if dtype.hasobject:
-        raise ValueError("it holds Python objects, which are not read")
+        raise ValueError("it must hold numbers, not Python objects")
     claimed = dtype.itemsize
     for length in shape:
         claimed *= int(length)
     if claimed > size:
-        raise ValueError(f"its head claims {claimed / MB:.4g} MB in {size / MB:.3g} MB")
+        raise ValueError(f"its head claims {claimed / MB:.4g} MB, must claim at most its {size / MB:.3g} MB")
     _refuse_beyond_memory(4.0 * claimed)
 
 
 def _refuse_beyond_memory(need: float) -> None:
     if need > (there := available_memory()):
-        raise ValueError(f"reading it takes {need / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are free")
+        raise ValueError(
+            f"reading it takes {need / 1e9:.3g} GB of memory, must take at most the {there / 1e9:.3g} GB that are free"
+        )
 
 
 def _words(path: Path) -> int:
@@ -118,7 +120,7 @@ def _words(path: Path) -> int:
     for lines in _blocks(path):
         text = b"\n".join(line for line in lines.split(b"\n") if not line.startswith(b"%"))
         if text.translate(None, _OF_NUMBERS) and (foreign := _FOREIGN.search(text)):
-            raise ValueError(f"{foreign[0][:40]!r} stands there, which is no number (exponents are 1e-3)")
+            raise ValueError(f"{foreign[0][:40]!r} must be a number (exponents are 1e-3)")
         words += len(text.split())
     return words
 
@@ -137,6 +139,6 @@ def _blocks(path: Path) -> Iterator[bytes]:
                 )
             whole, _, begun = (begun + block).rpartition(b"\n")
             if len(begun) > LONGEST_LINE:
-                raise ValueError(f"it has a line of more than {LONGEST_LINE} characters")
+                raise ValueError(f"its lines must have at most {LONGEST_LINE} characters")
             yield whole
     yield begun

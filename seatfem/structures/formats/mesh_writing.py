@@ -74,7 +74,7 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
         raise MeshError(f"{path}: unit = {unit:g}: must be > 0 (metres per length unit of the file)")
     points, cells = _nodes(seat)
     if form == "tetgen" and cells.shape[1] != 4:  # meshio leaves them out, and finds no end when it reads that
-        raise MeshError(f"{path}: the format does not hold {_SOLIDS[cells.shape[1]]} elements")
+        raise MeshError(f"{path}: the format does not hold {_SOLIDS[cells.shape[1]]} elements; write .msh")
     points = points / unit
     if form == "nastran":  # its fields have 16 characters; meshio fails where a number takes more
         points = np.round(points, 10 - math.ceil(math.log10(np.ptp(points, axis=0).max())))
@@ -85,7 +85,9 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
             meshio.write(Path(folder) / path.name, mesh, file_format=form, **OPTIONS.get(form, {}))
         except (Exception, SystemExit) as error:
             what = f"{len(cells)} {_SOLIDS[cells.shape[1]]}"
-            raise MeshError(f"{path}: cannot be written as {form} ({what}: {type(error).__name__}: {error}); try .msh") from error
+            raise MeshError(
+                f"{path}: cannot be written as {form} ({what}: {type(error).__name__}: {error}); try .msh"
+            ) from error
         if form == "nastran":
             _mend_nastran(Path(folder) / path.name, names)
         _check(Path(folder) / path.name, path, cells)
@@ -106,7 +108,7 @@ def _check(written: Path, path: Path, cells: Integers) -> None:
     try:
         back = read_file(written).cells
     except MeshError as error:
-        raise MeshError(f"{path}: the format does not hold {_SOLIDS[cells.shape[1]]} elements") from error
+        raise MeshError(f"{path}: the format does not hold {_SOLIDS[cells.shape[1]]} elements; write .msh") from error
     if back.shape != cells.shape:
         raise MeshError(
             f"{path}: {len(cells)} elements of {cells.shape[1]} nodes come back as {len(back)} of {back.shape[1]}: the "

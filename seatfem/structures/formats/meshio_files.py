@@ -154,7 +154,9 @@ def _read(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str, ND
         with LineWorker("seatfem.structures.formats._meshio_worker", log=log) as worker:
             answer = worker.ask(json.dumps(job), PATIENCE)
     except TimeoutError as error:
-        raise MeshError(f"{path}: not readable as a {path.suffix} file (its reader gave {error}); export it again") from error
+        raise MeshError(
+            f"{path}: not readable as a {path.suffix} file (its reader gave {error}); export it again"
+        ) from error
     said = json.loads(answer) if answer else {"error": "its reader ended without a word, or took too long"}
     if "error" in said:
         told = said["error"].replace(str(folder), str(path.parent))

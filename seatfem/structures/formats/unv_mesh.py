@@ -95,7 +95,9 @@ def _collect(path: Path) -> Contents:
             elif number in GROUPS:
                 _groups(lines, contents)
     except (ValueError, IndexError, StopIteration, RuntimeError) as error:
-        raise MeshError(f"{path}: not readable as a universal file ({type(error).__name__}: {error}); export it again") from error
+        raise MeshError(
+            f"{path}: not readable as a universal file ({type(error).__name__}: {error}); export it again"
+        ) from error
     return contents
 
 

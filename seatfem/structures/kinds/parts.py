@@ -47,7 +47,9 @@ class Mesh(Table):
     @model_validator(mode="after")
     def _finer_at_the_contact(self) -> Self:
         if self.size and self.contact_size and self.contact_size > self.size:
-            raise KeyProblem("contact_size", f"{self.contact_size:g} m must be at most the bulk's size, {self.size:g} m")
+            raise KeyProblem(
+                "contact_size", f"{self.contact_size:g} m must be at most the bulk's size, {self.size:g} m"
+            )
         return self
 
 

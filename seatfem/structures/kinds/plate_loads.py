@@ -79,7 +79,9 @@ class ClampedPlate(ThinPlate):
         if self.pressure_radius is not None and not self._has_pressed_disc:
             raise KeyProblem("pressure_radius", "there is no pressure; remove the key, or give pressure")
         if (wide := self.pressure_radius) is not None and wide > (most := self.geometry().room[1]):
-            raise KeyProblem("pressure_radius", f"{wide:g} m must be at most what the plate has about {self.about}, {most:g} m")
+            raise KeyProblem(
+                "pressure_radius", f"{wide:g} m must be at most what the plate has about {self.about}, {most:g} m"
+            )
         return self
 
     @property

@@ -90,7 +90,9 @@ class ThinPlate(Moving):
         lip = self.own_lip
         key = "contact_width" if self.contact_radius is None and self.contact_width is not None else "contact_radius"
         if lip.outer > most * (1 + ROUND_OFF):
-            raise KeyProblem(key, f"the contact reaches {lip.outer:g} m from {self.about}, it must stay below the plate's {most:g} m")
+            raise KeyProblem(
+                key, f"the contact reaches {lip.outer:g} m from {self.about}, it must stay below the plate's {most:g} m"
+            )
         if lip.inner < least * (1 - ROUND_OFF):
             raise KeyProblem(
                 key, f"the contact begins {lip.inner:g} m from {self.about}, it must begin beyond the hole, {least:g} m"

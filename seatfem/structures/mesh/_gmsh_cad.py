@@ -101,7 +101,7 @@ def check_faces(model: Any, unit: float) -> None:
             x, y, z = 1e3 * unit * points[np.argmax(off)]
             raise RuntimeError(
                 f"surface {tag} ({model.getType(2, tag)}): its edges lie up to {1e3 * unit * off.max():.3g} mm off it, "
-                f"at ({x:.4g}, {y:.4g}, {z:.4g}) mm"
+                f"at ({x:.4g}, {y:.4g}, {z:.4g}) mm; heal it"
             )
 
 
@@ -170,7 +170,8 @@ def regions_of(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[i
         taken = [tag for tag in fitting if tag not in left]
         if taken:
             raise GeometryError(
-                f"{part.path}: solids {taken} belong to {region.name!r} and to another region: give them to one", f"regions.{region.name}"
+                f"{part.path}: solids {taken} belong to {region.name!r} and to another region: give them to one",
+                f"regions.{region.name}",
             )
         regions[region.name] = fitting
         left = [tag for tag in left if tag not in fitting]

@@ -86,7 +86,9 @@ def build(
         cut(occ, 3, sectors)
         part = sum(occ.getMass(3, tag) for _, tag in occ.getEntities(3))
         if abs(sectors * part / whole - 1.0) > EQUAL_SECTORS:
-            raise GeometryError(f"sector = {sectors}: the part beside y = 0 must be 1/{sectors} of the volume, it is {part / whole:.6g}")
+            raise GeometryError(
+                f"sector = {sectors}: the part beside y = 0 must be 1/{sectors} of the volume, it is {part / whole:.6g}"
+            )
     marks = recall(gmsh, imported) if isinstance(geometry, CadPart) else None
     occ.synchronize()
     if isinstance(geometry, CadPart):

@@ -27,7 +27,9 @@ def check_mesh(arrays: MeshArrays, required: tuple[str, ...] = ("contact", "fixe
     """
     check_groups(arrays, required)
     if not np.all(np.isfinite(arrays.points)):
-        raise MeshError(f"{arrays.source}: {np.sum(~np.isfinite(arrays.points))} node coordinates must be finite and are not")
+        raise MeshError(
+            f"{arrays.source}: {np.sum(~np.isfinite(arrays.points))} node coordinates must be finite and are not"
+        )
     arrays = right_side_out(arrays)
     check_elements(arrays)
     check_parts(arrays, parts)

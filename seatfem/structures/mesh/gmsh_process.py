@@ -120,4 +120,6 @@ def _check(code: int, last: Mapping[str, Any], log: str) -> None:
         raise MeshingError(f"gmsh crashed ({name}) while {last['stage']}: {REMEDY}")
     if code > 0:
         ending = log.strip().splitlines()[-1:] or ["no message"]
-        raise MeshingError(f"the gmsh process failed (exit code {code}) while {last['stage']}, see seatfem doctor: {ending[0]}")
+        raise MeshingError(
+            f"the gmsh process failed (exit code {code}) while {last['stage']}, see seatfem doctor: {ending[0]}"
+        )

@@ -305,7 +305,7 @@ if __name__ == "__main__":
         ctypes.CDLL(None).prctl(1, signal.SIGKILL, 0, 0, 0)
     try:
         if np.dtype(PETSc.ScalarType) != np.float64 or not PETSc.Sys.hasExternalPackage("mumps"):
-            raise ImportError("PETSc must be built for real numbers (float64) and with MUMPS")
+            raise ImportError("build PETSc for real numbers (float64) and with MUMPS")
         if sys.argv[1:]:
             main()
         else:

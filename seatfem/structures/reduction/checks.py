@@ -42,5 +42,5 @@ def feeding(model: SecondOrderModel, damping: Damping) -> str:
     """In words how the model's C would feed energy; "" where it does not, as far as its diagonal tells."""
     least = 0.0 if model.C is None else float(model.C.diagonal().min(initial=0.0))
     if least < 0:
-        return f"C has a diagonal value {least:g}: it would feed energy"
+        return f"C has a diagonal value {least:g}: it must not be negative and feed energy"
     return "" if damping.coupling else damping.refusal

@@ -88,17 +88,18 @@ def factorize(
     matrix = as_csr(matrix)
     zero = int(np.sum(matrix.diagonal() == 0))
     if zero:
-        raise FactorizationError(f"{name}: {zero} diagonal values are zero: take out unknowns without stiffness and mass")
+        raise FactorizationError(
+            f"{name}: {zero} diagonal values are zero: take out unknowns without stiffness and mass"
+        )
     pardiso = _pardiso_class() if backend in ("auto", "pardiso") else None
     if backend == "pardiso" and pardiso is None:
         raise FactorizationError("PARDISO is not installed here: pip install pypardiso, or backend='superlu'")
     try:
         solve, negative = _pardiso(matrix, definite, pardiso) if pardiso else _superlu(matrix)
         if definite and negative:
-            raise FactorizationError(f"not positive definite: {negative} negative pivots")
+            raise FactorizationError(f"not positive definite: {negative} negative pivots{_REMEDY}")
     except FactorizationError as error:
-        remedy = _REMEDY if "definite" in str(error) else ""
-        raise FactorizationError(f"{name} ({matrix.shape[0]} unknowns): {error}{remedy}") from error
+        raise FactorizationError(f"{name} ({matrix.shape[0]} unknowns): {error}") from error
     residual = _residual(matrix, solve)
     if not residual <= tolerance:
         raise FactorizationError(
@@ -163,12 +164,13 @@ def _pardiso_message(error: Exception, definite: bool) -> str:
     meanings = {
         -2: "not enough memory for the factors: use a coarser mesh, fewer dimensions, or no factorization at all "
         "(mass='nodal' and method='lanczos')",
-        -4: "not positive definite or singular"
+        -4: f"not positive definite or singular{_REMEDY}"
         if definite
         else "a zero pivot: the shift is an eigenvalue, move it by a part in a thousand",
         -8: "the factors have more entries than 32-bit indices count: use method='lanczos'",
     }
-    return f"pardiso: {meanings.get(code, str(error))} (code {code})"
+    said = meanings.get(code, f"{error}; try backend='superlu'")
+    return f"pardiso: {said} (code {code})"
 
 
 def _phase_33(solver: Any, upper: sparse.csr_matrix) -> Callable[[Array], Array]:
@@ -217,7 +219,7 @@ def _superlu(matrix: sparse.csr_array) -> tuple[Callable[[Array], Array], int | 
     try:
         lu = splu(permuted, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError as error:
-        raise FactorizationError(f"superlu: {error}") from error
+        raise FactorizationError(f"superlu: {error}{_REMEDY}") from error
     unpivoted = np.array_equal(lu.perm_r, np.arange(len(order)))
     negative = int(np.sum(lu.U.diagonal() < 0)) if unpivoted else None
 

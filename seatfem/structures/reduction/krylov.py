@@ -57,7 +57,9 @@ class Krylov(Reducer):
             greens, error = space.converge(progress)
             basis = space.basis
             if (lost := basis.orthogonality_error()) > 1e-8:
-                raise ConvergenceError(f"the Krylov basis lost orthogonality: |V'MV - I| = {lost:.1e} (limit 1e-8); use method='lanczos'")
+                raise ConvergenceError(
+                    f"the Krylov basis lost orthogonality: |V'MV - I| = {lost:.1e} (limit 1e-8); use method='lanczos'"
+                )
             modes = _converged(basis, space.omega, space.coefficients, aims.band)
         origin = {
             "vectors": basis.size,

@@ -136,7 +136,9 @@ class Recursion:
         try:
             solved = scipy.linalg.solveh_banded(bands, right, lower=True)
         except np.linalg.LinAlgError as error:
-            raise ModelError("K is indefinite, or a body is free whose rigid motions are not known; hold it, or give dofs=") from error
+            raise ModelError(
+                "K is indefinite, or a body is free whose rigid motions are not known; hold it, or give dofs="
+            ) from error
         return np.asarray(self.start.T @ solved[: self.width])
 
 

@@ -151,6 +151,6 @@ class _Modes:
         values, vectors = np.linalg.eigh(compliance - bent.T @ bent)
         if len(values) and values[0] < -1e-3 * np.abs(compliance).max():
             raise ConvergenceError(
-                f"the modes exceed the static compliance by {-values[0]:.2e} m/N: they are not converged; check the matrices' units"
+                f"the modes exceed the static compliance by {-values[0]:.2e} m/N: not converged; check the units"
             )
         return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)

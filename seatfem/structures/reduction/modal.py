@@ -190,6 +190,6 @@ def _left_out(
     values, vectors = np.linalg.eigh((rest + rest.T) / 2)
     if values[0] < -1e-6 * np.abs(static).max():
         raise ConvergenceError(
-            f"the modes exceed the static compliance by {-values[0]:.2e} m/N: they are not converged; use method='krylov'"
+            f"the modes exceed the static compliance by {-values[0]:.2e} m/N: not converged; use method='krylov'"
         )
     return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)

@@ -56,8 +56,8 @@ def check_patches(patches: Mapping[str, RingPatch]) -> None:
         apart = abs(math.remainder(a.angle - b.angle, 2 * math.pi))
         if a.boundary == b.boundary and apart < (a.width + b.width) / 2 - 1e-9:
             raise ModelError(
-                f"ring patches {one!r} and {other!r} overlap: their middles are {apart:.4g} rad apart, must be at least half "
-                f"the sum of their widths {a.width:.4g} and {b.width:.4g} rad"
+                f"ring patches {one!r} and {other!r} overlap: their middles are {apart:.4g} rad apart, must be "
+                f"at least half the sum of their widths {a.width:.4g} and {b.width:.4g} rad"
             )
 
 

@@ -87,7 +87,9 @@ class Ranks:
         """What they wrote. Raises `RanksError` of another shape than was asked for."""
         found: Array = np.load(self.folder / f"{name}.npy", mmap_mode="r", allow_pickle=False)
         if found.shape != shape or found.dtype != np.float64:
-            raise RanksError(f"slepc: the ranks wrote {found.dtype} {found.shape} where {shape} was asked for; run it again")
+            raise RanksError(
+                f"slepc: the ranks wrote {found.dtype} {found.shape} where {shape} was asked for; run it again"
+            )
         return np.array(found)
 
     def factorize(self, square: float, *, definite: bool = True) -> Factorization:
@@ -96,12 +98,20 @@ class Ranks:
         name = f"K + s^2 M ({n} unknowns): mumps"
         if (failed := answer.get("mumps")) is not None:
             what = MEANINGS.get(failed[0], "failed")
-            remedy = ": hold what can move freely" if failed[0] == -10 else ": use more ranks on more machines, or method='lanczos'"
+            remedy = (
+                ": hold what can move freely"
+                if failed[0] == -10
+                else ": use more ranks on more machines, or method='lanczos'"
+            )
             raise FactorizationError(f"{name}: {what} (INFOG(1:2) = {failed[0]}, {failed[1]}){remedy}")
         if definite and answer["negative"]:
-            raise FactorizationError(f"{name}: not positive definite: {answer['negative']} negative pivots; hold what can move freely")
+            raise FactorizationError(
+                f"{name}: not positive definite: {answer['negative']} negative pivots; hold what can move freely"
+            )
         if not answer["residual"] <= (1e-8 if definite else COUNTED):
-            raise FactorizationError(f"{name}: the first solve leaves a residual of {answer['residual']:.1e}; use backend='auto'")
+            raise FactorizationError(
+                f"{name}: the first solve leaves a residual of {answer['residual']:.1e}; use backend='auto'"
+            )
         return Factorization(n, "mumps", answer["negative"], answer["residual"], self._solve)
 
     def _solve(self, right: Array) -> Array:
@@ -233,12 +243,16 @@ class RanksSpectrum:
         self.progress("factorization", 1.0)
         assert there is not None
         if most is not None and there > most:
-            raise ConvergenceError(f"{there} modes lie below {np.sqrt(value) / (2 * np.pi):.3g} Hz (limit {most}); lower the bandwidth")
+            raise ConvergenceError(
+                f"{there} modes lie below {np.sqrt(value) / (2 * np.pi):.3g} Hz (limit {most}); lower the bandwidth"
+            )
         low = max(self.top, -value)
         if more := there - len(self.values):
             count = self.ranks.ask("eigen", low=low, high=value, tolerance=EIGEN_TOLERANCE)["count"]
             if count != more:
-                raise ConvergenceError(f"slepc: {count} eigenvalues are found where inertia counts {more}; use backend='auto'")
+                raise ConvergenceError(
+                    f"slepc: {count} eigenvalues are found where inertia counts {more}; use backend='auto'"
+                )
             values, shapes = self.ranks.take("values", (count,)), self.ranks.take("vectors", (self.model.size, count))
             order = np.argsort(values)
             self.values = np.concatenate([self.values, values[order]])

@@ -100,7 +100,9 @@ class Spectrum:
             return
         top = self._shift(value)
         if most is not None and top.count > most:
-            words = f"{top.count} modes lie below {np.sqrt(value) / (2 * np.pi):.3g} Hz (limit {most}); lower the bandwidth"
+            words = (
+                f"{top.count} modes lie below {np.sqrt(value) / (2 * np.pi):.3g} Hz (limit {most}); lower the bandwidth"
+            )
             raise CrowdedError(words, top.count)
         while top.count - len(self.values) > _AT_ONCE:
             self.first(len(self.values) + _AT_ONCE)

@@ -149,7 +149,9 @@ def check_readable(path: Path) -> None:
         if not re.match(r"(DBRep_DrawableShape\s+)?CASCADE Topology", text):
             raise GeometryError(f"{path}: is no BREP file; it begins with {text[:20]!r}; export it again")
     elif not text.startswith("ISO-10303-21"):
-        raise GeometryError(f"{path}: is no STEP file; it begins with {text[:20]!r} instead of 'ISO-10303-21;'; export it again")
+        raise GeometryError(
+            f"{path}: is no STEP file; it begins with {text[:20]!r} instead of 'ISO-10303-21;'; export it again"
+        )
     elif not text.endswith("END-ISO-10303-21;"):
         raise GeometryError(f"{path}: is cut off; it does not end with 'END-ISO-10303-21;'. Export it again")
     elif other := next((number for number, keyword, _ in entities(text) if keyword in OTHER_FILES), None):

@@ -55,7 +55,9 @@ def check_quarters(shape: object, sectors: int) -> None:
     """Raise `GeometryError` of a rectangular solid that is cut into other sectors than halves and quarters."""
     if sectors not in (2, 4):
         name = type(shape).__name__
-        raise GeometryError(f"sector = {sectors}: must be 2 or 4, the equal sectors of a {name} between planes of symmetry")
+        raise GeometryError(
+            f"sector = {sectors}: must be 2 or 4, the equal sectors of a {name} between planes of symmetry"
+        )
 
 
 @dataclass(frozen=True)

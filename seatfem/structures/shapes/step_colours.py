@@ -19,7 +19,9 @@ def paint(step: str, faces: Mapping[int, Colour], solids: Mapping[int, Colour] =
     breps = re.findall(r"(#\d+)\s*=\s*MANIFOLD_SOLID_BREP\s*\('[^']*',\s*(#\d+)\)", step)
     representations = re.findall(r"ADVANCED_BREP_SHAPE_REPRESENTATION\s*\('[^']*',\s*\(([^)]*)\),\s*(#\d+)\)", step)
     if not breps or len(breps) != len(shells):
-        raise GeometryError(f"cannot paint a STEP file with {len(shells)} closed shells and {len(breps)} solids")
+        raise GeometryError(
+            f"a STEP file to be painted needs a closed shell for each solid, has {len(shells)} and {len(breps)}"
+        )
     entities = _Entities(first=1 + max(int(n) for n in re.findall(r"^#(\d+)\s*=", step, re.MULTILINE)))
     counted = 0
     for number, (brep, shell) in enumerate(breps, 1):

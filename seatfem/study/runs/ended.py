@@ -63,11 +63,11 @@ def _method(scene: Scene, values: Mapping[str, object]) -> RunMethod:
     """With these values of `FIELDS`; raises `ValueError` of what no plan has."""
     stated = stated_method(scene)
     if values[MODEL] not in get_args(AnyLevel) or values[REDUCTION] != stated.value(REDUCTION):
-        raise ValueError("another level or reduction")
+        raise ValueError(f"{values[MODEL]}, {values[REDUCTION]} must be the stated ones")
     numbers = {key: values[key] for key in FIELDS if key not in (MODEL, REDUCTION)}
     for value in numbers.values():
         if value is not None and (isinstance(value, bool) or not isinstance(value, int | float) or not _sound(value)):
-            raise ValueError("no positive number")
+            raise ValueError(f"{value!r} must be a positive number")
     ports = numbers.pop(PORTS)
     along = stated.along(scene, ports) if isinstance(ports, int) else stated
     return along.replaced({MODEL: values[MODEL], **numbers})

@@ -45,7 +45,9 @@ def _in_their_roles(scene: Scene) -> None:
         raise KeyProblem(f"seat.{scene.seat.motion}", "what is struck is at rest; remove the key, or strike with it")
     reed, moved_by = scene.reed, scene.reed.moved_by
     if not moved_by:
-        raise KeyProblem("reed.kind", f"a body of kind {reed.kind!r} has no motion of its own; take one that can strike")
+        raise KeyProblem(
+            "reed.kind", f"a body of kind {reed.kind!r} has no motion of its own; take one that can strike"
+        )
     if not reed.motion and not scene.load and not scene.base and scene.gas is None:
         others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
         words = type(reed).model_fields[moved_by[0]].description or ""

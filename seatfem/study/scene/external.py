@@ -45,7 +45,9 @@ class AreaByLift(Table):
             if after <= before:
                 raise KeyProblem("lift", f"the lifts must increase: {1e3 * after:g} mm follows {1e3 * before:g} mm")
         if (least := min(self.area)) <= 0:
-            raise KeyProblem("area", f"an area of {1e6 * least:g} mm^2: areas must be positive; for none remove the load")
+            raise KeyProblem(
+                "area", f"an area of {1e6 * least:g} mm^2: areas must be positive; for none remove the load"
+            )
         return self
 
     def __call__(self, lift: float) -> float:
@@ -82,7 +84,9 @@ class ExternalLoad(Table):
             raise KeyProblem(given[1] if given else ACTING[0], f"{words}: give exactly one of {', '.join(ACTING)}")
         if (self.area is None) != (self.pressure is None):
             missing = self.pressure is not None
-            raise KeyProblem("area", "required key is missing: effective area" if missing else "there is no pressure; remove the key")
+            raise KeyProblem(
+                "area", "required key is missing: effective area" if missing else "there is no pressure; remove the key"
+            )
         if self.at is not None and self.force is None:
             raise KeyProblem("at", "only a force has a place of its own; remove the key")
         return self

@@ -210,7 +210,9 @@ class CompressorGas(Table):
         except TimeSeriesError as problem:
             raise KeyProblem("cylinder_pressure", str(problem)) from None
         if (least := float(found.value.min())) <= 0:
-            raise KeyProblem("cylinder_pressure", f"{path}: {least:g} Pa: pressures are absolute, they must be above 0 Pa")
+            raise KeyProblem(
+                "cylinder_pressure", f"{path}: {least:g} Pa: pressures are absolute, they must be above 0 Pa"
+            )
         if by_time:
             return found
         steps = np.diff(np.append(found.time, found.time[0] + found.period)) * TURN / found.period

@@ -104,7 +104,7 @@ def _read(path: Path) -> str:
     except (OSError, _Unreadable) as error:
         raise _whole_file(path, f"cannot be read: {str(error).removeprefix(f'{path}: ')}") from None
     except UnicodeDecodeError as error:
-        raise _whole_file(path, f"is not UTF-8 text (byte {error.start}), as TOML files are") from None
+        raise _whole_file(path, f"is not UTF-8 text (byte {error.start}), as TOML files are; save it so") from None
 
 
 def _parse(text: str, path: Path) -> dict[str, Any]:
@@ -122,7 +122,7 @@ def _parse(text: str, path: Path) -> dict[str, Any]:
     except RecursionError:
         raise _whole_file(path, "tables or arrays are nested too deeply; use at most four levels") from None
     except ValueError as error:  # a whole number of thousands of digits, a date that does not exist
-        raise _whole_file(path, f"TOML: {error}") from None
+        raise _whole_file(path, f"TOML, mend it: {error}") from None
 
 
 def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
@@ -135,7 +135,13 @@ def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
         known = isinstance(place, list) and name.isdecimal() and int(name) < len(place)
         place = place[int(name)] if known else place.setdefault(name, {}) if isinstance(place, dict) else None
     if not isinstance(place, dict):
-        raise SceneError((Problem(path, 0, key, "there is no table with such a key; a list counts its tables from 0"),))
+        raise SceneError(
+            (
+                Problem(
+                    path, 0, key, "there is no table with such a key; choose another (a list counts its tables from 0)"
+                ),
+            )
+        )
     if value is None:
         place.pop(last, None)
     else:

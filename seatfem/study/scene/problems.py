@@ -54,7 +54,9 @@ def explain(
     found.sort(key=lambda place: place.line)
     problems = [Problem(file, place.line, place.key, _message(place, data)) for place in found[:MOST]]
     if len(found) > MOST:
-        problems.append(Problem(file, found[MOST].line, "", f"{len(found) - MOST} more problems from here on; mend these first"))
+        problems.append(
+            Problem(file, found[MOST].line, "", f"{len(found) - MOST} more problems from here on; mend these first")
+        )
     return tuple(problems)
 
 
@@ -108,9 +110,9 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
         case "literal_error":
             return _not_one_of(written, context["expected"])
         case "greater_than" if context["gt"] == 0:
-            return f"{written!r} is not positive"
+            return f"{written!r} must be positive"
         case "greater_than_equal" if context["ge"] == 0:
-            return f"{written!r} is negative"
+            return f"{written!r} must be >= 0"
         case "model_type" | "model_attributes_type" | "dict_type":
             return f"{written!r} is no table; write [{path[-1]}] or {path[-1]} = {{ ... }}"
         case "value_error":

@@ -148,7 +148,8 @@ class Study(Table):
             for key, other in lengths.items():
                 if other != length:
                     raise KeyProblem(
-                        f"vary.{key}", f"{other} values beside {length} of {first}: design = 'zip' takes one of each; give as many"
+                        f"vary.{key}",
+                        f"{other} values beside {length} of {first}: design = 'zip' takes one of each; give as many",
                     )
         if (count := self.number_of_scenes) > self.limit:
             raise KeyProblem(
