@@ -319,7 +319,7 @@ def test_what_is_saved_is_loaded(greens: GreensFunction, tmp_path: Path) -> None
 
 def test_its_error_and_origin_can_be_stated_or_are_its_own(greens: GreensFunction) -> None:
     if any(part.closed_form for part in leaves(greens)):
-        with pytest.raises(GreensFunctionError, match="not free to state"):
+        with pytest.raises(GreensFunctionError, match="state neither"):
             greens.with_error(ErrorEstimate(0.01, 0.02))
         return
     stated = greens.with_error(ErrorEstimate(0.01, 0.02))

@@ -56,7 +56,7 @@ def test_unreadable_cad(text: str | None, message: str, tmp_path: Path, capsys: 
         ("2, 2, 3, 4, 5", "2, 3, 2, 4, 5", "1 inside-out elements"),
         ("5, 1, 1, 1", "5, 0.5, 0.5, 0", "1 flat elements (no volume), near ("),
         ("2, 2, 3, 4, 5\n", "2, 6, 7, 8, 9\n", "2 parts that share no node"),
-        ("1, 2, 3\n", "2, 4, 5\n", "facets of 'contact' are also fixed ('fixed') and cannot be pushed"),
+        ("1, 2, 3\n", "2, 4, 5\n", "facets of 'contact' are also fixed ('fixed'): take them out of one"),
     ],
 )
 def test_bad_meshes(old: str, new: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

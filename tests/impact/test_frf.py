@@ -85,7 +85,7 @@ def test_bad_files(tmp_path: Path) -> None:
     with pytest.raises(FrequencyResponseError, match=r"h.csv, line 33: 2 columns, 3 are needed"):
         read_frf(path)
     path.write_text(path.read_text().replace("3100,1\n", "3100,one,2\n"))
-    with pytest.raises(TimeSeriesError, match=r"line 33, column 2: 'one' is not a finite number"):
+    with pytest.raises(TimeSeriesError, match=r"line 33, column 2: 'one' must be a finite number"):
         read_frf(path)
     with pytest.raises(FrequencyResponseError, match=r"b.csv: the frequencies must be positive and increase"):
         read_frf(write(tmp_path / "b.csv", header, F[::-1], G.real, G.imag))

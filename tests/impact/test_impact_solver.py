@@ -35,7 +35,7 @@ def test_rigid_contact_of_bodies_that_do_not_yield_at_once_is_refused() -> None:
         (math.nan, 1.0, "dt = nan s"),
         (0.1, -1.0, "duration = -1.0 s"),
         (0.1, math.inf, "duration = inf s"),
-        (0.1, 0.05, "shorter than one step"),
+        (0.1, 0.05, "must be at least one step"),
     ],
 )
 def test_impossible_steps_are_refused(dt: float, duration: float, words: str) -> None:
@@ -243,9 +243,9 @@ def test_problems_that_share_discretised_bodies_are_marched_alike() -> None:
         assert np.array_equal(*forces)
         assert np.max(forces[0]) > 0
         for length, step in ((2 * duration, dt), (duration, dt / 2)):
-            with pytest.raises(ContactError, match="not those of the problem"):
+            with pytest.raises(ContactError, match="must be those of the problem"):
                 impact.prepare(problem, step, length, bodies=(moving, still))
-    with pytest.raises(ContactError, match="not those of the problem over 200 steps"):
+    with pytest.raises(ContactError, match="must be those of the problem over 200 steps"):
         impact.prepare(mass_on(truncated_rod(10)), dt, duration, bodies=(moving, still))
 
 

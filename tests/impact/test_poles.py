@@ -205,8 +205,8 @@ def test_an_undamped_pole_must_be_a_mode() -> None:
     [
         ({"poles": np.array([1 + 1j])}, "grows as exp"),
         ({"poles": np.array([-1 - 1j])}, "Im s = -1"),
-        ({"poles": np.array([-1 + 1j, 2])}, "shapes do not match"),
-        ({"shapes": np.array([[np.nan]])}, "shapes has 1 values"),
+        ({"poles": np.array([-1 + 1j, 2])}, "shapes must match"),
+        ({"shapes": np.array([[np.nan]])}, "shapes must be finite, 1 values"),
         ({"rates": np.array([-2.0]), "real_shapes": np.ones((1, 1)), "signs": np.ones(1)}, r"grows as exp\(2 t\)"),
         ({"rates": np.array([2.0]), "real_shapes": np.ones((1, 1)), "signs": np.array([0.5])}, "signs must be"),
         ({"rates": np.array([0.0]), "real_shapes": np.ones((1, 1)), "signs": -np.ones(1)}, "signs must be"),

@@ -147,7 +147,7 @@ def test_read_impulse_response(tmp_path):
         ("time [us],force [N]\n0,1\n", r"line 1: header 'time \[us\],force \[N\]' must be like"),
         ("time [us],impulse_response [um]\n0,1\n", r"m/\(N s\), mm/\(N s\)"),
         ("time [us],impulse_response [um/(N s)]\n0,1,2\n", "line 2: 3 columns"),
-        ("time [us],impulse_response [um/(N s)]\n0,1\n1,x\n", "line 3, column 2: 'x' is not a finite number"),
+        ("time [us],impulse_response [um/(N s)]\n0,1\n1,x\n", "line 3, column 2: 'x' must be a finite number"),
         ("time [us],impulse_response [um/(N s)]\n", "do not match"),
         ("time [us],impulse_response [um/(N s)]\n0,-1\n1,1\n", r"g\(0\+\) = -1e-06"),
     ],

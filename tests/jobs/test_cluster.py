@@ -143,7 +143,7 @@ def test_a_job_that_kills_computers_is_lost(tmp_path: Path) -> None:
             assert answer.in_words().startswith("the process died (with its computer): 1 workers were lost that had")
             crowd.scheduler.kill()
             crowd.scheduler.wait()
-            with pytest.raises(ClusterError, match="the scheduler is gone; the same command goes on where it was"):
+            with pytest.raises(ClusterError, match="the scheduler is gone; run the same command again"):
                 list(ask(["well"], 60.0))
 
 

@@ -53,7 +53,7 @@ def test_refuses_what_is_not_positive_definite(model, backend):
 def test_refuses_empty_rows_and_wrong_sizes(model):
     with pytest.raises(FactorizationError, match="1 diagonal values are zero"):
         factorize(np.diag([1.0, 0.0, 2.0]))
-    with pytest.raises(FactorizationError, match="2 rows, the matrix 3"):
+    with pytest.raises(FactorizationError, match="2 rows, must have 3"):
         factorize(np.eye(3) + 0.1, backend="superlu").solve(np.ones(2))
 
 

@@ -144,5 +144,5 @@ def test_step_without_unit_is_an_error(tmp_path):
 
 
 def test_painting_needs_one_shell():
-    with pytest.raises(GeometryError, match="0 closed shells"):
+    with pytest.raises(GeometryError, match="has 0 and 0"):
         paint("DATA;\nENDSEC;", {1: (255, 0, 0, 255)})

@@ -108,9 +108,9 @@ def changed(matrix: sparse.csr_array, i: int, j: int, value: float) -> sparse.cs
         (sparse.csr_array(K[:, :-1]), r"K.mtx: is 12 x 11: it must be square"),
         (sparse.tril(K).tocsr(), "K.mtx: is not symmetric, .*one triangle only: mark it 'symmetric'"),
         (changed(K, 0, 1, 5.0), "K.mtx: is not symmetric.*reciprocity"),
-        (changed(K, 2, 2, np.inf), "K.mtx: has 1 values that are not finite"),
+        (changed(K, 2, 2, np.inf), "K.mtx: all values must be finite, 1 are not"),
         (K.astype(complex), "K.mtx: is complex"),
-        (sparse.csr_array(K[:8, :8]), "M.mtx: M has 12 unknowns, K in .*K.mtx has 8"),
+        (sparse.csr_array(K[:8, :8]), "M.mtx: M has 12 unknowns, must have the 8 of K in .*K.mtx"),
         (changed(K, 2, 2, -1.0), "K.mtx: K is indefinite.*Lagrange"),
         (changed(K, 2, 2, 0.0), r"K.mtx: K is indefinite: .* at 4 places, the first dof 1, 2"),
     ],
@@ -136,12 +136,12 @@ def test_bad_files(files: dict[str, Path], tmp_path: Path) -> None:
     put(tmp_path / "light.mtx", changed(M, 5, 5, 0.0), symmetry="general")
     refused(r"light.mtx: M has no mass at 1 unknowns \(dof 5\)", tmp_path / "light.mtx")
     refused(r"port 'lip': dof 12 is outside 0 ... 11", lip={12: 1.0})
-    refused(r"port 'lip' is \(3,\), the matrices ask for \(12,\)", lip=np.ones(3))
+    refused(r"port 'lip' is \(3,\), the matrices need \(12,\)", lip=np.ones(3))
     for text, message in (
         ("node,weight\n1,1\n", "the first line must be 'dof,weight'"),
         ("dof,weight\n1.5,1\n", "line 2: '1.5,1' must be a dof number"),
         ("dof,weight\n1,1\n1,2\n", "line 3: dof 1 stands there twice"),
-        ("dof,weight\n1,one\n", "line 2, column 2: 'one' is not a finite number"),
+        ("dof,weight\n1,one\n", "line 2, column 2: 'one' must be a finite number"),
     ):
         (tmp_path / "lip.csv").write_text(text)
         refused(f"lip.csv.*{message}", lip=tmp_path / "lip.csv")

@@ -216,8 +216,8 @@ ABAQUS_BAD = [
     ("*Nset, nset=Base", "*Ngen, nset=Base", r"seat.inp:\d+: \*NGEN: not supported"),
     ("*Instance, name=Seat-1, part=Seat", "*Instance, name=Seat-1, part=Seat\n1., 0., 0.", "moved or turned"),
     ("*End Part", "*End Part\n*Part, name=Reed", "2 blocks .PART .Seat, Reed."),
-    ("7, 17, 27, 37", "7, 17, 27, 99", r"node 99 is used and not defined \(1 such nodes\)"),
-    ("7, 17, 27, 37", "7, 17, 27", "are no multiple of 5"),
+    ("7, 17, 27, 37", "7, 17, 27, 99", r"node 99 is used and not defined, export it too \(1 such nodes\)"),
+    ("7, 17, 27, 37", "7, 17, 27", "must be a multiple of 5"),
     ("type=C3D4", "type=C3D6", "tetrahedra or hexahedra, all of one order, 1 or 2; found: 1 C3D6"),
     ("*Nset", "*Element, type=C3D5\n6, 7, 17, 27, 37, 7\n*Nset", "found: 1 C3D4, 1 C3D5"),
     ("_Top, S4", "_Top, S5", r"seat.inp:\d+: \*SURFACE: _Top, S5: the face must be S1 to S4"),
@@ -280,7 +280,7 @@ CTRIA3,3,5,1,3,4
         ("CTETRA,1,3,1,2,3,4", "CTETRA,1,3,1,2,3", "element 1 has 3 nodes: must be 4 or 10"),
         ("CTETRA,1,3,1,2,3,4", "CPENTA,1,3,1,2,3,4,1,2", "found: 1 CPENTA of 6 nodes"),
         ("CTRIA3,2", "CTETRA,1,3,1,2,3,4\nCTRIA3,2", "element 1 is there twice"),
-        ("CTRIA3,2", "PLOAD4,1,1,1.,,,,7,8\nCTRIA3,2", "nodes 7 and 8 name no face of element 1"),
+        ("CTRIA3,2", "PLOAD4,1,1,1.,,,,7,8\nCTRIA3,2", "nodes 7 and 8 must name a face of element 1"),
         ("CTRIA3,2", "INCLUDE 'more.bdf'\nCTRIA3,2", "INCLUDE: not supported"),
         ("CTRIA3,2,4", "CTRIA3,2,6", "no surface group named 'PID 4'; the file has: 'PID 5', 'PID 6'"),
     ],
@@ -322,7 +322,7 @@ def test_node_groups_of_unv(written_meshes, tmp_path):
     [
         (
             {"unit": 100.0},
-            r"would be 200 x 200 x 100 m large \(unit = 100 m\); missing unit\? Its numbers span 2 x 2 x 1",
+            r"would be 200 x 200 x 100 m large \(unit = 100 m\); give the unit. Its numbers span 2 x 2 x 1",
         ),
         ({"unit": 1e-5}, "missing unit"),
         ({"unit": 0.0}, "unit = 0: must be > 0"),
@@ -340,7 +340,7 @@ def test_a_vtu_that_is_none(tmp_path):
     path.write_text("<VTKFile")
     with pytest.raises(MeshError, match=r"a\.vtu: not readable"):
         read_mesh(path)
-    with pytest.raises(MeshError, match=r"mesh files are \.msh, \.med, \.unv, \.inp"):
+    with pytest.raises(MeshError, match=r"mesh files must be one of \.msh, \.med, \.unv, \.inp"):
         read_mesh(Path(__file__))
 
 

@@ -94,7 +94,7 @@ def test_shape_of_hexahedra():
 
 def test_faces_that_are_none():
     arrays = dataclasses.replace(grid(8), surfaces={"contact": np.array([[0, 1, 2, 17]])})
-    with pytest.raises(MeshError, match=r"grid: 1 of 1 quadrilaterals of 'contact' are no faces of its elements"):
+    with pytest.raises(MeshError, match=r"grid: 1 of 1 quadrilaterals of 'contact' must be faces of its elements"):
         to_skfem(arrays)
     with pytest.raises(MeshError, match=r"faces of 'contact' have 3 vertices, the mesh's faces are quadrilaterals"):
         to_skfem(dataclasses.replace(arrays, surfaces={"contact": np.array([[0, 1, 2]])}))
@@ -145,7 +145,7 @@ def test_folded_elements_are_located():
 def test_coordinates_must_be_finite():
     broken = one_tet()
     broken.points[2, 1] = np.nan
-    with pytest.raises(MeshError, match="1 node coordinates are not finite"):
+    with pytest.raises(MeshError, match="1 node coordinates must be finite"):
         check_mesh(broken)
 
 

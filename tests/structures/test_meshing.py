@@ -146,7 +146,7 @@ def test_plane_selectors_on_a_step_file():
         make_mesh(CadPart(path, contact=ColourFace((0, 255, 0, 255))), COARSE)
     assert "face 6: Plane, centre (0, 0, 8.5) mm, area 22.62 mm^2" in str(caught.value)
     assert "colour (255, 0, 0, 255)" in str(caught.value)
-    with pytest.raises(GeometryError, match="both as 'contact' and as 'fixed'"):
+    with pytest.raises(GeometryError, match="both 'contact' and 'fixed'"):
         make_mesh(CadPart(path, contact=under, fixed=under), COARSE)
 
 

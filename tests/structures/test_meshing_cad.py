@@ -188,14 +188,16 @@ def test_face_names(tmp_path):
         try:
             areas.append(make_mesh(CadPart(named, contact=NamedFace(f"FACE_{k}")), COARSE).quality.cad_areas["contact"])
         except GeometryError as error:
-            assert "both as 'contact' and as 'fixed'" in str(error)  # noqa: PT017 - the clamped end, once
+            assert "both 'contact' and 'fixed'" in str(error)  # noqa: PT017 - the clamped end, once
     assert sorted(areas) == pytest.approx([9e-6, *[90e-6] * 4], rel=1e-9)
 
 
 def test_sector_of_a_part_keeps_its_colours():
     quarter = make_mesh(CadPart(BODY), COARSE, sector=4).quality
     assert quarter.cad_areas["contact"] == pytest.approx(ring(10e-3, 4e-3) / 4, rel=1e-9)
-    with pytest.raises(GeometryError, match=r"sector = 3: the part beside y = 0 is 0\.\d+ of the volume"):
+    with pytest.raises(
+        GeometryError, match=r"sector = 3: the part beside y = 0 must be 1/3 of the volume, it is 0\.\d+"
+    ):
         make_mesh(CadPart(BODY), COARSE, sector=3)
 
 
@@ -255,7 +257,7 @@ def test_plain_data_round_trip():
         regions=(Region("ring", colour=ORANGE), Region("body", order=1)),
     )
     assert decode(json.loads(json.dumps(encode(part)))) == part
-    with pytest.raises(GeometryError, match="each name may stand once"):
+    with pytest.raises(GeometryError, match="each name must stand once"):
         CadPart(INSERT, groups=(Group("fixed", CylinderFace(1e-3)),))
 
 
@@ -269,7 +271,8 @@ def test_a_contradictory_surface_is_named_with_its_place(tmp_path):
         make_mesh(CadPart(path), COARSE)
     message = str(caught.value)
     assert (
-        "bad.step: cannot be meshed; as it is: surface 2 (Cylinder): its edges lie up to 2 mm off it, at (" in message
+        "bad.step: cannot be meshed, check and heal it; as it is: surface 2 (Cylinder): its edges lie up to 2 mm off it, at ("
+        in message
     )
     for rung in LADDER:
         assert f"{rung.name}: surface 2" in message
@@ -323,7 +326,9 @@ def test_the_last_rung_names_the_surface():
     def fail(rung: Rung) -> None:
         raise RuntimeError("no")
 
-    message = r"seat.step: cannot be meshed; as it is: no \(surface 7\); .*algorithms: no \(surface 7\)"
+    message = (
+        r"seat.step: cannot be meshed, check and heal it; as it is: no \(surface 7\); .*algorithms: no \(surface 7\)"
+    )
     with pytest.raises(LadderError, match=message):
         climb("seat.step", LADDER, fail, lambda: "surface 7")
 

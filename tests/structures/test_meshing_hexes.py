@@ -169,10 +169,10 @@ def test_the_sector_counts_in_the_hash():
 @pytest.mark.parametrize(
     ("geometry", "spec", "sector", "message"),
     [
-        (BAR, HEX, 3, r"sector = 3: a Bar has 2 or 4 equal sectors"),
+        (BAR, HEX, 3, r"sector = 3: must be 2 or 4, the equal sectors of a Bar"),
         (BAR, HEX, 0, r"sector = 0: must be >= 1"),
         (PLATE, TET, 4, r"sector = 4: a ValvePlate with 3 ports on a circle"),
-        (ROW, TET, 3, r"ports in a row.*fitting are 2 or 4"),
+        (ROW, TET, 3, r"ports in a row.*choose 2 or 4"),
         (CadPart("meshes/bar.step"), HEX, 1, r"a CAD part is meshed by tetrahedra"),
     ],
 )

@@ -139,9 +139,9 @@ SPIKE = ((0.0, 0.0), (10e-3, 0.0), (10e-3, 8e-3), (5e-3, 0.0), (0.0, 8e-3))
     [
         ({"outline": SQUARE[:2]}, r"Outlined.outline = 2 points: 3 to 1000 finite points"),
         ({"outline": (*SQUARE, SQUARE[0])}, r"Outlined.outline = 5 points: point 5 and the one after it are the same"),
-        ({"outline": BOW}, r"Outlined.outline = 4 points: it crosses or touches itself: its edges 1 and 3 meet"),
-        ({"outline": SPIKE}, r"Outlined.outline = 5 points: it crosses or touches itself: its edges 1 and 3 meet"),
-        ({"outline": ((0.0, 0.0), (5e-3, 0.0), (10e-3, 0.0))}, r"Outlined.outline = 3 points: it encloses no area"),
+        ({"outline": BOW}, r"Outlined.outline = 4 points: it must not cross or touch itself: its edges 1 and 3 meet"),
+        ({"outline": SPIKE}, r"Outlined.outline = 5 points: it must not cross or touch itself: its edges 1 and 3 meet"),
+        ({"outline": ((0.0, 0.0), (5e-3, 0.0), (10e-3, 0.0))}, r"Outlined.outline = 3 points: it must enclose an area"),
         (
             {"outline": ((0.0, 0.0), (9e-3, 0.0), (5e-3, 0.0), (5e-3, 5e-3))},
             r"Outlined.outline = 4 .*: its edges 1 and 2",
@@ -149,17 +149,23 @@ SPIKE = ((0.0, 0.0), (10e-3, 0.0), (10e-3, 8e-3), (5e-3, 0.0), (0.0, 8e-3))
         ({"segment": None}, r"Outlined.clamped = None: give a segment, or a normal"),
         (
             {"segment": ((1e-3, 0.0), (0.0, 5e-3))},
-            r"Outlined.clamped = \(0.001, 0\) m: this point is not on the outline",
+            r"Outlined.clamped = \(0.001, 0\) m: this point must lie on the outline",
         ),
-        ({"segment": ((0.0, 0.0), (10e-3, 0.0))}, r"Outlined.clamped = its two points: no straight part"),
+        ({"segment": ((0.0, 0.0), (10e-3, 0.0))}, r"Outlined.clamped = its two points: a straight part"),
         ({"segment": None, "side": (-1.0, 0.0, 1e-3)}, r"Outlined.clamped = .*: the line must cut the sheet"),
         ({"segment": None, "side": (1.0, 0.0, -1e-3)}, r"Outlined.clamped = .*: the line must cut the sheet"),
-        ({"touched": (11e-3, 0.0)}, r"Outlined.contact_at = \(0.011, 0\) m: this point is not on the part that bends"),
+        (
+            {"touched": (11e-3, 0.0)},
+            r"Outlined.contact_at = \(0.011, 0\) m: this point must lie on the part that bends",
+        ),
         (
             {"holes": (((1e-3, 0.0), (2e-3, 0.0), (2e-3, 9e-3)),)},
-            r"Outlined.holes = number 1: it meets the outline or another hole",
+            r"Outlined.holes = number 1: it must not meet the outline or another hole",
         ),
-        ({"holes": (((1e-3, 9e-3), (2e-3, 9e-3), (2e-3, 8e-3)),)}, r"Outlined.holes = number 1: it lies outside"),
+        (
+            {"holes": (((1e-3, 9e-3), (2e-3, 9e-3), (2e-3, 8e-3)),)},
+            r"Outlined.holes = number 1: it lies beyond the outline",
+        ),
         ({"holes": (SLOT, SLOT[:3])}, r"Outlined.holes = number 2: it (lies in|meets)"),
         (
             {"segment": None, "side": (-1.0, 0.0, -5e-3), "holes": (SLOT,)},

@@ -151,7 +151,7 @@ def test_what_is_missing_is_named_with_its_remedy(monkeypatch, tmp_path):
     with pytest.raises(RanksError, match=r"no-such-mpiexec is not there; apt-get install .*or set SEATFEM_MPIEXEC"):
         greens_function(rod(), **aims, method="krylov")
     monkeypatch.setenv(RANKS, "two")
-    with pytest.raises(RanksError, match="SEATFEM_MPI_RANKS = 'two' is no positive whole number"):
+    with pytest.raises(RanksError, match="SEATFEM_MPI_RANKS = 'two' must be a positive whole number"):
         greens_function(rod(), **aims, method="krylov")
     with pytest.raises(ModelError, match="backend='slepc' has krylov and modes, not transient"):
         greens_function(rod(), **aims, method="transient")

@@ -58,7 +58,7 @@ def test_what_slot_and_hole_do() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"slot_width": 1e-3}, r"Flapper.slot_length = None: slot_width is given, a slot has both"),
+        ({"slot_width": 1e-3}, r"Flapper.slot_length = None: slot_width is given, a slot needs both"),
         ({"slot_length": 1e-3}, r"Flapper.slot_width = None: slot_length is given"),
         (
             {"slot_width": 5.4e-3, "slot_length": 8e-3},

@@ -135,7 +135,7 @@ def test_keys_that_do_not_fit(tmp_path: Path, keys: str, contact: str, seat: str
         ("", "no table; a header such as x"),
         ("x [mm],height\n0,1\n", "shape.csv:1: column 'height'; known are"),
         ("x [mm],height [s]\n0,1\n", "shape.csv:1: column 'height"),
-        ("x [mm],y [mm]\n0,1\n", "shape.csv:1: no column height"),
+        ("x [mm],y [mm]\n0,1\n", "shape.csv:1: add a column height"),
         ("x [mm],height [um]\n0,1\n2\n", "shape.csv:3: 2 numbers are needed, found '2'"),
         ("x [mm],height [um]\n0,1\n2,nan\n", "shape.csv:3: '2,nan': the numbers must be finite"),
         ("x [mm],height [um]\n2,1\n1,1\n", "x must increase"),
@@ -150,8 +150,8 @@ def test_tables_that_are_none(tmp_path: Path, text: str, message: str) -> None:
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        (HEIGHTS, r"reed.curvature.heights: x from 0 to 20 mm does not cover the lip, 16.9\d* to 27.9"),
-        ("x [mm],y [mm],height [um]\n0,0,1\n30,0,1\n30,5,2\n", r"reed.curvature.file: its points do not surround"),
+        (HEIGHTS, r"reed.curvature.heights: x from 0 to 20 mm must cover the lip, 16.9\d* to 27.9"),
+        ("x [mm],y [mm],height [um]\n0,0,1\n30,0,1\n30,5,2\n", r"reed.curvature.file: its points must surround"),
     ],
 )
 def test_shapes_that_do_not_cover_the_lip(tmp_path: Path, keys: str, message: str) -> None:

@@ -126,7 +126,7 @@ def test_a_pressure_in_crank_angle(tmp_path: Path) -> None:
         (MASS, 'force = "1 N"\narea = "1 mm^2"\n', "load.0.area: there is no pressure"),
         (MASS, 'gravity = "1 m/s^2"\nat = "1 mm"\n', "load.0.at: only a force has a place"),
         (MASS, 'force = "1 N"\nat = "1 mm"\n', "load.0.at: a rigid mass has no positions"),
-        (REED, 'force = "1 N"\nat = "26 mm"\n', "load.0.at: 0.026 m lies beyond the reed"),
+        (REED, 'force = "1 N"\nat = "26 mm"\n', "load.0.at: 0.026 m must lie on the reed"),
         (
             MASS,
             'pressure = "1 bar"\narea = [["1 mm", "1 mm^2"], ["0 mm", "2 mm^2"]]\n',
@@ -135,7 +135,7 @@ def test_a_pressure_in_crank_angle(tmp_path: Path) -> None:
         (
             MASS,
             'pressure = "1 bar"\narea = [["0 mm", "1 mm^2"], ["1 mm", "-2 mm^2"]]\n',
-            "load.0.area.area: an area of -2 mm^2: areas are positive",
+            "load.0.area.area: an area of -2 mm^2: areas must be positive",
         ),
         (MASS, 'pressure = "1 bar"\narea = [["-1 mm", "1 mm^2"]]\n', "load.0.area.lift: a lift of -1 mm"),
         (MASS, 'pressure = "1 bar"\narea = ["1 mm^2"]\n', "load.0.area: rows of lift and area"),
@@ -170,8 +170,8 @@ def test_loads_need_no_other_motion(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rows", "words"),
     [
-        ("0,0\n20,1\n10,1\n", "p.csv, line 4, column 1: angle 10 does not exceed the one before, 20"),
-        ("0,0\n10,\n", "p.csv, line 3, column 2: '' is not a finite number"),
+        ("0,0\n20,1\n10,1\n", "p.csv, line 4, column 1: angle 10 must exceed the one before, 20"),
+        ("0,0\n10,\n", "p.csv, line 3, column 2: '' must be a finite number"),
     ],
 )
 def test_a_record_that_is_none_is_told_with_its_key(rows: str, words: str, tmp_path: Path) -> None:

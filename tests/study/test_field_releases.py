@@ -69,7 +69,7 @@ def test_a_smooth_field_moves_the_contact_as_it_says(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rows", "message"),
     [
-        ("x [mm],y [mm],w [um]\n0,0,1\n9,0,1\n9,9,1\n", r"its points do not surround \("),
+        ("x [mm],y [mm],w [um]\n0,0,1\n9,0,1\n9,9,1\n", r"its points must surround \("),
         (
             HEAD + "".join(f"{x},{y},0,{(-1) ** k}\n" for k, (x, y) in enumerate(GRID)),
             "leave .* of the square of velocity",
@@ -87,7 +87,7 @@ def test_fields_that_do_not_serve(tmp_path: Path, rows: str, message: str) -> No
     [
         ("x [mm],y [mm]\n0,0\n", "neither w nor velocity"),
         ("x [mm],y [mm],w [um]\n0,0,1\n1,1,1\n2,2,1\n", "its points lie on one line"),
-        ("x [mm],w [um]\n0,0\n", "no column y"),
+        ("x [mm],w [um]\n0,0\n", "add a column y"),
     ],
 )
 def test_tables_that_are_none(tmp_path: Path, rows: str, message: str) -> None:

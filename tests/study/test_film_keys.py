@@ -173,7 +173,7 @@ def test_tilt_within_an_arc_raises_its_floor(tmp_path: Path) -> None:
             "contact.film.width: required key is missing: of a seat of kind 'spring'",
         ),
         (MASS.replace('length = "34.56 mm", ', ""), "contact.film.length: required key is missing"),
-        (MASS.replace('floor = "1 um"', 'floor = "0 um"'), "contact.film.floor: '0 um' is not positive"),
+        (MASS.replace('floor = "1 um"', 'floor = "0 um"'), "contact.film.floor: '0 um' must be positive"),
         (MASS.replace("18 uPa s", "18 uPa"), "contact.film.viscosity: '18 uPa' is a pressure; a viscosity is needed"),
         (LIP.replace("MORE", f"{AIR}\nrings = 3"), "contact.film: the film is known across the whole lip, not in 3"),
     ],

@@ -179,5 +179,5 @@ def test_heights_are_exaggerated_by_round_numbers_up_to_a_share_of_the_plate(lan
     drawn = found.exaggeration * span / np.ptp(found.points, axis=0).max()
     assert 0.16 / 2.5 < drawn <= 0.16
     assert text(found.exaggeration, "")[0] in "125"
-    with pytest.raises(PictureError, match="8 arcs, but"):
+    with pytest.raises(PictureError, match="8 arcs need as many"):
         Landing(**{**vars(found), "height": found.height[:-1]}).check()

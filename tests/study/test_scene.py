@@ -111,8 +111,8 @@ def test_a_scene_does_not_change(load: Load) -> None:
         ('"25.4 mm"', '"3 kg"', "scene.toml:10: reed.length: '3 kg' is a mass; a length is needed, e.g. '3 mm'"),
         ('"25.4 mm"', "25.4", "scene.toml:10: reed.length: 25.4 has no unit; write a string, e.g. '3 mm'"),
         ('"25.4 mm"', "true", "scene.toml:10: reed.length: True has no unit; write a string, e.g. '3 mm'"),
-        ('"25.4 mm"', '"-3 mm"', "scene.toml:10: reed.length: '-3 mm' is not positive"),
-        ('"25.4 mm"', '"0 mm"', "scene.toml:10: reed.length: '0 mm' is not positive"),
+        ('"25.4 mm"', '"-3 mm"', "scene.toml:10: reed.length: '-3 mm' must be positive"),
+        ('"25.4 mm"', '"0 mm"', "scene.toml:10: reed.length: '0 mm' must be positive"),
         ("poisson = 0.3", "poisson = 0.5", "scene.toml:6: seat.material.poisson: 0.5: input should be less than 0.5"),
         ("poisson = 0.3", "poisson = nan", "scene.toml:6: seat.material.poisson: nan: input should be a finite number"),
         ("poisson = 0.3", "posson = 0.3", "scene.toml:6: seat.material.posson: unknown key; did you mean 'poisson'?"),
@@ -151,7 +151,7 @@ def test_a_scene_does_not_change(load: Load) -> None:
         (
             "[run]\n",
             '[contact]\nat = "26 mm"\n[run]\n',
-            "scene.toml:17: contact.at: 0.026 m lies beyond the reed, which ends at 0.0254 m",
+            "scene.toml:17: contact.at: 0.026 m must lie on the reed, which ends at 0.0254 m",
         ),
         (
             'lip_width = "1 mm"',
@@ -173,7 +173,7 @@ def test_a_scene_does_not_change(load: Load) -> None:
         (
             'lip_width = "1 mm"',
             'lip_width = "1 mm"\nmesh = { size = "1 mm", contact_size = "2 mm" }',
-            "scene.toml:6: seat.mesh.contact_size: 0.002 m is coarser than the bulk's 0.001 m",
+            "scene.toml:6: seat.mesh.contact_size: 0.002 m must be at most the bulk's size, 0.001 m",
         ),
         (
             'lip_width = "1 mm"',
@@ -183,7 +183,7 @@ def test_a_scene_does_not_change(load: Load) -> None:
         (
             'lip_width = "1 mm"',
             'lip_width = "1 mm"\ndamping_ratio = 0.1\n[seat.rayleigh]\nstiffness = "1 ns"\n[seat]',
-            "scene.toml:9: TOML syntax: Cannot declare ('seat',) twice (column 6)",
+            "scene.toml:9: TOML syntax: Cannot declare ('seat',) twice (column 6); mend the line",
         ),
         (
             'lip_width = "1 mm"',
@@ -193,7 +193,7 @@ def test_a_scene_does_not_change(load: Load) -> None:
         (
             '"3 ms"',
             '"3 ms"\ntime_step = "2 ms"',
-            "scene.toml:18: run.time_step: 0.002 s leaves fewer than two steps in 0.003 s",
+            "scene.toml:18: run.time_step: 0.002 s must leave at least two steps in 0.003 s",
         ),
         (
             "[run]",
@@ -218,7 +218,7 @@ def test_a_scene_does_not_change(load: Load) -> None:
             "[seat.materials.insert]\nyoung = '200 GPa'\npoison = 0.3\ndensity = '7850 kg/m^3'\n[run]",
             "scene.toml:18: seat.materials.insert.poison: unknown key; did you mean 'poisson'?",
         ),
-        ('title = "test"', "title = test", "scene.toml:1: TOML syntax: Invalid value (column 9)"),
+        ('title = "test"', "title = test", "scene.toml:1: TOML syntax: Invalid value (column 9); mend the line"),
     ],
 )
 def test_bad_scenes(load: Load, old: str, new: str, message: str) -> None:

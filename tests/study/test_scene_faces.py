@@ -99,7 +99,7 @@ def test_a_cone_and_its_limits(load):
         ),
         ('contact = { kind = "union", of = [] }', r"seat.contact.of: \[\]"),
         ('contact = { kind = "nothing" }', "seat.contact.kind: 'nothing' is not one of"),
-        ('groups = { contact = { kind = "name", name = "x" } }', "each name may stand once"),
+        ('groups = { contact = { kind = "name", name = "x" } }', "each name must stand once"),
         ("regions = { ring = { order = 1, solid = 'x' } }", "seat.regions.ring: give exactly one of order, colour"),
         ("regions = { ring = { order = 0 } }", "seat.regions.ring.order: 0"),
         ('supports = [{ kind = "absorbing", on = "a", centre = ["1 mm", "2 mm"] }]', "seat.supports.0.centre"),

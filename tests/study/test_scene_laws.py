@@ -52,7 +52,7 @@ def test_a_scenes_law(law, expected, tmp_path):
     [
         ('law = "hertz"', "contact.law.stiffness: required key is missing"),
         ('law = { kind = "hertz", stiffness = "5 N/m" }', "contact.law.stiffness: '5 N/m' is a stiffness; a Hertz"),
-        ('law = { kind = "spring", stiffness = "-5 N/m" }', "contact.law.stiffness: '-5 N/m' is not positive"),
+        ('law = { kind = "spring", stiffness = "-5 N/m" }', "contact.law.stiffness: '-5 N/m' must be positive"),
         ('law = { kind = "spring", k = "5 N/m", stiffness = "5 N/m" }', "contact.law.k: unknown key"),
         ("law = 3", "contact.law"),
     ],

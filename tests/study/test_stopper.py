@@ -316,7 +316,7 @@ REFUSED = [
     ("", STOPPER.replace("stiffness", "stifness"), "stopper.stifness: unknown key; did you mean 'stiffness'?"),
     ("", STOPPER + 'gapp = "1 mm"\n', "stopper.gapp: unknown key; did you mean 'gap'?"),
     ("", STOPPER.replace('"4 N/um"', '"4 mm"'), "stopper.stiffness: '4 mm' is a length"),
-    ("", STOPPER.replace('"0.2 mm"', '"-0.2 mm"'), "stopper.gap: '-0.2 mm' is negative"),
+    ("", STOPPER.replace('"0.2 mm"', '"-0.2 mm"'), "stopper.gap: '-0.2 mm' must be >= 0"),
     ("", STOPPER + 'lift = "0.3 mm"\n', "stopper.lift: gap is given too; keep one of the two"),
     ("", STOPPER.replace('gap = "0.2', 'lift = "-0.2'), "stopper.lift: -0.2 mm: the stopper would lie below the seat"),
     ("", STOPPER.replace('gap = "0.2', 'lift = "0.0'), "stopper.lift: 0 mm: the stopper would lie below the seat"),
@@ -344,7 +344,7 @@ REFUSED = [
         MASS.split("[contact]")[0].replace("[reed]", "[stopper]") + 'gap = "1 mm"\n',
         "stopper.velocity: a stopper is at",
     ),
-    (REED, ABOVE.replace("18 mm", "26 mm"), "stopper.at: 0.026 m lies beyond the reed, which ends at 0.0254 m"),
+    (REED, ABOVE.replace("18 mm", "26 mm"), "stopper.at: 0.026 m must lie on the reed, which ends at 0.0254 m"),
 ]
 
 

@@ -94,7 +94,7 @@ def test_curves(tmp_path: Path, curve: str, expected: tuple[float, float]) -> No
         (('"120 degC"', '"-300 degC"'), "temperature"),
         (("loading_ratio = 0", "loading_ratio = 1"), "loading_ratio: 1: input should be less than 1"),
         (("= 0.65", "= nan"), "walker_exponent"),
-        (('"8 m/s"', '"-8 m/s"'), "impact_velocity: '-8 m/s' is not positive"),
+        (('"8 m/s"', '"-8 m/s"'), "impact_velocity: '-8 m/s' must be positive"),
         (("slope = 12", "slope = 0.08"), "curve.slope: 0.08"),
         (("slope = 12", ""), "missing: slope"),
         (
@@ -139,7 +139,7 @@ def test_a_curve_of_a_table(tmp_path: Path) -> None:
         ("stress [MPa],cycles\n500,1e5\n400,nan\n", "sn.csv:3: '400,nan': the numbers must be finite"),
         ("stress,cycles\n500,1e5\n400,1e7\n", "column 'stress'; known are stress [unit],cycles"),
         ("stress [mm],cycles\n500,1e5\n400,1e7\n", "is a length; a pressure is needed"),
-        ("stress [MPa]\n500\n400\n", "sn.csv:1: no column cycles"),
+        ("stress [MPa]\n500\n400\n", "sn.csv:1: add a column cycles"),
         ("stress [MPa],cycles\n400,1e5\n420,1e7\n", "curve.file: S-N points rise: from 4e+08 Pa at 100000 cycles"),
         ("stress [MPa],cycles\n400,1e5\n-20,1e7\n", "stress and cycles must be positive"),
         ("stress [MPa],cycles\n400,1e5\n", "needs two points or more, not 1"),

@@ -141,7 +141,7 @@ WRONG = {
     'release = { velocity = "-1 m/s" }': "reed.release.mode: required key is missing beside velocity",
     'release = { mode = 1, velocity = "1 m/s" }': "reed.release.velocity",
     'pressure = "3 mm"': "reed.pressure.value: '3 mm' is a length; a pressure is needed",
-    'point_force = { value = "1 N", at = "30 mm" }': "reed.point_force.at: 0.03 m lies beyond the reed",
+    'point_force = { value = "1 N", at = "30 mm" }': "reed.point_force.at: 0.03 m must lie on the reed",
     'pressure = { value = "1 bar", file = "scene.toml" }': "reed.pressure.value: give exactly one of value and file",
     "": "reed.release: required key is missing: how the reed starts",
 }
@@ -256,9 +256,11 @@ def test_half_the_step_is_looked_at_of_every_striker_with_waves(
 
 FIXED_ROD = FREE_ROD.replace('far_end = "free"\nvelocity = "-0.1 m/s"\n', "")
 IMMOBILE = {
-    FIXED_ROD + 'velocity = "-1 m/s"\n': "reed.velocity: a rod that is held cannot translate; far_end = 'free' lets it",
-    FIXED_ROD + 'deflection = "1 um"\n': "reed.deflection: a rod in closed form has no modes to be set in motion; kind",
-    FIXED_ROD + 'force = "-1 N"\n': "reed.force: a rod in closed form has no modes to be set in motion; kind = 'bar'",
+    FIXED_ROD + 'velocity = "-1 m/s"\n': "reed.velocity: a rod that is held cannot translate; set far_end = 'free'",
+    FIXED_ROD
+    + 'deflection = "1 um"\n': "reed.deflection: a rod in closed form has no modes to be set in motion; take kind",
+    FIXED_ROD
+    + 'force = "-1 N"\n': "reed.force: a rod in closed form has no modes to be set in motion; take kind = 'bar'",
     FREE_ROD + 'force = "-1 N"\n': "reed.force: a free rod in closed form has no modes to be set in motion; use",
     BAR + 'model = "rod"\nforce = "-1 N"\n': "reed.model: a rod in closed form has no modes to be set in motion; use",
 }

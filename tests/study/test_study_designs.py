@@ -132,12 +132,12 @@ BAD = [
     ('[vary]\nreed.mass = { mean = "1 g", deviation = "1 mg" }', ":3: vary.reed.mass.kind: required key is missing"),
     ('[vary]\n"reed..mass" = ["1 g"]', "'reed..mass' is no key of a scene"),
     (f'[vary]\n"{"a." * 20}mass" = ["1 g"]', "is no key of a scene"),
-    ('[vary]\nreed.mass = { from = "2 g", to = "1 g", number = 2 }', ":3: vary.reed.mass.to: 1 is not above from = 2"),
+    ('[vary]\nreed.mass = { from = "2 g", to = "1 g", number = 2 }', ":3: vary.reed.mass.to: 1 must be above from = 2"),
     (
         '[vary]\n"reed.mass" = { from = "2 g", to = "1 kg", number = 2 }',
         ":3: vary.reed.mass.to: is in kg, another",
     ),
-    ('[vary]\nreed.mass = { from = "0 g", to = "1 g", number = 2, scale = "log" }', "0 is not positive"),
+    ('[vary]\nreed.mass = { from = "0 g", to = "1 g", number = 2, scale = "log" }', "0 must be positive"),
     ('[vary]\nreed.mass = { from = "1 g", to = "2 g" }', ":3: vary.reed.mass.number: required key is missing"),
     ('[vary]\nreed.mass = { from = "1 g", to = "2 g", number = 1 }', "vary.reed.mass.number: 1: input should be"),
     ('[vary]\nreed.mass = { from = "1 g", too = "2 g", number = 2 }', "did you mean 'to'?"),
@@ -163,7 +163,7 @@ BAD = [
     ),
     (
         'design = "monte_carlo"\nnumber = 2\n[vary]\nreed.mass = { kind = "normal", mean = "1 g", deviation = "0 g" }',
-        "vary.reed.mass.deviation: 0 is not positive",
+        "vary.reed.mass.deviation: 0 must be positive",
     ),
     (
         'design = "sobol"\nnumber = 2\n[vary]\nreed.mass = { kind = "table", points = [["1 g", 0], ["2 g", 0.9]] }',
@@ -198,7 +198,10 @@ WRONG = [
         'reed.mass = ["1 g", "1 mm"]',
         r":3: vary\.reed\.mass: scene 2 of 2, reed\.mass = '1 mm': '1 mm' is a length",
     ),
-    ('reed.mass = ["0 g", "-1 g", "1 g"]', r"scene 1 of 3, reed\.mass = '0 g': .* not positive; 1 more scene alike"),
+    (
+        'reed.mass = ["0 g", "-1 g", "1 g"]',
+        r"scene 1 of 3, reed\.mass = '0 g': .* must be positive; 1 more scene alike",
+    ),
     ('run.time_step = ["1 us"]', r"study\.toml:3: vary\.run\.time_step: scene 1 of 1, .*1e-06 s"),
     ('"load.0.gravity" = ["-9.81 m/s^2"]', r"load\.0"),
 ]
@@ -217,7 +220,7 @@ def test_a_distribution_beyond_the_limits_of_a_key(tmp_path: Path) -> None:
     )
     path = study_file(tmp_path, text.format("normal", ""))
     with pytest.raises(
-        SceneError, match=r"study\.toml:5: vary\.reed\.mass: scene .* not positive; \d+ more scenes alike"
+        SceneError, match=r"study\.toml:5: vary\.reed\.mass: scene .* must be positive; \d+ more scenes alike"
     ):
         cases_of(load_study(path), file=path)
     path = study_file(tmp_path, text.format("truncated_normal", ', from = "0.1 g", to = "3 g"'))

@@ -128,9 +128,7 @@ class ValvePlate(Shape):
         if not self.has_sectors(sectors):
             layout = f"{self.ports} ports on a circle" if self.layout == "circle" else "ports in a row"
             fitting = "the divisors of twice that number" if self.layout == "circle" else "2 or 4"
-            raise GeometryError(
-                f"sector = {sectors}: a ValvePlate with {layout} has other sectors; choose of {fitting}"
-            )
+            raise GeometryError(f"sector = {sectors}: a ValvePlate with {layout} has other sectors; choose {fitting}")
 
     def build(self, occ: Any) -> None:
         """Extrude the outline (millimetres) and imprint the lands and the rim, in the given gmsh OpenCASCADE model."""

@@ -118,11 +118,11 @@ def _parse(text: str, path: Path) -> dict[str, Any]:
         line = int(place[1]) if place else text.count("\n") + 1
         message = re.sub(r"\s*\(at .*\)$", "", str(error))
         column = f" (column {place[2]})" if place else " (end of file)"
-        raise SceneError((Problem(path, line, "", f"TOML syntax, mend it: {message}{column}"),)) from None
+        raise SceneError((Problem(path, line, "", f"TOML syntax: {message}{column}; mend the line"),)) from None
     except RecursionError:
         raise _whole_file(path, "tables or arrays are nested too deeply; use at most four levels") from None
     except ValueError as error:  # a whole number of thousands of digits, a date that does not exist
-        raise _whole_file(path, f"TOML, mend it: {error}") from None
+        raise _whole_file(path, f"TOML: {error}; mend it") from None
 
 
 def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
