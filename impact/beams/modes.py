@@ -135,7 +135,7 @@ class BeamModes:
             q = q + self.deflection(end) @ (self.tip_mass * tip)
         if not np.all(np.isfinite(q)):
             raise GreensFunctionError(
-                "a shape along the reed must be finite, {np.sum(~np.isfinite(q))} of its {len(q)} modal parts are not"
+                f"a shape along the reed must be finite, {np.sum(~np.isfinite(q))} of its {len(q)} modal parts are not"
             )
         return q
 

@@ -68,6 +68,7 @@ class Code:
     calls: dict[str, list[tuple[ast.Call, Scope]]] = field(default_factory=lambda: defaultdict(list))
     values: dict[str, list[tuple[ast.expr, Scope]]] = field(default_factory=lambda: defaultdict(list))
     classes: dict[str, ast.ClassDef] = field(default_factory=dict)
+    findings: list[Made] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         gc.disable()  # trees without rings: collecting takes four times as long as parsing
@@ -88,6 +89,8 @@ class Code:
                 inside = Scope(scope.path, (), node)
             elif isinstance(node, ast.Call):
                 self.calls[name_of(node.func)].append((node, scope))
+            elif isinstance(node, ast.Yield) and isinstance(node.value, ast.Tuple) and yields_findings(scope):
+                self.findings.append(Made("Finding", node.value.elts[-1], scope))
             elif isinstance(node, ast.Assign | ast.AnnAssign) and not scope.functions and node.value is not None:
                 for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
                     self.values[name_of(target)].append((node.value, scope))
@@ -106,6 +109,7 @@ class Code:
 
     def made(self) -> Iterator[Made]:
         """All errors with a text of their own, but private ones: they do not leave their file, which tells them on."""
+        yield from self.findings
         kinds = {n for n in self.errors if not n.startswith("_")} - set(MADE_OF_OTHERS)
         for kind in sorted(kinds | {*PLAIN, "Problem"}):
             at = PLACES.get(kind, 0)
@@ -218,6 +222,12 @@ class Code:
             if name in handed and id(handed[name]) not in within:
                 found.append((handed[name], around))
         return self._all(found, within)
+
+
+def yields_findings(scope: Scope) -> bool:
+    """Keys and what is wrong with them, which become problems of a scene."""
+    around = scope.functions[-1:]
+    return any(each.returns is not None and "Finding]" in ast.unparse(each.returns) for each in around)
 
 
 def arguments(function: ast.FunctionDef) -> list[str]:

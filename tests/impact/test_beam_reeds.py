@@ -177,7 +177,7 @@ def test_two_contacts_are_marched() -> None:
         (lambda: reed(BEAMS[2], release=ModeShape(2, 1e-3)), "mode 2 has a node at 0.0127 m"),
         (lambda: reed(BEAMS[0], release=StaticShape(float("nan"))), "deflection = nan"),
         (lambda: reed(BEAMS[0], release=StaticShape(1e-3, at=-1.0)), "release at -1 m is off the reed"),
-        (lambda: reed(BEAMS[0], release=GivenShape(lambda x: np.nan * x)), "not finite"),
+        (lambda: reed(BEAMS[0], release=GivenShape(lambda x: np.nan * x)), "must be finite"),
         (lambda: cantilever_reed(**REED, tip_deflection=1e-3, release=ModeShape(1, 1e-3)), "not both"),
     ],
 )

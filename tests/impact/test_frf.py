@@ -87,7 +87,7 @@ def test_bad_files(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace("3100,1\n", "3100,one,2\n"))
     with pytest.raises(TimeSeriesError, match=r"line 33, column 2: 'one' must be a finite number"):
         read_frf(path)
-    with pytest.raises(FrequencyResponseError, match=r"b.csv: the frequencies must be positive and increase"):
+    with pytest.raises(FrequencyResponseError, match=r"b.csv: frequency must be positive and increase"):
         read_frf(write(tmp_path / "b.csv", header, F[::-1], G.real, G.imag))
     with pytest.raises(FrequencyResponseError, match=r"4 frequencies, receptance \(4, 1, 1\)"):
         read_frf(write(tmp_path / "b.csv", header, F[:4], G.real[:4], G.imag[:4]))

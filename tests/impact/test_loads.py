@@ -163,7 +163,7 @@ def test_impossible_loads_are_refused(load: ReedLoad, words: str) -> None:
         reed(CANTILEVER, loads=[load])
 
 
-@pytest.mark.parametrize(("course", "words"), [(lambda t: t[:3], "3,"), (lambda t: t * np.nan, "not finite")])
+@pytest.mark.parametrize(("course", "words"), [(lambda t: t[:3], "3,"), (lambda t: t * np.nan, "must be finite")])
 def test_impossible_courses_are_refused(course: object, words: str) -> None:
     with pytest.raises(GreensFunctionError, match=words):
         flight(PointForce(course, at=L), dt=1e-5, duration=1e-3)

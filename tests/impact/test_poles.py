@@ -210,7 +210,7 @@ def test_an_undamped_pole_must_be_a_mode() -> None:
         ({"rates": np.array([-2.0]), "real_shapes": np.ones((1, 1)), "signs": np.ones(1)}, r"grows as exp\(2 t\)"),
         ({"rates": np.array([2.0]), "real_shapes": np.ones((1, 1)), "signs": np.array([0.5])}, "signs must be"),
         ({"rates": np.array([0.0]), "real_shapes": np.ones((1, 1)), "signs": -np.ones(1)}, "signs must be"),
-        ({"compliance": -np.ones((1, 1))}, "negative eigenvalue"),
+        ({"compliance": -np.ones((1, 1))}, "positive semidefinite"),
     ],
 )
 def test_what_is_refused(change: dict[str, np.ndarray], words: str) -> None:

@@ -195,7 +195,7 @@ def shorten(name: str) -> Callable[[h5py.File], None]:
         (remove("omega"), "damaged: omega is missing; compute it again"),
         (remove("residual"), "damaged: residual/shapes is missing; compute it again"),
         (shorten("zeta"), r"damaged: shapes must match: omega \(3,\), zeta \(2,\)"),
-        (put("omega", 1, np.nan), "damaged: omega must be finite, 1 values are not; compute it again"),
+        (put("omega", 1, np.nan), "damaged: omega has 1 values that are not finite; compute it again"),
         (put("omega", 1, -5.0), "damaged: omega must be >= 0 .*smallest -5; compute it again"),
         (put("residual/rates", 0, np.inf), "damaged: residual/rates has 1 values that are not finite"),
         (put("residual/compliance", (0, 1), np.nan), "damaged: residual/compliance has 1 values"),
@@ -222,7 +222,7 @@ def test_damaged_closed_forms_and_results_are_named(tmp_path: Path) -> None:
         load_greens(results)
     with h5py.File(results, "r+") as opened:
         opened["wave/force"][3] = np.nan
-    with pytest.raises(StorageError, match=r"result\.h5: damaged: force must be finite, 1 values are not"):
+    with pytest.raises(StorageError, match=r"result\.h5: damaged: force has 1 values that are not finite"):
         load_results(results)
     with h5py.File(results, "r+") as opened:
         del opened["wave/energy/input"]

@@ -82,7 +82,7 @@ def test_files_that_are_no_text(tmp_path: Path) -> None:
         ([0.0, 1.0], [0.0, 1.0], "guess", "outside = 'guess' is unknown"),
         ([0.0, 1.0], [0.0], "hold", "equal length"),
         ([0.0, 0.0], [0.0, 1.0], "hold", "must increase"),
-        ([0.0, 1.0], [0.0, np.inf], "hold", "not finite"),
+        ([0.0, 1.0], [0.0, np.inf], "hold", "must be finite"),
     ],
 )
 def test_impossible_series_are_refused(time: list[float], value: list[float], outside: object, words: str) -> None:

@@ -167,7 +167,7 @@ def test_supports_act_on_the_whole_ring():
         ({"order": 3}, "order 3"),
         ({"mass": "lumped"}, "'lumped' is unknown"),
         ({"fixed": "bottom"}, "no boundary 'bottom'"),
-        ({"fixed": "contact"}, "cannot be pushed"),
+        ({"fixed": "contact"}, "take them out of one"),
     ],
 )
 def test_bad_arguments_are_named(change, words):

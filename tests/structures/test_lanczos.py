@@ -197,7 +197,7 @@ def test_auto_takes_lanczos_for_short_windows_and_krylov_for_long_ones(model):
 
 def test_refusals(model):
     indefinite_mass = replace(model, M=model.M - model.K * (2 * model.M.max() / model.K.max()) + 4 * model.M)
-    with pytest.raises(ModelError, match="the mass is none of elements: it must be positive definite"):
+    with pytest.raises(ModelError, match="the mass is none of elements: it is not positive definite"):
         greens_function(indefinite_mass, bandwidth=3e5, duration=1e-5, tolerance=1e-2, method="lanczos")
     with pytest.raises(ConvergenceError, match=r"40 Lanczos steps .* about \d+ would do: .*method='krylov'"):
         Lanczos(most=40).reduce(model, Damping(), Aims(3e5, 1e-3, 1e-2))

@@ -324,7 +324,7 @@ def test_node_groups_of_unv(written_meshes, tmp_path):
             {"unit": 100.0},
             r"would be 200 x 200 x 100 m large \(unit = 100 m\); give the unit. Its numbers span 2 x 2 x 1",
         ),
-        ({"unit": 1e-5}, "missing unit"),
+        ({"unit": 1e-5}, "give the unit"),
         ({"unit": 0.0}, "unit = 0: must be > 0"),
         ({"merge": -1.0}, "merge = -1 m: must be >= 0"),
         ({"contact": "fixed"}, "contact and fixed are both 'fixed'"),

@@ -271,8 +271,8 @@ def test_a_contradictory_surface_is_named_with_its_place(tmp_path):
         make_mesh(CadPart(path), COARSE)
     message = str(caught.value)
     assert (
-        "bad.step: cannot be meshed, check and heal it; as it is: surface 2 (Cylinder): its edges lie up to 2 mm off it, at ("
-        in message
+        "bad.step: cannot be meshed, check and heal it; as it is: surface 2 (Cylinder): its edges lie up to 2 mm off "
+        "it, at (" in message
     )
     for rung in LADDER:
         assert f"{rung.name}: surface 2" in message

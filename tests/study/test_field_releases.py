@@ -69,7 +69,7 @@ def test_a_smooth_field_moves_the_contact_as_it_says(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rows", "message"),
     [
-        ("x [mm],y [mm],w [um]\n0,0,1\n9,0,1\n9,9,1\n", r"its points must surround \("),
+        ("x [mm],y [mm],w [um]\n0,0,1\n9,0,1\n9,9,1\n", r"its points do not surround \("),
         (
             HEAD + "".join(f"{x},{y},0,{(-1) ** k}\n" for k, (x, y) in enumerate(GRID)),
             "leave .* of the square of velocity",

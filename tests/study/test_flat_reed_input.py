@@ -50,7 +50,7 @@ STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
         (FLAPPER.replace("0.3 mm", "7 mm"), GAP, "", ("reed.thickness", "0.007 m", "0.006 m", "neck_width")),
         (SHEET, GAP, "", ("reed.outline", "crosses", "edges 1 and 3")),
         (FLAPPER, GAP, STOPPER + 'lift = "-1 mm"', ("stopper.lift", "-1 mm", "below the seat", "more than 0 mm")),
-        (FLAPPER, 'gap = "-1 um"\ntilt = "0.3 deg"', "", ("contact.gap", "-1 um", "negative")),
+        (FLAPPER, 'gap = "-1 um"\ntilt = "0.3 deg"', "", ("contact.gap", "-1 um", "must be >= 0")),
         (FLAPPER, GAP + 'tilt = "90 deg"', "", ("contact.tilt", "90 deg", "30 deg")),
         (FLAPPER, GAP + "ports = 500", "", ("contact.ports", "500", "256")),
         (FLAPPER, GAP + "ports = 128\nrings = 4", "", ("contact.ports", "128", "256", "take fewer")),

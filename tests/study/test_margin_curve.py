@@ -73,7 +73,7 @@ def test_none_allowed_where_no_values_enclose_it(scene: Path, tmp_path: Path) ->
     [
         (KEY, ["-1 m/s", "-2 mm/s"], "values in m/s and mm/s; give all of them in one unit"),
         (KEY, ["-1 m/s", "-1 m/s"], "a curve needs two values or more, not 1"),
-        (KEY, ["fast", "slow"], "'fast' does not start with a number"),
+        (KEY, ["fast", "slow"], "'fast' must start with a number"),
     ],
 )
 def test_values_refused(scene: Path, tmp_path: Path, key: str, values: list[str], said: str) -> None:

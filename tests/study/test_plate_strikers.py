@@ -109,7 +109,7 @@ def test_the_contact_that_is_not_stated(tmp_path: Path) -> None:
             "reed.contact_radius",
             "from the plate's centre, it must stay below the plate's 0.01 m",
         ),
-        (RING, 'contact_width = "6 mm"\n', "reed.contact_width", "the plate 0.01 m"),
+        (RING, 'contact_width = "6 mm"\n', "reed.contact_width", "the plate's 0.01 m"),
         (
             DISC,
             'contact_radius = "11 mm"\n',

@@ -137,7 +137,7 @@ BAD = [
         '[vary]\n"reed.mass" = { from = "2 g", to = "1 kg", number = 2 }',
         ":3: vary.reed.mass.to: is in kg, another",
     ),
-    ('[vary]\nreed.mass = { from = "0 g", to = "1 g", number = 2, scale = "log" }', "0 must be positive"),
+    ('[vary]\nreed.mass = { from = "0 g", to = "1 g", number = 2, scale = "log" }', "0 is not positive"),
     ('[vary]\nreed.mass = { from = "1 g", to = "2 g" }', ":3: vary.reed.mass.number: required key is missing"),
     ('[vary]\nreed.mass = { from = "1 g", to = "2 g", number = 1 }', "vary.reed.mass.number: 1: input should be"),
     ('[vary]\nreed.mass = { from = "1 g", too = "2 g", number = 2 }', "did you mean 'to'?"),

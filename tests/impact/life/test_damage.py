@@ -215,5 +215,5 @@ def test_the_rule_of_a_closing_speed() -> None:
     assert speed_margin(0.0, allowed).margin == math.inf
     with pytest.raises(LifeError, match="needs impact_velocity"):
         speed_margin(5.0, INVENTED)
-    with pytest.raises(LifeError, match="not finite"):
+    with pytest.raises(LifeError, match="must be finite"):
         speed_margin(math.nan, allowed)

@@ -62,5 +62,5 @@ def test_spheres_by_hand() -> None:
 def test_one_place() -> None:
     centre, radius = enclosing_sphere(np.tile([3.0, 4.0], (7, 1)))
     assert (centre.tolist(), radius) == ([3, 4], 0)
-    with pytest.raises(LifeError, match="not finite"):
+    with pytest.raises(LifeError, match="must be finite"):
         enclosing_sphere(np.array([[0.0], [np.nan]]))

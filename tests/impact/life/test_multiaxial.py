@@ -178,7 +178,7 @@ def test_what_stays_does_nothing() -> None:
 
 @pytest.mark.parametrize("stress", [np.zeros((0, 6)), np.zeros((4, 5)), np.zeros(6), np.full((2, 6), np.nan)])
 def test_what_is_no_history_of_tensors(stress: np.ndarray) -> None:
-    with pytest.raises(LifeError, match=r"\(n, 6\)|not finite"):
+    with pytest.raises(LifeError, match=r"\(n, 6\)|must be finite"):
         Crossland(TORSION, BENDING).value(stress)
 
 
