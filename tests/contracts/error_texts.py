@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ast
 import builtins
-import gc
 import re
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
@@ -71,12 +70,8 @@ class Code:
     findings: list[Made] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        gc.disable()  # trees without rings: collecting takes four times as long as parsing
-        try:
-            for path in self.files:
-                self._read(ast.parse(path.read_text(encoding="utf-8")), Scope(path))
-        finally:
-            gc.enable()
+        for path in self.files:
+            self._read(ast.parse(path.read_text(encoding="utf-8")), Scope(path))
 
     def _read(self, tree: ast.AST, scope: Scope) -> None:
         for node in ast.iter_child_nodes(tree):

@@ -163,7 +163,7 @@ def test_a_scene_does_not_change(load: Load) -> None:
             'lip_width = "1 mm"',
             'lip_width = "1 mm"\nlip_fillet = "0.6 mm"',
             "scene.toml:6: seat.lip_fillet: 0.0006 m: must be < 0.0004 m "
-            "(the lip_height less the lip_edge_radius: the side's flat part)",
+            "(lip_height less lip_edge_radius: the side's flat part)",
         ),
         (
             'lip_width = "1 mm"',

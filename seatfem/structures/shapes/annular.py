@@ -47,7 +47,7 @@ class AnnularSeat(Turning):
         if self.lip_fillet != 0.0:
             require_positive(self, "lip_fillet")
             room = self.lip_height - self.lip_edge_radius
-            require_below(self, "lip_fillet", room, "the lip_height less the lip_edge_radius: the side's flat part")
+            require_below(self, "lip_fillet", room, "lip_height less lip_edge_radius: the side's flat part")
             room = self.outer_radius - self.bore_radius - self.lip_width
             require_below(self, "lip_fillet", room, "the plate's width beside the lip")
 
