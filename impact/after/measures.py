@@ -45,7 +45,7 @@ def of_contact(result: ImpactResult, contact: int | None) -> ImpactResult:
         raise MeasureError(f"this result has {count} contacts: name one, contact=0 ... {count - 1}")
     contact = contact or 0
     if not 0 <= contact < count:
-        raise MeasureError(f"contact = {contact}: must be one of {count}, numbered from 0")
+        raise MeasureError(f"contact = {contact} must be 0 ... {count - 1}: this result has {count}")
     return result if result.force.ndim == 1 else of_contacts(result, contact)
 
 

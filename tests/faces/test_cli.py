@@ -395,7 +395,7 @@ def test_set_changes_keys(pipeline: Pipeline, tmp_path: Path, capfd: pytest.Capt
     assert pipeline.asked[-1][1] == "Thin"
     kept = (tmp_path / "out" / "scene.toml").read_text(encoding="utf-8")
     assert kept.startswith("# --set 'reed.thickness=0.2 mm'\n# --set 'reed.n_modes=7'\n")
-    for wrong, message in (("reed.thickness", "is not KEY=VALUE"), ("reed.thicknes=1 mm", "did you mean 'thickness'")):
+    for wrong, message in (("reed.thickness", "must be KEY=VALUE"), ("reed.thicknes=1 mm", "did you mean 'thickness'")):
         for verb in ("run", "plan"):
             assert run_command([verb, str(SPRING_SCENE), "--set", wrong]) == BAD_INPUT
             assert message in capfd.readouterr().err

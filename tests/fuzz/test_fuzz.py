@@ -176,7 +176,7 @@ def test_results_of_different_lengths(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "data", "words"),
     [
-        ("state/done", [1, 2], "does not say how many"),
+        ("state/done", [1, 2], "must say how many"),
         ("state/done", -3, "done -3 steps"),
         ("state/done", 10**6, "done 1000000 steps"),
         ("state/gap", 1.0, "gap has shape"),

@@ -92,7 +92,7 @@ def test_penalties_and_empty_rows_are_told_and_taken_out(files: dict[str, Path],
     model = read_matrices(**given, ports={"contact": PORT}, constrained="drop")
     assert model.size == N - 2
     assert np.flatnonzero(model.ports["contact"].vector).tolist() == [N - 4, N - 3]
-    with pytest.raises(ModelError, match="port 'contact' acts on the constrained dof 3"):
+    with pytest.raises(ModelError, match="port 'contact' must not act on the constrained dof 3"):
         read_matrices(**given, ports={"contact": {3: 1.0}}, constrained="drop")
 
 

@@ -133,7 +133,7 @@ def test_profiles_are_checked():
         (Stopper, {"dome_radius": 6.1e-3, "thickness": 1e-3}, r"thickness = 0.001 m: must be > 0.005"),
         (AnnularSeat, {"lip_height": 0.0}, r"lip_edge_radius = 0.0001 m: must be < 0 m"),
         (AnnularSeat, {"lip_height": -1e-3}, r"lip_height = -0.001 m"),
-        (AnnularSeat, {"lip_fillet": 0.4e-3}, r"lip_fillet = 0.0004 m: must be < 0.0004 m \(the lip_height less"),
+        (AnnularSeat, {"lip_fillet": 0.4e-3}, r"lip_fillet = 0.0004 m: must be < 0.0004 m \(lip_height less"),
         (AnnularSeat, {"lip_fillet": 0.3e-3, "outer_radius": 5.2e-3}, r"must be < 0.0002 m \(the plate's width"),
         (AnnularSeat, {"lip_fillet": -1e-4}, r"lip_fillet = -0.0001 m"),
     ],
