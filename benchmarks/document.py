@@ -19,6 +19,7 @@ TABLES = (
         "many_ports",
         "rings",
         "lips",
+        "lip_within_arcs",
         "lip_speed",
         "imports",
     ),

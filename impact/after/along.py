@@ -62,21 +62,15 @@ def over_arcs(force: Array, share: float, length: float | Array | None = None, p
         pieces: of the line; none: it is closed.
     """
     lengths = lengths_of(float(force.shape[1]) if length is None else length, force.shape[1])
-    found = []
+    weights = np.zeros((len(lengths), len(lengths)))
     for arcs, starts, width, closed in _parts(share, lengths, pieces):
-        of, own = force[:, arcs], lengths[arcs]
-        again = 2 if closed else 1
-        borders = np.concatenate([[0.0], np.cumsum(np.tile(own, again))])
-        summed = np.concatenate([np.zeros((len(of), 1)), np.cumsum(np.tile(of, again), axis=1)], axis=1)
-        found.append((_at(borders, summed, starts + width) - _at(borders, summed, starts)) / width)
-    return np.concatenate(found, axis=1)
-
-
-def _at(borders: Array, summed: Array, places: Array) -> Array:
-    """(n, m) of sums (n, N + 1) up to borders (N + 1,), linear in between."""
-    k = np.clip(np.searchsorted(borders, places, side="right") - 1, 0, len(borders) - 2)
-    share = (places - borders[k]) / (borders[k + 1] - borders[k])
-    return np.asarray(summed[:, k] + share * (summed[:, k + 1] - summed[:, k]))
+        own, again = lengths[arcs], 2 if closed else 1
+        ends = np.cumsum(np.tile(own, again))
+        begins = ends - np.tile(own, again)
+        within = np.minimum(ends[:, None], starts + width) - np.maximum(begins[:, None], starts)
+        within = np.maximum(within, 0.0).reshape(again, len(own), -1).sum(axis=0)
+        weights[arcs, arcs] = within / own[:, None] / width
+    return np.asarray(force @ weights)
 
 
 def _parts(share: float, lengths: Array, pieces: Pieces) -> Iterator[tuple[slice, Array, float, bool]]:
@@ -142,8 +136,9 @@ def line_force_peak(
     Returns:
         The peak and the middle of its part of the line, as a share of the line from the first arc's beginning.
     """
-    lengths = lengths_of(length, force.shape[1])
-    means = over_arcs(force, share, lengths, pieces)
+    lengths, when = lengths_of(length, force.shape[1]), np.flatnonzero(np.any(force, axis=1))
+    first, last = (when[0], when[-1]) if when.size else (0, 0)  # there is no force before and after
+    means = over_arcs(force[first : last + 1], share, lengths, pieces)
     each = largest_averages(means, dt, width)
     return float(each.max()), float(_middles(lengths, share, pieces)[int(np.argmax(each))])
 

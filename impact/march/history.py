@@ -81,8 +81,12 @@ class Poles:
         places = np.arange(contacts) ** 2.0  # two functionals without symmetry: poles seen alike have the same ratio
         with np.errstate(all="ignore"):
             ratio = (np.cos(1.7 * places) @ self.psi) / (np.cos(1.0 + places) @ self.psi)
+        order = np.argsort(ratio, kind="stable")
+        apart = ~(np.abs(np.diff(ratio[order])) <= NEARLY * np.abs(ratio[order[1:]]))
+        if 2 * (1 + np.count_nonzero(apart)) > count:  # at least so many differ, as in a plate
+            return none
         group, size, firsts = np.zeros(count, dtype=np.int64), np.ones(count), list[int]()
-        for k in np.argsort(ratio, kind="stable"):
+        for k in order:
             shape = self.psi[:, k]
             if firsts and abs(ratio[k] - ratio[firsts[-1]]) <= NEARLY * abs(ratio[k]):
                 first = self.psi[:, firsts[-1]]

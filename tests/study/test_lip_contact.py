@@ -202,13 +202,27 @@ TILTS = [FLAT, ("0.1 deg", "0 deg"), ROLL, ("1 deg", "0 deg"), ("0.1 deg", "90 d
 
 @pytest.mark.parametrize("tilt", TILTS)
 def test_more_arcs_change_little(bench: Bench, tilt: tuple[str, str]) -> None:
-    """Against 128 arcs: the impulse of 32 to 1 % (measured 0.01 to 1.0 %), the peak over 1 us of 64 to 3 % (measured
-    0.01 to 2.3 %), over 5 us to 1.5 %; in every one energy is kept."""
-    rel = 0.012 if tilt == ("1 deg", "90 deg") else 0.01  # it has not left after 0.2 ms
-    assert bench.impulse(32, tilt) == pytest.approx(bench.impulse(128, tilt), rel=rel)
+    """Against 128 arcs: the impulse of 32 to 1 % (measured 0.01 to 0.94 %; of longer records, at 1 degree in pitch,
+    where the far side is struck later, 1.4 %), the peak over 1 us of 64 to 3 % (measured 0.00 to 2.7 %), over 5 us to
+    1.5 %; in every one energy is kept."""
+    assert bench.impulse(32, tilt) == pytest.approx(bench.impulse(128, tilt), rel=0.01)
     assert bench.peak(64, tilt) == pytest.approx(bench.peak(128, tilt), rel=0.03)
     assert bench.peak(64, tilt, 5e-6) == pytest.approx(bench.peak(128, tilt, 5e-6), rel=0.015)
     assert bench.land(64, tilt).energy.residual < 1e-9
+
+
+def test_peaks_converge_with_the_second_power_of_the_arcs(bench: Bench) -> None:
+    """Root mean squares over all tilts, against 128 arcs: 46, 10.3 and 1.2 % with 16, 32 and 64, orders 2.1 and 3.1.
+    The impulse, far closer from the start, goes with the first power: 1.06 and 0.27 % with 16 and 64."""
+
+    def left(arcs: int, measure: Callable[[int, tuple[str, str]], float]) -> float:
+        return math.sqrt(np.mean([(measure(arcs, tilt) / measure(128, tilt) - 1) ** 2 for tilt in TILTS]))
+
+    peaks = [left(arcs, bench.peak) for arcs in (16, 32, 64)]
+    assert peaks[0] / peaks[1] > 3.5
+    assert peaks[1] / peaks[2] > 4.0
+    assert peaks[2] < 0.02
+    assert left(16, bench.impulse) / left(64, bench.impulse) > 3.5
 
 
 def test_rolls_to_either_side_are_alike(bench: Bench) -> None:
