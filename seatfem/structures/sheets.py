@@ -87,8 +87,8 @@ class Sheet:
         if (relative := thickness / self.bending_wave(self.bandwidth)) > THICKEST:
             raise ModelError(
                 f"reed.thickness = {1e3 * thickness:.4g} mm is {relative:.2g} of a bending wave at "
-                f"reed.greens.bandwidth = {self.bandwidth:.4g} Hz (limit {THICKEST:.2g}), where a plate answers otherwise "
-                "than the solid by 8 % and more: lower reed.greens.bandwidth to "
+                f"reed.greens.bandwidth = {self.bandwidth:.4g} Hz (limit {THICKEST:.2g}), where a plate answers "
+                "otherwise than the solid by 8 % and more: lower reed.greens.bandwidth to "
                 f"{self.bandwidth * (THICKEST / relative) ** 2:.3g} Hz, take a thinner reed, or a solid one, of kind = "
                 "'cad' or 'mesh'"
             )
