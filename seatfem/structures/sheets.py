@@ -40,6 +40,7 @@ ACROSS: Final = 3.0  # elements across the narrowest part, at least
 WIDTHS: Final = 100  # of pulses of the band, over which errors are judged
 INSTANTS: Final = 600  # at which they are
 PUSHED: Final = 8  # ports under whose pushes they are, all around a lip
+THICKEST: Final = 1 / 3  # thickness over the bending wave at the band: benchmarks/thick_reeds.py
 MOST_MODES: Final = 600  # a gigabyte and a minute
 MOST_ELEMENTS: Final = 20_000
 TOLERANCE: Final = 0.1  # that the modes are asked for; what they leave is stated, whatever it is
@@ -80,7 +81,17 @@ class Sheet:
         return replace(self.material, density=self.material.density * self.shape.area / mesh.area)
 
     def check(self) -> None:
-        """Raise `ModelError` of what would take too many modes or elements: A k^2/(4 pi) modes lie below wave k."""
+        """Raise `ModelError` of waves in the band that are no plate's, and of what would take too many modes or
+        elements: A k^2/(4 pi) modes lie below wave k."""
+        thickness = self.shape.thickness
+        if (relative := thickness / self.bending_wave(self.bandwidth)) > THICKEST:
+            raise ModelError(
+                f"reed.thickness = {1e3 * thickness:.4g} mm is {relative:.2g} of a bending wave at "
+                f"reed.greens.bandwidth = {self.bandwidth:.4g} Hz (limit {THICKEST:.2g}), where a plate answers "
+                "otherwise than the solid by 8 % and more: lower reed.greens.bandwidth to "
+                f"{self.bandwidth * (THICKEST / relative) ** 2:.3g} Hz, take a thinner reed, or a solid one, of kind = "
+                "'cad' or 'mesh'"
+            )
         count = math.pi * self.shape.area / self.bending_wave(CUTOFF * self.bandwidth) ** 2
         if count > MOST_MODES:
             raise ModelError(

@@ -13,7 +13,7 @@ from typing import Any, Final, TypeVar
 from pydantic import BaseModel
 
 from seatfem.structures.kinds.roles import in_role
-from seatfem.structures.method import Method
+from seatfem.structures.method import AnyLevel, Method
 from seatfem.study.safety import LEVEL_SHARE
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import behind_the_reed, lip_of, on_the_reed
@@ -66,10 +66,11 @@ class RunMethod:
         return None if self.seat.lip is None else self.seat.lip.arcs
 
     def along(self, scene: Scene, ports: int | None) -> RunMethod:
-        """With the lip in so many arcs."""
+        """With the lip in so many arcs; sectors of the seat have none."""
         lip = lip_of(scene, ports)
         rings = self.seat.rings if lip is None else lip.rings
-        seat = replace(self.seat, lip=lip, rings=rings)
+        level: AnyLevel = "3d" if lip is not None and self.seat.level == "sector" else self.seat.level
+        seat = replace(self.seat, level=level, lip=lip, rings=rings)
         return replace(
             self, seat=seat, reed=replace(self.reed, lip=on_the_reed(scene, lip), behind=behind_the_reed(scene))
         )

@@ -17,7 +17,7 @@ from seatfem.structures.rings import Division
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contacts, seat_of, solved_striker, striker_of
 from seatfem.study.impacts.measures import measured
-from seatfem.study.method import stated_method
+from seatfem.study.method import as_stated, stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.seen import PER_ARC
 from seatfem.study.scene import Scene, SceneError, load_scene
@@ -170,6 +170,16 @@ def test_plans_choose_arcs_of_a_face(tmp_path: Path) -> None:
     assert any(choice.key == "contact.ports" for choice in plan.choices)
     assert plan.method.reed.lip is not None
     assert plan.method.reed.lip.arcs == plan.method.ports
+
+
+def test_a_lip_leaves_no_sectors(tmp_path: Path) -> None:
+    """Of a plate with one port: four quarters, where its land is struck as a whole."""
+    one = PLATE.replace("ports = 4", "ports = 1")
+    scene = scene_of(tmp_path, one, "ports = 16\n")
+    assert scene.seat.stated().level == "sector"
+    plan = plan_scene(scene)
+    assert plan.method.seat.level in ("3d", "spring")
+    assert lip_of(as_stated(plan.scene, plan.method)) == plan.method.seat.lip
 
 
 # What is refused

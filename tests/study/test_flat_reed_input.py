@@ -31,6 +31,7 @@ neck_length = "15 mm"
 paddle_diameter = "16 mm"
 thickness = "0.3 mm"
 """
+THICK = FLAPPER.replace("0.3 mm", "5 mm") + 'greens = { bandwidth = "300 kHz" }'
 SHEET = """kind = "sheet"
 outline = [["0 mm", "-4 mm"], ["24 mm", "8 mm"], ["24 mm", "-8 mm"], ["0 mm", "4 mm"]]
 clamped = [["0 mm", "-4 mm"], ["0 mm", "4 mm"]]
@@ -47,7 +48,8 @@ STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
         (FLAPPER, GAP + 'offset = ["30 mm", "0 mm"]', "", ("contact.offset", "52.42", "which has 8 mm", "change the")),
         (FLAPPER, GAP + 'offset = ["3 mm", "0 mm"]', "", ("contact.offset", "25.42", "which has 8 mm", "change the")),
         (FLAPPER.replace("16 mm", "9 mm"), GAP, "", ("contact.offset", "5 to 6 mm", "which has 4.5 mm", "change the")),
-        (FLAPPER.replace("0.3 mm", "7 mm"), GAP, "", ("reed.thickness", "0.007 m", "0.006 m", "neck_width")),
+        (FLAPPER.replace("0.3 mm", "7 mm"), GAP, "", ("reed.thickness", "0.007 m", "0.006 m", "neck_width", "cad")),
+        (THICK, GAP, "", ("reed.thickness", "5 mm", "0.39", "limit 0.33", "to 2.17e+05 Hz", "'cad' or 'mesh'")),
         (SHEET, GAP, "", ("reed.outline", "crosses", "edges 1 and 3")),
         (FLAPPER, GAP, STOPPER + 'lift = "-1 mm"', ("stopper.lift", "-1 mm", "below the seat", "more than 0 mm")),
         (FLAPPER, 'gap = "-1 um"\ntilt = "0.3 deg"', "", ("contact.gap", "-1 um", "must be >= 0")),
@@ -55,7 +57,7 @@ STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
         (FLAPPER, GAP + "ports = 500", "", ("contact.ports", "500", "256")),
         (FLAPPER, GAP + "ports = 128\nrings = 4", "", ("contact.ports", "128", "256", "take fewer")),
     ],
-    ids=["misses", "reaches_off", "small", "thick", "crosses", "stopper", "gap", "tilt", "ports", "parts"],
+    ids=["misses", "reaches_off", "small", "thick", "waves", "crosses", "stopper", "gap", "tilt", "ports", "parts"],
 )
 @pytest.mark.parametrize("verb", ["plan", "run"])
 def test_it_is_told(verb, reed, contact, more, told, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

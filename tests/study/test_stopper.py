@@ -17,7 +17,9 @@ from impact.runs.budget import SAFETY, Budget
 from impact.storage.hdf5 import load_results, save_greens
 from seatfem.faces.plan_view import plan_json
 from seatfem.structures.kinds import kinds_of
+from seatfem.structures.rings import Division
 from seatfem.structures.solved import Solved
+from seatfem.structures.statics import bed
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.accuracy.prerun import Bench, Window, first_look, window_of
 from seatfem.study.impacts.contact import measures_of, problem_of, run_contacts, stopper_of, striker_of
@@ -131,6 +133,15 @@ def test_a_scene_is_the_problem_built_by_hand(tmp_path: Path) -> None:
         for name in ("force", "gap", "striker_displacement", "target_displacement"):
             theirs = getattr(byhand, name)[:, column]
             np.testing.assert_allclose(getattr(one, name), theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
+
+
+def test_rings_of_the_seat_are_no_places_of_the_reed(tmp_path: Path) -> None:
+    """A seat's second ring is called as the reed's second place, where the stopper is: it is pressed at the first one.
+    Two rings of springs are one spring."""
+    scene = scene_of(tmp_path, SEAT + REED.replace("0.3 bar", "-0.01 bar") + ABOVE + SHORT)
+    divided = run_contacts(scene, striker_of(scene), bed(Division(1, 2), 1e6), 2e-7)
+    assert divided.seat.force.max() > 1.0
+    np.testing.assert_allclose(divided.seat.force, bounced(scene, 2e-7).seat.force, rtol=1e-9, atol=1e-9)
 
 
 def test_the_place_of_the_contact_is_one_port(tmp_path: Path) -> None:

@@ -138,8 +138,9 @@ class ThinPlate(Moving):
                 "reed.thickness over its bending wave at reed.greens.bandwidth",
                 relative,
                 SHORTEST,
-                "waves so short are those of a solid, not of a plate, and no bar knows",
-                f"use reed.greens.bandwidth <= {self.greens.bandwidth * (SHORTEST / relative) ** 2:.3g} Hz",
+                "waves so short are those of a solid, not of a plate (2 % of g at 1/4, 8 % at 1/3), and no bar knows",
+                f"use reed.greens.bandwidth <= {self.greens.bandwidth * (SHORTEST / relative) ** 2:.3g} Hz, or a solid "
+                "reed, of kind = 'cad' or 'mesh'",
             ),
         )
 

@@ -79,6 +79,8 @@ class Space(ABC, Generic[G]):
             error = 0.0 if complete else self.history.add(response, size)
             if error <= tolerance / 2:
                 greens, cut = self._cut(tolerance / 2)
+                if complete and cut > tolerance / 2:
+                    greens, cut = self.truncated(np.inf)  # there are no more: all of them are exact
                 error += cut
                 if error <= tolerance or complete:
                     progress("reduction", 1.0)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from seatfem.structures.shapes.flat import Flat
+from seatfem.structures.shapes.flat import THINNER, Flat
 from seatfem.structures.shapes.shape import require_below, require_positive
 
 
@@ -21,7 +21,7 @@ class Disc(Flat):
 
     def __post_init__(self) -> None:
         require_positive(self, *vars(self))
-        require_below(self, "thickness", self.diameter / 2, "half the diameter: a sheet is thinner than it is wide")
+        require_below(self, "thickness", self.diameter / 2, f"half the diameter: {THINNER}")
 
     @property
     def centre(self) -> tuple[float, float]:

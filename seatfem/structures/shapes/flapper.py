@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.shapes.flat import Flat
+from seatfem.structures.shapes.flat import THINNER, Flat
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
 from seatfem.structures.shapes.shape import require_above, require_below, require_positive
 
@@ -42,7 +42,7 @@ class Flapper(Flat):
         require_below(self, "neck_width", self.root_width, "root_width: the root narrows to the neck", inclusive=True)
         require_below(self, "taper_length", self.neck_length, "neck_length, from the root to the paddle")
         require_above(self, "paddle_diameter", self.neck_width, "neck_width: the paddle is wider than the neck")
-        require_below(self, "thickness", self.neck_width, "neck_width: a sheet is thinner than it is wide")
+        require_below(self, "thickness", self.neck_width, f"neck_width: {THINNER}")
         if self.hole_diameter is not None:
             rim = self.paddle_diameter - 2 * self.thickness
             require_below(self, "hole_diameter", rim, "paddle_diameter less a rim as wide as the sheet is thick")

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
 from seatfem.structures.shapes.shape import Plan, Shape
+
+THINNER: Final = 'a sheet is thinner than it is wide; a solid reed is kind = "cad" or "mesh"'
 
 
 class Flat(Shape):

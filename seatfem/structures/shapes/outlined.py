@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes import loops, polygons
-from seatfem.structures.shapes.flat import Flat
+from seatfem.structures.shapes.flat import THINNER, Flat
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
 from seatfem.structures.shapes.shape import require_below, require_positive
 
@@ -69,7 +69,7 @@ class Outlined(Flat):
         if not polygons.holds(self.corners, self.touched):
             x, y = self.touched
             raise GeometryError(f"Outlined.contact_at = ({x:g}, {y:g}) m: this point must lie on the part that bends")
-        require_below(self, "thickness", self.narrowest, "its narrowest part: a sheet is thinner than it is wide")
+        require_below(self, "thickness", self.narrowest, f"its narrowest part: {THINNER}")
 
     @property
     def _holed(self) -> int:

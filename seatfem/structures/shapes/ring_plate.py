@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from seatfem.structures.shapes.flat import Flat
+from seatfem.structures.shapes.flat import THINNER, Flat
 from seatfem.structures.shapes.shape import require_below, require_positive
 
 
@@ -23,7 +23,7 @@ class RingPlate(Flat):
     def __post_init__(self) -> None:
         require_positive(self, *vars(self))
         require_below(self, "inner_diameter", self.outer_diameter, "outer_diameter")
-        require_below(self, "thickness", self.narrowest, "the ring's radial width: a sheet is thinner than it is wide")
+        require_below(self, "thickness", self.narrowest, f"the ring's radial width: {THINNER}")
 
     @property
     def centre(self) -> tuple[float, float]:

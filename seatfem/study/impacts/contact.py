@@ -36,6 +36,7 @@ from seatfem.study.impacts.start import check_start
 from seatfem.study.impacts.touches import (
     Touches,
     displacement_of,
+    facing,
     film_of,
     force_of,
     parts_of,
@@ -221,7 +222,7 @@ def problem_of(
             port=k,
             gap=float(gap),
             law=law.law(float(share)),
-            striker_port=_facing(striker, division.names[k]),
+            striker_port=facing(scene, striker.greens, division.names[k]),
             film=films[k // division.rings],
         )
         for k, (gap, share) in enumerate(zip(gaps, division.shares, strict=True))
@@ -246,11 +247,6 @@ def problem_of(
             )
     check_start(scene, striker, contacts)
     return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
-
-
-def _facing(striker: impact.Body, port: str) -> str | int:
-    """The striker's port over one of the seat; its first one where it has none there."""
-    return port if port in striker.greens.ports else 0
 
 
 def marched(

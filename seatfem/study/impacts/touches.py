@@ -106,6 +106,12 @@ def displacement_of(stepper: impact.ContactStepper) -> Array:
     return moved + seat.body.carried(np.asarray(seat.dt * np.arange(len(moved)), dtype=np.float64))
 
 
+def facing(scene: Scene, striker: GreensFunction, part: str) -> int:
+    """The striker's port over a part of the seat: the one of its name, and the first where there is none, or where the
+    ports are the places of seat and stopper."""
+    return striker.port_index(part) if part in striker.ports and not scene.has_two_places else 0
+
+
 def on_the_ports(scene: Scene, striker: GreensFunction, seat: GreensFunction, touches: Touches) -> Array:
     """(n + 1, ports) forces of seat and stopper on all ports of the striker, along the normal [N]."""
     force = np.zeros((len(touches.seat.force), len(striker.ports)))

@@ -16,7 +16,7 @@ from seatfem.structures.estimates.costs import (
     seat_seconds,
 )
 from seatfem.structures.estimates.mesh_size import ERRORS, mesh_error
-from seatfem.structures.method import MOST_MODES, Method
+from seatfem.structures.method import MOST_MODES, Applicability, Method
 from seatfem.study.accuracy.other_bodies import other_modes
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.impacts.simpler import ONE_PORT
@@ -107,6 +107,8 @@ def _divided(option: SeatOption, left: Mapping[int, Changes]) -> Iterator[SeatOp
 def _levels(seen: Seen, without: tuple[str, ...]) -> Iterator[SeatOption]:
     """A stated level alone; else a spring, a closed form that leaves something out, and waves by finite elements."""
     stated, waves = seen.stated.seat, seen.scene.seat.level(0.0)
+    if stated.lip is not None and waves.level == "sector":
+        waves = Applicability("3d", True, 0.0, "struck along a lip: no sectors are alike")
     asked = stated.level if is_given(seen.scene, MODEL) else None
     if asked in (None, "spring") and "spring" not in without:
         yield from _spring(seen, replace(stated, level="spring"))
