@@ -34,6 +34,7 @@ _STYLE: dict[Any, Any] = {
     "axes.grid": True,
     "axes.axisbelow": True,
     "axes.formatter.limits": (-3, 4),
+    "axes.formatter.use_mathtext": True,  # "×10⁻³", by `label_in_unicode`
     "grid.color": "#E3E3E3",
     "grid.linewidth": 0.6,
     "xtick.labelsize": 8.0,

@@ -2,50 +2,45 @@
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, Final
-
-from matplotlib.ticker import LogFormatterSciNotation, ScalarFormatter
+import re
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_RAISED: Final = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+_RAISED: Final = str.maketrans("0123456789-−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁻")
 
 
 def label_in_unicode(figure: Figure) -> None:
     """What matplotlib itself has chosen to label axes by writes powers of ten in Unicode from now on."""
+    ours = _formatters()
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
             for formatter in (axis.get_major_formatter(), axis.get_minor_formatter()):
-                if type(formatter) is ScalarFormatter:
-                    formatter.__class__ = _Linear  # keeps its settings
-                elif type(formatter) is LogFormatterSciNotation:
-                    formatter.__class__ = _Powers
+                formatter.__class__ = ours.get(type(formatter), type(formatter))  # keeps its settings
 
 
-def _power_of_ten(exponent: int) -> str:
-    return f"10{str(exponent).translate(_RAISED)}"
+def without_tex(told: str) -> str:
+    """``"2×10⁻³"`` of ``"$\\mathdefault{2\\times10^{-3}}$"``."""
+    raised = re.sub(r"\^\{([-−\d]+)\}", lambda found: found[1].translate(_RAISED), told)
+    return re.sub(r"\\mathdefault|[${}]", "", raised.replace(r"\times", "×"))
 
 
-class _Linear(ScalarFormatter):
-    """With "×10⁻³" beside the axis."""
+@cache
+def _formatters() -> dict[type, Any]:
+    """Ours by matplotlib's: labels of logarithmic axes, and the factor beside linear ones."""
+    from matplotlib.ticker import LogFormatterSciNotation, ScalarFormatter
 
-    def get_offset(self) -> str:
-        """The factor; where a number is to be added, matplotlib's words."""
-        told = super().get_offset()
-        mantissa, found, exponent = told.partition("e")
-        return f"×{_power_of_ten(int(exponent))}" if found and mantissa == "1" else told
+    class Linear(ScalarFormatter):
+        def __call__(self, x: float, pos: int | None = None) -> str:
+            return without_tex(super().__call__(x, pos))
 
+        def get_offset(self) -> str:
+            return without_tex(super().get_offset())
 
-class _Powers(LogFormatterSciNotation):
-    """10⁻³ at powers of ten; 2×10⁻³ between them, where matplotlib labels these."""
+    class Powers(LogFormatterSciNotation):
+        def __call__(self, x: float, pos: int | None = None) -> str:
+            return without_tex(super().__call__(x, pos))
 
-    def __call__(self, x: float, pos: int | None = None) -> str:
-        """Of one tick; "" of one without a label."""
-        told = str(super().__call__(x, pos))
-        if not told or not x > 0:
-            return told
-        exponent = math.floor(math.log10(x) + 1e-9)
-        factor = round(x / 10.0**exponent, 6)
-        return _power_of_ten(exponent) if factor == 1 else f"{factor:g}×{_power_of_ten(exponent)}"
+    return {ScalarFormatter: Linear, LogFormatterSciNotation: Powers}
