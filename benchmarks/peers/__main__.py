@@ -17,7 +17,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
-from benchmarks.peers import bodies, calculix, impact_tables, sfepy_modes, siconos_impact
+from benchmarks.peers import bodies, calculix, impact_tables, larger_meshes, sfepy_modes, siconos_impact
 from benchmarks.table import RESULTS, Table, machine
 from impact.files.atomic import write_whole
 from seatfem.structures.reduction.greens import greens_function
@@ -84,6 +84,7 @@ TABLES: Final[dict[str, tuple[str, Callable[[], Table], Callable[[], str]]]] = {
     "sfepy": ("Natural modes by SfePy", bodies.sfepy_table, sfepy_modes.absent),
     "response": ("Response of the struck patch", bodies.response_table, calculix.absent),
     "impact": ("The impact", impact_tables.impact_table, str),
+    "meshes": ("The impact on finer meshes", larger_meshes.meshes_table, calculix.absent),
     "reduced": ("One reduced system", impact_tables.siconos_table, str),
 }
 

@@ -34,7 +34,7 @@ _STYLE: dict[Any, Any] = {
     "axes.grid": True,
     "axes.axisbelow": True,
     "axes.formatter.limits": (-3, 4),
-    "axes.formatter.use_mathtext": True,
+    "axes.formatter.use_mathtext": True,  # "×10⁻³", by `label_in_unicode`
     "grid.color": "#E3E3E3",
     "grid.linewidth": 0.6,
     "xtick.labelsize": 8.0,
@@ -88,6 +88,8 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
         import matplotlib
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
+
+        from impact.pictures.tick_labels import label_in_unicode
     except ImportError as missing:
         what = "a figure" if path is None else Path(path).name
         raise PictureError(
@@ -99,10 +101,16 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
         if path is not None and Path(path).suffix[1:].lower() not in formats:
             raise PictureError(f"{Path(path).name}: unknown picture format; use one of .{', .'.join(sorted(formats))}")
         yield figure
+        label_in_unicode(figure)
         if path is None:
             figure.canvas.draw()  # here, where the style is the common one
-        else:
-            with whole_file(path) as temporary:
+            return
+        with whole_file(path) as temporary:
+            if Path(path).suffix.lower() == ".png":  # savefig would draw all of it once more, for its layout
+                figure.dpi, usual = DPI, figure.dpi
+                FigureCanvasAgg(figure).print_png(temporary, pil_kwargs={"compress_level": 4})
+                figure.dpi = usual
+            else:
                 figure.savefig(temporary, dpi=DPI)
 
 

@@ -95,15 +95,13 @@ def sampled_filter(greens: GreensFunction, times: int, width: float, i: int = 0)
     As `GreensFunction.filtered`, much cheaper on a uniform grid: integral of p'(s) S(t - s) ds by the trapezoidal
     rule, which p' (a full period of a sine) makes second order across the start of S.
     """
-    from scipy.signal import fftconvolve  # here, for its import alone takes longer than many a scene
-
     h = width / _PER_PULSE
     t = np.asarray(h * np.arange(times + 1), dtype=np.float64)
     step = greens.step_response(t, i, i)
     step[0] *= 0.5  # the mean across the jump of a bare compliance
     phase = 2 * np.pi * np.arange(_PER_PULSE) / _PER_PULSE
     slope = 2 * np.pi / width**2 * np.sin(phase)
-    return t, np.asarray(h * fftconvolve(step, slope)[: len(t)])
+    return t, np.asarray(h * np.convolve(step, slope)[: len(t)])
 
 
 def _impulse(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: float, width: float) -> None:

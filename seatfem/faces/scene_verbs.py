@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Final
@@ -219,13 +220,23 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
     from seatfem.faces.report.asked import keep_asked
     from seatfem.faces.result_table import result_table
     from seatfem.faces.verdict import lasting, simpler, verdict
+    from seatfem.pictures.apart import drawing_apart
     from seatfem.study.runs.next_round import Limits
     from seatfem.study.runs.pipeline import run_scene
 
     limits = Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
     errors = lines(stderr=True, quiet=common.quiet)
-    with progress_of(common, errors) as progress:
-        outcome = run_scene(scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures)
+    drawing = nullcontext() if effort.no_pictures else drawing_apart()
+    with progress_of(common, errors) as progress, drawing as painter:
+        outcome = run_scene(
+            scene,
+            folder,
+            progress,
+            tell=errors.print,
+            limits=limits,
+            pictures=not effort.no_pictures,
+            painter=painter,
+        )
     kept = keep_asked(content, outcome.plan, folder, changes)
     if not common.quiet:
         wide = console(highlight=False)

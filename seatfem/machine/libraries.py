@@ -23,7 +23,7 @@ GMSH_LIBRARIES: Final = {
 EGL: Final = {"libEGL.so.1": "libegl1"}
 _OSMESA: Final = ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
 _OSMESA_WINDOW: Final = "vtkOSOpenGLRenderWindow"
-PICTURE_PACKAGES: Final = ("matplotlib", "pyvista", "imageio")
+PICTURE_PACKAGES: Final = ("matplotlib", "pyvista")
 
 
 class MissingLibraryError(RuntimeError):

@@ -1,7 +1,7 @@
 """In a worker: draws pictures of bodies, of which VTK may crash or hang. `seatfem.pictures.apart` starts it.
 
-The only argument names a folder in which job NUMBER is the file NUMBER.pickle, written by the parent: what to draw,
-to be called with ``path``. Each line on the standard input is "NUMBER NAME"; the answer is in JSON why it could not be
+The only argument names a folder of files written by the parent: what to draw, to be called with ``path``. Each line on
+the standard input is "FILE NAME", without a FILE for what all pictures need; the answer is in JSON why it could not be
 drawn, or "".
 """
 
@@ -14,21 +14,33 @@ from pathlib import Path
 
 from impact.pictures.drawing import gap_of
 from seatfem.jobs.worker import answer_lines
+from seatfem.pictures.rendering import load_pyvista, new_plotter
 
 
 def main(folder: Path) -> None:
     """Serve until the parent ends this process."""
 
     def answer(line: str) -> str:
-        number, _, name = line.partition(" ")
+        drawing, _, name = line.partition(" ")
 
         def draw(path: Path) -> None:
-            with (folder / f"{number}.pickle").open("rb") as file:
+            if not drawing:
+                return _load()
+            with (folder / drawing).open("rb") as file:
                 pickle.load(file)(path=path)
 
         return json.dumps(gap_of(draw, folder / name))
 
     answer_lines(answer)
+
+
+def _load() -> None:
+    """Libraries, and a window of OpenGL, whose first one takes longest."""
+    import matplotlib.backends.backend_agg  # noqa: F401
+
+    from seatfem.pictures import plots, stress_plot, stress_wave  # noqa: F401
+
+    new_plotter(load_pyvista(), (16, 16)).close()
 
 
 if __name__ == "__main__":

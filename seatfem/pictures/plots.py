@@ -14,7 +14,19 @@ from numpy.typing import NDArray
 from impact.files.atomic import whole_file
 from impact.pictures.drawing import ORANGE, SKY, PictureError, sheet, text
 from seatfem.pictures.cell_grid import VTK_TYPES, CellGrid
-from seatfem.pictures.rendering import ABOVE, BELOW, Image, aim, crop, import_pyvista, load_pyvista, new_plotter, shoot
+from seatfem.pictures.rendering import (
+    ABOVE,
+    BELOW,
+    Image,
+    aim,
+    crop,
+    halved,
+    import_pyvista,
+    load_pyvista,
+    new_plotter,
+    shoot,
+    write_gif,
+)
 from seatfem.structures.model import Array
 
 if TYPE_CHECKING:
@@ -59,13 +71,11 @@ def plot_modes(
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    body = _Body(pyvista, grid, shapes, cut)
-    plotter = new_plotter(pyvista, (840, 700))
+    plotter = new_plotter(pyvista, (900, 750), shrunk=True)
+    body = _Body(pyvista, plotter, grid, shapes, cut)
     images = []
     for k in range(len(shapes)):
-        plotter.clear_actors()
-        body.draw(plotter, k, 1.0)
-        aim(plotter, body.outline.points, AMPLITUDE * grid.size)
+        body.move(k, 1.0)
         images.append(shoot(plotter))
     plotter.close()
     images = crop(images)
@@ -103,20 +113,15 @@ def animate_mode(
     """
     _check(grid, [shape], [frequency_hz])
     pyvista = load_pyvista()
-    import imageio.v3 as imageio
-
-    body = _Body(pyvista, grid, [shape], cut)
-    plotter = new_plotter(pyvista, (560, 480))
+    plotter = new_plotter(pyvista, (1120, 960), shrunk=True)
+    body = _Body(pyvista, plotter, grid, [shape], cut)
+    plotter.add_text(f"{title}  {text(frequency_hz, 'Hz')}".strip(), position=(24, 896), font_size=18, color="black")
     half = []
     for k in range(frames // 2 + 1):  # the way back passes the same pictures
-        plotter.clear_actors()
-        body.draw(plotter, 0, math.cos(2 * math.pi * k / frames))
-        plotter.add_text(f"{title}  {text(frequency_hz, 'Hz')}".strip(), position=(12, 448), font_size=9, color="black")
-        aim(plotter, body.outline.points, AMPLITUDE * grid.size)
-        half.append(shoot(plotter))
+        body.move(0, math.cos(2 * math.pi * k / frames))
+        half.append(halved(shoot(plotter)))
     plotter.close()
-    with whole_file(path) as temporary:
-        imageio.imwrite(temporary, [*half, *half[-2:0:-1]], extension=".gif", duration=1500 / frames, loop=0)
+    write_gif([*half, *half[-2:0:-1]], np.full((1, 3), 255), path, round(1500 / frames), shaded=True)
 
 
 def write_vtu(
@@ -204,9 +209,11 @@ def _visible_facets(mesh: Any, kept: NDArray[np.bool_], groups: tuple[str, ...])
 
 
 class _Body:
-    """What is drawn of a grid: surface (perhaps cut) with the shapes on it, and the undeformed edges."""
+    """A grid in a plotter: surface (perhaps cut) with the shapes on it, and the undeformed edges."""
 
-    def __init__(self, pyvista: ModuleType, grid: CellGrid, shapes: Sequence[Array], cut: bool) -> None:
+    def __init__(
+        self, pyvista: ModuleType, plotter: Any, grid: CellGrid, shapes: Sequence[Array], cut: bool
+    ) -> None:
         volume = _unstructured(pyvista, grid.points, grid.linear_cells)
         for k, shape in enumerate(shapes):
             field = np.asarray(shape, dtype=float).T
@@ -215,33 +222,28 @@ class _Body:
         if cut:
             low, high = np.array(volume.bounds[::2]), np.array(volume.bounds[1::2])
             volume = volume.clip(normal=(0.0, -1.0, 0.0), origin=(low + high) / 2)
-        self.surface = volume.extract_surface(algorithm=None)
-        self.outline = self.surface.extract_feature_edges(
+        surface = volume.extract_surface(algorithm=None)
+        outline = surface.extract_feature_edges(
             feature_angle=35, boundary_edges=False, manifold_edges=False, non_manifold_edges=False
         )
-        self.surface = self.surface.compute_normals(  # sharp edges split once, for all shapes
+        self._rest = surface.compute_normals(  # sharp edges split once, for all shapes
             cell_normals=False, feature_angle=35, split_vertices=True, consistent_normals=False
         )
-        self.amplitude = AMPLITUDE * grid.size
+        self._amplitude = AMPLITUDE * grid.size
+        self._moved = self._rest.copy()
+        self._moved.point_data["displacement"] = np.zeros(self._rest.n_points)
+        limits = {"clim": (0.0, 1.0), "show_scalar_bar": False}
+        drawn = plotter.add_mesh(self._moved, scalars="displacement", cmap=COLOURS, **limits, **_LIGHT)
+        drawn.prop.interpolation = "phong"  # by the normals that `move` keeps
+        plotter.add_mesh(outline, color="#6A6A6A", line_width=2.0)
+        aim(plotter, outline.points, self._amplitude)
 
-    def draw(self, plotter: Any, k: int, phase: float) -> None:
-        """Mode ``k`` at ``phase`` (-1..1) of its largest displacement."""
-        field = self.surface.point_data[f"u{k}"]
-        moved = self.surface.copy()
-        moved.clear_data()
-        moved.points = self.surface.points + phase * self.amplitude * field
-        moved.compute_normals(cell_normals=False, split_vertices=False, consistent_normals=False, inplace=True)
-        moved.point_data["displacement"] = np.linalg.norm(field, axis=1)
-        plotter.add_mesh(
-            moved,
-            scalars="displacement",
-            cmap=COLOURS,
-            clim=(0.0, 1.0),
-            show_scalar_bar=False,
-            smooth_shading=True,
-            **_LIGHT,
-        )
-        plotter.add_mesh(self.outline, color="#6A6A6A", line_width=1.5)
+    def move(self, k: int, phase: float) -> None:
+        """Shape ``k`` at ``phase`` (-1..1) of its largest displacement."""
+        field = self._rest.point_data[f"u{k}"]
+        self._moved.points = self._rest.points + phase * self._amplitude * field
+        self._moved.compute_normals(cell_normals=False, split_vertices=False, consistent_normals=False, inplace=True)
+        self._moved.point_data["displacement"] = np.linalg.norm(field, axis=1)
 
 
 def _unstructured(pyvista: ModuleType, points: Array, cells: NDArray[np.int64]) -> Any:

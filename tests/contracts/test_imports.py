@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 FILES = sorted([*(ROOT / "impact").rglob("*.py"), *(ROOT / "seatfem").rglob("*.py")])
 
 MESHING = ("seatfem/structures/shapes/", "seatfem/structures/mesh/_gmsh_")
-PICTURES = ("pyvista", "vtk", "matplotlib", "imageio")
+PICTURES = ("pyvista", "vtk", "matplotlib", "PIL")
 ROOMS_OF_IMPACT = (
     "files", "greens", "exact", "beams", "bodies", "measured", "march", "gas", "after", "life", "runs", "storage",
     "pictures",

@@ -323,10 +323,11 @@ def test_mode_pictures(grid: CellGrid, shapes: list[np.ndarray], drawing: None, 
 def test_animation_is_a_loop_that_moves(
     grid: CellGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path
 ) -> None:
-    import imageio.v3 as imageio
+    from PIL import Image, ImageSequence
 
     seat_plots.animate_mode(grid, shapes[0], 1234.5, tmp_path / "mode.gif", frames=8)
-    frames = imageio.imread(tmp_path / "mode.gif").astype(int)
+    with Image.open(tmp_path / "mode.gif") as image:
+        frames = np.array([each.convert("RGB") for each in ImageSequence.Iterator(image)], dtype=int)
     assert len(frames) == 8
     assert np.abs(frames[0] - frames[4]).mean() > 2  # the two extremes
     assert np.abs(frames[1] - frames[7]).mean() < 1  # to and fro by the same way
@@ -402,3 +403,15 @@ def test_pictures_enlarge_the_hardest_contact(tmp_path: Path) -> None:
     assert plots.shown_contact([result, result], 1e-6, 0.05)[0] == pytest.approx((begin, end), abs=0.06 * (end - begin))
     plots.plot_force(result, result, tmp_path / "force.svg")
     assert f"Contact {number + 1}, the hardest" in (tmp_path / "force.svg").read_text(encoding="utf-8")
+
+
+def test_powers_of_ten_at_axes_need_no_parser_of_tex(tmp_path: Path) -> None:
+    with sheet(tmp_path / "axes.png", 4, 2) as figure:
+        linear, powers = figure.subplots(1, 2)
+        linear.plot([0, 2e7], [-3e-5, 4e-5])
+        powers.loglog([1e-3, 2e2], [1.5e-2, 0.11])
+    offsets = [axis.get_offset_text().get_text() for axis in (linear.xaxis, linear.yaxis)]
+    assert offsets == ["×10⁷", "×10⁻⁵"]
+    assert {"−2", "4"} <= {label.get_text() for label in linear.get_yticklabels()}
+    assert {"10⁻²", "10²"} <= {label.get_text() for label in powers.get_xticklabels()}
+    assert "2×10⁻²" in {label.get_text() for label in powers.get_yticklabels(which="both")}

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 
 _BLOCK = 10  # fewest vectors between two checks
 _CRAWLS = 60  # vectors for each port, damped bodies take 30 to 50: beyond, a higher shift takes half as many
-_HIGHER = 2.5  # that shift, over the band's; what a tight tolerance lacks lies at two to four times the band
+_HIGHER = 2.5  # that shift, over the band's; what a tight tolerance lacks lies at two to four times the band. Undamped
+# bodies begin with it: up to 65 % fewer vectors over 2.5 to 12 periods of the band, at most 10 % more
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,8 @@ class _Vectors(RitzSpace):
     ) -> None:
         super().__init__(model, damping, aims)
         self.most, self.backend, self.progress = most, backend, progress
-        self.basis = self._start(aims.band)
+        undamped = damping == Damping() and damping.loss is None
+        self.basis = self._start((_HIGHER if undamped else 1.0) * aims.band)
 
     def grow(self) -> Grown:
         basis, band, loss = self.basis, self.aims.band, None

@@ -5,6 +5,8 @@ Rigid-body shapes, where they are known, are its first vectors with a stiffness 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
@@ -58,10 +60,14 @@ class KrylovBasis:
     def _append(self, w: Array) -> None:
         """Orthonormalise ``w`` against V and append it, unless it lies in the span of V."""
         k, M, K = self.size, self.model.M, self.model.K
-        before = np.sqrt(w @ (M @ w))
-        for _ in range(2):  # twice is enough (Kahan, Parlett)
-            w = w - self.V @ (self.V.T @ (M @ w))
-        norm = np.sqrt(w @ (M @ w))
+        before = square = 0.0
+        for again in range(2):  # twice is enough (Kahan, Parlett)
+            momentum = M @ w
+            parts = self.V.T @ momentum
+            square = float(w @ momentum)
+            before = before if again else math.sqrt(square)
+            w = w - self.V @ parts
+        norm = math.sqrt(max(square - float(parts @ parts), 0.0))  # little is taken away the second time
         if not norm > 1e-11 * before:
             return
         if k == self._vectors.shape[1]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -18,7 +19,7 @@ from impact.pictures.greens_plots import plot_greens
 from impact.pictures.plots import plot_energy, plot_force, plot_motion
 from impact.progress import Progress
 from seatfem.machine.libraries import picture_library_gap
-from seatfem.pictures.apart import Picture, drawn_apart
+from seatfem.pictures.apart import Painter, Picture, drawing_apart
 from seatfem.pictures.cell_grid import CellGrid, revolve
 from seatfem.pictures.fit_plot import plot_fit
 from seatfem.pictures.moving import moving_modes, save_moving
@@ -65,23 +66,22 @@ def draw_run(
     folder: Path,
     progress: Progress,
     more: Sequence[Picture] = (),
+    painter: Painter | None = None,
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Force, motion, energy, Green's function, ``more``, mesh and modes; (files written, gaps in words).
 
-    Mesh and modes of a seat that was computed before, whose matrices are gone, come from the store.
+    ``painter``: has taken those of `ahead` for this seat. Mesh and modes of a seat that was computed before, whose matrices are gone, come from the store.
     """
     title, width = scene.title or "Impact", scene.run.filter_width
-    band, periods = (1 / width, 200) if method.seat.bandwidth is None else (method.seat.bandwidth, 40)
-    memory, whole = min(scene.run.duration, periods / band), as_a_whole(seat.greens)  # p parts have p^2 responses
     pictures: list[Picture] = [
         ("force.png", lambda path: plot_force(result, baseline, path, filter_width=width, title=title)),
         ("motion.png", lambda path: plot_motion(result, baseline, path, filter_width=width, title=title)),
         ("energy.png", lambda path: plot_energy(result, path, title=title)),
-        ("greens.png", lambda path: plot_greens(whole, path, duration=memory, width=1 / band)),
+        _greens_picture(scene, method, seat),
         *more,
     ]
     of_seat = _seat_pictures(scene, seat)
-    files, gaps = draw_all(pictures + of_seat, folder, progress)
+    files, gaps = draw_all(pictures + of_seat, folder, progress, painter)
     if not scene.seat.is_meshed:
         return files, gaps
     names, key = [name for name, _ in of_seat], key_of(scene.seat, method.seat)
@@ -90,6 +90,22 @@ def draw_run(
     except (StoreError, OSError) as problem:
         return files, (*gaps, f"pictures of the seat are not kept for later runs: {problem}")
     return (*files, *kept), gaps
+
+
+def ahead(scene: Scene, method: RunMethod, seat: Solved, painter: Painter) -> None:
+    """Have that drawn which needs the seat alone, while the run goes on; nothing where it has no bodies to draw."""
+    bodies = [picture for picture in _seat_pictures(scene, seat) if picture[0] in BODIES]
+    if bodies and not picture_library_gap():
+        painter.take([*bodies, _greens_picture(scene, method, seat)])
+
+
+def _greens_picture(scene: Scene, method: RunMethod, seat: Solved) -> Picture:
+    """greens.png."""
+    known = method.seat.bandwidth
+    band, periods = (1 / scene.run.filter_width, 200) if known is None else (known, 40)
+    whole = as_a_whole(seat.greens)  # p parts have p^2 responses
+    draw = partial(plot_greens, whole, duration=min(scene.run.duration, periods / band), width=1 / band)
+    return "greens.png", draw
 
 
 def gas_pictures(scene: Scene, touches: Touches) -> list[Picture]:
@@ -164,7 +180,7 @@ def _save_modes(numbered: list[tuple[int, Mode]], title: str, path: Path) -> Non
 def mesh_picture(mesh: SeatMesh | MeridianMesh | None) -> Callable[..., None]:
     """Whichever suits the mesh."""
     if isinstance(mesh, MeridianMesh):
-        return lambda path: plot_section(mesh.mesh, path)
+        return partial(plot_section, mesh.mesh)
     return partial(plot_mesh, None if mesh is None else mesh.mesh)
 
 
@@ -183,13 +199,19 @@ def _shapes(seat: Solved, count: int) -> tuple[CellGrid, list[Array]]:
     return body.grid, [body.shape(amplitudes, 0) for amplitudes in found]
 
 
-def draw_all(pictures: list[Picture], folder: Path, progress: Progress) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Draw them, curves here, bodies in another process at the same time; (files written, gaps in words)."""
+def draw_all(
+    pictures: list[Picture], folder: Path, progress: Progress, painter: Painter | None = None
+) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+    """Draw them, curves here, bodies in another process at the same time; (files written, gaps in words).
+
+    ``painter``: that process, where it is there already; what it has taken is not drawn again.
+    """
     files, gaps = [], []
-    apart = [] if picture_library_gap() else [picture for picture in pictures if picture[0] in BODIES]
-    with drawn_apart(apart, folder) as drawn:
-        for number, (name, draw) in enumerate(sorted(pictures, key=lambda p: p in apart), start=1):
-            if gap := drawn(name) if (name, draw) in apart else gap_of(_by_name(draw), folder / name):
+    bodies = [] if picture_library_gap() else [picture for picture in pictures if picture[0] in BODIES]
+    with nullcontext(painter) if painter is not None else drawing_apart() as drawing:
+        drawing.take([picture for picture in bodies if picture[0] not in drawing])
+        for number, (name, draw) in enumerate(sorted(pictures, key=lambda p: p[0] in drawing), start=1):
+            if gap := drawing.wait(name, folder) if name in drawing else gap_of(_by_name(draw), folder / name):
                 gaps.append(f"skipped pictures: {gap}")
             else:
                 files.append(folder / name)

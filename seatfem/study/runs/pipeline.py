@@ -13,6 +13,7 @@ from impact.files.atomic import check_writable, write_whole
 from impact.progress import Progress, Tell, silent, untold
 from impact.storage.hdf5 import save_results
 from seatfem.machine.stopwatch import Stopwatch
+from seatfem.pictures.apart import Painter
 from seatfem.structures.build import Cache
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.impacts.contact import RunError, check_step, seat_of
@@ -27,7 +28,7 @@ from seatfem.study.runs.baseline import Baseline, baseline_of, static_stiffness
 from seatfem.study.runs.ended import ended_plan, remember
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.outcome import RunOutcome
-from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
+from seatfem.study.runs.pictures import ahead, draw_modes, draw_run, gas_pictures
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.study.runs.seat_fields import check_stress
@@ -64,6 +65,7 @@ def run_scene(
     pictures: bool = True,
     plan: Plan | None = None,
     histories: bool = True,
+    painter: Painter | None = None,
 ) -> RunOutcome:
     """Everything: plan, seat, contact and its spring baseline, measures with their errors, files, then pictures.
 
@@ -78,6 +80,7 @@ def run_scene(
         pictures: whether to draw.
         plan: of the scene, where there is one already.
         histories: whether result.h5 is written.
+        painter: a process that draws bodies while the run goes on; ``None``: one that is started afterwards.
 
     Raises:
         OutputError: ``folder`` cannot be written to.
@@ -88,10 +91,15 @@ def run_scene(
     check_step(scene)
     check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE)))
     with watch("plan"):
-        plan = plan or ended_plan(scene) or plan_scene(scene, progress=progress, folder=folder)
+        plan = plan or ended_plan(scene)
+        if plan is None and painter is not None and scene.seat.is_meshed:  # the seat is likely to be new
+            painter.begin()
+        plan = plan or plan_scene(scene, progress=progress, folder=folder)
         check_stress(plan, progress)
     baseline: Baseline | None = None
     for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
+        if painter is not None:
+            ahead(scene, done.plan.method, done.seat, painter)
         if baseline is None or baseline.beside is not done.result:  # a round comes again where the next one failed
             baseline = baseline_of(done, watch)
         summary = _summary(scene, done, baseline, watch)
@@ -123,7 +131,7 @@ def run_scene(
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
             more = [*lip_pictures(done, baseline.touches), *gas_pictures(scene, done.touches), *later.pictures(done)]
             results = (done.result, baseline.result)
-            drawn, gaps = draw_run(scene, done.plan.method, done.seat, *results, folder, progress, more)
+            drawn, gaps = draw_run(scene, done.plan.method, done.seat, *results, folder, progress, more, painter)
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
         try:
             write_json(folder / SUMMARY_FILE, summary)
