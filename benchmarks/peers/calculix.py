@@ -102,6 +102,13 @@ def course_in(text: str, quantity: str, node: str) -> tuple[Array, Array]:
     return np.array(at), np.array(found)
 
 
+def contact_force_in(text: str) -> tuple[Array, Array]:
+    """Times (n,) [s] and forces (n,) that press on a patch from above [N] in a .dat file (*CONTACT PRINT, CF)."""
+    told = r"^ statistics for slave set .* and time +(\S+)\n\n.*\n\n +\S+ +\S+ +(\S+)"
+    found = np.array(re.findall(told, text, flags=re.MULTILINE), dtype=float).reshape(-1, 2)
+    return found[:, 0], -found[:, 1]
+
+
 def same_mass(model: SecondOrderModel, material: Material) -> Any:
     """The model's mass by the four points by which CalculiX integrates a C3D10, exact for its stiffness alone."""
 

@@ -19,8 +19,10 @@ from seatfem.faces.report.asked import SCENE_COPY
 from seatfem.faces.report.folder import run_summary, text_of
 from seatfem.pictures.moving import KEPT, SOURCES, load_moving
 from seatfem.pictures.paraview import write_moving
+from seatfem.structures.formats.dxf_writing import write_outline
 from seatfem.structures.formats.reduced_writing import write_reduced
 from seatfem.structures.formats.uff_writing import write_modes_uff, write_receptance_uff
+from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.calculix import csv_table, write_calculix
@@ -140,12 +142,21 @@ def _as_reduced(source: Path, output: Path, progress: Progress) -> Written:
     yield from write_reduced(load_greens(seat), output)
 
 
+def _as_dxf(source: Path, output: Path, progress: Progress) -> Written:
+    reed = _scene_of(source).reed
+    if not isinstance(reed, ThinPlate):
+        raise ExportError(f"{source}: reed.kind = {reed.kind!r} has no outline; flappers, sheets, discs have")
+    write_outline(reed.geometry().drawn, output / "reed.dxf")
+    yield output / "reed.dxf"
+
+
 FORMATS: Final[Mapping[str, Format]] = {
     "csv": Format(_as_csv, False),
     "uff": Format(_as_uff, False),
     "vtk": Format(_as_vtk, False),
     "calculix": Format(_as_calculix, True),
     "reduced": Format(_as_reduced, True),
+    "dxf": Format(_as_dxf, True),
 }
 
 

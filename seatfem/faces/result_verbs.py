@@ -71,11 +71,11 @@ def export(
     Parameters
     ----------
     source:
-        The folder of a run (seatfem run -o) or of modes; for calculix and reduced a scene (TOML), too.
+        The folder of a run (seatfem run -o) or of modes; for calculix, reduced and dxf a scene (TOML), too.
     to:
         csv: force.csv and summary.csv for spreadsheets; uff: the seat's receptance (universal file, dataset 58) and
         modes (55); vtk: modes, stress waves and landings for ParaView; calculix: decks for ccx on the seat's mesh, our
-        answers beside them; reduced: the seat's M, C, K and state space, .npz, .mat and .mtx.
+        answers beside them; reduced: the seat's M, C, K and state space, .npz, .mat and .mtx; dxf: the reed's outline.
     output:
         Folder for the files [default: that of the run; of a scene its name + "-" + the format].
     """

@@ -139,9 +139,13 @@ class PlateModes:
 
     def shape_at(self, amplitudes: Array, points: Array) -> Array:
         """(q,) deflections at points (q, 2), of modal amplitudes (m,) [m]. Raises as `at`."""
+        return deflections(self.mesh, self.field(amplitudes)[:, 0], points)
+
+    def field(self, amplitudes: Array) -> Array:
+        """(n, 3) deflection [m] and rotations a of the nodes, of modal amplitudes (m,)."""
         full = np.zeros((len(self.mesh.points), 3))
         full.ravel()[self.dofs.free] = self.modes.shapes @ amplitudes
-        return deflections(self.mesh, full[:, 0], points)
+        return full / (1.0, self.mesh.side, self.mesh.side)
 
     def projected(self, nodal: Array) -> tuple[Array, float]:
         """(m,) modal amplitudes q = Phi'M w of deflections (n,) at the nodes, and 1 - q'q/(w'M w), what they leave."""

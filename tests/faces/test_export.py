@@ -192,7 +192,7 @@ def test_modes_for_paraview(modes: tuple[Path, Array, Array], tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--to", "vtp"], "none of csv, uff, vtk, calculix, reduced"),
+        (["--to", "vtp"], "none of csv, uff, vtk, calculix, reduced, dxf"),
         (["--to", "csv"], "no summ"),
         (["--to", "reduced"], "holds no seat.h5"),
         (["--to", "calculix"], "keeps no scene.toml"),

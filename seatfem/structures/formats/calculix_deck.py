@@ -8,67 +8,29 @@ No deck has damping.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
-from skfem import (
-    ElementHex2,
-    ElementHexS2,
-    ElementQuad2,
-    ElementQuadS2,
-    ElementTetP2,
-    ElementTriP2,
-    FacetBasis,
-    LinearForm,
-)
 from skfem.assembly import Dofs
 
 from impact.greens.pulse import hann
-from seatfem.structures.elements.assembly import solids_by_region
-from seatfem.structures.materials import Material, Solid
+from seatfem.structures.formats.calculix_mesh import (
+    KINDS,
+    as_set,
+    cut,
+    faces_of,
+    held_of,
+    loads_of,
+    materials_of,
+    oriented,
+)
+from seatfem.structures.materials import Solid
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 
 PATCH: Final = "PATCH"  # the set of the reference node
 FLAT: Final = 1e-6  # of a patch's width: by as much its vertices may differ in height
-ROOM: Final = 0.1  # of its width, by which a striker reaches beyond the patch
-Integers = NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class _Kind:
-    """An element in the deck's words: ``nodes``, columns of ours; ``mirror``, of its own, where ours is mirrored;
-    ``faces``, by its own vertices."""
-
-    name: str
-    ours: Any
-    theirs: Any
-    nodes: tuple[int, ...]
-    mirror: tuple[int, ...]
-    faces: tuple[tuple[int, ...], ...]
-
-
-_KINDS: Final[Mapping[str, _Kind]] = {
-    "RefTet": _Kind(
-        "C3D10", ElementTetP2(), ElementTetP2(), tuple(range(10)), (1, 0, 2, 3, 4, 6, 5, 8, 7, 9),
-        ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)),
-    ),
-    "RefHex": _Kind(
-        "C3D20", ElementHex2(), ElementHexS2(),
-        (7, 4, 1, 5, 6, 2, 0, 3, 17, 11, 12, 18, 14, 9, 10, 16, 19, 13, 8, 15),
-        (4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11, 16, 17, 18, 19),
-        ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 4, 5), (1, 2, 5, 6), (2, 3, 6, 7), (0, 3, 4, 7)),
-    ),
-    "RefTri": _Kind(
-        "CAX6", ElementTriP2(), ElementTriP2(), tuple(range(6)), (0, 2, 1, 5, 4, 3), ((0, 1), (1, 2), (0, 2))
-    ),
-    "RefQuad": _Kind(
-        "CAX8", ElementQuad2(), ElementQuadS2(), tuple(range(8)), (0, 3, 2, 1, 7, 6, 5, 4),
-        ((0, 1), (1, 2), (2, 3), (0, 3)),
-    ),
-}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,57 +90,6 @@ class CalculixBody:
         march = self.step([rule, f"{dt:.12e},{dt * count:.12e}", *load], count)
         return ["*AMPLITUDE, NAME=HANN", *pulse, *before, *march]
 
-    def contact(self, mass: float, velocity: float, stiffness: float, duration: float, dt: float) -> list[str]:
-        """A rigid, flat striker of ``mass`` [kg] that arrives with ``velocity`` [m/s] < 0, by surface contact.
-
-        ``stiffness`` [Pa/m]: pressure per penetration (*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR). The striker is
-        one element whose nodes move alike along z; the rule has the damping of alpha = -0.05, without which ccx does
-        not find the end. Raises `ModelError` of a half section, and of a patch that is not flat and above.
-        """
-        if self.plane:
-            raise ModelError(
-                "ccx's surface contact finds no end between axisymmetric elements; state seat.model = '3d'"
-            )
-        if not self.flat:
-            raise ModelError("the patch must be flat and face up along z for contact by surfaces")
-        places, volume = self._striker()
-        first, last = self.node + 1, self.node + len(places)
-        count = int(np.ceil(duration / dt))
-        return [
-            "*NODE, NSET=STRIKER",
-            *(f"{n}," + ",".join(f"{x:.12g}" for x in place) for n, place in enumerate(places, start=first)),
-            "*ELEMENT, TYPE=C3D8, ELSET=STRIKER",
-            ",".join(map(str, [self.cells + 1, *range(first, last + 1)])),
-            *("*MATERIAL, NAME=RIGID", "*ELASTIC", "1e12,0.", "*DENSITY", f"{self.share * mass / volume:.12g}"),
-            *("*SOLID SECTION, ELSET=STRIKER, MATERIAL=RIGID", "*BOUNDARY", "STRIKER,1,2"),
-            *(f"*EQUATION\n2\n{n},3,1.,{first},3,-1." for n in range(first + 1, last + 1)),
-            *("*SURFACE, NAME=FACE", f"{self.cells + 1},S1"),
-            *("*INITIAL CONDITIONS, TYPE=VELOCITY", f"STRIKER,3,{velocity:.12g}"),
-            *(
-                "*SURFACE INTERACTION, NAME=TOUCH",
-                "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR",
-                f"{stiffness:.12g}",
-            ),
-            *("*CONTACT PAIR, INTERACTION=TOUCH, TYPE=SURFACE TO SURFACE", "STRUCK,FACE"),
-            *("*NSET, NSET=HEAVY", f"{first}"),
-            *self.step(
-                [
-                    *("*DYNAMIC, DIRECT", f"{dt:.12e},{dt * count:.12e}"),
-                    *("*NODE PRINT, NSET=HEAVY, FREQUENCY=1", "U,V"),
-                ],
-                count,
-            ),
-        ]
-
-    def _striker(self) -> tuple[Array, float]:
-        """Places of the eight nodes of the one element, and its volume [m^3]."""
-        low, high = self.patch.min(axis=0), self.patch.max(axis=0)
-        room = ROOM * float(np.ptp(self.patch[:, :2], axis=0).max())
-        (x0, y0), (x1, y1) = low[:2] - room, high[:2] + room
-        ring = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
-        places = np.array([(*place, z) for z in (high[2], high[2] + room) for place in ring])
-        return places, float((x1 - x0) * (y1 - y0) * room)
-
 
 def calculix_body(
     model: SecondOrderModel, material: Solid | Mapping[str, Any], *, struck: str = "contact", copies: int = 1
@@ -198,7 +109,7 @@ def calculix_body(
     """
     dofs = model.dofs
     mesh: Any = None if dofs is None else dofs.mesh
-    kind = _KINDS.get(getattr(getattr(getattr(mesh, "elem", None), "refdom", None), "__name__", ""))
+    kind = KINDS.get(getattr(getattr(getattr(mesh, "elem", None), "refdom", None), "__name__", ""))
     if dofs is None or kind is None:
         raise ModelError("a deck for CalculiX needs a model of finite elements on a mesh of solids")
     if dofs.points.shape[1] <= mesh.t.max() + 1:
@@ -207,104 +118,24 @@ def calculix_body(
     rows = Dofs(mesh, kind.ours).element_dofs
     used, cells = np.unique(rows[list(kind.nodes)], return_inverse=True)
     points = dofs.points[[0, 2, 1] if plane else [0, 1, 2]][:, used]
-    cells = _oriented(points, cells.reshape(len(kind.nodes), -1).T, kind, plane)
-    loads = _loads(mesh, kind, struck, used, plane)
+    cells = oriented(points, cells.reshape(len(kind.nodes), -1).T, kind, plane)
+    loads = loads_of(mesh, kind, struck, used, plane)
     node, axis = len(used) + 1, int(np.argmax(np.abs(loads.sum(axis=0)))) + 1
     lines = ["*NODE, NSET=ALL"]
     lines += [f"{k},{x:.12g},{y:.12g},{z:.12g}" for k, (x, y, z) in enumerate(points.T, start=1)]
     lines += [f"*NODE, NSET={PATCH}", f"{node},0,0,0", f"*ELEMENT, TYPE={kind.name}, ELSET=BODY"]
-    lines += [",\n".join(",".join(map(str, part)) for part in _cut([k, *(c + 1)], 10)) for k, c in enumerate(cells, 1)]
-    lines += _materials(mesh, material)
-    held = _held(model)[:, [0, 2, 1] if plane else [0, 1, 2]][used]
+    lines += [",\n".join(",".join(map(str, part)) for part in cut([k, *(c + 1)], 10)) for k, c in enumerate(cells, 1)]
+    lines += materials_of(mesh, material)
+    held = held_of(model)[:, [0, 2, 1] if plane else [0, 1, 2]][used]
     for component in range(2 if plane else 3):
         if held[:, component].any():
             name = f"HELD{component + 1}"
-            lines += [*_set(name, np.flatnonzero(held[:, component]) + 1), "*BOUNDARY", f"{name},{component + 1}"]
+            lines += [*as_set(name, np.flatnonzero(held[:, component]) + 1), "*BOUNDARY", f"{name},{component + 1}"]
     facets = np.asarray(mesh.boundaries[struck])
-    lines += [*_set("STRUCKNODES", np.flatnonzero(loads.any(axis=1)) + 1)]
-    lines += ["*SURFACE, NAME=STRUCK", *_faces(mesh, kind, facets, cells, used)]
+    lines += [*as_set("STRUCKNODES", np.flatnonzero(loads.any(axis=1)) + 1)]
+    lines += ["*SURFACE, NAME=STRUCK", *faces_of(mesh, kind, facets, cells, used)]
     terms = [(n + 1, a + 1, loads[n, a]) for n, a in np.argwhere(loads) if not held[n, a]]
     lines += ["*EQUATION", f"{len(terms) + 1}", f"{node},{axis},-1."]
-    lines += [",".join(f"{n},{a},{b:.12e}" for n, a, b in part) for part in _cut(terms, 4)]
+    lines += [",".join(f"{n},{a},{b:.12e}" for n, a, b in part) for part in cut(terms, 4)]
     patch = points[:, np.searchsorted(used, np.unique(mesh.facets[:, facets]))].T
     return CalculixBody(kind.name, tuple(lines), axis, node, len(cells), loads, 1 / copies, patch)
-
-
-def _oriented(points: Array, cells: Integers, kind: _Kind, plane: bool) -> Integers:
-    """Cells whose volume is positive in the deck's order."""
-    if plane:
-        first, second = (points[:2, cells[:, k]] - points[:2, cells[:, 0]] for k in (1, -1 + len(kind.faces)))
-        volume = first[0] * second[1] - first[1] * second[0]
-    else:
-        ends = (1, 3, 4) if len(kind.faces) == 6 else (1, 2, 3)
-        a, b, c = (points[:, cells[:, k]] - points[:, cells[:, 0]] for k in ends)
-        volume = np.einsum("ke,ke->e", np.cross(a.T, b.T).T, c)
-    cells = cells.copy()
-    cells[volume < 0] = cells[volume < 0][:, list(kind.mirror)]
-    return cells
-
-
-def _loads(mesh: Any, kind: _Kind, struck: str, used: Integers, plane: bool) -> Array:
-    """(nodes, 3) b: the consistent nodal forces of a unit load, uniform over the patch, along its outward normal."""
-    basis = FacetBasis(mesh, kind.theirs, facets=mesh.boundaries[struck], intorder=8)
-    radius = basis.global_coordinates()[0] if plane else 1.0
-    area = float(np.sum(radius * basis.dx))
-    loads = np.zeros((len(used), 3))
-    known = Dofs(mesh, kind.ours).element_dofs[: len(kind.nodes)], Dofs(mesh, kind.theirs).element_dofs
-    place = np.full(int(known[1].max()) + 1, -1, dtype=np.int64)
-    place[known[1]] = np.searchsorted(used, known[0])
-    for axis in range(2 if plane else 3):
-        form = LinearForm(lambda v, w, axis=axis: (w.x[0] if plane else 1.0) * w.n[axis] * v / area)
-        loads[place, axis] = form.assemble(basis)
-    loads[np.abs(loads) < 1e-14 * np.abs(loads).max()] = 0.0
-    return loads
-
-
-def _held(model: SecondOrderModel) -> NDArray[np.bool_]:
-    """(nodes, 3) whether a component is held."""
-    dofs = model.dofs
-    assert dofs is not None
-    held = np.ones(dofs.points.size, bool)
-    if dofs.turned is None:
-        held[dofs.free] = False
-    else:
-        per_row = np.diff(dofs.turned.tocsr().indptr)
-        if per_row.max(initial=0) > 1 or not np.allclose(np.abs(dofs.turned.data), 1.0):
-            raise ModelError("a sliding support oblique to the axes has no place in a deck for CalculiX; turn the part")
-        held[per_row > 0] = False
-    return held.reshape(-1, 3)
-
-
-def _materials(mesh: Any, material: Solid | Mapping[str, Any]) -> Iterator[str]:
-    """Sets of elements, and what each is made of."""
-    solids, region = solids_by_region(mesh, material)
-    for k, solid in enumerate(solids, start=1):
-        yield from _set(f"REGION{k}", np.flatnonzero(region == k - 1) + 1, "ELSET")
-        oriented = ""
-        if isinstance(solid, Material):
-            elastic = ["*ELASTIC", f"{solid.young:.12g},{solid.poisson:.12g}"]
-        else:
-            shear = (solid.shear[0], solid.shear[1], solid.shear[2])
-            numbers = [f"{x:.12g}" for x in (*solid.young, *solid.poisson, *shear)]
-            elastic = ["*ELASTIC, TYPE=ENGINEERING CONSTANTS", ",".join(numbers[:8]), numbers[8]]
-            yield from (f"*ORIENTATION, NAME=AXES{k}", ",".join(f"{x:.12g}" for row in solid.axes[:2] for x in row))
-            oriented = f", ORIENTATION=AXES{k}"
-        yield from (f"*MATERIAL, NAME=SOLID{k}", *elastic, "*DENSITY", f"{solid.density:.12g}")
-        yield f"*SOLID SECTION, ELSET=REGION{k}, MATERIAL=SOLID{k}{oriented}"
-
-
-def _faces(mesh: Any, kind: _Kind, facets: Integers, cells: Integers, used: Integers) -> Iterator[str]:
-    """Element and number of the face, of every facet of the patch."""
-    for facet, cell in zip(facets, mesh.f2t[0, facets], strict=True):
-        corners = set(np.searchsorted(used, mesh.facets[:, facet]).tolist())
-        number = next(k for k, face in enumerate(kind.faces, 1) if corners == set(cells[cell, list(face)].tolist()))
-        yield f"{cell + 1},S{number}"
-
-
-def _set(name: str, numbers: Integers, what: str = "NSET") -> Iterator[str]:
-    yield f"*{what}, {what}={name}"
-    yield from (",".join(map(str, part)) for part in _cut(list(numbers), 12))
-
-
-def _cut(items: Sequence[Any], most: int) -> Iterator[Sequence[Any]]:
-    return (items[k : k + most] for k in range(0, len(items), most))

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
+from impact.greens.base import Array
+from seatfem.structures.shapes import loops
 from seatfem.structures.shapes.flat import THINNER, Flat
 from seatfem.structures.shapes.shape import require_below, require_positive
 
@@ -47,6 +49,6 @@ class Disc(Flat):
     def is_clamped(self) -> bool:
         return False
 
-    def sheet(self, occ: Any) -> int:
-        """The round surface (millimetres)."""
-        return int(occ.addDisk(0.0, 0.0, 0.0, 500 * self.diameter, 500 * self.diameter))
+    @property
+    def around(self) -> tuple[Array, ...]:
+        return (loops.whole(self.centre, self.diameter / 2),)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
+from seatfem.structures.shapes import loops
 from seatfem.structures.shapes.flat import THINNER, Flat
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
 from seatfem.structures.shapes.shape import require_above, require_below, require_positive
@@ -126,45 +127,22 @@ class Flapper(Flat):
     def patches(self) -> Patches:
         return {**super().patches, "fixed": (PlaneFace((-1.0, 0.0, 0.0), 0.0),)}
 
-    def sheet(self, occ: Any) -> int:
-        """The outline's surface (millimetres), anticlockwise; the circle in two arcs that meet at the tip."""
-        root, neck = 0.5e3 * self.root_width, 0.5e3 * self.neck_width
-        taper, joint = 1e3 * self.taper_length, 1e3 * self.neck_length
-        corners = [(0.0, -root), (taper, -neck), (joint, -neck), (1e3 * self.length, 0.0), (joint, neck), (taper, neck)]
-        points = [occ.addPoint(x, y, 0.0) for x, y in (*corners, (0.0, root))]
-        centre = occ.addPoint(1e3 * self.centre[0], 0.0, 0.0)
-        curves = [
-            occ.addLine(points[0], points[1]),
-            occ.addLine(points[1], points[2]),
-            occ.addCircleArc(points[2], centre, points[3]),
-            occ.addCircleArc(points[3], centre, points[4]),
-            occ.addLine(points[4], points[5]),
-            occ.addLine(points[5], points[6]),
-            occ.addLine(points[6], points[0]),
+    @property
+    def around(self) -> tuple[Array, ...]:
+        """The circle in two arcs that meet at the tip, the slot's ends in two each."""
+        root, neck, taper, joint = self.root_width / 2, self.neck_width / 2, self.taper_length, self.neck_length
+        x, (start, end, slot), (hole, paddle) = self.centre[0], self.slot, self.room
+        half = math.tan((math.pi - math.asin(neck / paddle)) / 4)
+        outline = [
+            *((0.0, -root, 0.0), (taper, -neck, 0.0), (joint, -neck, half), (self.length, 0.0, half)),
+            *((joint, neck, 0.0), (taper, neck, 0.0), (0.0, root, 0.0)),
         ]
-        occ.remove([(0, centre)])
-        return int(occ.addPlaneSurface([occ.addCurveLoop(curves), *self._holes(occ)]))
-
-    def _holes(self, occ: Any) -> list[int]:
-        """Curve loops of the hole and the slot (millimetres)."""
-        (start, end, slot), loops = self.slot, []
+        found = [np.array(outline)]
         if self.hole_diameter is not None:
-            loops.append(occ.addCurveLoop([occ.addCircle(1e3 * self.centre[0], 0.0, 0.0, 500 * self.hole_diameter)]))
+            found.append(loops.whole((x, 0.0), hole))
         if slot:
-            ends = [
-                occ.addPoint(1e3 * x, 1e3 * y, 0.0)
-                for x, y in ((start, slot), (start, -slot), (end, -slot), (end, slot))
-            ]
-            middles = [occ.addPoint(1e3 * x, 0.0, 0.0) for x in (start - slot, end + slot)]
-            centres = [occ.addPoint(1e3 * x, 0.0, 0.0) for x in (start, end)]
-            curves = [
-                occ.addCircleArc(ends[0], centres[0], middles[0]),
-                occ.addCircleArc(middles[0], centres[0], ends[1]),
-                occ.addLine(ends[1], ends[2]),
-                occ.addCircleArc(ends[2], centres[1], middles[1]),
-                occ.addCircleArc(middles[1], centres[1], ends[3]),
-                occ.addLine(ends[3], ends[0]),
-            ]
-            occ.remove([(0, centre) for centre in centres])
-            loops.append(occ.addCurveLoop(curves))
-        return loops
+            quarter = math.tan(math.pi / 8)
+            first = [(start, slot, quarter), (start - slot, 0.0, quarter), (start, -slot, 0.0)]
+            last = [(end, -slot, quarter), (end + slot, 0.0, quarter), (end, slot, 0.0)]
+            found.append(np.array([*first, *last]))
+        return tuple(found)

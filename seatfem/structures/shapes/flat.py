@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from seatfem.structures.shapes import loops
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
 from seatfem.structures.shapes.shape import Plan, Shape
 
@@ -65,9 +66,19 @@ class Flat(Shape):
         """What the part of it is called on which each of (n, 2) points [m] lies."""
         return np.full(len(points), "plate")
 
+    @property
     @abstractmethod
+    def around(self) -> tuple[NDArray[np.float64], ...]:
+        """Loops (n, 3) of `seatfem.structures.shapes.loops`, all anticlockwise: the outline, then its holes."""
+
+    @property
+    def drawn(self) -> tuple[NDArray[np.float64], ...]:
+        """As `around`, with what lies within a clamp that cuts it off."""
+        return self.around
+
     def sheet(self, occ: Any) -> int:
         """Tag of the outline's surface (millimetres), added to the given gmsh OpenCASCADE model."""
+        return int(occ.addPlaneSurface([loops.curve_loop(occ, loop) for loop in self.around]))
 
     @property
     def patches(self) -> Patches:

@@ -26,6 +26,12 @@ def as_loop(corners: Corners) -> Array:
     return np.array([(*corner, 0.0)[:3] for corner in corners], dtype=float).reshape(-1, 3)
 
 
+def whole(centre: Sequence[float], radius: float) -> Array:
+    """(2, 3) a circle in two halves."""
+    x, y = centre
+    return np.array([(x - radius, y, 1.0), (x + radius, y, 1.0)])
+
+
 def angles(loop: Array) -> Array:
     """(n,) by which the edges turn [rad]."""
     return np.asarray(4 * np.arctan(loop[:, 2]))

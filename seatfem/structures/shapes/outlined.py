@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Final
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -226,7 +226,10 @@ class Outlined(Flat):
         x, y = float(normal[0]), float(normal[1])
         return {**super().patches, "fixed": (PlaneFace((x, y, 0.0), float(corners[held][0] @ normal)),)}
 
-    def sheet(self, occ: Any) -> int:
-        """The outline's surface (millimetres)."""
-        around = (self.loop, *map(loops.ordered, self.openings))  # anticlockwise, or booleans take them for islands
-        return int(occ.addPlaneSurface([loops.curve_loop(occ, loop) for loop in around]))
+    @property
+    def around(self) -> tuple[Array, ...]:
+        return (self.loop, *map(loops.ordered, self.openings))
+
+    @property
+    def drawn(self) -> tuple[Array, ...]:
+        return (self._given, *(loops.ordered(loops.as_loop(hole)) for hole in self.holes))

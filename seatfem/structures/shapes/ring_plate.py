@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
+from impact.greens.base import Array
+from seatfem.structures.shapes import loops
 from seatfem.structures.shapes.flat import THINNER, Flat
 from seatfem.structures.shapes.shape import require_below, require_positive
 
@@ -49,10 +51,7 @@ class RingPlate(Flat):
     def is_clamped(self) -> bool:
         return False
 
-    def sheet(self, occ: Any) -> int:
-        """The annular surface (millimetres)."""
-        outer, inner = (
-            occ.addCurveLoop([occ.addCircle(0.0, 0.0, 0.0, 500 * diameter)])
-            for diameter in (self.outer_diameter, self.inner_diameter)
-        )
-        return int(occ.addPlaneSurface([outer, inner]))
+    @property
+    def around(self) -> tuple[Array, ...]:
+        hole, edge = self.room
+        return loops.whole(self.centre, edge), loops.whole(self.centre, hole)

@@ -1,0 +1,229 @@
+"""The contact deck of a scene, and our own march with its very stiffness beside it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+import impact
+from impact.after.result import as_one
+from impact.bodies.body import ModalState
+from impact.greens.base import Array, GreensFunction
+from seatfem.structures.formats.calculix_contact import PlateStriker, check_patch, mass_contact, plate_contact
+from seatfem.structures.formats.calculix_mesh import Integers
+from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.kinds.thin_plate import ThinPlate
+from seatfem.structures.mesh.sheet import CLAMPED
+from seatfem.structures.method import Aims
+from seatfem.structures.reduction.face_modes import face_greens
+from seatfem.structures.rings import Division
+from seatfem.structures.sheets import CUTOFF, plate_modes
+from seatfem.study.impacts.contact import problem_of
+from seatfem.study.planning.plan import Plan
+from seatfem.study.runs.calculix_seat import DeckError, DeckSeat
+from seatfem.study.scene import Scene
+from seatfem.study.scene.lips import tilted
+
+MOST_STEPS: Final = 2000
+TOLERANCE: Final = 1e-3  # of our Green's functions beside the decks
+FINER: Final = 5  # our steps in one of the deck's
+LEAD: Final = 2  # steps from the start of the deck to the first touch
+LATER: Final = 1.2  # of the impact's duration, until which the deck goes on
+AT_ONCE: Final = 1000  # steps of a flight that are looked at
+ACROSS: Final = (4, 4)  # places along and across each part of a lip where a plate may touch first
+
+MASS: Final = """\
+contact.inp      *DYNAMIC, DIRECT: a rigid flat striker of {mass:g} kg at {velocity:g} m/s, *SURFACE BEHAVIOR,
+                 PRESSURE-OVERCLOSURE=LINEAR, {stiffness:.4g} Pa/m ({why});
+                 U and V of the striker, set HEAVY.                  ours: contact.csv
+                 Ours presses on the patch uniformly, theirs as a rigid flat face does.
+"""
+PLATE: Final = """\
+contact.inp      *DYNAMIC, DIRECT: the reed, {cells} elements C3D20R (set STRIKER) on the mesh of our plate, lands on
+                 the whole seat ({mesh}), *SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR,
+                 {stiffness:.4g} Pa/m ({why}).
+                 It starts {start:+.6g} s from the start of the scene, just above the seat, with the displacements and
+                 velocities (*INITIAL CONDITIONS) that our modes have then. Printed: total force on the surface STRUCK.
+                 BALLAST flies apart: without its energy ccx takes the contact of a layer that yields for an error.
+                                                                     ours: contact.csv
+                 Ours presses uniformly on each of {ports} parts of the patch, with the {modes} modes of the reed below
+                 {band:g} Hz; theirs has all that its mesh carries, so compare forces filtered as contact.csv has them.
+"""
+
+
+@dataclass(frozen=True)
+class ContactDeck:
+    """What is written: the deck's lines beyond the mesh, our answer by its columns, and the words about both."""
+
+    lines: Sequence[str]
+    answer: dict[str, Array]
+    told: str
+
+
+def of_mass(scene: Scene, seat: DeckSeat, greens: GreensFunction, dt: float) -> ContactDeck:
+    """A rigid mass in free flight. Raises `DeckError` and `ModelError` of what the deck cannot hold."""
+    mass, velocity = _mass(scene)
+    _refuse(scene, {"contact.gap": scene.contact.gap, f"contact.{scene.contact.uneven}": scene.contact.uneven})
+    stiffness, why = _stiffness(scene, seat.area, dt)
+    touch = impact.Contact(impact.Body(greens), law=impact.LinearSpring(stiffness * seat.area))
+    problem = impact.ContactProblem(impact.rigid_mass(mass=mass, velocity=velocity), contacts=[touch])
+    result = impact.solve(problem, dt=dt / FINER, duration=min(scene.run.duration, MOST_STEPS * dt))
+    duration = _ends(result, dt)
+    there = slice(0, round(duration / result.dt) + 1, FINER)
+    speeds = velocity + np.cumsum(result.force) * result.dt / mass
+    answer = {
+        "time [s]": result.time[there],
+        "velocity of the striker [m/s]": speeds[there],
+        "force [N]": result.force[there],
+    }
+    told = MASS.format(mass=mass, velocity=velocity, stiffness=stiffness, why=why)
+    return ContactDeck(list(mass_contact(seat.deck, mass, velocity, stiffness, duration, dt)), answer, told)
+
+
+def check_landing(scene: Scene) -> None:
+    """Raise `DeckError` of a scene of a plate that no deck can hold."""
+    _refuse(scene, {"contact.waviness": scene.contact.waviness, "reed.curvature": scene.reed.is_curved})
+    if scene.reed.is_loaded:
+        raise DeckError("reed: a deck holds none of its loads; remove pressure, gravity and forces from [reed]")
+
+
+def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
+    """A plate that lands on the whole seat. Raises as `of_mass`."""
+    scene, reed, lip = plan.scene, plan.scene.reed, seat.lip
+    assert isinstance(reed, ThinPlate)
+    check_patch(seat.deck)
+    plate = plate_modes(reed.sheet(plan.method.reed.bandwidth))
+    width, offset = scene.run.filter_width, scene.contact.offset
+    lips = reed.lips(None if lip is None else replace(lip, offset=offset))
+    greens = plate.greens(lips, 0.0)
+    striker = reed.body(replace(greens, zeta=np.zeros_like(greens.zeta)))
+    stiffness, why = _stiffness(scene, seat.area, dt)
+    above = 0.0 if lip is None else tilted(lip.line(), scene.contact.tilt, scene.contact.tilt_axis).min()
+
+    def gap(points: Array) -> Array:
+        """Of the undeformed plate, at places from the lip's centre."""
+        return np.asarray(scene.contact.gap - above + tilted(points, scene.contact.tilt, scene.contact.tilt_axis))
+
+    places = (lip or reed.own_lip).cells(*ACROSS)[0].reshape(-1, 2)
+    centre = np.asarray(plate.sheet.shape.centre) + offset
+    shapes = np.column_stack([plate.shape_at(one, centre + places) for one in np.eye(len(plate.modes.omega))])
+    state, omega = striker.modal_start(), plate.modes.omega
+    first = _first_touch(scene, state, omega, shapes, gap(places), dt) - LEAD
+    at_start = ModalState(*(one[:, 0] for one in _moved(state, omega, np.array([dt * first]))))
+    layer = PlateStriker(
+        replace(plate.mesh, points=plate.mesh.points - centre + seat.centre[:2]),
+        plate.sheet.weighed(plate.mesh),
+        reed.thickness,
+        plate.mesh.lines.get(CLAMPED, np.zeros(0, dtype=np.int64)),
+        seat.centre[2] + gap(plate.mesh.points - centre),
+        plate.field(at_start.displacement),
+        plate.field(at_start.velocity),
+    )
+    ours, _ = face_greens(seat.model, Aims(max(seat.method.bandwidth or 0.0, 2 / width), MOST_STEPS * dt, TOLERANCE))
+    problem = problem_of(scene, replace(striker, velocity=0.0, state=at_start), impact.Body(ours))
+    problem = _yielding(problem, stiffness * seat.area)
+    duration = min(scene.run.duration - dt * first, MOST_STEPS * dt)
+    result = as_one(impact.solve(problem, dt=dt / FINER, duration=duration), Division.of(ours).shares)
+    duration = _ends(result, dt)
+    there = slice(0, round(duration / result.dt) + 1, FINER)
+    answer = {
+        "time [s]": result.time[there],
+        "force [N]": result.force[there],
+        f"force, mean over {1e6 * width:g} us [N]": impact.measures.filtered_force(result, width)[there],
+    }
+    told = PLATE.format(
+        mesh=mesh, cells=len(plate.mesh.cells), stiffness=stiffness, why=why, start=dt * first,
+        ports=len(problem.contacts), modes=len(omega), band=CUTOFF * plate.sheet.bandwidth,
+    )  # fmt: skip
+    return ContactDeck(list(plate_contact(seat.deck, layer, stiffness, duration, dt)), answer, told)
+
+
+def _mass(scene: Scene) -> tuple[float, float]:
+    """Mass [kg] and velocity [m/s] of a rigid striker in free flight."""
+    greens = scene.reed.closed_form()
+    free = None if greens is None else greens.modal
+    if free is None or free.omega.tolist() != [0.0]:
+        raise DeckError(
+            f"reed.kind = {scene.reed.kind!r}: contact is written for a mass with a velocity (rigid_mass) and "
+            "for plates (flapper, sheet, ring_plate)"
+        )
+    return 1.0 / float(free.inverse_mass()[0, 0]), scene.reed.body(free).velocity
+
+
+def _refuse(scene: Scene, also: dict[str, object]) -> None:
+    """Raise of what a deck has no place for."""
+    parts = {"stopper": scene.stopper, "load": scene.load, "base": scene.base, "gas": scene.gas}
+    contact = {"contact.film": scene.contact.film, "contact.preload": scene.contact.preload}
+    if there := [key for key, value in {**parts, **contact, **also}.items() if value]:
+        raise DeckError(f"{there[0]}: has no place in the deck of an impact; remove it for the comparison")
+
+
+def _stiffness(scene: Scene, area: float, dt: float) -> tuple[float, str]:
+    """Of the contact [Pa/m], and where it is from."""
+    law = scene.contact.law.law()
+    if isinstance(law, impact.LinearSpring):
+        return law.stiffness / area, "contact.law, over the patch's area"
+    if isinstance(law, impact.Signorini):
+        assert isinstance(scene.seat, Elastic)
+        solids = (one.solid for one in (scene.seat.material, *scene.seat.materials.values()))
+        stiffest = max(one.density * float(one.c_p_along([0.0, 0.0, 1.0])) for one in solids)
+        return stiffest / dt, "in place of a rigid contact: rho c_p over the time step"
+    raise DeckError(f"contact.law.kind = {scene.contact.law.kind!r}: decks know spring and signorini")
+
+
+def _yielding(problem: impact.ContactProblem, stiffness: float) -> impact.ContactProblem:
+    """With a spring in each contact, by the shares of its parts."""
+    shares = Division.of(problem.target.greens).shares
+    springs = (impact.LinearSpring(stiffness * float(share)) for share in shares)
+    return replace(
+        problem,
+        contacts=tuple(replace(one, law=law) for one, law in zip(problem.contacts, springs, strict=True)),
+    )
+
+
+def _moved(state: ModalState, omega: Array, time: Array) -> tuple[Array, Array]:
+    """(m, n) modal coordinates of free, undamped modes at times (n,), and their rates."""
+    phase = omega[:, None] * time
+    lag = time * np.sinc(phase / np.pi)
+    moved = state.displacement[:, None] * np.cos(phase) + state.velocity[:, None] * lag
+    rates = state.velocity[:, None] * np.cos(phase) - state.displacement[:, None] * omega[:, None] ** 2 * lag
+    return moved, rates
+
+
+def _first_touch(scene: Scene, state: ModalState, omega: Array, shapes: Array, gaps: Array, dt: float) -> int:
+    """Number of the last step, before the start if need be, at which the plate is free of all places of the seat."""
+
+    def open_at(steps: Integers) -> NDArray[np.bool_]:
+        moved, _ = _moved(state, omega, np.asarray(dt * steps, dtype=np.float64))
+        return np.asarray((shapes @ moved + gaps[:, None]).min(axis=0) > 0)
+
+    forwards = bool(open_at(np.zeros(1, dtype=np.int64))[0])
+    last = math.ceil(scene.run.duration / dt) if forwards else MOST_STEPS
+    for first in range(0, last, AT_ONCE):
+        steps = np.arange(first, min(first + AT_ONCE, last) + 1)
+        ends = open_at(steps if forwards else -steps) != forwards
+        if ends.any():
+            there = int(steps[ends.argmax()])
+            return there - 1 if forwards else -there
+    if forwards:
+        raise DeckError(
+            f"reed: it does not reach the seat within run.duration = {scene.run.duration:g} s by itself; release it "
+            "towards the seat (release, deflection or velocity), or watch longer"
+        )
+    raise DeckError(
+        f"reed: it is not free of the seat {MOST_STEPS} steps of the deck before its start either; widen contact.gap, "
+        "or lessen contact.tilt"
+    )
+
+
+def _ends(result: impact.ImpactResult, dt: float) -> float:
+    """How long the deck goes on [s], whole steps: until `LATER` times the first impact's duration."""
+    groups = impact.measures.contact_groups(result)
+    last = float(result.time[-1])
+    ends = min(last, float(groups[0, 0] + LATER * np.diff(groups[0])[0])) if len(groups) else last
+    return dt * max(1, math.ceil(ends / dt * (1 - 1e-12)))
