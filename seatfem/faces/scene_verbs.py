@@ -88,6 +88,7 @@ def plan(
         return DONE
     checked = load(scene, changes)
     from seatfem.faces.plan_view import choices_table, costs_table, plan_json, rounds_line, shares_line, stages_line
+    from seatfem.faces.read_back import read_table
     from seatfem.study.planning.planner import plan_scene
 
     planned = plan_scene(checked)
@@ -95,6 +96,7 @@ def plan(
         sys.stdout.write(plan_json(planned) + "\n")
     elif not common.quiet:
         wide = console()
+        wide.print(read_table(checked))
         wide.print(choices_table(planned))
         wide.print(costs_table(planned))
         wide.print(f"predicted time: {stages_line(planned.cost.parts)}", soft_wrap=True)
@@ -216,6 +218,7 @@ def demo_scene() -> Path:
 def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequence[str] = ()) -> int:
     scene = load(path, changes)
     content = path.read_bytes()
+    from seatfem.faces.read_back import read_table
     from seatfem.faces.report.asked import keep_asked
     from seatfem.faces.result_table import result_table
     from seatfem.faces.verdict import lasting, simpler, verdict
@@ -224,6 +227,8 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
 
     limits = Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
     errors = lines(stderr=True, quiet=common.quiet)
+    if not common.quiet:
+        console(highlight=False).print(read_table(scene))
     with progress_of(common, errors) as progress:
         outcome = run_scene(scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures)
     kept = keep_asked(content, outcome.plan, folder, changes)
