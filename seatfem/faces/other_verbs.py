@@ -74,7 +74,9 @@ def init(
     schema: Annotated[bool, Parameter(negative="")] = False,
     common: Common = COMMON,
 ) -> int:
-    """Write a scene to begin with: a reed or a seat of this kind and what suits it, every key with its meaning.
+    """Write a scene to begin with: a reed or a seat of this kind and what suits it. Needed keys have values, all others
+    of these tables and what else may stand beside them ([stopper], [[load]], [life] ...) stand behind # as they would
+    be written, with their meaning; docs/scene.md has every key of every table.
 
     Parameters
     ----------
