@@ -91,6 +91,12 @@ OF_SEVERAL: Final = ("hardest_blow", "hardest_blow_duration_s", "hardest_blow_re
 """Rows of runs with several blows, groups of contacts less than 30 us apart."""
 INSTEAD: Final = {"peak_reed_stress_Pa": "peak_reed_stress_after_contact_Pa"}
 """Rows that another one makes needless."""
+ANGLES: Final = (
+    "angles: 0 deg is the x axis, along the reed to its tip; anticlockwise, seen from the reed onto the seat"
+)
+LENGTHS: Final = "places: along the lip, a ring from its own x axis anticlockwise, a strip from its end at the lesser x"
+UNKNOWN: Final = {"time_step": "the time step (time_step)", "patch": "the patch that moves as its mean (patch)"}
+"""Sources of error in words, but for those that are one."""
 DIGITS: Final = 6  # of a value, however small its bar
 
 
@@ -165,8 +171,13 @@ def _notes(summary: Mapping[str, object]) -> list[str]:
         factor, unit = scaled(part, "m")
         part_of_it = f"{factor * part:.3g} {plain(unit)} of the lip"
         notes.append(f"per length: mean over {part_of_it}, the force over {duration(width)}, too")
-    if unknown := summary.get("error_unknown"):
-        notes.append(f"error bars leave out what is unknown: {unknown}")
+    if any(summary.get(key) is not None for _, key, unit in LIP if unit == DEGREES and key.endswith("_at_deg")):
+        notes.append(ANGLES)
+    if any(key in summary for _, key, unit in LIP if unit == ALONG) and summary.get("line_force_peak_at_deg") is None:
+        notes.append(LENGTHS)
+    if unknown := str(summary.get("error_unknown") or ""):
+        words = ", ".join(UNKNOWN.get(source, source) for source in unknown.split(", "))
+        notes.append(f"error bars leave out what is unknown: {words}")
     return notes
 
 

@@ -79,6 +79,8 @@ def test_what_depends_on_the_step_stands_last_and_says_so() -> None:
 
 
 def test_an_unknown_source_of_error_is_named() -> None:
+    told = " ".join(printed(error_unknown="mesh, time_step"))
+    assert "error bars leave out what is unknown: mesh, the time step (time_step)" in told
     assert any("error bars leave out what is unknown: mesh" in line for line in printed(error_unknown="mesh"))
 
 
@@ -230,6 +232,13 @@ def test_a_contact_along_a_lip_has_a_block_of_its_own() -> None:
         "tilt 0.3 deg",
     ]
     assert "per length: mean over 4.32 mm of the lip, the force over 1 us, too" in lines
+    text = " ".join(lines)
+    assert "angles: 0 deg is the x axis, along the reed to its tip; anticlockwise, seen from the reed" in text
+    assert "places:" not in text
+    by_length = {key: None for key in LIP if key.endswith("_at_deg")} | {"line_force_peak_at_m": 12e-3}
+    strip = " ".join(printed(**{**LIP, **by_length}))
+    assert "a strip from its end at the lesser x" in strip
+    assert "angles:" not in strip
     assert "error bars leave out what is unknown: mesh" in lines
     assert "along the lip" not in printed(line_force_peak_N_per_m=None)  # as in every summary
 
