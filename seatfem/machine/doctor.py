@@ -56,7 +56,7 @@ EXTRAS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
         "docs": ("sphinx", "docutils", "myst-parser", "sphinx-gallery", "pydata-sphinx-theme"),
         "dev": (
             *("pytest", "pytest-xdist", "hypothesis", "build", "mypy", "ruff", "scipy-stubs", "types-psutil"),
-            *("selenium", "jsonschema", "types-jsonschema"),
+            *("selenium", "nbclient", "ipykernel", "jsonschema", "types-jsonschema"),
         ),
     }
 )

@@ -86,7 +86,8 @@ def import_pyvista() -> ModuleType:
 
 def new_plotter(pyvista: ModuleType, size: tuple[int, int]) -> Any:
     """An off-screen plotter on white with antialiasing, in the theme of this package alone."""
-    plotter = pyvista.Plotter(off_screen=True, window_size=list(size), theme=pyvista.themes.DocumentTheme())
+    theme = pyvista.themes.DocumentTheme()
+    plotter = pyvista.Plotter(off_screen=True, notebook=False, window_size=list(size), theme=theme)
     plotter.enable_anti_aliasing("ssaa")
     plotter.show(auto_close=False)
     plotter.suppress_rendering = True  # every actor and every turn of the camera would render, in software
