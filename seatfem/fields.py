@@ -34,6 +34,9 @@ class Table(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False, defer_build=True)
 
+    sample: ClassVar[str] = ""
+    """What a table of this class may begin with (`seatfem init`): lines of TOML, its required keys among them."""
+
     also: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
     """Names of other kinds under which this one is meant, where one of these keys of its own stands beside them."""
 
@@ -144,9 +147,12 @@ def _towards_the_seat(value: float) -> float:
 
 
 def _existing_file(value: Path, info: ValidationInfo) -> Path:
-    """Relative paths start at the folder of the scene file (the validation context's "folder")."""
-    folder = (info.context or {}).get("folder", Path())
-    path: Path = folder / value
+    """Relative paths start at the folder of the scene file, the validation context's "folder"; with "unread" its files
+    are yet to be made."""
+    context = info.context or {}
+    path: Path = context.get("folder", Path()) / value
+    if context.get("unread"):
+        return path
     try:
         check_file(path, FILE_LIMIT, ValueError)
     except FileNotFoundError:

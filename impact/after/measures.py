@@ -186,6 +186,12 @@ def hardest_group(result: ImpactResult, width: float = 1e-6) -> tuple[int, Array
     return number, groups[number]
 
 
+def peak_time(result: ImpactResult, width: float = 1e-6, *, contact: int | None = None) -> float:
+    """The recorded time at which `filtered_force` is largest [s]; ``nan`` without force. Raises as it does."""
+    force = filtered_force(result, width, contact=contact)
+    return float(result.time[int(np.argmax(force))]) if np.any(force > 0) else math.nan
+
+
 def impact_velocity(result: ImpactResult, *, contact: int | None = None) -> float:
     """Closing speed -d(gap)/dt over the last step before the first contact [m/s].
 
@@ -240,28 +246,33 @@ def rebound_velocity(result: ImpactResult, *, contact: int | None = None, merge:
     return float(gap[end + 1] - gap[end]) / result.dt
 
 
-def restitution(result: ImpactResult, *, contact: int | None = None) -> float:
-    """Coefficient of restitution.
+def restitution(result: ImpactResult, *, contact: int | None = None, group: int = 0) -> float:
+    """Coefficient of restitution, of a held striker in the ``group``, from 0 on, of `contact_groups`.
 
     With a striker free to translate: ratio of the relative centre-of-mass velocities of the bodies after and before,
     (V_s' - V_t')/(V_t - V_s), from the impulse (a held target has V = 0). With a held striker (a reed): the energetic
-    coefficient sqrt(E'/E) of the striker's energy just after and just before the first group of the contact; other
+    coefficient sqrt(E'/E) of the striker's energy just after and just before that group of the contact; other
     contacts and loads at work meanwhile count in it.
 
     Raises:
-        MeasureError: no contact, contact not over at the end of the record, or no approach, as from a preload; several
-            contacts of a free striker, whose impulses on each target the record does not hold apart.
+        MeasureError: no contact, no such group, contact not over at the end of the record, or no approach, as from a
+            preload; several contacts of a free striker, whose impulses on each target the record does not hold apart,
+            or a later group of one, whose coefficient is that of all groups together.
     """
     one = of_contact(result, contact)
     groups = contact_groups(result, contact=contact)
     if len(groups) == 0:
         raise MeasureError("no contact in this record: the coefficient of restitution is not defined; run longer")
-    if one.force[0]:
+    if not 0 <= group < len(groups):
+        raise MeasureError(f"group = {group}: this contact has {len(groups)}, numbered from 0")
+    if one.force[0] and group == 0:
         raise MeasureError(
             "a preload presses the bodies on each other, so that nothing comes in; run it without preload"
         )
     if math.isinf(result.striker_mass):
-        return _energetic_restitution(result, groups)
+        return _energetic_restitution(result, groups[group])
+    if group > 0:
+        raise MeasureError("of a free striker restitution is that of all groups together; ask for group = 0")
     if _contacts(result) > 1:
         raise MeasureError(
             "a free striker with several contacts: compare result.energy.striker before and after, or use "
@@ -293,11 +304,12 @@ def work(result: ImpactResult, *, contact: int | None = None) -> Work:
     return Work(float(push @ np.diff(one.striker_displacement)), -float(push @ np.diff(one.target_displacement)))
 
 
-def _energetic_restitution(result: ImpactResult, groups: Array) -> float:
-    if groups[0, 1] >= result.time[-1]:
+def _energetic_restitution(result: ImpactResult, group: Array) -> float:
+    start, end = group
+    if end >= result.time[-1]:
         raise MeasureError("the bodies are still in contact at the end of the record; run longer")
-    before = _step(result, groups[0, 0])
-    after = min(_step(result, groups[0, 1]) + 1, len(result.time) - 1)
+    before = _step(result, start)
+    after = min(_step(result, end) + 1, len(result.time) - 1)
     if not result.energy.striker[before] > 0:
         raise MeasureError("the held striker has no energy before the contact: let the body that moves be the striker")
     return math.sqrt(max(result.energy.striker[after], 0.0) / result.energy.striker[before])

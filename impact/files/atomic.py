@@ -25,10 +25,10 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     content is on the disk before it gets its name. An `OSError` names ``path``.
     """
     final = Path(path)
-    temporary = final
+    temporary, prefix = final, f".{final.stem}-"
     try:
         final.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{final.stem}-", suffix=final.suffix, dir=final.parent)
+        handle, name = tempfile.mkstemp(prefix=prefix, suffix=final.suffix, dir=final.parent)
         os.close(handle)
         temporary = Path(name)
         yield temporary
@@ -39,7 +39,8 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         temporary.chmod(0o666 & ~mask)  # mkstemp makes it private; give it what open() would have given
         temporary.replace(final)
     except OSError as problem:
-        if problem.errno is None or problem.filename not in (None, str(temporary)):
+        own = problem.filename is None or Path(str(problem.filename)).name.startswith(prefix)
+        if problem.errno is None or not own:
             raise
         raise OSError(problem.errno, problem.strerror, str(final)) from problem
     finally:

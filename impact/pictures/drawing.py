@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import os
 from collections.abc import Callable, Iterator
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-DPI = 180
+DPI, SCREEN_DPI = 180, 100
 # Okabe & Ito (2008), told apart with every common colour blindness
 BLUE, ORANGE, GREEN, PURPLE, SKY, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#7F7F7F"
 
@@ -95,8 +96,18 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
         raise PictureError(
             f'{what} needs matplotlib ({missing}); install it with: pip install "seatfem[pictures]"'
         ) from missing
+
+    class Shown(Figure):
+        """One that notebooks show, which know figures of pyplot alone."""
+
+        def _repr_png_(self) -> bytes:
+            page = io.BytesIO()
+            with matplotlib.rc_context(_STYLE):
+                self.savefig(page, format="png", dpi=SCREEN_DPI)
+            return page.getvalue()
+
     with matplotlib.rc_context(_STYLE):
-        figure = Figure(figsize=(width, height), layout="constrained")
+        figure = Shown(figsize=(width, height), layout="constrained")
         formats = FigureCanvasAgg(figure).get_supported_filetypes()
         if path is not None and Path(path).suffix[1:].lower() not in formats:
             raise PictureError(f"{Path(path).name}: unknown picture format; use one of .{', .'.join(sorted(formats))}")

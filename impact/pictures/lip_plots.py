@@ -113,7 +113,7 @@ def _borders(line: ClosedLine) -> tuple[Array, str]:
     """(N + 1,) where arcs begin and end, in degrees or mm, and what that is."""
     if line.edges is None:
         return 1e3 * line.borders, "length along the lip [mm]"
-    return np.degrees(line.edges), "angle from the x axis [°]"
+    return np.degrees(line.edges), "angle from the x axis, anticlockwise [°]"
 
 
 def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: float, names: tuple[str, str]) -> None:

@@ -31,7 +31,7 @@ def faces(
     unit:
         Length unit of a BREP or mesh file, which state none [default: mm, m].
     """
-    from impact.files.atomic import whole_file
+    from impact.files.atomic import OutputError, check_writable, whole_file
     from impact.pictures.drawing import gap_of
     from seatfem.faces.faces_table import faces_csv, faces_table
     from seatfem.machine.libraries import require_gmsh_libraries
@@ -40,17 +40,22 @@ def faces(
     from seatfem.study.scene.files import part_of_scene
 
     require_gmsh_libraries()
+    path, gap = output or Path(f"{part.stem}-faces.png"), ""
+    try:
+        check_writable(path)
+    except OutputError as problem:
+        if output:
+            raise
+        gap = str(problem)  # the table is told all the same
     with progress_of(common) as progress:
         progress("reading the part", 0.0)
         found = part_of_scene(part) if part.suffix.lower() == ".toml" else open_part(part, unit)
         progress("reading the part", 1.0)
-    path = output or Path(f"{part.stem}-faces.png")
-    gap = ""
     if path.suffix.lower() == ".csv":
         with whole_file(path) as temporary:
             temporary.write_text(faces_csv(found), encoding="utf-8")
     else:
-        gap = gap_of(lambda file: draw_faces(found, file), path)
+        gap = gap or gap_of(lambda file: draw_faces(found, file), path)
     if common.quiet:
         return FAILED if gap and output else DONE
     console().print(faces_table(found))
@@ -74,7 +79,9 @@ def init(
     schema: Annotated[bool, Parameter(negative="")] = False,
     common: Common = COMMON,
 ) -> int:
-    """Write a scene to begin with: a reed or a seat of this kind and what suits it, every key with its meaning.
+    """Write a scene to begin with: a reed or a seat of this kind and what suits it. Needed keys have values, all others
+    of these tables and what else may stand beside them ([stopper], [[load]], [life] ...) stand behind # as they would
+    be written, with their meaning; docs/scene.md has every key of every table.
 
     Parameters
     ----------

@@ -88,14 +88,10 @@ def progress_of(common: Common, console: Console | None = None) -> AbstractConte
 
 
 def load(path: Path, changes: Sequence[str] = ()) -> Scene:
-    """The scene with ``changes`` made to it, as --set has them, once it is known that what it needs can run here."""
-    from seatfem.machine.libraries import require_gmsh_libraries
+    """The scene with ``changes`` made to it, as --set has them."""
     from seatfem.study.scene import load_scene
 
-    scene = load_scene(path, dict(changed(each) for each in changes))
-    if any(body.needs_gmsh for body in scene.bodies.values()):
-        require_gmsh_libraries()
-    return scene
+    return load_scene(path, dict(changed(each) for each in changes))
 
 
 def changed(given: str) -> tuple[str, object]:

@@ -9,6 +9,7 @@ from dataclasses import asdict
 from rich.table import Table
 
 from impact.files.table import without_nan
+from seatfem.faces.read_back import read_back
 from seatfem.study.method import as_stated
 from seatfem.study.planning.plan import Cost, Plan
 from seatfem.study.planning.refining import rounds_ahead
@@ -82,6 +83,7 @@ def plan_json(plan: Plan) -> str:
     scene = plan.scene
     data = {
         "title": scene.title,
+        "read": dict(read_back(scene)),
         "level": plan.level,
         "kept": plan.kept,
         "target": scene.accuracy.target,

@@ -18,11 +18,15 @@ ALONG: Final = "m"  # of places along a lip: told where angles do not tell them
 KILOGRAM: Final = "kg"
 ROWS: Final = (
     ("peak, {width} mean", "filtered_peak_force_N", "N"),
+    ("  when", "peak_time_s", "s"),
+    ("  in blow number", "hardest_blow", ""),
     ("impulse", "impulse_Ns", "N s"),
-    ("first contact", "first_contact_s", "s"),
-    ("contact duration", "contact_duration_s", "s"),
+    ("first contact{closed}", "first_contact_s", "s"),
+    ("contact duration{first}", "contact_duration_s", "s"),
+    ("  hardest blow", "hardest_blow_duration_s", "s"),
     ("contacts", "contact_count", ""),
-    ("restitution", "restitution", ""),
+    ("restitution{first}", "restitution", ""),
+    ("  hardest blow", "hardest_blow_restitution", ""),
     ("seat displacement", "max_seat_displacement_m", "m"),
     ("reed stress, struck", "peak_reed_stress_after_contact_Pa", "Pa"),
     ("  over rho c0 v", "peak_reed_stress_over_rho_c0_v", ""),
@@ -83,8 +87,16 @@ BY_STEP: Final = (
     ("contacts", "contact_count_raw", ""),
     ("stopper peak", "stopper_peak_force_N", "N"),
 )
+OF_SEVERAL: Final = ("hardest_blow", "hardest_blow_duration_s", "hardest_blow_restitution")
+"""Rows of runs with several blows, groups of contacts less than 30 us apart."""
 INSTEAD: Final = {"peak_reed_stress_Pa": "peak_reed_stress_after_contact_Pa"}
 """Rows that another one makes needless."""
+ANGLES: Final = (
+    "angles: 0 deg is the x axis, along the reed to its tip; anticlockwise, seen from the reed onto the seat"
+)
+LENGTHS: Final = "places: along the lip, a ring from its own x axis anticlockwise, a strip from its end at the lesser x"
+UNKNOWN: Final = {"time_step": "the time step (time_step)", "patch": "the patch that moves as its mean (patch)"}
+"""Sources of error in words, but for those that are one."""
 DIGITS: Final = 6  # of a value, however small its bar
 
 
@@ -102,11 +114,17 @@ def result_table(summary: Mapping[str, object]) -> Table:
     table.columns[0].no_wrap = True
     for column in table.columns[1:5]:
         column.justify = "right"
+    several = (as_number(summary.get("contact_count")) or 0.0) > 1
+    words = {
+        "width": duration(summary.get("filter_width_s")),
+        "first": ", first blow" if several else "",
+        "closed": ", closed at the start" if summary.get("first_contact_s") == 0 else "",
+    }
     for label, key, unit in ROWS:
         known = key in summary and (unit != STRESS_UNIT or summary[key] is not None)
+        known = known and (key not in OF_SEVERAL or several)
         if known and (key not in INSTEAD or INSTEAD[key] not in summary):
-            words = label.format(width=duration(summary.get("filter_width_s")))
-            table.add_row(words, *_cells(summary, key, unit))
+            table.add_row(label.format_map(words), *_cells(summary, key, unit))
     groups = (
         ("at the stopper", STOPPER),
         ("of the film", FILM),
@@ -123,9 +141,8 @@ def result_table(summary: Mapping[str, object]) -> Table:
             table.add_section()
             table.add_row(heading)
             for label, key, unit in there:
-                words = label.format(width=duration(summary.get("filter_width_s")))
                 cells = _cells(summary, key, unit)
-                table.add_row(f" {words}", *(cells if f"spring_{key}" in summary else cells[:1]))
+                table.add_row(f" {label.format_map(words)}", *(cells if f"spring_{key}" in summary else cells[:1]))
     if GAS[0][1] in summary:
         table.add_section()
         table.add_row("gas, last cycle")
@@ -154,8 +171,13 @@ def _notes(summary: Mapping[str, object]) -> list[str]:
         factor, unit = scaled(part, "m")
         part_of_it = f"{factor * part:.3g} {plain(unit)} of the lip"
         notes.append(f"per length: mean over {part_of_it}, the force over {duration(width)}, too")
-    if unknown := summary.get("error_unknown"):
-        notes.append(f"error bars leave out what is unknown: {unknown}")
+    if any(summary.get(key) is not None for _, key, unit in LIP if unit == DEGREES and key.endswith("_at_deg")):
+        notes.append(ANGLES)
+    if any(key in summary for _, key, unit in LIP if unit == ALONG) and summary.get("line_force_peak_at_deg") is None:
+        notes.append(LENGTHS)
+    if unknown := str(summary.get("error_unknown") or ""):
+        words = ", ".join(UNKNOWN.get(source, source) for source in unknown.split(", "))
+        notes.append(f"error bars leave out what is unknown: {words}")
     return notes
 
 
@@ -164,7 +186,7 @@ def _cells(summary: Mapping[str, object], key: str, unit: str) -> tuple[str, ...
     seat, spring = summary.get(key), summary.get(f"spring_{key}")
     ours, baseline, bar = as_number(seat), as_number(spring), _bar(summary, key)
     values = [value for value in (ours, baseline) if value is not None]
-    factor, prefixed = (1.0, unit) if unit in ("", DEGREES) else scaled(values[:1], unit)
+    factor, prefixed = (1.0, unit) if unit in ("", DEGREES) else scaled([value for value in values if value][:1], unit)
     after = f" {plain(prefixed)}" if unit else ""
     mark = ", raw" if key in OF_EACH_STEP and baseline is not None else ""
     found = None if bar is None else difference(summary, key)

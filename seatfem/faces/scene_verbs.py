@@ -89,6 +89,7 @@ def plan(
         return DONE
     checked = load(scene, changes)
     from seatfem.faces.plan_view import choices_table, costs_table, plan_json, rounds_line, shares_line, stages_line
+    from seatfem.faces.read_back import read_table
     from seatfem.study.planning.planner import plan_scene
 
     planned = plan_scene(checked)
@@ -96,6 +97,7 @@ def plan(
         sys.stdout.write(plan_json(planned) + "\n")
     elif not common.quiet:
         wide = console()
+        wide.print(read_table(checked))
         wide.print(choices_table(planned))
         wide.print(costs_table(planned))
         wide.print(f"predicted time: {stages_line(planned.cost.parts)}", soft_wrap=True)
@@ -217,6 +219,7 @@ def demo_scene() -> Path:
 def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequence[str] = ()) -> int:
     scene = load(path, changes)
     content = path.read_bytes()
+    from seatfem.faces.read_back import read_table
     from seatfem.faces.report.asked import keep_asked
     from seatfem.faces.result_table import result_table
     from seatfem.faces.verdict import lasting, simpler, verdict
@@ -226,6 +229,8 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
 
     limits = Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
     errors = lines(stderr=True, quiet=common.quiet)
+    if not common.quiet:
+        console(highlight=False).print(read_table(scene))
     drawing = nullcontext() if effort.no_pictures else drawing_apart()
     with progress_of(common, errors) as progress, drawing as painter:
         outcome = run_scene(

@@ -6,12 +6,15 @@ import os
 import platform
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib import metadata
+from types import MappingProxyType
 from typing import Final
 
+from impact.files.atomic import OutputError, check_writable
+from seatfem.machine.code import VARIABLE, cache_folder
 from seatfem.machine.libraries import (
     GMSH_LIBRARIES,
     PICTURE_PACKAGES,
@@ -42,8 +45,22 @@ LIBRARIES: Final = (
 )
 """Distributions that are always needed."""
 
-UNIVERSAL_FILES: Final = ("pyuff",)
-"""Distributions that only universal files (UFF 55, 58) need."""
+EXTRAS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
+    {
+        "pictures": PICTURE_PACKAGES,
+        "tables": ("pandas", "pyarrow"),
+        "report": ("plotly",),
+        "web": ("trame", "trame-vtk", "aiohttp"),
+        "cluster": ("distributed",),
+        "uff": ("pyuff",),
+        "docs": ("sphinx", "docutils", "myst-parser", "sphinx-gallery", "pydata-sphinx-theme"),
+        "dev": (
+            *("pytest", "pytest-xdist", "hypothesis", "build", "mypy", "ruff", "scipy-stubs", "types-psutil"),
+            *("selenium", "nbclient", "ipykernel", "jsonschema", "types-jsonschema"),
+        ),
+    }
+)
+"""Distributions of each extra, beside those of other extras that it takes in."""
 
 PROBE_TIMEOUT: Final = 60.0
 _THREAD_VARIABLES: Final = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -72,7 +89,7 @@ class Check:
 
 
 def doctor_report() -> tuple[Check, ...]:
-    """Look at the interpreter, the libraries, the processors, gmsh, PARDISO, off-screen rendering and PETSc.
+    """Look at the interpreter, libraries, extras, processors, cache, gmsh, PARDISO, off-screen rendering and PETSc.
 
     gmsh, PARDISO and VTK are tried in processes of their own, because a missing system library can crash them.
     """
@@ -82,9 +99,9 @@ def doctor_report() -> tuple[Check, ...]:
         quick = (
             _python(),
             *(_library(name) for name in LIBRARIES),
-            *(_library(name, "pictures") for name in PICTURE_PACKAGES),
-            *(_library(name, "uff") for name in UNIVERSAL_FILES),
+            *(_extra(name, packages) for name, packages in EXTRAS.items()),
             _threads(),
+            _cache(),
         )
         return (*quick, *(future.result() for future in tried))
 
@@ -95,10 +112,29 @@ def _python() -> Check:
     )
 
 
-def _library(name: str, extra: str = "") -> Check:
-    """``extra``: of this program that brings it along; without it nothing runs."""
-    version, wanted = _version(name), f"'seatfem[{extra}]'" if extra else name
-    return Check(name, version is not None, version or "not installed", f"pip install {wanted}", not extra)
+def _library(name: str) -> Check:
+    version = _version(name)
+    return Check(name, version is not None, version or "not installed", f"pip install {name}")
+
+
+def _extra(name: str, packages: tuple[str, ...]) -> Check:
+    versions = {package: _version(package) for package in packages}
+    absent = [package for package, version in versions.items() if version is None]
+    there = ", ".join(f"{package} {version}" for package, version in versions.items())
+    told = f"not installed: {', '.join(absent)}" if absent else there
+    return Check(f"extra {name}", not absent, told, f"pip install 'seatfem[{name}]'", required=False)
+
+
+def _cache() -> Check:
+    """Where Green's functions are kept."""
+    folder = cache_folder()
+    try:
+        check_writable(folder / "seat.h5")
+    except OutputError as problem:
+        reason = str(problem.__cause__ or problem)
+        remedy = f"set {VARIABLE} to a folder that can be written to"
+        return Check("cache folder", False, f"{reason}: nothing computed is kept", remedy, required=False)
+    return Check("cache folder", True, str(folder))
 
 
 def _version(name: str) -> str | None:

@@ -84,7 +84,7 @@ class _Scene:
     def __init__(self, pyvista: ModuleType, part: Part) -> None:
         self._pyvista, self._part = pyvista, part
         self._plotter = new_plotter(pyvista, SIZE)
-        self._flat = pyvista.Plotter(off_screen=True, window_size=list(SIZE))
+        self._flat = pyvista.Plotter(off_screen=True, notebook=False, window_size=list(SIZE))
         self._flat.disable_anti_aliasing()
         used = part.shape.points[np.unique(part.shape.triangles)]
         self._corners, self._margin = used, 0.03 * float(np.linalg.norm(np.ptp(used, axis=0)))

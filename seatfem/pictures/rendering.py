@@ -91,7 +91,8 @@ def import_pyvista() -> ModuleType:
 def new_plotter(pyvista: ModuleType, size: tuple[int, int], *, shrunk: bool = False) -> Any:
     """An off-screen plotter on white, in the theme of this package alone; antialiased, unless its images are ``shrunk``
     to half their size or less, which smooths them at a third of the time."""
-    plotter = pyvista.Plotter(off_screen=True, window_size=list(size), theme=pyvista.themes.DocumentTheme())
+    theme = pyvista.themes.DocumentTheme()
+    plotter = pyvista.Plotter(off_screen=True, notebook=False, window_size=list(size), theme=theme)
     if shrunk:
         plotter.disable_anti_aliasing()
     else:

@@ -3,6 +3,7 @@
 Keys, units and ranges of scenes: test_scene. Groups of meshes: test_mesh_io. Matrices: test_assembly, test_reductions.
 """
 
+import re
 from pathlib import Path
 
 import h5py
@@ -18,6 +19,7 @@ from seatfem.study.impacts.contact import check_length
 from seatfem.study.runs import pipeline, rounds
 from seatfem.study.runs.pipeline import RunError, run_scene
 from seatfem.study.scene import load_scene
+from seatfem.study.scene.template import scene_template
 
 MESHES = Path(__file__).parents[2] / "meshes"
 STEEL = 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
@@ -219,3 +221,37 @@ def test_a_seat_s_file_that_ends_before_the_run(tmp_path: Path, capsys: pytest.C
     told = complaint(tmp_path, GREENS + BALL + RUN, capsys)
     assert "seat.file = seat.h5: the run lasts" in told
     assert "(run.duration) but g is known up to 2e-05 s only: shorten the run to that" in told
+
+
+@pytest.mark.parametrize(
+    ("file", "words"),
+    [
+        ("bar.step", ("is a CAD part, no scene", "`seatfem faces bar.step`", "`seatfem init cad`")),
+        ("seat.msh", ("is a mesh, no scene", "`seatfem init mesh`")),
+        ("seat.vtu", ("is a mesh, no scene", "`seatfem init mesh`")),
+        ("part.stl", ("is a surface, no scene", "`seatfem init cad`")),
+        ("reed.DXF", ("is a drawing, no scene", "`seatfem init sheet`", "reed.file = 'reed.DXF'")),
+        ("pulse.csv", ("is a table, no scene", "pressure = { file = 'pulse.csv' }", "`seatfem init frf`")),
+        ("response.uff", ("is a universal file", "`seatfem init modes`")),
+        ("mass.mtx", ("is a matrix", "`seatfem init matrices`")),
+        ("result.h5", ("is a result", "`seatfem report`")),
+        ("result", ("is a folder", "`seatfem report`")),
+    ],
+)
+@pytest.mark.parametrize("verb", ["plan", "run"])
+def test_another_file_in_place_of_a_scene_is_told_with_what_to_do(
+    verb: str, file: str, words: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / file
+    path.write_text("no TOML", encoding="utf-8") if path.suffix else path.mkdir()
+    assert run_command([verb, str(path)]) == BAD_INPUT
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert str(path) in err
+    assert [each for each in words if each not in err] == []
+    assert all(scene_template(kind) for kind in re.findall(r"init (\w+)", err))  # there are such
+
+
+def test_a_part_that_is_not_there_is_missed_as_any_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["plan", str(tmp_path / "bar.step")]) == BAD_INPUT
+    assert "no such file" in capsys.readouterr().err.lower()

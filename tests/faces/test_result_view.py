@@ -54,7 +54,20 @@ def test_value_bar_spring_difference_and_target_stand_in_one_row() -> None:
     assert row("peak, 2 us mean") == "peak, 2 us mean 50.00 ± 0.50 N 40.00 N -20 % 20 1 %, met"
     assert row("impulse") == "impulse 1.0000 ± 0.0010 mN s 1.0005 mN s +0.05 % 0.5 0.1 %, met"
     assert row("peak, 2 us mean", **{"error_bar_" + PEAK: 1.5}).endswith("3 %, missed")
-    assert row("restitution") == "restitution 0.85 0.87"
+    assert row("restitution") == "restitution, first blow 0.85 0.87"
+
+
+def test_of_several_blows_the_first_and_the_hardest_are_told() -> None:
+    hardest = {"peak_time_s": 8.3e-3, "hardest_blow": 3, "hardest_blow_duration_s": 16e-6}
+    hardest |= {"contact_duration_s": 835e-6, "hardest_blow_restitution": 0.7}
+    lines = printed(**hardest, contact_count=4, first_contact_s=0.0)
+    assert lines[lines.index(row("peak, 2 us mean", **hardest)) + 1 :][:2] == ["when 8.3 ms -", "in blow number 3 -"]
+    assert "first contact, closed at the start 0 us 500 us" in lines
+    assert lines[lines.index("contact duration, first blow 835 us -") + 1] == "hardest blow 16 us -"
+    assert lines[lines.index("restitution, first blow 0.85 0.87") + 1] == "hardest blow 0.7 -"
+    alone = printed(**hardest, contact_count=1)
+    assert "contact duration 835 us -" in alone
+    assert not any("blow" in line for line in alone)
 
 
 def test_what_depends_on_the_step_stands_last_and_says_so() -> None:
@@ -66,6 +79,8 @@ def test_what_depends_on_the_step_stands_last_and_says_so() -> None:
 
 
 def test_an_unknown_source_of_error_is_named() -> None:
+    told = " ".join(printed(error_unknown="mesh, time_step"))
+    assert "error bars leave out what is unknown: mesh, the time step (time_step)" in told
     assert any("error bars leave out what is unknown: mesh" in line for line in printed(error_unknown="mesh"))
 
 
@@ -217,6 +232,13 @@ def test_a_contact_along_a_lip_has_a_block_of_its_own() -> None:
         "tilt 0.3 deg",
     ]
     assert "per length: mean over 4.32 mm of the lip, the force over 1 us, too" in lines
+    text = " ".join(lines)
+    assert "angles: 0 deg is the x axis, along the reed to its tip; anticlockwise, seen from the reed" in text
+    assert "places:" not in text
+    by_length = {key: None for key in LIP if key.endswith("_at_deg")} | {"line_force_peak_at_m": 12e-3}
+    strip = " ".join(printed(**{**LIP, **by_length}))
+    assert "a strip from its end at the lesser x" in strip
+    assert "angles:" not in strip
     assert "error bars leave out what is unknown: mesh" in lines
     assert "along the lip" not in printed(line_force_peak_N_per_m=None)  # as in every summary
 

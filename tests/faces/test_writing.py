@@ -373,3 +373,48 @@ def test_no_writer_goes_round_whole_file() -> None:
 
 def _calls(text: str) -> list[str]:
     return [word for word in ("whole_file(", "write_whole(") if word in text]
+
+
+@pytest.fixture
+def read_only(tmp_path: Path) -> Iterator[tuple[Path, list[str]]]:
+    """A folder into which nobody may write, and how a command is begun to which that applies, root's too."""
+    folder = tmp_path / "read only"
+    folder.mkdir()
+    folder.chmod(0o555)
+    bound = [] if os.geteuid() else ["setpriv", "--inh-caps=-all", "--bounding-set=-all"]
+    try:
+        done = subprocess.run([*bound, "touch", str(folder / "try")], capture_output=True, check=False)
+        refused = done.returncode and b"denied" in done.stderr
+    except OSError:
+        refused = False
+    if not refused:
+        pytest.skip("nothing here takes root's rights away")
+    yield folder, [*bound, sys.executable, "-P", "-m", "seatfem"]
+    folder.chmod(0o755)
+
+
+@pytest.mark.own_gmsh
+def test_faces_of_a_part_in_a_folder_that_is_read_only(read_only: tuple[Path, list[str]]) -> None:
+    """The table is told; of the picture its own name, no temporary one, and the remedy."""
+    folder, program = read_only
+    part = str(ROOT / "meshes" / "bar.step")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run([*program, "faces", part], cwd=folder, capture_output=True, text=True, env=environment)
+    assert done.returncode == DONE
+    assert "contact" in done.stdout
+    told = "note: bar-faces.png: cannot be written (Permission denied); choose another place with --output"
+    assert told in done.stdout.splitlines()
+    command = [*program, "faces", part, "-o", "faces.csv"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment)
+    assert done.returncode == BAD_INPUT
+    assert "faces.csv: cannot be written (Permission denied)" in done.stderr
+
+
+def test_a_file_that_cannot_be_begun_is_told_by_its_own_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(**options: object) -> None:
+        raise PermissionError(13, "Permission denied", str(tmp_path / ".picture-k3j2.png"))
+
+    monkeypatch.setattr("tempfile.mkstemp", refused)
+    with pytest.raises(OSError, match=r"picture\.png") as caught, whole_file(tmp_path / "picture.png"):
+        pass
+    assert caught.value.filename == str(tmp_path / "picture.png")

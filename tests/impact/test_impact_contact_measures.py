@@ -128,6 +128,31 @@ def test_energetic_restitution_of_either_contact_of_a_reed() -> None:
         measures.restitution(result, contact=1)
 
 
+def test_restitution_and_peak_of_each_blow_of_a_held_reed() -> None:
+    """A mode without damping: it comes back as fast as it left, so that each blow is told by the speeds around it."""
+    reed = impact.single_mode(frequency_hz=20.0, mass=0.1)
+    release = impact.ModalState(np.array([math.sqrt(0.1) * 0.01]), np.zeros(1))
+    pulse = impact.Load(np.array([1 / math.sqrt(0.1)]), lambda t: np.where((t > 0.03) & (t < 0.04), -20.0, 0.0))
+    law = impact.HuntCrossley(stiffness=1e6, damping=0.2)
+    body = Body(reed, state=release, loads=(pulse,))
+    result = impact.solve(ContactProblem(body, SPRING, law=law), dt=1e-5, duration=0.1)
+    groups, gap, dt = measures.contact_groups(result), result.gap, result.dt
+    assert len(groups) >= 3
+    for number, (start, end) in enumerate(groups[:3]):
+        first, last = (round(time / dt) for time in (start, end))
+        closing, parting = gap[first - 1] - gap[first], gap[last + 1] - gap[last]
+        assert measures.restitution(result, group=number) == pytest.approx(parting / closing, rel=0.01)
+    hardest = int(np.argmax([result.force[round(a / dt) : round(b / dt) + 1].max() for a, b in groups]))
+    assert 0 < hardest == measures.hardest_group(result, 1e-4)[0]
+    at = measures.peak_time(result, 1e-4)
+    assert groups[hardest, 0] < at < groups[hardest, 1]
+    top = result.force[round((at - 5e-5) / dt) + 1 : round((at + 5e-5) / dt) + 1].mean()
+    assert top == pytest.approx(measures.filtered_peak_force(result, 1e-4), rel=1e-3)
+    with pytest.raises(MeasureError, match=rf"group = 99: this contact has {len(groups)}"):
+        measures.restitution(result, group=99)
+    assert math.isnan(measures.peak_time(replace(result, force=np.zeros_like(result.force)), 1e-4))
+
+
 def test_what_begins_pressed_tells_no_restitution() -> None:
     """Loads lift a reed that lies pressed on its seat: nothing came in."""
     reed = impact.single_mode(frequency_hz=20.0, mass=0.1)

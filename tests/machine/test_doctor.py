@@ -1,6 +1,10 @@
 """The doctor finds what is missing, and says how to mend it."""
 
+import os
 import re
+import shutil
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -27,19 +31,20 @@ def test_the_libraries_are_those_of_the_package() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
     def names(requirements: list[str]) -> set[str]:
-        return {re.split(r"[<>=;\[ ]", requirement)[0] for requirement in requirements}
+        return {re.split(r"[<>=;\[ ]", requirement)[0] for requirement in requirements} - {"seatfem"}
 
     assert set(doctor.LIBRARIES) == names(project["dependencies"]) - {"pypardiso"}
-    assert set(system.PICTURE_PACKAGES) == names(project["optional-dependencies"]["pictures"])
-    assert set(doctor.UNIVERSAL_FILES) == names(project["optional-dependencies"]["uff"])
+    extras = {extra: names(packages) for extra, packages in project["optional-dependencies"].items()}
+    assert {extra: set(packages) for extra, packages in doctor.EXTRAS.items()} == extras
 
 
 def test_a_missing_reader_of_universal_files_is_a_gap_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     known = doctor._version
     monkeypatch.setattr(doctor, "_try", lambda code: (True, ""))
     monkeypatch.setattr(doctor, "_version", lambda name: None if name == "pyuff" else known(name))
-    (found,) = (check for check in doctor_report() if check.name == "pyuff")
+    (found,) = (check for check in doctor_report() if check.name == "extra uff")
     assert (found.ok, found.required, found.remedy) == (False, False, "pip install 'seatfem[uff]'")
+    assert found.detail == "not installed: pyuff"
 
 
 def test_the_system_packages_are_those_that_ci_installs() -> None:
@@ -120,3 +125,78 @@ def test_a_probe_that_hangs_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(doctor, "PROBE_TIMEOUT", 0.2)
     monkeypatch.setattr(doctor, "_PICTURE_PROBE", "import time; time.sleep(30)")
     assert "no answer within 0.2 s" in doctor._pictures().detail
+
+
+HIDDEN = ("libGL.so.1", "libGLU.so.1", "libEGL.so.1")
+HOOK = """
+import ctypes
+load = ctypes.CDLL
+def refused(name, *rest, **options):
+    if name in {hidden}:
+        raise OSError(f"{{name}}: cannot open shared object file")
+    return load(name, *rest, **options)
+ctypes.CDLL = refused
+"""
+"""Where no name space of mounts may be made; processes of their own see the libraries then."""
+VERBS = """
+import sys
+from seatfem.faces.cli import run_command
+for number, verb in enumerate({verbs}):
+    print(f"exit code {{number}}: {{run_command(verb)}}", flush=True)
+"""
+
+
+def hides(path: str) -> bool:
+    """Whether a file may be hidden from a command."""
+    mount = ["unshare", "-rm", "mount", "--bind", "/dev/null", path]
+    return shutil.which("unshare") is not None and subprocess.run(mount, capture_output=True).returncode == 0
+
+
+def without(libraries: tuple[str, ...], verbs: list[list[str]], **environment: str) -> subprocess.CompletedProcess[str]:
+    """Command lines in an interpreter on a machine that lacks the libraries."""
+    code = VERBS.format(verbs=verbs)
+    known = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True).stdout if libraries else ""
+    found = [line.split()[-1] for line in known.splitlines() if line.split()[:1] and line.split()[0] in libraries]
+    files = sorted({os.path.realpath(file) for file in found})
+    command = [sys.executable, "-P", "-c", code]
+    if files and hides(files[0]):
+        mounts = "; ".join(f"mount --bind /dev/null {file}" for file in files)
+        command = ["unshare", "-rm", "sh", "-c", f'{mounts}; exec "$@"', "sh", *command]
+    elif libraries:
+        command[-1] = HOOK.format(hidden=libraries) + code
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200", **environment}
+    return subprocess.run(command, capture_output=True, text=True, env={k: v for k, v in env.items() if v}, timeout=120)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="system libraries of Linux")
+def test_on_a_machine_without_gl_it_says_what_is_missing_and_plans_are_made(tmp_path: Path) -> None:
+    """gmsh cannot be loaded: plans of drawn seats and runs without a mesh are as ever, a mesh ends in one command."""
+    drawn, spring = (
+        str(ROOT / "examples" / f"{name}.toml") for name in ("flapper_on_annular_seat", "flapper_on_spring")
+    )
+    out, store = str(tmp_path / "out"), str(tmp_path / "store")
+    quick = ["--no-pictures", "--quiet", "--set", "run.duration=0.8 ms"]
+    verbs = [["doctor"], ["plan", drawn, "--quiet"], ["run", spring, *quick, "-o", out]]
+    verbs += [["run", drawn, *quick, "-o", out]]
+    done = without(HIDDEN, verbs, SEATFEM_STORE=store)
+    assert re.findall(r"exit code \d: (\d)", done.stdout) == ["1", "0", "0", "1"], done
+    told = " ".join(done.stdout.replace("│", " ").split())
+    assert "off-screen rendering gap no pictures: libEGL is missing" in told
+    meshing, run = done.stderr.splitlines()
+    command = "apt-get install --no-install-recommends libglu1-mesa libgl1"
+    assert meshing == f"meshing: system libraries are missing; {command}"
+    assert run.startswith("seatfem: gmsh cannot load a system library")
+    assert run.endswith(command)
+    assert (tmp_path / "out" / "summary.json").is_file()
+
+
+def test_without_a_home_and_with_nothing_to_write_to(tmp_path: Path) -> None:
+    """HOME in a folder that is not there and cannot be made: the cache is a gap with its remedy."""
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    nowhere = str(tmp_path / "file" / "home")
+    done = without((), [["doctor"]], XDG_CACHE_HOME="", SEATFEM_STORE="", HOME=nowhere)
+    assert "exit code 0: 0" in done.stdout
+    assert done.stderr == ""
+    told = " ".join(done.stdout.replace("│", " ").split())
+    assert "cache folder gap Not a directory" in told.replace("[Errno 20] ", "")
+    assert "set SEATFEM_STORE to a folder that can be written to" in told

@@ -128,6 +128,10 @@ def test_summary_has_the_demanded_keys_for_the_seat_and_for_the_spring(annular: 
         assert found[prefix + "contact_count_raw"] == len(raw) >= len(groups)
         assert found[prefix + "first_contact_s"] == groups[0, 0] == raw[0, 0]
         assert found[prefix + "contact_duration_s"] == groups[0, 1] - groups[0, 0]
+        number, (start, end) = measures.hardest_group(result)
+        assert found[prefix + "hardest_blow"] == number + 1
+        assert found[prefix + "hardest_blow_duration_s"] == end - start
+        assert start <= found[prefix + "peak_time_s"] <= end
         assert found[prefix + "max_seat_displacement_m"] == np.abs(result.target_displacement).max()
         assert found[prefix + "energy_residual"] == result.energy.residual < 1e-9
         assert 0 < found[prefix + "wall_time_s"] < 600

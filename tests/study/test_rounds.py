@@ -107,6 +107,7 @@ def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) 
     assert done.number == 1
     assert (done.result.dt, done.plan.method.reed.n_modes) == (2e-6, 3)
     told = missed(done)
+    assert told[0].startswith(("impulse (impulse_Ns) has an error bar", "peak force (filtered_peak_force_N) has an"))
     assert any("above accuracy.target = 0.001" in words for words in told)
     assert told[-1].startswith("stopped short of the target after 1 round: nothing finer is left to choose")
     assert "which alone is above the target (stated in the file?)" in told[-1]

@@ -89,7 +89,7 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
     if shown := kept_pictures(folder):
         yield "Pictures", shown
     if plan := text_of(folder / PLAN_FILE):
-        yield "Plan and its reasons", _plan(plan)
+        yield from _plan(plan)
     if asked := text_of(folder / SCENE_COPY):
         yield "What was asked", f"<details><summary>scene file</summary><pre>{html.escape(asked)}</pre></details>"
     yield "How it was computed", provenance(folder, summary)
@@ -134,15 +134,20 @@ def _shares(summary: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     return found
 
 
-def _plan(text: str) -> str:
+def _plan(text: str) -> Iterator[tuple[str, str]]:
+    """What was read, which plans of earlier versions do not have, and what was chosen."""
     try:
         plan = json.loads(text)
+        read = [[str(name), str(words)] for name, words in dict(plan.get("read", {})).items()]
         rows = [[str(each[key]) for key in ("key", "value", "reason")] for each in plan["choices"]]
         notes = [str(note) for note in plan["notes"]]
-    except (ValueError, LookupError, TypeError) as error:
-        return f"<p>{PLAN_FILE} cannot be read: {html.escape(str(error))}</p>"
+    except (ValueError, LookupError, TypeError, AttributeError) as error:
+        yield "Plan and its reasons", f"<p>{PLAN_FILE} cannot be read: {html.escape(str(error))}</p>"
+        return
     told = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
-    return html_rows(("key", "value", "why"), rows) + (f"<ul>{told}</ul>" if told else "")
+    if read:
+        yield "What was read", html_rows(("", ""), read)
+    yield "Plan and its reasons", html_rows(("key", "value", "why"), rows) + (f"<ul>{told}</ul>" if told else "")
 
 
 def _state(summary: Mapping[str, Any]) -> str:

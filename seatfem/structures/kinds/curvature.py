@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final, Literal, Self
+from typing import ClassVar, Final, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -22,6 +22,8 @@ class Curvature(Table):
     It changes the openings by its mean over each part of the lip, on the centre line, and, as the theory is linear,
     nothing else. As with tilt, contact.gap stays the smallest opening.
     """
+
+    sample: ClassVar[str] = 'deflection = "20 um"'
 
     heights: tuple[tuple[Position, Position], ...] | None = Field(
         None, min_length=2, max_length=10_000, description="[x, height] in order, linear between", examples=[HEIGHTS]

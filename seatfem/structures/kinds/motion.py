@@ -78,6 +78,8 @@ class _Course(Table):
 class PressureCourse(_Course):
     """A pressure, constant or in time; positive away from the seat."""
 
+    sample: ClassVar[str] = 'value = "-0.2 bar"'
+
     quantity: ClassVar[Literal["pressure", "force", "acceleration"]] = "pressure"
 
     value: SignedPressure | None = Field(None, description="where it is constant; negative towards the seat")
@@ -86,6 +88,8 @@ class PressureCourse(_Course):
 class ForceCourse(_Course):
     """A force, constant or in time; positive away from the seat."""
 
+    sample: ClassVar[str] = 'value = "-1 N"'
+
     quantity: ClassVar[Literal["pressure", "force", "acceleration"]] = "force"
 
     value: Force | None = Field(None, description="where it is constant; negative towards the seat")
@@ -93,6 +97,8 @@ class ForceCourse(_Course):
 
 class AccelerationCourse(_Course):
     """An acceleration, constant or in time; positive away from the seat."""
+
+    sample: ClassVar[str] = 'value = "-9.81 m/s^2"'
 
     quantity: ClassVar[Literal["pressure", "force", "acceleration"]] = "acceleration"
 

@@ -30,12 +30,19 @@ LengthUnit = Literal["m", "mm", "um", "inch"]
 class Rayleigh(Table):
     """Damping C = mass * M + stiffness * K; the ratio of a mode at w is mass / (2 w) + stiffness * w / 2."""
 
+    sample: ClassVar[str] = 'stiffness = "10 ns"'
+
     mass: Rate = default("0 1/s", "factor of the mass matrix")
     stiffness: Delay = default("0 s", "factor of the stiffness matrix")
 
 
 class Mesh(Table):
     """How fine the finite elements are."""
+
+    sample: ClassVar[str] = """
+size = "2 mm"
+contact_size = "0.5 mm"
+"""
 
     size: Length | None = Field(None, description="element size in the bulk; from the bandwidth where absent")
     contact_size: Length | None = Field(
@@ -72,6 +79,8 @@ class Registered:
 
 class GreensSettings(Table):
     """How a body's Green's function is computed from matrices."""
+
+    sample: ClassVar[str] = 'bandwidth = "200 kHz"'
 
     method: Annotated[str, AfterValidator(Registered())] = Field(
         AUTO, description="the reduction; auto: the cheapest that serves, of those from elsewhere too"

@@ -132,6 +132,8 @@ class ByName(FaceChoice):
 class ByNumber(FaceChoice):
     """Faces by number, as `seatfem faces` shows them: their places in the file, the same as long as the file is."""
 
+    sample: ClassVar[str] = "number = 1"
+
     kind: Literal["number"]
     number: int | None = Field(None, strict=True, ge=1, description="of the face; or give numbers")
     numbers: tuple[Annotated[int, Ge(1)], ...] | None = Field(None, min_length=1, description="of several faces")

@@ -59,8 +59,6 @@ class Structure(Striking):
     has_rings: ClassVar[bool] = False
     """Whether its struck patch may be divided into rings."""
 
-    sample: ClassVar[str] = ""
-    """What a scene with it may begin with (`seatfem init`): lines of TOML, its required keys among them."""
     sample_motion: ClassVar[str] = ""
     """Its motion in such a scene, of a kind that usually strikes; "" of one that usually is struck."""
     sample_opposite: ClassVar[str] = "cantilever"

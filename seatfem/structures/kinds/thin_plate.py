@@ -35,11 +35,15 @@ ROUND_OFF: Final = 1e-9  # relative, of a contact that reaches to the edge of it
 class SheetMesh(Table):
     """How fine the elements of a plate are."""
 
+    sample: ClassVar[str] = 'size = "1 mm"'
+
     size: Length | None = Field(None, description="element size; from the bandwidth where absent")
 
 
 class PlateGreens(Table):
     """How the Green's function of a plate is computed: by its eigenmodes."""
+
+    sample: ClassVar[str] = 'bandwidth = "30 kHz"'
 
     bandwidth: Frequency = default("100 kHz", "highest frequency that must be right; modes up to 3 times it are kept")
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from seatfem.jobs.worker import lines_from_parent
-from seatfem.machine.libraries import GMSH_LIBRARIES, apt_command
+from seatfem.machine.libraries import GMSH_LIBRARIES, apt_command, missing_packages
 from seatfem.structures.mesh._gmsh_arrays import arrays
 from seatfem.structures.mesh._gmsh_input import handed_over
 from seatfem.structures.mesh._gmsh_inspect import inspect
@@ -36,7 +36,7 @@ from seatfem.structures.shapes.sectors import cut
 from seatfem.structures.shapes.shape import EVERYWHERE
 from seatfem.structures.shapes.step_colours import paint
 
-APT_LINE = apt_command(tuple(GMSH_LIBRARIES.values()))
+APT_LINE = apt_command(missing_packages(GMSH_LIBRARIES) or tuple(GMSH_LIBRARIES.values()))
 MILLIMETRE = 1e-3  # in which STEP files are written
 OPTIONS = {
     "General.Terminal": 0,

@@ -25,6 +25,7 @@ from seatfem.study.planning.seen import BANDS, TOLERANCES, Seen
 from seatfem.study.safety import LONGEST, MEMORY, STEP_UP
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files
+from seatfem.study.scene.measures import in_words
 
 __all__ = ["plan_scene"]
 
@@ -149,7 +150,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
         )
     missed = {name: error for name, error in plan.error.items() if error > target}
     if missed:
-        words = ", ".join(f"{name} {100 * error:.2g} %" for name, error in missed.items())
+        words = ", ".join(f"{in_words(name)} {100 * error:.2g} %" for name, error in missed.items())
         found.append(f"accuracy.target = {target:g} will be missed, predicted: {words}")
     if surrogate.patch is None and not surrogate.exact:
         found.append(f"{surrogate.words}: a rough plan; the run measures what is left")

@@ -18,7 +18,7 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import film_notes, stopper_notes, validity_advice
 from seatfem.study.method import MODES, STEP
 from seatfem.study.planning.plan import Plan
-from seatfem.study.scene.measures import key_of
+from seatfem.study.scene.measures import in_words as spoken
 
 REMEDIES: Final[Mapping[str, str]] = {
     "mesh": "refine seat.mesh",
@@ -97,7 +97,7 @@ def missed(done: Round) -> tuple[str, ...]:
             if source == "model" and done.plan.method.seat.n_modes is not None:
                 remedy = "keep more seat.n_modes or reed.n_modes"
             found.append(
-                f"{key_of(name)} has an error bar of {bar:.2g}, above accuracy.target = {target:g}; most of it is the "
+                f"{spoken(name)} has an error bar of {bar:.2g}, above accuracy.target = {target:g}; most of it is the "
                 f"{source.replace('_', ' ')}'s: {remedy}"
             )
     if found and done.stopped:
@@ -149,8 +149,8 @@ def _advice(done: Round) -> tuple[str, ...]:
 def _no_bar(done: Round) -> tuple[str, ...]:
     if not done.without_bar:
         return ()
-    keys, names = (", ".join(words) for words in ([key_of(n) for n in done.without_bar], done.without_bar))
+    words, names = (", ".join(each) for each in (map(spoken, done.without_bar), done.without_bar))
     return (
-        f"{keys} has no error bar: the plan took the seat for a spring, which serves the measures asked for, and what "
+        f"{words}: no error bar: the plan took the seat for a spring, which serves the measures asked for, and what "
         f"that leaves out of others is not known; add {names} to accuracy.measures",
     )

@@ -54,6 +54,7 @@ def summarise(touches: Touches, filter_width: float, stress: ReedStress | None =
         "contact_count": len(groups),
         "contact_count_raw": len(raw),
         "restitution": None if thrown_back and math.isfinite(result.striker_mass) else _restitution(result),
+        **_blow_keys(result, filter_width),
         "impact_velocity_m_per_s": _known(measures.impact_velocity(result)),
         "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
         **reed_stress_keys(stress),
@@ -64,6 +65,19 @@ def summarise(touches: Touches, filter_width: float, stress: ReedStress | None =
         "time_step_s": result.dt,
         "history_engine": result.engine,
         **_line_keys(touches.line, result.dt, filter_width),
+    }
+
+
+def _blow_keys(result: ImpactResult, width: float) -> dict[str, object]:
+    """When the peak is, and the group of contacts that holds it: which one, from 1 on, how long, its restitution, of a
+    held striker; ``None`` without contact."""
+    number, (start, end) = measures.hardest_group(result, width)
+    return {
+        "peak_time_s": _known(measures.peak_time(result, width)),
+        "hardest_blow": None if math.isnan(start) else number + 1,
+        "hardest_blow_start_s": _known(float(start)),
+        "hardest_blow_duration_s": _known(float(end - start)),
+        "hardest_blow_restitution": None if math.isfinite(result.striker_mass) else _restitution(result, number),
     }
 
 
@@ -140,10 +154,10 @@ def stopper_face_keys(stopper: Stopper) -> dict[str, object]:
     return found | {"stopper_arcs": stopper.parts.arcs, "stopper_tilt_deg": math.degrees(stopper.tilt)}
 
 
-def _restitution(result: ImpactResult) -> float | None:
+def _restitution(result: ImpactResult, group: int = 0) -> float | None:
     """``None`` where it is not defined: no contact, one that is not over, no approach."""
     try:
-        found = measures.restitution(result)
+        found = measures.restitution(result, group=group)
     except measures.MeasureError:
         return None
     return found if math.isfinite(found) else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self, get_args
+from typing import ClassVar, Literal, Self, get_args
 
 from pydantic import Field, model_validator
 
@@ -18,6 +18,11 @@ class Base(Table):
     are refused that would bend them by more than 1 % of their way. Displacements and velocities in results are those in
     space; energies are seen from the base.
     """
+
+    sample: ClassVar[str] = """
+of = "seat"
+displacement = "base.csv"
+"""
 
     of: Literal["reed", "seat", "stopper"] = Field(description="whose base")
     displacement: ExistingFile | None = Field(

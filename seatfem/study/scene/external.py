@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
-from typing import Annotated, Self
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
@@ -59,6 +59,11 @@ class ExternalLoad(Table):
     """One load on the reed: a pressure on an effective area at the contact (of a plate, spread over the disc that the
     contact covers or encloses), a force, gravity, or the acceleration of the frame that holds it (the reed alone feels
     it: its mass times the acceleration, the other way round)."""
+
+    sample: ClassVar[str] = """
+pressure = "-0.2 bar"
+area = "80 mm^2"
+"""
 
     pressure: AnyPressure | None = Field(
         None, description="over the reed, on area, at its contact; a constant one may be written as text"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 from pydantic import Field
 
@@ -19,6 +20,11 @@ class Film(Table):
     without_film. The fluid does not give way: of a gas the force is an upper bound where the film's pressure exceeds
     the ambient one.
     """
+
+    sample: ClassVar[str] = """
+viscosity = "18 uPa s"
+floor = "2 um"
+"""
 
     viscosity: Viscosity = Field(description="mu, dynamic")
     floor: Length = Field(

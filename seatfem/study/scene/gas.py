@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, ClassVar, Final, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
@@ -117,6 +117,18 @@ class CompressorGas(Table):
     """The reed as a valve of a compressor: its opening lets gas through, the gas pushes the reed. The cylinder is
     adiabatic, its pressure computed, or prescribed by a record; the valve that is not the reed is ideal, a nozzle that
     opens at its plenum's pressure (docs/gas.md). Off where the table is absent."""
+
+    sample: ClassVar[str] = """
+valve = "suction"
+suction = { pressure = "1 bar", temperature = "20 degC" }
+discharge = { pressure = "5 bar", temperature = "180 degC" }
+rpm = 3000
+bore = "50 mm"
+stroke = "40 mm"
+rod = "80 mm"
+clearance = "4 cm^3"
+port_diameter = "12 mm"
+"""
 
     fluid: Annotated[Fluid, BeforeValidator(_named)] = default("air", "working gas; a name may be written as text")
     valve: Literal["suction", "discharge"] = Field(description="which valve the reed is")

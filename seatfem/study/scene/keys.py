@@ -46,6 +46,19 @@ def _registered(field: FieldInfo) -> str:
     return ", ".join(f"`{as_toml(name)}`" for each in checks if isinstance(each, Registered) for name in each.options)
 
 
+def dimension_of(field: FieldInfo) -> str:
+    """Of a quantity, or of the quantities in a list: a name in `DIMENSIONS`, or "temperature"; "" of other values."""
+    notes = [*_notes(field), *(note for kind in _elements(field) for note in get_args(kind)[1:])]
+    for note in notes:
+        if isinstance(note, BeforeValidator):
+            reader: Any = note.func
+            if isinstance(reader, ReadQuantity):
+                return reader.dimension
+            if reader is read_temperature:
+                return "temperature"
+    return ""
+
+
 def _measured(notes: Iterable[object]) -> str | None:
     """A quantity with its unit, or a number: what the reader among a key's notes takes."""
     for note in notes:

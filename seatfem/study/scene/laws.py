@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -52,6 +52,11 @@ class SpringLaw(ContactLaw):
 
 class HertzLaw(ContactLaw):
     """Hertz's contact of a sphere: force = stiffness * penetration^1.5."""
+
+    sample: ClassVar[str] = """
+kind = "hertz"
+stiffness = "5 GN/m^1.5"
+"""
 
     kind: Literal["hertz"]
     stiffness: HertzStiffness = Field(description="(4/3) E* sqrt(R)")

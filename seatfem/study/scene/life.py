@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final, Literal, Self
+from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -30,6 +30,11 @@ class LifeTable(Table):
     blocks to failure; life_damage_per_cycle; life_at, which body and where; and life_speed_margin, allowed over largest
     speed of closing. The page [life.md](life.md) tells how.
     """
+
+    sample: ClassVar[str] = """
+impact_speed_limit = "6 m/s"
+source = "report, page"
+"""
 
     strength: ExistingFile | None = Field(None, description="file of measured strength of the reed's material")
     seat_strength: ExistingFile | None = Field(

@@ -21,6 +21,7 @@ from seatfem.study.scene.laws import ContactLaw, laws
 from seatfem.study.scene.locate import KeyPath, key_lines, single
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.models import BODIES, Scene
+from seatfem.study.scene.other_files import no_scene
 from seatfem.study.scene.problems import Problem, SceneError, explain, line_of
 from seatfem.study.scene.run import Accuracy
 from seatfem.study.scene.stopper import stopper_of
@@ -41,9 +42,11 @@ def load_scene(path: Path | str, changed: Mapping[str, object] | None = None) ->
 
     ``changed``: values as the file would have them, by dotted keys, in place of those that it has; None takes one out.
 
-    Raises `SceneError` with everything that is wrong: unreadable file, TOML syntax, unknown or missing keys, wrong
-    units, values out of range, and keys that contradict each other.
+    Raises `SceneError` with everything that is wrong: a part, a mesh, a table in place of a scene, an unreadable file,
+    TOML syntax, unknown or missing keys, wrong units, values out of range, and keys that contradict each other.
     """
+    if why := no_scene(Path(path)):
+        raise _whole_file(Path(path), why)
     return load_table(path, scene_of(kinds_of(), laws(), tuple(all_measures())), changed)
 
 

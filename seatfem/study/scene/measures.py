@@ -209,6 +209,11 @@ def all_measures() -> Mapping[str, Measure]:
     return {each.name: each() for each in Measure.__subclasses__() if "name" in vars(each)}
 
 
+def in_words(name: str) -> str:
+    """A measure in words, its key in brackets."""
+    return f"{all_measures()[name].words} ({key_of(name)})"
+
+
 def key_of(name: str) -> str:
     """Of a measure in summary.json; the name itself where there is none."""
     found = all_measures().get(name)

@@ -33,6 +33,12 @@ class Stopper(Table):
     inlined: ClassVar[str] = "body"
     """The field whose keys stand in this table itself."""
 
+    sample: ClassVar[str] = """
+kind = "spring"
+stiffness = "20 N/um"
+gap = "1.5 mm"
+"""
+
     gap: Gap | None = Field(
         None, description="distance from the undeformed reed to the stopper, on the side away from the seat"
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import ClassVar, Self
 
 from pydantic import Field, model_validator
 
@@ -16,6 +16,11 @@ class Stress(Table):
     """Stress in the seat's finite elements under the contact forces of the run, by mode acceleration; off where the
     table is absent. Of a seat that is struck in arcs of its lip, each arc's own force counts.
     """
+
+    sample: ClassVar[str] = """
+distance = "0.2 mm"
+frames = 40
+"""
 
     points: tuple[tuple[Position, Position, Position], ...] = Field(
         (),

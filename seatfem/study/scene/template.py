@@ -7,14 +7,17 @@ import textwrap
 import tomllib
 from collections.abc import Mapping
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any, Final, get_origin
 
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from seatfem.fields import kind_of
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.study.scene.keys import as_toml, default_of, holds, own_keys
+from seatfem.study.scene.laws import laws
+from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.models import Scene
 from seatfem.study.scene.problems import tables_in
 
@@ -23,10 +26,13 @@ AT: Final = 40  # where comments begin
 _HEAD: Final = """\
 # seatfem plan {file}    what it would take, and how accurate it will be
 # seatfem run {file}     force, motion, stress, error bars, pictures
-# A key behind a # has this default, or is absent: then the value shows how one is written. docs/scene.md has them all.
+# A key behind a # has this default, or is absent: then the value shows how one is written. A table behind # works as
+# it stands once its # are taken away, where the files that it names are there. docs/scene.md has all keys.
 """
 DURATION: Final = "2 ms"
 TARGET: Final = "5 %"
+Stated = dict[str, Mapping[str, Any]]
+"""Tables of a scene, and what stands in them without #."""
 _SPOKEN: Final = {"number": "0.1", "whole number": "1", "text": '"..."', "file name": '"file.csv"'}
 
 
@@ -51,40 +57,89 @@ def scene_template(name: str, *, file: str = "scene.toml") -> str:
         raise NoTemplate(f"kind: {name!r} is none of {', '.join(sorted(kinds))}{hint}")
     kind, other = kinds[name], kinds[kinds[name].sample_opposite]
     seat, reed = (other, kind) if kind.sample_motion else (kind, other)
-    lines = [_HEAD.format(file=file), f"title = {as_toml(f'{kind_of(reed)} on {kind_of(seat)}'.replace('_', ' '))}", ""]
+    title = f"{kind_of(reed)} on {kind_of(seat)}".replace("_", " ")
     width = {"filter_width": reed.sample_filter} if reed.sample_filter else {}
-    given: dict[str, Mapping[str, Any]] = {"contact": {}, "run": {"duration": DURATION} | width}
-    given["accuracy"] = {"target": TARGET}
+    stated: Stated = {"seat": _begun(seat), "reed": _begun(reed, reed.sample_motion), "contact": {}}
+    stated |= {"run": {"duration": DURATION} | width, "accuracy": {"target": TARGET}}
+    lines = [_HEAD.format(file=file), f"title = {as_toml(title)}", ""]
     for key, field in Scene.model_fields.items():
         if key in ("seat", "reed"):
-            lines += _body(key, seat if key == "seat" else reed)
-        elif key in given:
-            lines += [f"[{key}]", *table_lines(tables_in(field.annotation)[0], given[key], of=key), ""]
+            lines += _body(key, seat if key == "seat" else reed, stated)
+        elif key in stated:
+            lines += [f"[{key}]", *table_lines(tables_in(field.annotation)[0], stated[key], of=key, beside=stated), ""]
         elif tables_in(field.annotation):
-            lines += [*_commented(_header(key, field), field.description or ""), ""]
+            lines += [*_block(key, field, stated), ""]
     return "\n".join(lines).rstrip() + "\n"
 
 
-def _body(role: str, kind: type[Structure]) -> list[str]:
+def _begun(kind: type[Structure], motion: str = "") -> Mapping[str, Any]:
+    return {"kind": kind_of(kind), **tomllib.loads(kind.sample + motion)}
+
+
+def _body(role: str, kind: type[Structure], stated: Stated) -> list[str]:
     words = textwrap.wrap((kind.__doc__ or "").replace("`", ""), WIDE - 2)
-    given = tomllib.loads(kind.sample + kind.sample_motion)
+    given = {key: value for key, value in stated[role].items() if key != "kind"}
     moving = kind.model_construct().moved_by if role == "seat" else ()
     head = [f"[{role}]", *(f"# {line}" for line in words), f'kind = "{kind_of(kind)}"']
-    return [*head, *table_lines(kind, given, leave=("kind", *moving), of=role), ""]
+    return [*head, *table_lines(kind, given, leave=("kind", *moving), of=role, beside=stated), ""]
 
 
 def table_lines(
-    table: type[BaseModel], given: Mapping[str, Any], *, leave: tuple[str, ...] = (), of: str = ""
+    table: type[BaseModel],
+    given: Mapping[str, Any],
+    *,
+    leave: tuple[str, ...] = (),
+    of: str = "",
+    beside: Stated | None = None,
 ) -> list[str]:
-    """The keys of a table: those that are given, then the others as comments, then its own tables."""
+    """The keys of a table: those that are given, then the others as comments, then its own tables.
+
+    ``beside``: what the scene states, of which the table is ``of``; its own tables are filled as far as they fit that.
+    """
     keys = {key: field for key, field in own_keys(table).items() if key not in leave}
     lines = [line for key in given for line in _key(key, given[key], keys[key])]
     plain = {key: field for key, field in keys.items() if key not in given and not _is_table(field)}
     lines += [line for key, field in plain.items() for line in _key(key, None, field)]
     for key, field in keys.items():
         if key not in given and key not in plain:
-            lines += _commented(_header(f"{of}.{key}" if of else key, field), field.description or "")
+            lines += _block(f"{of}.{key}" if of else key, field, beside)
     return lines
+
+
+def _block(name: str, field: FieldInfo, beside: Stated | None) -> list[str]:
+    """A table behind #, as its class has it, where a scene with it is one; else what it would be, in words."""
+    words = " ".join((field.description or "").split()).replace("`", "")
+    several = get_origin(field.annotation) is tuple
+    header = f"[[{name}]]" if several else f"[{name}]"
+    table = next((each for each in tables_in(field.annotation) if getattr(each, "sample", "")), None)
+    if table is None or beside is None or get_origin(field.annotation) is dict:
+        return [f"#   {line}" for line in textwrap.wrap(f"{header}: {words}", WIDE - 4)]
+    sample, keys = tomllib.loads(str(table.sample)), own_keys(table)  # type: ignore[attr-defined]
+
+    def told(key: str) -> str:
+        return (keys[key].description or "") if key in keys else ""
+
+    if not _is_scene(beside, name, [sample] if several else sample):
+        return [f"#   {line}" for line in textwrap.wrap(f"{header}, not beside what is stated: {words}", WIDE - 4)]
+    lines = _commented(f"# {header}", words)
+    lines += [line for key, value in sample.items() for line in _commented(f"# {key} = {as_toml(value)}", told(key))]
+    if more := ", ".join(key for key in keys if key not in sample and key != "kind"):
+        lines += [f"#   {line}" for line in textwrap.wrap(f"other keys: {more}", WIDE - 4)]
+    return [f"# # {line[4:]}" if line.startswith("#   ") else line for line in lines]  # comments once # are taken away
+
+
+def _is_scene(stated: Stated, name: str, table: object) -> bool:
+    """Whether the scene may have this table, if its files are there."""
+    from seatfem.study.scene.load import scene_of  # with what is defined by now
+
+    model, key = scene_of(kinds_of(), laws(), tuple(all_measures())), name.partition(".")
+    part = {**stated[key[0]], key[2]: table} if key[2] else table
+    data: dict[str, Any] = {**stated, key[0]: part}
+    try:
+        model.model_validate(data, context={"folder": Path(), "unread": True})
+    except ValidationError:
+        return False
+    return True
 
 
 def _key(key: str, value: object, field: FieldInfo) -> list[str]:
@@ -104,10 +159,6 @@ def _example(field: FieldInfo) -> str:
 
 def _is_table(field: FieldInfo) -> bool:
     return bool(tables_in(field.annotation)) and not isinstance(field.default, str)
-
-
-def _header(name: str, field: FieldInfo) -> str:
-    return f"# [[{name}]]" if get_origin(field.annotation) is tuple else f"# [{name}]"
 
 
 def _commented(text: str, words: str) -> list[str]:

@@ -1,0 +1,154 @@
+"""What was read of a scene, with units and the ranges of its records: a wrong column or unit shows before computing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import numpy as np
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from rich.table import Table
+
+from impact.bodies.time_series import TimeSeriesError, csv_rows
+from seatfem.fields import kind_of
+from seatfem.structures.kinds import Structure
+from seatfem.study.scene import Contact, Scene
+from seatfem.study.scene.files import check_files
+from seatfem.study.scene.keys import dimension_of
+from seatfem.units import DIMENSIONS, parse_quantity
+
+SHOWN: Final = 4  # values of a list; of longer ones their number and range
+READABLE: Final = (0.1, 1e4)
+PRESSURES: Final = (1.0, 1e3)  # 310 MPa and 100 kPa, no parts of GPa and MPa
+HOW: Final = ("run", "accuracy", "title")
+"""Tables and keys that the plan's own table tells."""
+STRENGTHS: Final = ("strength", "seat_strength")
+NOT_SHOWN: Final = ("kind", "name", "mesh", "greens")
+_NONE: Final = FieldInfo(default=None)
+
+
+def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
+    """Table of the scene and what was read in it, key by key as the file states them; the struck face of each body.
+
+    Raises:
+        SceneError: a file that cannot be read, or has no such face.
+    """
+    check_files(scene)
+    return tuple(_rows(scene))
+
+
+def read_table(scene: Scene) -> Table:
+    """The same for a terminal; raises as `read_back`."""
+    table = Table("table", "what was read")
+    for name, words in read_back(scene):
+        table.add_row(name, words)
+    return table
+
+
+def _rows(scene: Scene) -> Iterator[tuple[str, str]]:
+    for key in type(scene).model_fields:
+        found = getattr(scene, key)
+        tables = found if isinstance(found, tuple) else (found,)
+        for number, table in enumerate(tables, start=1):
+            if key in HOW or not isinstance(table, BaseModel) or not (words := _words(table, key)):
+                continue
+            yield (f"{key} {number}" if len(tables) > 1 else key), words
+            if isinstance(table, Structure) and (face := _struck(table, along=key == "seat" and scene.contact)):
+                yield f"{key}, face", face
+
+
+def _struck(body: Structure, along: Contact | Literal[False]) -> str:
+    """What is known of its struck face, and of a response that was measured, without any mesh."""
+    told = []
+    if (ring := body.struck_ring) is not None:
+        mean, width = (_quantity(size, "length") for size in ring)
+        told.append(f"flat ring, mean radius {mean}, width {width}")
+    elif along and along.along_a_lip and (lip := body.lip()) is not None:
+        told.append(f"lip {_quantity(lip.length, 'length')} long")
+    if (patch := body.patch()) is not None:
+        told.append(f"area {_quantity(patch.area, 'area')}, narrowest width {_quantity(patch.width, 'length')}")
+    if (response := body.measured()) is not None:
+        first, last = (_quantity(float(f), "frequency") for f in (response.frequency[0], response.frequency[-1]))
+        told.append(f"response at {len(response.frequency)} frequencies, {first} to {last}")
+    return "; ".join(told)
+
+
+def _words(table: BaseModel, key: str = "") -> str:
+    """Its kind or name, then each key that the file states, in the order of docs/scene.md."""
+    kind = kind_of(type(table)) if type(table).model_fields.get("kind", _NONE).is_required() else ""
+    first = [getattr(table, "name", None) or kind.replace("_", " ")]
+    told = []
+    for name, field in type(table).model_fields.items():
+        value = getattr(table, name)
+        if name not in table.model_fields_set or name in NOT_SHOWN or value is None or value in ((), {}, ""):
+            continue
+        if name == getattr(table, "inlined", ""):
+            first.append(_words(value, key))
+        elif name == kind and not isinstance(value, BaseModel):
+            first.append(_value(value, field, f"{key}.{name}"))
+        else:
+            told.append(f"{name.replace('_', ' ')} {_value(value, field, f'{key}.{name}')}")
+    return ", ".join(filter(None, (" ".join(filter(None, first)), *told)))
+
+
+def _value(value: object, field: FieldInfo, key: str) -> str:
+    if isinstance(value, BaseModel):
+        inner, named = _words(value, key), bool(getattr(value, "name", ""))
+        return inner.replace(", ", " (", 1) + ")" * (", " in inner) if named else f"({inner})"
+    if isinstance(value, Path):
+        return _file(value, key)
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {_value(each, field, key)}" for name, each in value.items())
+    if isinstance(value, tuple):
+        return _several(value, field, key)
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return _quantity(value, dimension_of(field)) if isinstance(value, float) else str(value)
+
+
+def _several(values: tuple[Any, ...], field: FieldInfo, key: str) -> str:
+    if len(values) <= SHOWN or not all(isinstance(each, float) for each in values):
+        told = ", ".join(_value(each, field, key) for each in values[:SHOWN])
+        return f"[{told}{f', ... {len(values)} in all' if len(values) > SHOWN else ''}]"
+    return f"{len(values)} from {_value(min(values), field, key)} to {_value(max(values), field, key)}"
+
+
+def _quantity(value: float, dimension: str) -> str:
+    """In the first of the usual units in which it is easily read."""
+    if dimension == "temperature":
+        return f"{value - 273.15:.6g} degC"
+    if not dimension:
+        return f"{value:.6g}"
+    units = {unit: parse_quantity(f"1 {unit}", dimension) for unit in DIMENSIONS[dimension].usual}
+    least, most = PRESSURES if dimension == "pressure" else READABLE
+    readable = (unit for unit, size in units.items() if least <= abs(value / size) < most)
+    unit = next(readable, next(iter(units)))
+    return f"{value / units[unit]:.5g} {unit}"
+
+
+def _file(path: Path, key: str) -> str:
+    """Its name; of columns their number of rows and the range of each, of a file of strength what it holds."""
+    if key.rpartition(".")[2] in STRENGTHS:
+        from seatfem.study.scene.load import load_table  # of scenes with a life only
+        from seatfem.study.scene.strength import StrengthTable
+
+        return f"{path.name} ({_words(load_table(path, StrengthTable), key)})"
+    if path.suffix.lower() == ".csv" and (columns := _columns(path)):
+        return f"{path.name} ({columns})"
+    return f"{path.name} ({math.ceil(path.stat().st_size / 1000):,} kB)"
+
+
+def _columns(path: Path) -> str:
+    """Rows, and under each head the range of its numbers; "" of a table without heads or of other cells."""
+    try:
+        (_, heads), *rows = csv_rows(path, ",")
+        numbers = np.array([cells for _, cells in rows], dtype=float)
+    except (TimeSeriesError, ValueError):
+        return ""
+    if numbers.ndim != 2 or numbers.shape[1] != len(heads):
+        return ""
+    ranges = zip(heads, numbers.min(axis=0), numbers.max(axis=0), strict=True)
+    return f"{len(rows)} rows: " + ", ".join(f"{head.strip()} {low:.6g} to {high:.6g}" for head, low, high in ranges)

@@ -1,0 +1,82 @@
+"""What was read of a scene is told before anything is computed: quantities with units, records with their ranges."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from seatfem.faces.cli import DONE, run_command
+from seatfem.faces.plan_view import plan_json
+from seatfem.faces.read_back import read_back
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def read(name: str, **changed: object) -> dict[str, str]:
+    return dict(read_back(load_scene(EXAMPLES / name, changed)))
+
+
+def test_a_record_is_told_with_its_heads_rows_and_ranges() -> None:
+    told = read("suction_flapper.toml")
+    rows = (EXAMPLES / "suction_cycle.csv").read_text(encoding="utf-8").splitlines()
+    numbers = [tuple(map(float, row.split(","))) for row in rows if re.match(r"-?\d", row)]
+    low, high = min(p for _, p in numbers), max(p for _, p in numbers)
+    words = (
+        f"suction_cycle.csv ({len(numbers)} rows: angle [deg] 0 to 360, pressure [bar] {low:g} to {high:g}), rpm 3000"
+    )
+    assert f"pressure (file {words}, angle 30 deg)" in told["load 1"]
+    assert "area [95 mm^2, 85 mm^2, 60 mm^2]" in told["load 1"]
+    assert told["load 2"] == "gravity -9.81 m/s^2"
+    assert told["stopper"] == "spring, stiffness 20 N/um, lift 2 mm"
+
+
+def test_another_unit_reads_differently(tmp_path: Path) -> None:
+    """A thickness in um where mm was meant, and a pressure whose head says kPa in place of bar."""
+    assert "thickness 0.3 mm" in read("tilted_landing.toml")["reed"]
+    assert "thickness 3 um" in read("tilted_landing.toml", **{"reed.thickness": "3 um"})["reed"]
+    record = tmp_path / "course.csv"
+    record.write_text("time [ms],pressure [kPa]\n0,-1\n2.5,20\n", encoding="utf-8")
+    told = read("tilted_landing.toml", load=[{"pressure": {"file": str(record)}, "area": "80 mm^2"}])["load"]
+    columns = "2 rows: time [ms] 0 to 2.5, pressure [kPa] -1 to 20"
+    assert told == f"pressure (file course.csv ({columns})), area (lift [0 mm], area [80 mm^2])"
+
+
+def test_struck_faces_releases_and_strengths_are_told() -> None:
+    told = read("life_of_a_flapper.toml")
+    assert told["seat, face"].startswith("flat ring, mean radius 5.5 mm, width 1 mm; area 34.558 mm^2")
+    assert "material steel (young 200 GPa" in told["seat"]
+    assert "release (mode 1, velocity -2 m/s)" in told["reed"]
+    assert "ultimate 1.8 GPa, curve (file invented_strip.csv (5 rows: stress [MPa] 410 to 735" in told["life"]
+    assert "impact velocity 8 m/s" in told["life"]
+    of_cad = read("kidney_landing.toml")
+    assert of_cad["seat, face"].startswith("lip 34.2")
+    assert "file kidney_seat.step (72 kB)" in of_cad["seat"]
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in EXAMPLES.glob("*.toml") if "study" not in path.name))
+def test_every_example_is_told_in_short(name: str) -> None:
+    told = read(name)
+    assert {"seat", "reed"} <= told.keys()
+    assert all(0 < len(words) < 700 and "None" not in words and "Path(" not in words for words in told.values())
+
+
+def test_plan_run_and_json_begin_with_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    scene = EXAMPLES / "flapper_on_spring.toml"
+    assert run_command(["plan", str(scene)]) == DONE
+    planned = " ".join(capsys.readouterr().out.split())
+    assert "what was read" in planned
+    assert planned.index("thickness 0.305 mm") < planned.index("key")
+    assert json.loads(plan_json(plan_scene(load_scene(scene))))["read"] == dict(read_back(load_scene(scene)))
+    assert run_command(["run", str(scene), "--no-pictures", "-o", str(tmp_path / "out")]) == DONE
+    ran = " ".join(capsys.readouterr().out.split())
+    assert ran.index("thickness 0.305 mm") < ran.index("impulse")
+
+
+def test_a_wrong_file_is_told_by_its_key(tmp_path: Path) -> None:
+    (tmp_path / "seat.step").write_text("no part", encoding="utf-8")
+    scene: Scene = load_scene(EXAMPLES / "flapper_on_valve_body.toml", {"seat.file": str(tmp_path / "seat.step")})
+    with pytest.raises(SceneError, match=r"seat\.file: .*seat\.step"):
+        read_back(scene)
