@@ -112,7 +112,7 @@ def main(names: list[str]) -> None:
     for name in names or CASES:
         found[name] = landing(CASES[name])
         write_whole(FOUND, (json.dumps(found, indent=1) + "\n").encode())
-    print(table(found))
+    sys.stdout.write(table(found) + "\n")
 
 
 if __name__ == "__main__":
