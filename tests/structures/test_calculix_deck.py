@@ -261,6 +261,13 @@ def test_landings_that_no_deck_holds(tmp_path: Path, old: str, new: str, told: s
     assert told in (exported(LANDING.replace(old, new), tmp_path) / "README.txt").read_text(encoding="utf-8")
 
 
+def test_a_whole_seat_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seatfem.study.runs.calculix_seat.MOST", 1000)
+    told = (exported(LANDING, tmp_path) / "README.txt").read_text(encoding="utf-8")
+    assert "unknowns in space (limit 1000)" in told
+    assert not (tmp_path / "deck" / "contact.inp").exists()
+
+
 def test_a_deck_begins_above_the_seat_whatever_the_release(tmp_path: Path) -> None:
     """Let go at 10 um, the reed is 1 um below its middle position after acos(-0.1)/w of its first mode, at w 10 um; the
     higher modes of the static shape take some per cent."""
