@@ -72,8 +72,8 @@ def whole_seat(plan: Plan, progress: Progress) -> DeckSeat:
     mesh, _ = body.meshes(method, progress)
     if (unknowns := 3 * mesh.quality.nodes) > MOST:
         raise DeckError(
-            f"seat.mesh: the whole seat has {unknowns} unknowns in space (limit {MOST}), too many for ccx to march; state "
-            "a larger seat.mesh.size and contact_size"
+            f"seat.mesh: the whole seat has {unknowns} unknowns in space (limit {MOST}), too many for ccx to march; "
+            "state a larger seat.mesh.size and contact_size"
         )
     if division.arcs == 1:
         return _of_mesh(body, mesh, method, None, progress, division.rings)
