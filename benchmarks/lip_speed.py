@@ -77,7 +77,7 @@ def whole(folder: Path) -> list[tuple[str, str, str]]:
     for words, aim in (("nothing computed before", "60 s"), ("seat and plate computed before", "5 s")):
         start = process_time()
         outcome = run_scene(scene, folder / "out", silent, pictures=False)
-        met = "met" if outcome.met else f"not met in {outcome.summary['accuracy_rounds']} rounds"
+        met = "met" if outcome.met else f"not met, rounds: {outcome.summary['accuracy_rounds']}"
         rows.append((f"a tilted landing to 2 %, {words} ({met})", f"{process_time() - start:.1f} s", aim))
     return rows
 

@@ -31,7 +31,7 @@ lip_edge_radius = "0 mm"
 outer_radius = "8 mm"
 thickness = "3 mm"
 material = "steel"
-mesh = {{ size = "3 mm", contact_size = "{contact_size}" }}
+mesh = {{ size = "3 mm", contact_size = "1.5 mm" }}
 greens = {{ bandwidth = "200 kHz", tolerance = "2 %" }}
 [reed]
 kind = "flapper"
@@ -43,8 +43,8 @@ paddle_diameter = "16 mm"
 thickness = "0.3 mm"
 material = {{ young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }}
 release = {{ mode = 1, velocity = "-2 m/s" }}
-mesh = {{ size = "{reed_size}" }}
-greens = {{ bandwidth = "{bandwidth}" }}
+mesh = {{ size = "2 mm" }}
+greens = {{ bandwidth = "60 kHz" }}
 [contact]
 law = {law}
 gap = "2 um"
@@ -52,22 +52,17 @@ tilt = "{tilt}"
 ports = 32
 rings = 2
 [run]
-duration = "{duration}"
-filter_width = "{filter_width}"
+duration = "35 us"
+filter_width = "10 us"
 [accuracy]
 target = "10 %"
 """
 SPRING: Final = '{ kind = "spring", stiffness = "20 N/um" }'
 SIGNORINI: Final = '"signorini"'
-COARSE: Final = {
-    "contact_size": "1.5 mm", "reed_size": "2 mm", "bandwidth": "60 kHz", "filter_width": "10 us", "duration": "35 us",
-}  # fmt: skip
-FINE: Final = COARSE | {"contact_size": "1 mm", "reed_size": "1.2 mm", "bandwidth": "100 kHz"}
 CASES: Final = {
-    "spring, flat": COARSE | {"law": SPRING, "tilt": "0 deg"},
-    "spring, 0.2 deg": COARSE | {"law": SPRING, "tilt": "0.2 deg"},
-    "rigid, 0.2 deg": COARSE | {"law": SIGNORINI, "tilt": "0.2 deg"},
-    "rigid, 0.2 deg, finer": FINE | {"law": SIGNORINI, "tilt": "0.2 deg"},
+    "spring, flat": {"law": SPRING, "tilt": "0 deg"},
+    "spring, 0.2 deg": {"law": SPRING, "tilt": "0.2 deg"},
+    "rigid, 0.2 deg": {"law": SIGNORINI, "tilt": "0.2 deg"},
 }
 
 
@@ -112,7 +107,7 @@ def main(names: list[str]) -> None:
     for name in names or CASES:
         found[name] = landing(CASES[name])
         write_whole(FOUND, (json.dumps(found, indent=1) + "\n").encode())
-    print(table(found))
+    sys.stdout.write(table(found) + "\n")
 
 
 if __name__ == "__main__":

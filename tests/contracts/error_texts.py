@@ -24,6 +24,7 @@ DEEPEST = 12
 PLACES = {"KeyProblem": 1, "Problem": 3}
 """Where the words stand among the arguments of an error that has its key before them."""
 MADE_OF_OTHERS = ("SceneError",)
+"""Errors whose texts are those of the problems in them."""
 PASSED_ON = (
     "join", "replace", "format", "strip", "removeprefix", "partition", "get", "values", "items", "fromkeys",
     "str", "next", "tuple", "list", "sorted", "map",

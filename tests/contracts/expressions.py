@@ -10,8 +10,8 @@ VALUE = "{}"
 
 
 def arguments(function: ast.FunctionDef) -> list[str]:
-    given = function.args
-    return [each.arg for each in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
+    of = function.args
+    return [each.arg for each in (*of.posonlyargs, *of.args, *of.kwonlyargs)]
 
 
 def name_of(node: ast.AST) -> str:

@@ -46,7 +46,7 @@ def test_every_measure_asks_one_contact() -> None:
     ):
         with pytest.raises(MeasureError, match=r"3 contacts: name one, contact=0 \.\.\. 2"):
             measure(result)
-        with pytest.raises(MeasureError, match="contact = 3 must be 0 ... 2: this result has 3"):
+        with pytest.raises(MeasureError, match=r"contact = 3 must be 0 \.\.\. 2: this result has 3"):
             measure(result, contact=3)
         one = measures.of_contact(result, 1)
         np.testing.assert_array_equal(np.asarray(measure(result, contact=1)).shape, np.asarray(measure(one)).shape)

@@ -15,6 +15,7 @@ from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.formats.calculix_contact import PlateStriker, mass_contact
 from seatfem.structures.formats.calculix_deck import calculix_body
+from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.materials import Material, Orthotropic
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction.greens import greens_function
@@ -114,6 +115,21 @@ def test_the_frequencies_of_a_reed() -> None:
     ours = plate.modes.frequencies_hz[:10]
     assert ours[0] == pytest.approx(196.6, rel=1e-3)
     np.testing.assert_allclose(calculix.frequencies_in(text, 10), ours, rtol=1e-2)
+
+
+def test_the_deck_is_a_mesh_again(tmp_path: Path) -> None:
+    """Read as any other Abaqus file: coordinates have twelve digits."""
+    model = block()
+    deck = tmp_path / "mesh.inp"
+    deck.write_text("\n".join(calculix_body(model, STEEL).lines) + "\n", encoding="ascii")
+    read = read_mesh(deck, contact="STRUCK", fixed="HELD1")
+    assert model.dofs is not None
+    assert read.order == 2
+    assert read.mesh.t.shape == model.dofs.mesh.t.shape  # type: ignore[attr-defined]
+    assert read.quality.volume == pytest.approx(np.prod(SIDES), rel=1e-11)
+    for patch, height in (("contact", SIDES[2]), ("fixed", 0.0)):
+        assert read.quality.areas[patch] == pytest.approx(SIDES[0] * SIDES[1], rel=1e-11)
+        np.testing.assert_allclose(read.mesh.p[2, read.mesh.facets[:, read.mesh.boundaries[patch]]], height, atol=1e-14)
 
 
 def test_what_decks_do_not_hold() -> None:
@@ -243,6 +259,13 @@ def test_a_reed_lands_tilted(tmp_path: Path) -> None:
 )
 def test_landings_that_no_deck_holds(tmp_path: Path, old: str, new: str, told: str) -> None:
     assert told in (exported(LANDING.replace(old, new), tmp_path) / "README.txt").read_text(encoding="utf-8")
+
+
+def test_a_whole_seat_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seatfem.study.runs.calculix_seat.MOST", 1000)
+    told = (exported(LANDING, tmp_path) / "README.txt").read_text(encoding="utf-8")
+    assert "unknowns in space (limit 1000)" in told
+    assert not (tmp_path / "deck" / "contact.inp").exists()
 
 
 def test_a_deck_begins_above_the_seat_whatever_the_release(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.formats.dxf_outline import UNITS, read_outline
 from seatfem.structures.formats.dxf_writing import MM, write_outline
 from seatfem.structures.materials import Material
@@ -82,6 +83,17 @@ def test_a_reed_without_an_outline(tmp_path: Path, capfd: pytest.CaptureFixture[
     (tmp_path / "scene.toml").write_text(SCENE.format('kind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"'))
     assert run_command(["export", str(tmp_path / "scene.toml"), "--to", "dxf"]) == BAD_INPUT
     assert "reed.kind = 'rigid_mass' has no outline" in capfd.readouterr().err
+
+
+def test_none_and_too_much(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No loop is a drawing that no sheet is read of; a drawing beyond the limit is not read at all."""
+    write_outline([], tmp_path / "none.dxf")
+    with pytest.raises(GeometryError, match=r"none\.dxf: no LINE, ARC"):
+        read_outline(tmp_path / "none.dxf")
+    monkeypatch.setattr("seatfem.structures.formats.dxf_outline.LARGEST", 1000)
+    write_outline([loops.whole((0, 0), 1e-3)] * 10, tmp_path / "large.dxf")
+    with pytest.raises(GeometryError, match=r"large\.dxf"):
+        read_outline(tmp_path / "large.dxf")
 
 
 def test_another_reader_takes_it(tmp_path: Path) -> None:

@@ -12,9 +12,10 @@ import numpy as np
 from impact.files.atomic import whole_file, write_whole
 from impact.greens.base import GreensFunction
 from impact.progress import Progress, silent
+from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.model import ModelError
 from seatfem.structures.reduction.greens import greens_function
-from seatfem.structures.reduction.modes import solve_modes
+from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.calculix_contact import MOST_STEPS, TOLERANCE, check_landing, of_mass, of_plate
 from seatfem.study.runs.calculix_seat import DeckError, DeckSeat, deck_seat, whole_seat
@@ -71,7 +72,7 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
     try:
         told, files = _contact(plan, seat, greens, dt, folder, progress)
         yield from files
-    except (DeckError, ModelError) as reason:
+    except (DeckError, ModelError, MeshingError, ConvergenceError) as reason:
         told = f"contact.inp      is not written: {reason}\n"
         yield f"no contact.inp: {reason}"
     share = "" if deck.share == 1 else f"\n{17 * ' '}What is modelled bears {deck.share:g} of the whole load."

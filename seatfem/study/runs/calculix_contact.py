@@ -150,7 +150,7 @@ def _mass(scene: Scene) -> tuple[float, float]:
     if free is None or free.omega.tolist() != [0.0]:
         raise DeckError(
             f"reed.kind = {scene.reed.kind!r}: contact is written for a mass with a velocity (rigid_mass) and "
-            "for plates (flapper, sheet, ring_plate)"
+            "for plates (flapper, sheet, disc, ring_plate); strike with one of these"
         )
     return 1.0 / float(free.inverse_mass()[0, 0]), scene.reed.body(free).velocity
 
@@ -173,7 +173,7 @@ def _stiffness(scene: Scene, area: float, dt: float) -> tuple[float, str]:
         solids = (one.solid for one in (scene.seat.material, *scene.seat.materials.values()))
         stiffest = max(one.density * float(one.c_p_along([0.0, 0.0, 1.0])) for one in solids)
         return stiffest / dt, "in place of a rigid contact: rho c_p over the time step"
-    raise DeckError(f"contact.law.kind = {scene.contact.law.kind!r}: decks know spring and signorini")
+    raise DeckError(f"contact.law.kind = {scene.contact.law.kind!r}: state spring or signorini")
 
 
 def _yielding(problem: impact.ContactProblem, stiffness: float) -> impact.ContactProblem:

@@ -21,6 +21,7 @@ from seatfem.structures.method import Method
 from seatfem.structures.model import SecondOrderModel
 from seatfem.study.planning.plan import Plan
 
+MOST: Final = 150_000  # unknowns of a seat that is marched by ccx
 CHORDS: Final = 720  # of a round line
 
 
@@ -69,6 +70,11 @@ def whole_seat(plan: Plan, progress: Progress) -> DeckSeat:
     body, division = _body(plan), plan.method.seat.division
     method = replace(plan.method.seat, level="3d", rings=1, lip=None)
     mesh, _ = body.meshes(method, progress)
+    if (unknowns := 3 * mesh.quality.nodes) > MOST:
+        raise DeckError(
+            f"seat.mesh: the whole seat has {unknowns} unknowns in space (limit {MOST}), too many for ccx to march; "
+            "state a larger seat.mesh.size and contact_size"
+        )
     if division.arcs == 1:
         return _of_mesh(body, mesh, method, None, progress, division.rings)
     return _of_mesh(body, mesh, method, _as_face(body.lip(division.arcs, division.rings)), progress)
