@@ -195,9 +195,9 @@ def peak_time(result: ImpactResult, width: float = 1e-6, *, contact: int | None 
 def impact_velocity(result: ImpactResult, *, contact: int | None = None) -> float:
     """Closing speed -d(gap)/dt over the last step before the first contact [m/s].
 
-    In contact from the first step on, it is that of the bodies' translation; 0 under a preload. ``nan`` without
-    contact, and where contact begins at once but the record does not hold the approach: both bodies held, or a
-    contact other than the first.
+    In contact from the first step on, it is that of the bodies' translation. ``nan`` without contact and under a
+    preload, where nothing comes in (as of `restitution`), and where contact begins at once but the record does not
+    hold the approach: both bodies held, or a contact other than the first.
     """
     one = of_contact(result, contact)
     closed = np.flatnonzero(one.solid > 0)
@@ -206,9 +206,7 @@ def impact_velocity(result: ImpactResult, *, contact: int | None = None) -> floa
     m = int(closed[0])
     if m >= 2:
         return float(one.gap[m - 2] - one.gap[m - 1]) / result.dt
-    if m == 0:
-        return 0.0
-    if (contact or 0) > 0 or (math.isinf(result.striker_mass) and math.isinf(result.target_mass)):
+    if m == 0 or (contact or 0) > 0 or (math.isinf(result.striker_mass) and math.isinf(result.target_mass)):
         return math.nan
     return (_side(one) or 1) * (result.target_velocity - result.striker_velocity)
 
@@ -216,12 +214,13 @@ def impact_velocity(result: ImpactResult, *, contact: int | None = None) -> floa
 def largest_impact_velocity(result: ImpactResult) -> float:
     """Largest closing speed -d(gap)/dt over the last step before any contact of one pair [m/s]; ``nan`` without one.
 
-    It counts the first contact as `impact_velocity` does, and every later one.
+    It counts the first contact as `impact_velocity` does, and every later one; one that begins under a preload has 0.
     """
     closed = result.solid > 0
     starts = np.flatnonzero(closed[1:] & ~closed[:-1]) + 1
     later = starts[starts >= 2]
-    speeds = [impact_velocity(result), *((result.gap[later - 2] - result.gap[later - 1]) / result.dt)]
+    first = 0.0 if closed[0] else impact_velocity(result)
+    speeds = [first, *((result.gap[later - 2] - result.gap[later - 1]) / result.dt)]
     known = [speed for speed in speeds if not math.isnan(speed)]
     return float(max(known)) if known else math.nan
 

@@ -22,6 +22,7 @@ Quantity = Literal["pressure", "force", "acceleration", "velocity", "displacemen
 MOST_COLUMNS, MOST_LINES = 64, 2_000_000
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 TURN = 360.0  # degrees of crank angle after which a record in angles repeats
+MOST_GAP = 90.0  # degrees between neighbours all around the turn: a line over more is no record
 _UNITS: dict[str, dict[str, float]] = {
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5},
     "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
@@ -102,18 +103,19 @@ def read_time_series(
     delimiter: str = ",",
     rpm: float | None = None,
     start: float = 0.0,
+    most_gap: float = MOST_GAP,
 ) -> TimeSeries:
     """Read two columns, time and value, under a header such as ``time [ms],pressure [bar]``.
 
     Times in s, ms, us; pressure in Pa, kPa, MPa, mbar, bar; force in N, mN, kN; acceleration in m/s^2, mm/s^2; velocity
     in m/s, mm/s; displacement in m, mm, um. Empty lines and lines that begin with # are skipped. With ``rpm``, the
     speed of a crank [1/min], the first column is ``angle [deg]``, ``start`` [deg] is the angle at t = 0, and the record
-    repeats every 360 deg.
+    repeats every 360 deg; neighbours, the last and the first one too, are ``most_gap`` [deg] apart at most.
 
     Raises:
         TimeSeriesError: no such file, a header that does not say quantity and unit, a cell that is not a number, a time
-            that does not increase, fewer than two samples, angles without a speed or the other way round; the
-            message names file, line and column.
+            that does not increase, fewer than two samples, angles without a speed or the other way round, or with gaps;
+            the message names file, line and column.
     """
     name = Path(path)
     if not name.exists():
@@ -142,8 +144,22 @@ def read_time_series(
         return TimeSeries(samples[:, 0] * factors[0], samples[:, 1] * factors[1], outside, str(name))
     if (covered := samples[-1, 0] - samples[0, 0]) > TURN * (1 + 1e-9):
         raise TimeSeriesError(f"{name}: covers {covered:g} deg, more than one turn of {TURN:g}; cut the record to one")
+    _check_gaps(name, samples[:, 0], [line for line, _ in rows[1:]], most_gap)
     time = (samples[:, 0] - start) * factors[0]
     return TimeSeries(time, samples[:, 1] * factors[1], "repeat", str(name), period=TURN * factors[0])
+
+
+def _check_gaps(name: Path, angles: Array, lines: list[int], most: float) -> None:
+    """Raise `TimeSeriesError` of angles that leave out more than ``most``, from the last to the first one, too."""
+    gaps = np.diff(angles, append=angles[0] + TURN)
+    worst = int(gaps.argmax())
+    if gaps[worst] > most * (1 + 1e-9):
+        here, there = angles[worst], angles[worst] + gaps[worst]
+        raise TimeSeriesError(
+            f"{name}, line {lines[worst]}, column 1: no sample between {here:g} and {there:g} deg, {gaps[worst]:g} deg "
+            f"of the turn (limit {most:g}); give samples there, as one at {here + most:g} deg, also where nothing "
+            "changes"
+        )
 
 
 def csv_rows(name: Path, delimiter: str) -> list[tuple[int, list[str]]]:

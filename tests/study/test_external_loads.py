@@ -108,7 +108,7 @@ def test_as_by_the_keys_of_a_beam(own: str, load: str, tmp_path: Path) -> None:
 
 def test_a_pressure_in_crank_angle(tmp_path: Path) -> None:
     """20 mbar on 80 mm^2 at 60 deg, 2 ms a turn, which begins at 300 deg."""
-    (tmp_path / "p.csv").write_text("angle [deg],pressure [mbar]\n0,0\n60,20\n120,0\n", encoding="utf-8")
+    (tmp_path / "p.csv").write_text("angle [deg],pressure [mbar]\n0,0\n60,20\n120,0\n210,0\n300,0\n", encoding="utf-8")
     load = '[[load]]\npressure = { file = "p.csv", rpm = 30000, angle = "300 deg" }\narea = "80 mm^2"\n'
     scene = scene_of(tmp_path, REED + load)
     assert scene.is_loaded
@@ -171,6 +171,11 @@ def test_loads_need_no_other_motion(tmp_path: Path) -> None:
     ("rows", "words"),
     [
         ("0,0\n20,1\n10,1\n", "p.csv, line 4, column 1: angle 10 must exceed the one before, 20"),
+        (
+            "0,0\n60,20\n120,0\n",
+            "p.csv, line 4, column 1: no sample between 120 and 360 deg, 240 deg of the turn (limit 90",
+        ),
+        ("0,0\n80,1\n180,0\n270,0\n", "p.csv, line 3, column 1: no sample between 80 and 180 deg, 100 deg of the turn"),
         ("0,0\n10,\n", "p.csv, line 3, column 2: '' must be a finite number"),
     ],
 )

@@ -193,7 +193,11 @@ P = GAS + 'cylinder_pressure = "p.csv"\n'
         (P + CRANK, "angle [deg],pressure [bar]\n0,1\n", "gas.bore: cylinder_pressure prescribes the pressure"),
         (P, "angle [deg],pressure [bar]\n0,1\n20,\n", "line 3, column 2: '' must be a finite number"),
         (P, "angle [deg],pressure [bar]\n0,1\n20,1\n10,1\n", "line 4, column 1: angle 10 must exceed"),
-        (P, "angle [deg],pressure [bar]\n0,1\n20,1\n300,1\n330,1\n", "a gap of 280 deg after 20 deg"),
+        (
+            P,
+            "angle [deg],pressure [bar]\n0,1\n20,1\n300,1\n330,1\n",
+            "line 3, column 1: no sample between 20 and 300 deg",
+        ),
         (P, "time [ms],pressure [bar]\n0,1\n30,-0.2\n", "-20000 Pa: pressures are absolute"),
         (P, "time [ms],pressure [bar]\n0,1\n10,1\n", "gas.cylinder_pressure: the record covers 0..0.01 s"),
         (GAS.replace("20 degC", "20 bar") + CRANK, "", "gas.suction.temperature: '20 bar' is no temperature"),

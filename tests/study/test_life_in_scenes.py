@@ -96,7 +96,9 @@ def test_the_initial_bending_is_in_the_block(tmp_path: Path) -> None:
 
 def test_the_last_turn_alone(tmp_path: Path) -> None:
     """Under a load in crank angle the block is the last turn, in which the start is not."""
-    (tmp_path / "load.csv").write_text("angle [deg],force [N]\n0,0.1\n180,-0.1\n360,0.1\n", encoding="utf-8")
+    (tmp_path / "load.csv").write_text(
+        "angle [deg],force [N]\n0,0.1\n90,0\n180,-0.1\n270,0\n360,0.1\n", encoding="utf-8"
+    )
     load = '[[load]]\nforce = { file = "load.csv", rpm = 60000 }\n'
     scene = scene_of(tmp_path, ASKED + 'block = "last cycle"\n', periods=2, more=load)
     touches = run_contacts(scene, striker_of(scene), impact.spring(stiffness=27.8e6), 0.5e-6)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from impact.life.curves import basquin
+from impact.life.places import left_of
 from seatfem.faces.verdict import lasting as in_words
 from seatfem.structures.fields.ranges import hottest, mises_range
 from seatfem.structures.fields.recovery import histories, largest, von_mises
@@ -77,7 +78,9 @@ def test_a_plate_in_free_flight_fails_where_and_when_its_stress_says(
 
 def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No less than the largest von Mises stress of any difference of two states, and no more than sqrt 5 times it."""
-    _, (done,) = run(tmp_path, SPRING + THROWN + RUN.format(0.4) + LIFE, monkeypatch)
+    keys, (done,) = run(tmp_path, SPRING + THROWN + RUN.format(0.4) + LIFE, monkeypatch)
+    stress, bar = (keys[f"{of}peak_reed_stress_after_contact_Pa"] for of in ("", "error_bar_"))
+    assert keys["error_bar_life_margin"] == pytest.approx(left_of(keys["life_margin"], bar / stress))  # type: ignore[operator,arg-type]
     field = plate_field(done)
     some = field.at(np.arange(0, len(field.points), 40))
     ranges = mises_range(some, done.result.force, done.result.dt)

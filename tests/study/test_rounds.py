@@ -78,15 +78,19 @@ def test_a_missed_target_is_reached_by_refining(tmp_path: Path) -> None:
 
 
 def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
-    """Two, each of which alone would leave too much: the next plan refines both; of one that suffices, it alone."""
+    """Two, each of which alone would leave too much: the next plan refines both; of one that suffices, it alone; none
+    where a smaller one is too large by itself and stays, as the mesh of a spring."""
     plan = with_step(plan_of(SCENE + 'target = "2 %"\nmeasures = ["impulse"]\n', tmp_path), 2e-6)
     done = carry_out(plan, tmp_path, Stopwatch(), silent)
     value = abs(done.left.values["impulse"])
 
-    def after(**shares: float) -> Plan:
+    def following(**shares: float) -> tuple[Plan | None, str]:
         parts = {source: {"impulse": share * 0.02 * value / 1.5} for source, share in shares.items()}
         left = replace(done.left, parts=parts, values={"impulse": done.left.values["impulse"]})
-        further, why = next_round.next_plan(replace(done, left=left, number=1), Limits(), 1e9)
+        return next_round.next_plan(replace(done, left=left, number=1), Limits(), 1e9)
+
+    def after(**shares: float) -> Plan:
+        further, why = following(**shares)
         assert further is not None, why
         return further
 
@@ -97,6 +101,8 @@ def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
     alone = after(time_step=1.0, model=0.15).method
     assert alone.time_step < old.time_step  # type: ignore[operator]
     assert alone.reed.n_modes == old.reed.n_modes
+    stuck = "nothing finer is left to choose for the mesh, which alone is above the target (stated in the file?)"
+    assert following(time_step=3.0, mesh=1.5) == (None, stuck)
 
 
 def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) -> None:

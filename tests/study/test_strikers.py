@@ -98,6 +98,7 @@ def test_a_preload_starts_in_equilibrium(tmp_path: Path) -> None:
     assert problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=2e7))).preload
     summary = run_scene(scene, tmp_path / "out").summary
     assert summary["peak_force_N"] == pytest.approx(3 / 8 * 1e3 * 25.4e-3 * 10e-3, rel=1e-3)
+    assert summary["impact_velocity_m_per_s"] is summary["spring_impact_velocity_m_per_s"] is None  # nothing comes in
 
 
 def test_a_free_function_strikes_as_the_mass_it_is_of(tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ def test_forty_scenes_and_more_were_run() -> None:
     assert {(verdict.seed, verdict.index) for verdict in VERDICTS} <= {(5, i) for i in range(coverage_of_runs.SCENES)}
 
 
-SEEDS = {seed: [v for v in (*VERDICTS, *HELD_OUT) if v.seed == seed] for seed in (5, 211, 307)}
+SEEDS = {seed: [v for v in (*VERDICTS, *HELD_OUT) if v.seed == seed] for seed in (5, 211, 307, 405)}
 
 
 @pytest.mark.parametrize("verdicts", SEEDS.values(), ids=map(str, SEEDS))

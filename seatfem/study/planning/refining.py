@@ -175,13 +175,12 @@ def _next(plan: Plan, machine: Machine | None) -> Plan | None:
     worst = max(plan.error, key=lambda name: plan.error[name], default=None)
     if worst is None:
         return None
-    for source in sorted(plan.shares, key=lambda source: -plan.shares[source].get(worst, 0.0)):
-        finer = _finer_keys(plan, source, LEAST_FINER, machine)
-        if finer is not None:
-            return finer
-        if safety(worst) * plan.shares[source].get(worst, 0.0) > plan.scene.accuracy.target:
-            return None  # whatever else is made finer
-    return None
+    left = {source: safety(worst) * share.get(worst, 0.0) for source, share in plan.shares.items()}
+    order = sorted(left, key=lambda source: -left[source])
+    finer = {source: _finer_keys(plan, source, LEAST_FINER, machine) for source in order}
+    if any(finer[source] is None and left[source] > plan.scene.accuracy.target for source in order):
+        return None  # whatever else is made finer
+    return next((found for found in finer.values() if found is not None), None)
 
 
 def _again(plan: Plan) -> float:

@@ -18,7 +18,7 @@ from seatfem.study.runs.left_in import contact_margin_bar
 from seatfem.study.runs.life_curves import MarginCurve, curve_keys, curve_pictures, life_curves, write_curves
 from seatfem.study.runs.lives import Stressed, lives, run_keys
 from seatfem.study.runs.margin_map import margin_pictures
-from seatfem.study.runs.reed_stress import PlatePeaks, has_plate, plate_stress_keys, reed_front_keys
+from seatfem.study.runs.reed_stress import plate_stress_keys, reed_front_keys
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, stress_keys, stress_pictures
 from seatfem.study.runs.stress_spots import Spots, spot_keys, spot_pictures, write_spots
@@ -85,16 +85,13 @@ def afterwards(
             keys |= gas_bars(done)
         keep(keys)
     stress, of_reed = None, None
-    if scene.stress is not None:
-        with watch("seat stress"):
+    if scene.stress is not None or scene.life is not None:
+        with watch("reed stress" if scene.stress is None else "seat stress"):
             stress, of_reed = stresses(done, progress)
         keys |= stress_keys(stress) | plate_stress_keys(of_reed)
         keep(keys)
     keys |= reed_front_keys(done, done.stress if of_reed is None else of_reed.found)
     plate = None if of_reed is None else of_reed.peaks
-    if plate is None and has_plate(done) and scene.life is not None and scene.life.demand() is not None:
-        with watch("reed stress"):
-            plate = PlatePeaks.of(done)
     with watch("hot spots"):
         spots = Spots.of(done, stress, plate)
         files = write_spots(spots, folder, courses=histories)

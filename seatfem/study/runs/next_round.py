@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -114,7 +114,7 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
     plan, before = done.plan, {source: part[measure] for source, part in done.left.parts.items()}
     left = dict(before)
     while sum(left.values()) > allowed:
-        steps = list(_steps(plan, measure, left, before, allowed))
+        steps = _steps(plan, measure, left, before, allowed)
         if plan.method.ports is not None:  # a wider band has modes that ask for a finer mesh: nothing else may do first
             steps = [step for step in steps if step.source != "reduction"] or (steps if plan == done.plan else [])
         if not steps:
@@ -157,20 +157,22 @@ class _Step:
 
 def _steps(
     plan: Plan, measure: str, left: Mapping[str, float], before: Mapping[str, float], allowed: float
-) -> Iterator[_Step]:
-    """What can be made finer and counts, the largest first; none where one that counts by itself cannot."""
+) -> list[_Step]:
+    """What can be made finer and counts, the largest first; none where one that is too large by itself cannot."""
+    found: list[_Step] = []
     for source in sorted(left, key=lambda source: -left[source]):
         if left[source] <= RESERVE / 2 * allowed:
-            return
+            break
         room = max((1 - RESERVE) * allowed - (sum(left.values()) - left[source]), RESERVE * allowed)
         most = MOST_FINER * left[source] / before[source]
         if most < LEAST_FINER:
             continue
         finer = refine(plan, source, min(max(left[source] / room, LEAST_FINER), most))
         if finer is not None:
-            yield _Step(source, finer, left[source] * _smaller(plan, finer, source, measure))
+            found.append(_Step(source, finer, left[source] * _smaller(plan, finer, source, measure)))
         elif left[source] > allowed:
-            return
+            return []
+    return found
 
 
 def _smaller(plan: Plan, finer: Plan, source: str, measure: str) -> float:

@@ -66,14 +66,16 @@ class PlateReedStress:
 
 def plate_reed_stress(done: Round) -> PlateReedStress | None:
     """The largest von Mises stress in the faces of the plate that strikes, ``at`` the distance from its root, or of a
-    free one from its centre; ``None`` where no [stress] is asked for, and of strikers that are no plates.
+    free one from its centre; ``None`` where neither [stress] nor its life is asked for, and of strikers that are no
+    plates.
 
     Within one thickness of sharp corners, of the ends of the clamp and of what touches no stress is told: a plate has
     none there. The bar is the sum of what the coarser mesh behind the error of its Green's function changes at any
     place, by its order, and of what a quarter of the modes less change; it knows nothing of the force's own.
     """
     scene, reed = done.plan.scene, done.plan.scene.reed
-    if scene.stress is None or not has_plate(done):
+    of_life = scene.life is not None and scene.life.demand() is not None
+    if (scene.stress is None and not of_life) or not has_plate(done):
         return None
     assert isinstance(reed, ThinPlate)
     plate, force, dt = reed.plate(done.striker.greens), plate_pushes(done, done.touches), done.result.dt

@@ -67,7 +67,7 @@ class Forces:
 
 
 def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | None, PlateReedStress | None]:
-    """In the seat, and in a plate that strikes, where the scene asks for them. Raises as `seat_stress`.
+    """In the seat, and in a plate that strikes, where the scene asks for them or for its life. Raises as `seat_stress`.
 
     What mesh and modes leave in the recovery is in their bars, and what is left in the force: its error budget again,
     with these stresses for measures. A stress in the seat that half the step changes by more than `RAW` follows the raw
@@ -86,8 +86,10 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
         forces = Forces.of(stepper)
         return {name: value for told in looks.values() for name, value in told(forces).items()}
 
-    half = replace(done, touches=run_contacts(done.plan.scene, done.striker, done.seat.greens, done.result.dt / 2))
-    own, finer = _told(seat), _told(seat_stress(half))  # whose faster pairs answer a sharper blow
+    own, finer = _told(seat), _told(None)
+    if seat is not None:
+        half = replace(done, touches=run_contacts(done.plan.scene, done.striker, done.seat.greens, done.result.dt / 2))
+        finer = _told(seat_stress(half))  # whose faster pairs answer a sharper blow
     left = left_in(done, look, finer)
     if seat is not None:
         raw = [math.nan if abs(finer[name] - own[name]) > RAW * own[name] else left[name] for name in (SEAT, TENSION)]
