@@ -219,8 +219,9 @@ def test_it_prints_without_what_only_a_screen_can_do(browser: Any) -> None:
     paper = {"width": PAPER[0], "height": PAPER[1], "deviceScaleFactor": 1, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", paper)
     try:
-        wide = """return [...document.querySelectorAll('table, pre, figure, img, canvas')].filter(
-            each => each.getBoundingClientRect().right > document.documentElement.clientWidth + 1).map(each => each.tagName)"""
+        wide = """const most = document.documentElement.clientWidth + 1;
+            return [...document.querySelectorAll('table, pre, figure, img, canvas')].filter(
+                each => each.getBoundingClientRect().right > most).map(each => each.tagName)"""
         until(lambda: browser.execute_script(wide) == [], "within the paper")
         plots = browser.find_elements("css selector", "section:has(> .plot)")
         assert all(2 * plot.rect["height"] < PAPER[1] for plot in plots[:3])
