@@ -362,6 +362,18 @@ def test_damaged_bodies_are_told_by_the_verbs_that_open_them(
                 assert body_figure(name, load_moving(path)).count("NaN") == 0
             except StorageError as problem:
                 told.append((name, str(problem)))
+    for name, values in {
+        "points": np.float64(1.0),
+        "triangles": np.int32(0),
+        "span": np.array([0.0, 1.0, 1e308]),
+    }.items():
+        save_moving(block_modes(refined=1), tmp_path / "modes.h5")
+        with h5py.File(tmp_path / "modes.h5", "r+") as file:
+            del file[name]
+            file[name] = values
+        seal(tmp_path / "modes.h5")
+        with pytest.raises(StorageError, match=r"modes\.h5: .*damaged"):
+            load_moving(tmp_path / "modes.h5")
     assert len(told) >= 8
     assert [words for name, words in told if name not in words] == []
     (tmp_path / "summary.json").write_text('{"impulse_Ns": 0.0, "first_contact_s": null}', encoding="utf-8")
