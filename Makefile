@@ -48,6 +48,7 @@ docs: $(VENV)/installed-dev
 	$(PY) docs/scene_page.py docs/scene.md
 	$(PY) docs/scenes_page.py docs/scenes.md
 	$(PY) docs/rooms.py docs/images/rooms.svg
+	$(PY) docs/badges.py docs/images
 	$(SINGLE_THREAD) $(PY) -m sphinx -q -W --keep-going -b html -c docs . build/docs
 
 extremes: $(VENV)/installed-dev

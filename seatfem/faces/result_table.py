@@ -122,7 +122,7 @@ def result_table(summary: Mapping[str, object]) -> Table:
     }
     for label, key, unit in ROWS:
         known = key in summary and (unit != STRESS_UNIT or summary[key] is not None)
-        known = known and (key not in OF_SEVERAL or several)
+        known = known and (key not in OF_SEVERAL or (several and (key == OF_SEVERAL[0] or summary[OF_SEVERAL[0]] != 1)))
         if known and (key not in INSTEAD or INSTEAD[key] not in summary):
             table.add_row(label.format_map(words), *_cells(summary, key, unit))
     groups = (

@@ -29,6 +29,7 @@ UNTOLD: Final = 65_535  # in place of a value that is not known
 """Values take the steps below it, from the lowest to the highest."""
 MOST_POINTS: Final = 100_000  # that are read
 MOST_PLACES: Final = 10_000_000  # in all frames
+BEYOND: Final = 1e30  # in SI units: no coordinate, displacement or end of a scale of a sound file
 CONTENT: Final = "moving body"
 OF_FRAMES: Final = ("time", "frequency", "modal_mass")
 """What is kept of each frame, where it is known."""
@@ -85,7 +86,7 @@ class Moving:
 
     def check(self) -> None:
         """Raise `PictureError` of what does not fit together."""
-        frames, count = len(self.labels), len(self.points)
+        frames, count = len(self.labels), len(self.points) if self.points.ndim == 2 else -1
         whole = self.points.shape == (count, 3) and self.triangles.ndim == 2 and self.triangles.shape[1] == 3
         inside = self.triangles.size == 0 or (self.triangles.min() >= 0 and self.triangles.max() < count)
         each = all(one is None or one.shape == (frames,) for one in (self.time, self.frequency, self.modal_mass))
@@ -214,8 +215,10 @@ def load_moving(path: str | os.PathLike[str]) -> Moving:
     except PictureError as problem:
         raise StorageError(f"{Path(path)}: damaged: {problem}; compute it again") from problem
     numbers = (found.points, found.displacement, np.array([low, high, largest]))
-    if not all(np.isfinite(each).all() for each in numbers) or not largest > 0 or found.size <= 0:
-        raise StorageError(f"{Path(path)}: damaged: numbers that are not finite, or no size; compute it again")
+    if not all((np.abs(each) < BEYOND).all() for each in numbers) or not largest > 0 or found.size <= 0:
+        raise StorageError(
+            f"{Path(path)}: damaged: numbers beyond {BEYOND:g} or not finite, or no size; compute it again"
+        )
     return found
 
 

@@ -1,10 +1,13 @@
 """What the pages for people name is there: files, functions, numbers."""
 
+import csv
 import re
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from badges import badges
 from rooms import rooms_svg
 from scenes_page import scenes_page
 
@@ -62,8 +65,31 @@ def test_every_room_stands_in_the_architecture(package: str) -> None:
 
 
 def test_what_is_made_from_the_code_is_current() -> None:
-    for made, name in ((scenes_page(), "scenes.md"), (rooms_svg(), "images/rooms.svg")):
+    drawn = ((text, f"images/badge_{name}.svg") for name, text in badges().items())
+    for made, name in ((scenes_page(), "scenes.md"), (rooms_svg(), "images/rooms.svg"), *drawn):
         assert made == (ROOT / "docs" / name).read_text(encoding="utf-8"), "run: make docs"
+
+
+def test_badges_say_what_holds() -> None:
+    """Of pyproject.toml and of the table of damaged files; from this folder, with no address of anyone."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    shown = re.findall(r"!\[([^]]*)\]\(docs/images/badge_(\w+)\.svg\)", readme)
+    assert [name for _, name in shown] == list(badges())
+    words, made = {name: text for text, name in shown}, badges()
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    told = re.findall(r"Python :: (3\.\d+)", "\n".join(project["classifiers"]))
+    assert f">{', '.join(told)}<" in made["python"]
+    assert project["requires-python"] == f">={told[0]}"
+    assert words["python"] == f"Python {told[0]} to {told[-1]}"
+    assert f">{project['license']}<" in made["licence"]
+    assert project["license"] in words["licence"]
+    table = (ROOT / "benchmarks" / "results" / "fuzz.csv").read_text(encoding="utf-8")
+    rows = list(csv.DictReader(table.splitlines()))
+    assert f">{sum(int(row['cases']) for row in rows):,}, 0 defects<" in made["fuzz"]
+    assert sum(int(row["ran"]) + int(row["refused"]) + int(row["drawn"]) for row in rows) == sum(
+        int(row["cases"]) for row in rows
+    )
+    assert all(text.count("://") == 1 for text in made.values())  # of the name space
 
 
 def test_every_name_in_contributing_is_in_the_code() -> None:

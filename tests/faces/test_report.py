@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -205,3 +207,54 @@ def test_time_is_scrubbed_and_a_click_tells_the_stress(browser: Any) -> None:
     changed(canvas, after, "coloured by displacement", share=0.0)
     assert "displacement [µm]" in figure.text
     assert browser.get_log("browser") == []
+
+
+PAPER = (720, 980)  # CSS pixels of a page between its margins
+
+
+@pytest.mark.slow
+def test_it_prints_without_what_only_a_screen_can_do(browser: Any) -> None:
+    """Nothing is wider than the paper, two figures stand on a page, bodies are drawn whole, hints and buttons gone."""
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    paper = {"width": PAPER[0], "height": PAPER[1], "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", paper)
+    try:
+        wide = """const most = document.documentElement.clientWidth + 1;
+            return [...document.querySelectorAll('table, pre, figure, img, canvas')].filter(
+                each => each.getBoundingClientRect().right > most).map(each => each.tagName)"""
+        until(lambda: browser.execute_script(wide) == [], "within the paper")
+        plots = browser.find_elements("css selector", "section:has(> .plot)")
+        assert all(2 * plot.rect["height"] < PAPER[1] for plot in plots[:3])
+        _, canvas = _body(browser, "modes.h5")
+        seen = until(lambda: (now := shot(canvas)).shape[0] > 200 and (now < 240).mean() > 0.02 and (now,), "drawn")[0]
+        assert (seen[:3, : seen.shape[1] // 2] > 240).all()  # whole: not cut by the frame
+        assert (seen[-3:] > 240).all()
+        for hidden in (".screen", ".controls button", "nav", "[data-ready] .probe"):
+            assert not any(each.is_displayed() for each in browser.find_elements("css selector", hidden))
+        page = browser.execute_cdp_cmd("Page.printToPDF", {"printBackground": False})
+        assert base64.b64decode(page["data"]).startswith(b"%PDF-")
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
+@pytest.mark.slow
+def test_a_browser_that_draws_no_bodies_shows_pictures_of_them(folder: Path, chromium: Any, tmp_path: Path) -> None:
+    still = tmp_path / "run"
+    shutil.copytree(folder, still)
+    Image.new("RGB", (40, 30), "teal").save(still / "landing.gif")
+    save_moving(block_wave(), still / "landing.h5")
+    assert run_command(["report", str(still), "--quiet"]) == DONE
+    lame = {"source": "HTMLCanvasElement.prototype.getContext = () => null"}
+    script = chromium.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", lame)
+    try:
+        chromium.get((still / "report.html").as_uri())
+        for body in chromium.find_elements("css selector", "figure.body"):
+            assert "does not draw it" in body.find_element("css selector", ".probe").text
+            assert not body.find_element("css selector", ".stage").is_displayed()  # no blank canvas
+        assert chromium.find_element("css selector", "figure.still img").is_displayed()
+    finally:
+        chromium.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
+    chromium.get((still / "report.html").as_uri())
+    until(lambda: chromium.find_elements("css selector", "figure.body[data-ready]"), "drawn")
+    assert not chromium.find_element("css selector", "figure.still img").is_displayed()

@@ -23,9 +23,11 @@ from impact.march.stepper import ContactStepper
 from impact.storage.checkpoint import save_checkpoint
 from impact.storage.hdf5 import save_greens, save_results
 from seatfem.machine.rates import Machine
+from seatfem.pictures.moving import save_moving
 from seatfem.structures.store import Store
 from seatfem.study.trade.point import Outcome, Point
 from seatfem.study.trade.runner import append
+from tests.moving_block import block_modes, block_wave
 
 from . import scenes
 
@@ -44,6 +46,7 @@ Entry = Literal[
     "store",
     "journal",
     "rates",
+    "moving",
 ]
 MODEL: Final = impact.ModalGreens(
     2 * np.pi * np.array([2e3, 5.1e3, 9.3e3]),
@@ -362,6 +365,10 @@ def _kept(folder: Path) -> Iterator[Specimen]:
     (folder / "checkpoint").mkdir()
     save_checkpoint(begun_march(), folder / "checkpoint" / "march.h5")
     yield Specimen("checkpoint", "march.h5", "hdf5", "checkpoint", 3.0)
+    for name, body in {"modes": block_modes(refined=1), "stress_wave": block_wave(3)}.items():
+        (folder / f"moving-{name}").mkdir()
+        save_moving(body, folder / f"moving-{name}" / f"{name}.h5")
+        yield Specimen(f"moving-{name}", f"{name}.h5", "hdf5", "moving", 2.0)
     (folder / "store").mkdir()
     Store(folder / "store").put(KEY, SEAT)
     yield Specimen("store", f"{KEY}.h5", "hdf5", "store", 1.5)

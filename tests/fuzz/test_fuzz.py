@@ -7,6 +7,7 @@ import json
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 from random import Random
 
@@ -22,8 +23,10 @@ from impact.march.stepper import ContactStepper
 from impact.pictures.greens_plots import plot_greens
 from impact.storage.checkpoint import restore_checkpoint, save_checkpoint
 from impact.storage.hdf5 import StorageError, load_greens, load_results, save_greens, save_results
-from seatfem.faces.cli import BAD_INPUT, MOST_LINES, WIDEST, run_command
+from seatfem.faces.cli import BAD_INPUT, FAILED, MOST_LINES, WIDEST, run_command
+from seatfem.faces.report.bodies import body_figure
 from seatfem.machine.rates import Machine, MachineError
+from seatfem.pictures.moving import load_moving, save_moving
 from seatfem.structures.counts.element_counts import check_before_meshing
 from seatfem.structures.counts.memory_need import MemoryNeedError
 from seatfem.structures.formats.matrices import read_matrices
@@ -41,7 +44,8 @@ from seatfem.study.scene.problems import MOST
 from seatfem.study.trade.point import Outcome, Point
 from seatfem.study.trade.runner import append, read_journal
 from tests.extremes import run_battery
-from tests.fuzz.hdf5 import seal
+from tests.fuzz.hdf5 import HDF5, mutate, seal
+from tests.moving_block import block_modes, block_wave
 
 ROOT = Path(__file__).parents[2]
 TABLE = ROOT / "benchmarks" / "results" / "fuzz.csv"
@@ -341,3 +345,42 @@ def test_cases_follow_from_their_names() -> None:
         assert first == mutation(text, Random(name)), name
     changed = [mutation(text, Random(f"{name}{k}")) != text for name, mutation in TOML.items() for k in range(5)]
     assert sum(changed) > 0.8 * len(changed)
+
+
+def test_damaged_bodies_are_told_by_the_verbs_that_open_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every change inside modes.h5 and stress_wave.h5 ends in a body or in a message that names the file."""
+    told = []
+    for name, body in {"modes.h5": block_modes(refined=1), "stress_wave.h5": block_wave(3)}.items():
+        for change in HDF5:
+            path = tmp_path / name
+            save_moving(body, path)
+            with suppress(OSError, ValueError, TypeError):  # HDF5 does not let itself be broken in every way
+                mutate(path, change, Random(change))
+            try:
+                assert body_figure(name, load_moving(path)).count("NaN") == 0
+            except StorageError as problem:
+                told.append((name, str(problem)))
+    for name, values in {
+        "points": np.float64(1.0),
+        "triangles": np.int32(0),
+        "span": np.array([0.0, 1.0, 1e308]),
+    }.items():
+        save_moving(block_modes(refined=1), tmp_path / "modes.h5")
+        with h5py.File(tmp_path / "modes.h5", "r+") as file:
+            del file[name]
+            file[name] = values
+        seal(tmp_path / "modes.h5")
+        with pytest.raises(StorageError, match=r"modes\.h5: .*damaged"):
+            load_moving(tmp_path / "modes.h5")
+    assert len(told) >= 8
+    assert [words for name, words in told if name not in words] == []
+    (tmp_path / "summary.json").write_text('{"impulse_Ns": 0.0, "first_contact_s": null}', encoding="utf-8")
+    path.write_bytes(path.read_bytes()[:2000])
+    (tmp_path / "modes.h5").unlink()
+    for verb in ("report", "view"):
+        assert run_command([verb, str(tmp_path)]) in (BAD_INPUT, FAILED)
+        said = capsys.readouterr().err
+        assert "stress_wave.h5" in said
+        assert "bug" not in said

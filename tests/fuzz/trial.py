@@ -26,7 +26,9 @@ from impact.measured.reading import read_impulse_response
 from impact.storage.checkpoint import restore_checkpoint
 from impact.storage.hdf5 import load_results
 from seatfem.faces.cli import run_command
+from seatfem.faces.report.bodies import body_figure
 from seatfem.machine.rates import Machine
+from seatfem.pictures.moving import load_moving
 from seatfem.structures.formats.uff import read_impulse_response_uff
 from seatfem.structures.mesh.gmsh_process import GmshSession, MeshingError
 from seatfem.structures.store import VARIABLE, Store
@@ -276,6 +278,17 @@ def _march(path: Path) -> None:
     stepper.advance(50)
 
 
+def _body(path: Path) -> None:
+    """As a report has it: numbers that its script can read."""
+    made = load_moving(path)
+    told = body_figure(path.name, made).partition('<script type="application/json">')[2].partition("</script>")[0]
+
+    def refuse(number: str) -> float:
+        raise AssertionError(f"{number} is no JSON")
+
+    assert json.loads(told, parse_constant=refuse)["labels"]
+
+
 _READERS: Final[dict[str, Callable[[Path], object]]] = {
     "results": load_results,
     "checkpoint": _march,
@@ -285,4 +298,5 @@ _READERS: Final[dict[str, Callable[[Path], object]]] = {
     "store": _store,
     "journal": read_journal,
     "rates": Machine.load,
+    "moving": _body,
 }

@@ -299,9 +299,9 @@ def test_no_such_scene_and_no_text(tmp_path: Path) -> None:
         load_scene(tmp_path / "absent.toml")
     with pytest.raises(SceneError, match="cannot be read: is a folder"):
         load_scene(tmp_path)
-    binary = tmp_path / "seat.h5"
+    binary = tmp_path / "seat.toml"
     binary.write_bytes(b"\x89HDF\r\n")
-    with pytest.raises(SceneError, match=r"seat.h5: is not UTF-8 text \(byte 0\)"):
+    with pytest.raises(SceneError, match=r"seat.toml: is not UTF-8 text \(byte 0\)"):
         load_scene(binary)
 
 

@@ -24,6 +24,9 @@ HINT: Final = (
 )
 
 
+UNDRAWN: Final = "This browser does not draw it (no WebGL 2); the pictures below show it at rest."
+
+
 def body_figure(name: str, made: Moving, most: int = MOST_OF_BODIES) -> str:
     """Canvas, controls and numbers of one body, ``most`` bytes before they are coded; all its text is escaped."""
     shown = _thinned(made, most)
@@ -52,8 +55,8 @@ def body_figure(name: str, made: Moving, most: int = MOST_OF_BODIES) -> str:
         '<button type="button" data-of="reset">reset view</button></span></div>'
         f'<div class="stage"><canvas tabindex="0" role="img" aria-label="{title}: {html.escape(HINT)}"></canvas>'
         '<div class="scale"><span data-of="high"></span><i></i><span data-of="low"></span><b data-of="unit"></b></div>'
-        '</div><p class="probe" data-of="probe" aria-live="polite">Click on the body for the values there.</p>'
-        f"<figcaption>{title}. {html.escape(telling)} {html.escape(HINT)}</figcaption>"
+        f'</div><p class="probe" data-of="probe" aria-live="polite">{UNDRAWN}</p>'
+        f'<figcaption>{title}. {html.escape(telling)} <span class="screen">{html.escape(HINT)}</span></figcaption>'
         f'<script type="application/json">{data}</script></figure>'
     )
 

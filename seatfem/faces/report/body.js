@@ -14,17 +14,24 @@ class Body {
     this.count = this.points.length / 3;
     this.view = { ...HOME };
     this.frame = data.first; this.phase = 1; this.playing = false;
+    this.reach = this.turned().slice(0, 2).map(axis => {  // half of what is seen to the side and upwards, at least
+      let most = 0;
+      for (let k = 0; k < this.points.length; k += 3)
+        most = Math.max(most, Math.abs(axis[0] * this.points[k] + axis[1] * this.points[k + 1] + axis[2] * this.points[k + 2]));
+      return 1.15 * most;
+    });
     this.gl = this.canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
     if (!this.gl) {
-      this.of.probe.textContent = "This browser cannot draw it (no WebGL 2); the pictures below show the same.";
       for (const each of figure.querySelectorAll("button, input, select")) each.disabled = true;
       return;
     }
     this.prepare();
     this.listen();
+    this.of.probe.textContent = "Click on the body for the values there.";
+    document.documentElement.classList.add("drawn");
+    figure.dataset.ready = "yes";  // the stage is there from now on
     this.show(this.frame);
     new ResizeObserver(() => this.draw()).observe(this.canvas);
-    figure.dataset.ready = "yes";
   }
 
   prepare() {
@@ -78,8 +85,9 @@ class Body {
     if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
     gl.viewport(0, 0, width, height);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const axes = this.turned(), near = 2.1 * view.zoom / data.size, wide = width / height;
-    this.zoom = wide > 1 ? [near / wide, near, -0.3 / data.size] : [near, near * wide, -0.3 / data.size];
+    const axes = this.turned(), wide = width / height;
+    const near = view.zoom * Math.min(1 / this.reach[1], wide / this.reach[0]);
+    this.zoom = [near / wide, near, -0.3 / data.size];
     gl.uniformMatrix3fv(this.at("turn"), false, [0, 1, 2].flatMap(k => axes.map(axis => axis[k])));
     gl.uniform3fv(this.at("zoom"), this.zoom);
     gl.uniform3fv(this.at("shift"), [view.x, view.y, 0]);

@@ -21,7 +21,8 @@ def html_table(table: Table) -> str:
     for row, cells in zip(table.rows, zip(*columns, strict=True), strict=True):
         rows.append(_row("td", cells, attributes, "section" if begins else ""))
         begins = row.end_section
-    caption = f'<p class="soft">{html.escape(str(table.caption))}</p>' if table.caption else ""
+    lines = "<br>".join(map(html.escape, str(table.caption or "").splitlines()))
+    caption = f'<p class="soft">{lines}</p>' if lines else ""
     return _whole(_row("th", heads, attributes), rows) + caption
 
 

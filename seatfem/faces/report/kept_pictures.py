@@ -36,15 +36,18 @@ INSTEAD: Final[Mapping[str, str]] = {
     "landing.gif": "landing.h5",
 }
 """Pictures in whose place bodies are in the page, where there are any."""
+STILLS: Final = ("landing.gif",)
+"""Those of them that are in the page all the same, for browsers that draw no bodies, and for what they print."""
 
 
 def kept_pictures(folder: Path) -> str:
     """Those that the page does not hold otherwise, each with its caption; what is too large is named."""
     shown, left = [], MOST_OF_PICTURES
     files = sorted(file for pattern in ("*.png", "*.gif") for file in folder.glob(pattern) if not file.is_symlink())
-    for file in files:
+    for file in sorted(files, key=lambda file: file.name in STILLS):
         size = file.stat().st_size
-        if file.name in INTERACTIVE or (folder / INSTEAD.get(file.name, file.name + "?")).is_file():
+        drawn = (folder / INSTEAD.get(file.name, file.name + "?")).is_file()
+        if file.name in INTERACTIVE or (drawn and (file.name not in STILLS or size > min(left, MOST_OF_A_PICTURE))):
             continue
         caption = CAPTIONS.get(file.name, file.stem.replace("_", " "))
         if size > MOST_OF_A_PICTURE or size > left:
@@ -54,5 +57,6 @@ def kept_pictures(folder: Path) -> str:
         data = base64.b64encode(read_bytes(file, MOST_OF_A_PICTURE, ReportError)).decode("ascii")
         kind = file.suffix.removeprefix(".").lower()
         image = f'<img src="data:image/{kind};base64,{data}" alt="{html.escape(caption)}" loading="lazy">'
-        shown.append(f"<figure>{image}<figcaption>{html.escape(caption)}</figcaption></figure>")
+        still = ' class="still"' if drawn else ""
+        shown.append(f"<figure{still}>{image}<figcaption>{html.escape(caption)}</figcaption></figure>")
     return "".join(shown)

@@ -31,6 +31,7 @@ GUARD: Final = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'"
 )
 """What the page may load: nothing from anywhere."""
+CURVES: Final = "Drag to zoom, double-click to zoom out; a click in the legend shows or hides a curve. "
 
 
 def write_report(folder: Path, path: Path) -> None:
@@ -76,7 +77,8 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
     yield "Result", html_table(result_table(summary)) + "".join(sentences)
     figures = _figures(folder, summary)
     for name, (caption, figure) in figures.items():
-        yield name, f'<figure class="plot">{_div(figure, name)}<figcaption>{html.escape(caption)}</figcaption></figure>'
+        told = html.escape(caption).replace(CURVES, f'<span class="screen">{CURVES}</span>')
+        yield name, f'<figure class="plot">{_div(figure, name)}<figcaption>{told}</figcaption></figure>'
     bodies = moving_bodies(folder)
     for name, made in bodies.items():
         yield KEPT[name], body_figure(name, made, MOST_OF_BODIES // len(bodies))
@@ -100,17 +102,16 @@ def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, F
 
     found: dict[str, tuple[str, Figure]] = {}
     width = as_number(summary.get("filter_width_s")) or 1e-6
-    curves = "Drag to zoom, double-click to zoom out; a click in the legend shows or hides a curve. "
     if (folder / RESULT_FILE).is_file():
         runs = load_results(folder / RESULT_FILE)
         step = "The raw force follows the time step, its mean over the filter's width hardly."
-        found["Contact force"] = (curves + step, draw.force_figure(runs, width))
+        found["Contact force"] = (CURVES + step, draw.force_figure(runs, width))
         if "lip" in runs:
             words = "Each row is an arc of the lip, counted from the direction of the reed's tip."
             found["Along the lip"] = (words, draw.lip_figure(runs["lip"]))
-        found["Motion"] = (curves + "Positive away from the seat.", draw.motion_figure(runs))
+        found["Motion"] = (CURVES + "Positive away from the seat.", draw.motion_figure(runs))
         words = "What is put in is the work of loads and releases."
-        found["Energy"] = (curves + words, draw.energy_figure(runs["wave"]))
+        found["Energy"] = (CURVES + words, draw.energy_figure(runs["wave"]))
     if (folder / SEAT_FILE).is_file():
         words = "Displacement of the struck patch after a unit impulse on it: what stands for the seat."
         found["Green's function of the seat"] = (words, draw.greens_figure(load_greens(folder / SEAT_FILE), width))

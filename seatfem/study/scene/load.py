@@ -46,7 +46,7 @@ def load_scene(path: Path | str, changed: Mapping[str, object] | None = None) ->
     TOML syntax, unknown or missing keys, wrong units, values out of range, and keys that contradict each other.
     """
     if why := no_scene(Path(path)):
-        raise _whole_file(Path(path), why)
+        raise SceneError((Problem(Path(path), 0, "", why),))
     return load_table(path, scene_of(kinds_of(), laws(), tuple(all_measures())), changed)
 
 

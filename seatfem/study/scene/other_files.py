@@ -35,7 +35,7 @@ def no_scene(path: Path) -> str:
     not there."""
     suffix = path.suffix.lower()
     if path.is_dir() and suffix != ".toml":
-        return "is a folder, a scene is a file (TOML); `seatfem report` and `seatfem view` take folders of runs"
+        return "cannot be read: is a folder, no scene (TOML); `seatfem report` and `seatfem view` take folders of runs"
     if suffix in SCENE or not path.exists():
         return ""
     if (known := _ALIKE.get(suffix, suffix)) in _OTHERS:
