@@ -173,10 +173,10 @@ def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pyt
     jobs = answer_here(monkeypatch)
     real = one._carried_out
 
-    def failing(path: Path, changed: dict[str, object], rounds: int) -> Outcome:
+    def failing(path: Path, changed: dict[str, object], *given: object, **named: object) -> Outcome:
         if changed["seat.mesh.size"] == "60 mm":
             raise RuntimeError("no mesh\nof that kind")
-        return real(path, changed, rounds)
+        return real(path, changed, *given, **named)
 
     monkeypatch.setattr(one, "_carried_out", failing)
     path = study_file(tmp_path, text, MESHED)

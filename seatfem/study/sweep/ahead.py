@@ -83,6 +83,6 @@ def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
         raise problems[0]
     seats = [sum(cost.parts.get(stage, 0.0) for stage in OF_THE_SEAT) for cost in costs]
     each = [sum(spent for stage, spent in cost.parts.items() if stage not in NOT_HERE) for cost in costs]
-    different = len({case.leader for case in cases}) if max(seats) > 0 else 0
+    different = sum(not case.guides for case in cases) if max(seats) > 0 else 0
     memory = max(PROGRAM, *(cost.memory for cost in costs))
     return Ahead(len(cases), different, machine.start, sum(each) / len(each), max(seats), memory)

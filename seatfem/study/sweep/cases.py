@@ -15,6 +15,7 @@ from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import SceneError, load_scene, located
 from seatfem.study.scene.problems import Problem
 from seatfem.study.sweep.design import Changes, changes_of
+from seatfem.study.sweep.start import PILOTS
 from seatfem.study.sweep.study import Study
 from seatfem.study.sweep.variations import Listed
 from seatfem.units import number_and_unit
@@ -28,22 +29,32 @@ class Case:
         number: from 1.
         changed: its values, as the file would have them.
         key: a hash of all that its numbers depend on: what it asks for, its files by content, the code.
-        leader: key of the first scene with the same seat; that scene's model of the seat serves the others, too.
+        leads: whether later scenes may begin as it has ended: it is among the first with its seat.
+        guides: keys of the scenes of which it begins as one has ended; the first is the first with the same seat.
     """
 
     number: int
     changed: Changes
     key: str
-    leader: str
+    leads: bool = False
+    guides: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Cases:
-    """Makes the cases of a study, one after another; knows the seats and files of those that it has made."""
+    """Makes the cases of a study, one after another.
+
+    Attributes:
+        study, rounds: of all of them.
+        first: by seat the keys of the first scenes, which lead.
+        made: by what a scene asks for its case.
+        files: by path a hash of their content.
+    """
 
     study: Study
     rounds: int
-    leaders: dict[str, str] = field(default_factory=dict)
+    first: dict[str, list[str]] = field(default_factory=dict)
+    made: dict[str, Case] = field(default_factory=dict)
     files: dict[Path, str] = field(default_factory=dict)
 
     def case(self, number: int, changed: Changes) -> Case:
@@ -52,8 +63,14 @@ class Cases:
         check_step(scene)
         asked = _by_content(scene.model_dump(exclude={"title"}, exclude_unset=True), self.files)
         own = _key(asked, self.rounds)
-        leader = self.leaders.setdefault(_key(asked["seat"], 0), own)
-        return Case(number, changed, own if own == leader else _key([own, leader], self.rounds), leader)
+        if own not in self.made:
+            first = self.first.setdefault(_key(asked["seat"], 0), [])
+            leads, guides = len(first) <= PILOTS, tuple(first if len(first) > PILOTS else first[:1])
+            key = _key([own, *guides], self.rounds) if guides else own
+            self.made[own] = Case(number, changed, key, leads, guides)
+            if leads:
+                first.append(key)
+        return replace(self.made[own], number=number, changed=changed)
 
 
 def cases_of(

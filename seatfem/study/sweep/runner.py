@@ -21,6 +21,7 @@ from seatfem.study.runs.next_round import Limits
 from seatfem.study.scene.parcel import packed
 from seatfem.study.sweep.cases import Case
 from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.sweep.start import chosen
 
 JOURNAL: Final = "study.jsonl"
 STAGE: Final = "scenes"
@@ -116,8 +117,8 @@ def run_cases(
         if died:
             carry_out(died, attempt + 1)
 
-    carry_out([case for case in pending if case.key == case.leader])
-    carry_out([case for case in pending if case.key != case.leader])
+    for guides in sorted({len(case.guides) for case in pending}):
+        carry_out([case for case in pending if len(case.guides) == guides])
     return found
 
 
@@ -135,10 +136,11 @@ def _packed(line: str) -> Parcel:
 
 
 def _job(scene: Path, case: Case, rounds: int, found: Mapping[str, Outcome]) -> str:
-    """A line for the worker; a seat that met the target of the first scene with it serves those that follow."""
-    leader = found.get(case.leader)
-    seat = leader.seat if leader is not None and leader.state == "done" else {}
-    return json.dumps({"path": str(scene), "changed": case.changed, "rounds": rounds, "seat": seat})
+    """A line for the worker; the first scene with a seat, where it met its target, and some more show how to begin."""
+    guides = [found[key] for key in case.guides if key in found]
+    starts = [each.start for each in guides if each.start] if guides and guides[0].start else []
+    job = {"path": str(scene), "changed": case.changed, "rounds": rounds}
+    return json.dumps(job | {"start": chosen(starts), "leads": case.leads})
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:
