@@ -15,6 +15,7 @@ import impact
 from seatfem.jobs import cluster
 from seatfem.jobs.cluster import ClusterError, Parcel, cluster_crew, threads_of
 from seatfem.jobs.desk import Lost, Program
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.runner import JOURNAL, StudyError
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
@@ -64,7 +65,7 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     with Crowd(tmp_path / "theirs", hidden=tmp_path / "mine") as crowd:
         crowd.hire()
         crowd.hire()
-        run_study(load_study(path), tmp_path / "here", workers=1)
+        run_study(load_study(path), tmp_path / "here", Effort(workers=1))
 
         def kill_one(stage: str, done: float) -> None:
             if 0 < done < 1 and not heard:
@@ -72,7 +73,7 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             heard.extend([done] if done > 0 else [])
 
         both = wait_for_both(crowd.address)
-        run_study(load_study(path), out, cluster=crowd.address, progress=kill_one)
+        run_study(load_study(path), out, Effort(cluster=crowd.address), progress=kill_one)
         assert both == 2
         assert heard[0] < 0.5
         assert crowd.workers[0].wait() < 0
@@ -84,7 +85,7 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         given_up(crowd.address)
         monkeypatch.setattr(cluster, "code_version", lambda: "0123")
         with pytest.raises(ClusterError, match=r"worker tcp://.* has version \w+ of seatfem, this computer 0123"):
-            run_study(load_study(path), out, cluster=crowd.address)
+            run_study(load_study(path), out, Effort(cluster=crowd.address))
 
 
 def wait_for_both(address: str) -> int:
@@ -112,7 +113,7 @@ def ends_as_here(address: str, path: Path, folder: Path, monkeypatch: pytest.Mon
         encoding="utf-8",
     )
     path.write_text('scene = "scene.toml"\n[vary]\nreed.mass = ["1 g", "2 g", "3 g"]\n', encoding="utf-8")
-    table = run_study(load_study(path), folder / "dying", limit=1.5, cluster=address)
+    table = run_study(load_study(path), folder / "dying", Effort(limit=1.5, cluster=address))
     assert list(table.columns["status"]) == ["done", "failed", "stopped"]
     assert table.columns["message"][1] == "the process died (signal SIGKILL): no message"
     assert table.columns["message"][2] == "no end within 1.5 s (--limit)"
@@ -164,7 +165,7 @@ def test_nobody_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     with pytest.raises(ClusterError, match=rf"--cluster {address}: no scheduler of dask answers there within 0.3 s"):
         threads_of(address)
     with pytest.raises(StudyError, match="leave it out beside --cluster"):
-        run_study(load_study(study_of(tmp_path, 1)), tmp_path / "out", workers=2, cluster=address)
+        run_study(load_study(study_of(tmp_path, 1)), tmp_path / "out", Effort(workers=2, cluster=address))
     monkeypatch.setattr(cluster, "find_spec", lambda name: None)
     with pytest.raises(ClusterError, match=r"needs dask; install with: pip install 'seatfem\[cluster\]'"):
         threads_of(address)

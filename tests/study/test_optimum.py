@@ -11,6 +11,7 @@ import pytest
 
 from seatfem.study.sweep import outcome as one
 from seatfem.study.sweep.best import Optimum
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.optimum import run_optimum
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import JOURNAL, StudyError
@@ -113,7 +114,10 @@ def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr(one, "_carried_out", of_closed_form())
     with pytest.raises(StudyError, match="ZeroDivisionError"):
         run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none")
-    assert run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none", retry=True).as_json()["failed"] == 0
+    assert (
+        run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none", Effort(retry=True)).as_json()["failed"]
+        == 0
+    )
 
 
 def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

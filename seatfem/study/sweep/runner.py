@@ -20,6 +20,7 @@ from seatfem.jobs.desk import ONE_THREAD, Ask, Lost, Program
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.scene.parcel import packed
 from seatfem.study.sweep.cases import Case
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.start import chosen
 
@@ -34,23 +35,24 @@ class StudyError(ValueError):
     """A study that cannot be carried out; the message says why and what to do."""
 
 
-def check_effort(workers: int | None, rounds: int, limit: float, cluster: str | None = None) -> int | None:
+def check_effort(effort: Effort) -> int | None:
     """How many scenes are to run at once; None where that is open.
 
     Raises:
         StudyError: options out of range.
         ClusterError: nobody answers at the address of a cluster, or workers of another version.
     """
-    Limits(rounds)
+    workers, limit = effort.workers, effort.limit
+    Limits(effort.rounds)
     if workers is not None and workers < 1:
         raise StudyError(f"--workers = {workers} must be at least 1")
     if not (limit > 0 and math.isfinite(limit)):
         raise StudyError(f"--limit = {limit:g} s must be positive and finite")
-    if cluster is None:
+    if effort.cluster is None:
         return workers
     if workers is not None:
         raise StudyError(f"--workers = {workers} are processes of this computer; leave it out beside --cluster")
-    return threads_of(cluster)
+    return threads_of(effort.cluster)
 
 
 @contextmanager
@@ -77,10 +79,8 @@ def run_cases(
     known: Mapping[str, Outcome],
     *,
     about: Mapping[str, object],
-    rounds: int,
+    effort: Effort,
     ask: Ask,
-    limit: float,
-    retry: bool = False,
     progress: Progress = silent,
     heard: Callable[[Outcome], None] = lambda _: None,
 ) -> dict[str, Outcome]:
@@ -89,27 +89,26 @@ def run_cases(
     Args:
         scene: its file.
         about: the study, for the journal; nothing where that has it.
-        rounds: of refinement, at most, of each scene.
+        effort: rounds and time of each scene; one that was stopped is tried again where it is given more time, all
+            without numbers with ``retry``.
         ask: the workers, of `crew_of`.
-        limit: seconds of the clock for one scene; one that was stopped is tried again where it is given more.
-        retry: whether scenes without numbers are tried again, too.
         heard: hears of each new outcome once it is on file; what it raises ends the study.
     """
     wanted = {case.key: case for case in cases}
-    found = {key: known[key] for key in wanted if key in known and not _again(known[key], limit, retry)}
+    found = {key: known[key] for key in wanted if key in known and not _again(known[key], effort)}
     pending = [case for key, case in wanted.items() if key not in found]
     if pending and about:
         lines.append(journal, {"study": about})
     progress(STAGE, len(found) / len(wanted))
 
     def carry_out(pending: list[Case], attempt: int = 1) -> None:
-        died, jobs = [], [_job(scene, case, rounds, found) for case in pending]
-        for number, answer in ask(jobs, limit):
+        died, jobs = [], [_job(scene, case, effort.rounds, found) for case in pending]
+        for number, answer in ask(jobs, effort.limit):
             case = pending[number]
             if isinstance(answer, Lost) and not answer.hung and attempt < TRIES:
                 died.append(case)
                 continue
-            outcome = _lost(answer, limit) if isinstance(answer, Lost) else Outcome(**json.loads(answer))
+            outcome = _lost(answer, effort.limit) if isinstance(answer, Lost) else Outcome(**json.loads(answer))
             append(journal, case, outcome)
             found[case.key] = outcome
             heard(outcome)
@@ -153,8 +152,9 @@ def append(path: Path, case: Case, outcome: Outcome) -> None:
     lines.append(path, {"key": case.key, "changed": case.changed, "outcome": asdict(outcome)})
 
 
-def _again(outcome: Outcome, limit: float, retry: bool) -> bool:
-    return not outcome.has_numbers and (retry or (outcome.state == "stopped" and outcome.wall < limit))
+def _again(outcome: Outcome, effort: Effort) -> bool:
+    more_time = outcome.state == "stopped" and outcome.wall < effort.limit
+    return not outcome.has_numbers and (effort.retry or more_time)
 
 
 def _lost(answer: Lost, limit: float) -> Outcome:

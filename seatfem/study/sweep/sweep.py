@@ -18,6 +18,7 @@ from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.problems import explain
 from seatfem.study.sweep.ahead import ahead
 from seatfem.study.sweep.cases import cases_of
+from seatfem.study.sweep.effort import USUAL, Effort
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import StudyError, check_effort, crew_of, folder_of_ours, read_journal, run_cases
 from seatfem.study.sweep.study import Study
@@ -31,7 +32,6 @@ from seatfem.study.sweep.table import (
     write_parquet,
 )
 
-LIMIT: Final = 3600.0  # s of the clock for one scene
 TABLE: Final = "study.csv"
 PARQUET: Final = "study.parquet"
 
@@ -39,13 +39,9 @@ PARQUET: Final = "study.parquet"
 def run_study(
     study: Study,
     folder: Path,
+    effort: Effort = USUAL,
     *,
     file: Path | None = None,
-    workers: int | None = None,
-    rounds: int = MOST_ROUNDS,
-    limit: float = LIMIT,
-    retry: bool = False,
-    cluster: str | None = None,
     progress: Progress = silent,
     tell: Tell = untold,
 ) -> StudyTable:
@@ -55,12 +51,8 @@ def run_study(
     goes on where it was, with the same numbers. Scenes that fail stand in the table with their message.
 
     Args:
+        effort: workers, and what each scene may take.
         file: of the study, for messages.
-        workers: processes [one a core, as far as the memory does].
-        rounds: of refinement of each scene, at most.
-        limit: seconds of the clock for one scene.
-        retry: whether scenes that have no numbers in the journal are tried again.
-        cluster: address of a scheduler of dask, whose workers take the place of processes here.
         tell: hears how many scenes there are to compute, and what is predicted of them.
 
     Raises:
@@ -69,12 +61,12 @@ def run_study(
         OutputError: ``folder`` cannot be written to. Also what plans raise.
         ClusterError: of the cluster.
     """
-    workers = check_effort(workers, rounds, limit, cluster)
+    workers = check_effort(effort)
     if study.optimise is not None:
         raise StudyError(
             "optimise: this study asks for one best scene; run it by seatfem optimise, or remove the table"
         )
-    cases = cases_of(study, rounds, file=file)
+    cases = cases_of(study, effort.rounds, file=file)
     scene = load_scene(study.scene, cases[0].changed)
     if any(body.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
@@ -96,10 +88,9 @@ def run_study(
         if known:
             tell(f"{len(cases) - len(left)} of {len(cases)} scenes are in {journal} already")
         about = study.model_dump(mode="json", by_alias=True)
-        with crew_of(workers or 1, cluster) as ask:
+        with crew_of(workers or 1, effort.cluster) as ask:
             outcomes = run_cases(
-                study.scene, cases, journal, known, about=about, rounds=rounds, ask=ask, limit=limit,
-                retry=retry, progress=progress, heard=heard,
+                study.scene, cases, journal, known, about=about, effort=effort, ask=ask, progress=progress, heard=heard
             )  # fmt: skip
         table = table_of(study, cases, outcomes, measures)
         write_csv(folder / TABLE, table.columns)
@@ -154,7 +145,6 @@ def sweep(
         raise SceneError(explain(error, Study, given, Path(scene), {})) from None
     with ExitStack() as ours:
         place = ours.enter_context(private_folder("study")) if folder is None else Path(folder)
-        table = run_study(
-            study, place, workers=None if cluster else workers, rounds=rounds, cluster=cluster, progress=progress
-        )
+        effort = Effort(None if cluster else workers, rounds, cluster=cluster)
+        table = run_study(study, place, effort, progress=progress)
         return as_frame(table.columns)
