@@ -22,6 +22,7 @@ from seatfem.study.method import FIELDS, MODEL, PORTS, REDUCTION, RunMethod, sta
 from seatfem.study.planning.plan import Alternative, Choice, Cost, Plan
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Scene
+from seatfem.study.scene.parcel import by_content
 
 MOST: Final = 100_000  # bytes of the file
 NOTE: Final = "planned as the last run of this scene ended, where it met its target"
@@ -97,6 +98,5 @@ def _sound(value: float) -> bool:
 
 def _file(scene: Scene) -> Path:
     """By all that the scene asks for, its files by content, and by the code."""
-    asked = scene.model_dump(exclude={"title"}, exclude_unset=True)
-    key = content_key({"scene": asked, "program": code_version()})
+    key = content_key({"scene": by_content(scene), "program": code_version()})
     return cache_folder() / "ended" / f"{key}.json"

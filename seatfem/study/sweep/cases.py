@@ -6,13 +6,13 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from seatfem.machine.code import code_version
 from seatfem.structures.store import content_key
 from seatfem.study.impacts.contact import RunError, check_step
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import SceneError, load_scene, located
+from seatfem.study.scene.parcel import by_content
 from seatfem.study.scene.problems import Problem
 from seatfem.study.sweep.design import Changes, changes_of
 from seatfem.study.sweep.start import PILOTS
@@ -55,13 +55,13 @@ class Cases:
     rounds: int
     first: dict[str, list[str]] = field(default_factory=dict)
     made: dict[str, Case] = field(default_factory=dict)
-    files: dict[Path, str] = field(default_factory=dict)
+    files: dict[Path, object] = field(default_factory=dict)
 
     def case(self, number: int, changed: Changes) -> Case:
         """The scene with these values. Raises `SceneError` or `RunError` of what is wrong with it."""
         scene = load_scene(self.study.scene, changed)
         check_step(scene)
-        asked = _by_content(scene.model_dump(exclude={"title"}, exclude_unset=True), self.files)
+        asked = by_content(scene, self.files)
         own = _key(asked, self.rounds)
         if own not in self.made:
             first = self.first.setdefault(_key(asked["seat"], 0), [])
@@ -106,19 +106,6 @@ def cases_of(
 
 def _key(asked: object, rounds: int) -> str:
     return content_key({"asked": asked, "rounds": rounds, "program": code_version()})[:32]
-
-
-def _by_content(asked: Any, known: dict[Path, str]) -> Any:
-    """With a hash of its content in place of every file, each of which is read once."""
-    if isinstance(asked, Mapping):
-        return {key: _by_content(value, known) for key, value in asked.items()}
-    if isinstance(asked, list | tuple):
-        return [_by_content(value, known) for value in asked]
-    if not isinstance(asked, Path):
-        return asked
-    if asked not in known:
-        known[asked] = content_key({"file": asked})
-    return known[asked]
 
 
 def _problems(error: SceneError | RunError, study: Study) -> tuple[Problem, ...]:
