@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Literal
 
 from seatfem.machine.code import code_version
 from seatfem.structures.store import content_key
@@ -31,6 +32,9 @@ class Case:
         key: a hash of all that its numbers depend on: what it asks for, its files by content, the code.
         leads: whether later scenes may begin as it has ended: it is among the first with its seat.
         guides: keys of the scenes of which it begins as one has ended; the first is the first with the same seat.
+        way: it is "planned" and refined; of a "sample" that runs in full as it begins, in one round; or marched
+            "beside" others by that plan.
+        needs: what these are asked for beside the force.
     """
 
     number: int
@@ -38,6 +42,8 @@ class Case:
     key: str
     leads: bool = False
     guides: tuple[str, ...] = ()
+    way: Literal["planned", "sample", "beside"] = "planned"
+    needs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -102,6 +108,11 @@ def cases_of(
         told_all = SceneError(tuple(_with_others(problem, wrong[key] - 1) for key, problem in problems.items()))
         raise told_all if file is None else located(told_all, file)
     return found
+
+
+def key_of_case(case: Case, *way: str) -> str:
+    """The key of a case that is carried out in another way."""
+    return content_key({"scene": case.key, "way": list(way)})[:32]
 
 
 def _key(asked: object, rounds: int) -> str:

@@ -54,16 +54,22 @@ class Outcome:
         return self.state in ("done", "missed")
 
 
-def carry_out(path: Path, changed: Changes, rounds: int, start: Mapping[str, Any], *, leads: bool = False) -> Outcome:
+def carry_out(
+    path: Path, changed: Changes, rounds: int, start: Mapping[str, Any], *, leads: bool = False, once: bool = False
+) -> Outcome:
     """The scene at ``path`` with some keys changed; files go to a folder that is removed. Whatever fails is the
     outcome.
 
-    ``start``: what another scene has left, or nothing; where this one fails or misses its target with it, it is
-    planned and carried out again by itself. ``leads``: whether its own is asked for.
+    Args:
+        path, changed, rounds: the scene, and how often it may be refined.
+        start: what another scene has left, or nothing; where this one fails or misses its target with it, it is planned
+            and carried out again by itself.
+        leads: whether its own is asked for.
+        once: whether it is carried out by the ``start`` as it is, and not refined.
     """
     begun = time.perf_counter()
-    found = _tried(path, changed, rounds, start, leads=leads)
-    if start and found.state != "done":
+    found = _tried(path, changed, 1 if once and start else rounds, start, leads=leads)
+    if start and found.state != "done" and not once:
         found = _tried(path, changed, rounds, {}, leads=leads)
     return replace(found, wall=time.perf_counter() - begun)
 
@@ -111,7 +117,12 @@ def _scalar(value: object) -> Scalar:
 
 def _reply(line: str) -> str:
     job = json.loads(line)
-    return json.dumps(asdict(carry_out(Path(job.pop("path")), **job)))
+    path = Path(job.pop("path"))
+    if "others" not in job:
+        return json.dumps(asdict(carry_out(path, **job)))
+    from seatfem.study.sweep.side_by_side import side_by_side  # which knows outcomes
+
+    return json.dumps([asdict(each) for each in side_by_side(path, **job)])
 
 
 if __name__ == "__main__":

@@ -27,6 +27,7 @@ from seatfem.study.sweep.start import chosen
 JOURNAL: Final = "study.jsonl"
 STAGE: Final = "scenes"
 TRIES: Final = 2  # of a scene whose process dies, as one that the system has killed for its memory
+SIDE_BY_SIDE: Final = 64  # scenes of a job that are marched so: four times the lanes of the march
 RENEW: Final = 500  # scenes after which a worker is replaced: whatever libraries leak goes with it
 WORKER: Final = "seatfem.study.sweep.outcome"
 
@@ -101,24 +102,32 @@ def run_cases(
         lines.append(journal, {"study": about})
     progress(STAGE, len(found) / len(wanted))
 
-    def carry_out(pending: list[Case], attempt: int = 1) -> None:
-        died, jobs = [], [_job(scene, case, effort.rounds, found) for case in pending]
-        for number, answer in ask(jobs, effort.limit):
-            case = pending[number]
+    def carry_out(pending: list[list[Case]], attempt: int = 1) -> None:
+        died, jobs = [], [_job(scene, bundle, effort.rounds, found, wanted) for bundle in pending]
+        for number, answer in ask(jobs, effort.limit * max(map(len, pending))):
+            bundle = pending[number]
             if isinstance(answer, Lost) and not answer.hung and attempt < TRIES:
-                died.append(case)
+                died.append(bundle)
                 continue
-            outcome = _lost(answer, effort.limit) if isinstance(answer, Lost) else Outcome(**json.loads(answer))
-            append(journal, case, outcome)
-            found[case.key] = outcome
-            heard(outcome)
+            outcomes = [_lost(answer, effort.limit)] * len(bundle) if isinstance(answer, Lost) else _read(answer)
+            for case, outcome in zip(bundle, outcomes, strict=True):
+                append(journal, case, outcome)
+                found[case.key] = outcome
+                heard(outcome)
             progress(STAGE, len(found) / len(wanted))
         if died:
             carry_out(died, attempt + 1)
 
-    for guides in sorted({len(case.guides) for case in pending}):
-        carry_out([case for case in pending if len(case.guides) == guides])
+    for beside, guides in sorted({_turn(case) for case in pending}):
+        now = [case for case in pending if _turn(case) == (beside, guides)]
+        size = SIDE_BY_SIDE if beside else 1
+        carry_out([now[first : first + size] for first in range(0, len(now), size)])
     return found
+
+
+def _turn(case: Case) -> tuple[bool, int]:
+    """Those with the same may be carried out at the same time, the lowest first."""
+    return case.way == "beside", len(case.guides)
 
 
 def crew_of(workers: int, cluster: str | None = None) -> AbstractContextManager[Ask]:
@@ -134,12 +143,24 @@ def _packed(line: str) -> Parcel:
     return Parcel(json.dumps(job | {"path": place, "changed": changed}), files)
 
 
-def _job(scene: Path, case: Case, rounds: int, found: Mapping[str, Outcome]) -> str:
-    """A line for the worker; the first scene with a seat, where it met its target, and some more show how to begin."""
+def _job(
+    scene: Path, bundle: Sequence[Case], rounds: int, found: Mapping[str, Outcome], wanted: Mapping[str, Case]
+) -> str:
+    """A line for the worker; those of the first scenes with the seat that met their target show how to begin."""
+    case = bundle[0]
     guides = [found[key] for key in case.guides if key in found]
-    starts = [each.start for each in guides if each.start] if guides and guides[0].start else []
-    job = {"path": str(scene), "changed": case.changed, "rounds": rounds}
-    return json.dumps(job | {"start": chosen(starts), "leads": case.leads})
+    start = chosen([each.start for each in guides if each.start])
+    job = {"path": str(scene), "changed": case.changed, "rounds": rounds, "start": start}
+    if case.way != "beside":
+        return json.dumps(job | {"leads": case.leads, "once": case.way == "sample"})
+    others = [each.changed for each in bundle]
+    return json.dumps(job | {"changed": wanted[case.guides[0]].changed, "others": others, "needs": case.needs})
+
+
+def _read(answer: str) -> list[Outcome]:
+    """Of one scene, or of several side by side."""
+    told = json.loads(answer)
+    return [Outcome(**each) for each in (told if isinstance(told, list) else [told])]
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:

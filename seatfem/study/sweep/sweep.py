@@ -14,13 +14,14 @@ from impact.progress import Progress, Tell, silent, untold
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.libraries import require_gmsh_libraries
 from seatfem.study.safety import MOST_ROUNDS
-from seatfem.study.scene import SceneError, load_scene
+from seatfem.study.scene import SceneError, load_scene, located
 from seatfem.study.scene.problems import explain
 from seatfem.study.sweep.ahead import ahead
 from seatfem.study.sweep.cases import cases_of
 from seatfem.study.sweep.effort import USUAL, Effort
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import StudyError, check_effort, crew_of, folder_of_ours, read_journal, run_cases
+from seatfem.study.sweep.sampled import divided, settings
 from seatfem.study.sweep.study import Study
 from seatfem.study.sweep.table import (
     StudyTable,
@@ -71,6 +72,12 @@ def run_study(
     if any(body.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
     measures = measures_of(study, scene)
+    if study.error_bars == "sampled":
+        try:
+            changes = [{**each.changed, **settings(scene)} for each in cases]
+            cases = divided(study, cases_of(study, effort.rounds, file, changes), scene, measures)
+        except SceneError as error:
+            raise error if file is None else located(error, file) from None
     with folder_of_ours(folder) as journal:
         on_file = read_journal(journal)
         known = {case.key: on_file[case.key] for case in cases if case.key in on_file}
