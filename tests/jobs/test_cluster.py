@@ -7,6 +7,7 @@ import socket
 import sys
 import time
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,9 @@ from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
 from seatfem.study.trade.point import Point, carry_out
 from seatfem.study.trade.runner import run_points
+from tests.extremes import battery
+from tests.extremes import carry_out as cells_here
+from tests.extremes.runner import run_battery
 from tests.jobs.crowd import Crowd
 from tests.study.test_studies import rows
 
@@ -81,6 +85,7 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         entries = [json.loads(line) for line in (out / JOURNAL).read_text(encoding="utf-8").splitlines()]
         assert sorted(Counter(entry["key"] for entry in entries if "key" in entry).values()) == [1] * 10
         trade_as_here(crowd.address, path.parent / "scene.toml", tmp_path / "trade.jsonl")
+        cell_as_here(crowd.address, tmp_path / "extremes.jsonl")
         ends_as_here(crowd.address, path, tmp_path, monkeypatch)
         given_up(crowd.address)
         monkeypatch.setattr(cluster, "code_version", lambda: "0123")
@@ -94,6 +99,13 @@ def wait_for_both(address: str) -> int:
     while (found := threads_of(address)) < 2 and time.monotonic() < end:
         time.sleep(0.1)
     return found
+
+
+def cell_as_here(address: str, log: Path) -> None:
+    """A cell of the battery at the extremes ends as it does here."""
+    cell = battery()[0]
+    [found] = run_battery([cell], log, cluster=address).values()
+    assert replace(found, seconds=0.0) == replace(cells_here(cell), seconds=0.0)
 
 
 def trade_as_here(address: str, scene: Path, journal: Path) -> None:
