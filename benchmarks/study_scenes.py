@@ -94,7 +94,7 @@ def main(count: int) -> None:
     off = np.abs(found / values - 1).max()
     within = (np.abs(bars / values)[held] <= bound).mean()
     notes = (
-        f"{count} scenes; two processors with nothing else to do run a thousand in half of the sum.",
+        f"{count} scenes of the demo, in turn.",
         "",
         f"Side by side and in full by one plan: values differ by {off:.1e} at most. Of {held.sum()} scenes that are "
         f"not in the sample {within:.0%} of the measures have own error bars within that of the sample "
