@@ -124,11 +124,11 @@ def study_ahead(path: Path) -> Ahead | SearchAhead | None:
     if not has_table(path, "vary"):
         return None
     from seatfem.study.sweep.ahead import ahead
-    from seatfem.study.sweep.cases import cases_of
     from seatfem.study.sweep.optimum import ahead_of
     from seatfem.study.sweep.study import load_study
+    from seatfem.study.sweep.sweep import scenes_of
 
     study = load_study(path)
     if study.optimise is not None:
         return ahead_of(study, file=path)
-    return ahead(study.scene, cases_of(study, file=path))
+    return ahead(study.scene, scenes_of(study, file=path)[0])

@@ -7,13 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatfem.faces.study_verbs import study_ahead
 from seatfem.study.scene import SceneError
 from seatfem.study.sweep import side_by_side
-from seatfem.study.sweep.outcome import carry_out
+from seatfem.study.sweep.ahead import Ahead
+from seatfem.study.sweep.outcome import Outcome, carry_out
 from seatfem.study.sweep.runner import JOURNAL
-from seatfem.study.sweep.sampled import SAFETY
+from seatfem.study.sweep.sampled import SAFETY, TIGHTER, judged
 from seatfem.study.sweep.study import load_study
-from seatfem.study.sweep.sweep import run_study
+from seatfem.study.sweep.sweep import run_study, scenes_of
 from seatfem.study.sweep.table import BAR, StudyTable
 from tests.study.crew_at_hand import answer_here
 from tests.study.test_studies import SPRING, rows, study_file
@@ -60,8 +62,11 @@ def test_masses_thrown_on_a_spring(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     jobs = answer_here(monkeypatch)
     path, out = study_file(tmp_path, THROWN), tmp_path / "out"
     table = run_study(load_study(path), out, file=path)
+    predicted = study_ahead(path)
     others, speed = sampled(table), -table.numbers("reed.velocity [m/s]")
     assert 10 < others.sum() < 30
+    assert isinstance(predicted, Ahead)
+    assert (predicted.scenes, predicted.beside) == (48 - others.sum(), others.sum())
     assert set(table.columns["status"]) == {"done"}
     for name, exact in (("impulse_Ns", 2e-3 * speed), ("filtered_peak_force_N", speed * np.sqrt(1e6 * 1e-3))):
         value, bar = table.numbers(name), table.numbers(BAR + name)
@@ -107,6 +112,33 @@ def test_scenes_that_cannot_be_marched_so_run_by_themselves(tmp_path: Path, monk
     assert not sampled(table).any()
     assert "run by itself: division by zero" in table.columns["message"]
     assert np.isfinite(table.numbers(f"{BAR}impulse_Ns")).all()
+
+
+def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
+    """The largest relative bar of the sample counts; above the target all others miss; without one there is none."""
+    path = study_file(tmp_path, THROWN)
+    cases = scenes_of(load_study(path))[0]
+    bars = {case.key: 1e-3 for case in cases}
+    bars[next(case.key for case in cases if case.way == "sample")] = 0.04
+
+    def judged_by(target: float, unknown: str = "") -> dict[str, Outcome]:
+        common = {"impulse_Ns": -2.0}
+        full = {"accuracy_met": True, "accuracy_target": TIGHTER * target, "accuracy_measures": "impulse"}
+        found = {
+            case.key: Outcome("done", "", 1.0, {**common, **full, f"{BAR}impulse_Ns": 2 * bars[case.key]})
+            if case.way != "beside"
+            else Outcome("done", "", 1.0, common)
+            for case in cases
+        }
+        if unknown:
+            found[unknown] = Outcome("done", "", 1.0, common | full)
+        return {case.key: judged(cases, found, ["impulse_Ns"])[case.key] for case in cases if case.way == "beside"}
+
+    assert {each.state for each in judged_by(0.051).values()} == {"done"}
+    assert {each.summary[f"{BAR}impulse_Ns"] for each in judged_by(0.051).values()} == {SAFETY * 0.08}
+    assert {each.state for each in judged_by(0.049).values()} == {"missed"}
+    sample = [case.key for case in cases if case.way == "sample"]
+    assert all(f"{BAR}impulse_Ns" not in each.summary for each in judged_by(0.05, sample[-1]).values())
 
 
 @pytest.mark.parametrize(

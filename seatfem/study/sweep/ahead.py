@@ -91,9 +91,7 @@ def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
     each = [sum(spent for stage, spent in cost.parts.items() if stage not in NOT_HERE) for cost in costs]
     different = sum(not case.guides for case in cases) if max(seats) > 0 else 0
     memory = max(PROGRAM, *(cost.memory for cost in costs))
-    alone, march = (
-        sum(case.way != "beside" for case in cases),
-        sum(cost.parts["contact"] for cost in costs) / len(costs),
-    )
+    alone = sum(case.way != "beside" for case in cases)
+    march = sum(cost.parts["contact"] for cost in costs) / len(costs)
     seconds = machine.start, sum(each) / len(each), max(seats)
     return Ahead(alone, different, *seconds, memory, len(cases) - alone, LANE * march)

@@ -89,15 +89,15 @@ def is_own(outcome: Outcome) -> bool:
 def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> dict[str, Outcome]:
     """The outcomes, those marched side by side with the bars of the sample, all by the target of the study's scene.
 
-    A measure that is zero, and one that no scene of the sample has a bar of, has none.
+    A measure that is zero has none, nor has one of which a scene of the sample has none.
     """
     full = [outcomes[case.key].summary for case in cases if is_own(outcomes[case.key])]
     sample = [outcomes[case.key].summary for case in cases if case.way == "sample"]
     first = next((summary for summary in full if "accuracy_target" in summary), {})
     asked = [key_of(name) for name in str(first.get("accuracy_measures", "")).split(", ")]
     target = float(first.get("accuracy_target") or math.inf) / TIGHTER
-    shares = {name: [_share(each, name) for each in sample] for name in {*measures, *asked}}
-    largest = {name: SAFETY * max(known) for name, of in shares.items() if (known := [s for s in of if s < math.inf])}
+    shares = {name: [_share(each, name) for each in sample if each.get(name)] for name in {*measures, *asked}}
+    largest = {name: SAFETY * max(of) for name, of in shares.items() if of and max(of) < math.inf}
 
     def one(outcome: Outcome) -> Outcome:
         summary = dict(outcome.summary)

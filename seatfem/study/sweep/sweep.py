@@ -14,10 +14,10 @@ from impact.progress import Progress, Tell, silent, untold
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.libraries import require_gmsh_libraries
 from seatfem.study.safety import MOST_ROUNDS
-from seatfem.study.scene import SceneError, load_scene, located
+from seatfem.study.scene import Scene, SceneError, load_scene, located
 from seatfem.study.scene.problems import explain
 from seatfem.study.sweep.ahead import ahead
-from seatfem.study.sweep.cases import cases_of
+from seatfem.study.sweep.cases import Case, cases_of
 from seatfem.study.sweep.effort import USUAL, Effort
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import StudyError, check_effort, crew_of, folder_of_ours, read_journal, run_cases
@@ -35,6 +35,7 @@ from seatfem.study.sweep.table import (
 
 TABLE: Final = "study.csv"
 PARQUET: Final = "study.parquet"
+Measures = tuple[str, ...]
 
 
 def run_study(
@@ -67,17 +68,9 @@ def run_study(
         raise StudyError(
             "optimise: this study asks for one best scene; run it by seatfem optimise, or remove the table"
         )
-    cases = cases_of(study, effort.rounds, file=file)
-    scene = load_scene(study.scene, cases[0].changed)
+    cases, scene, measures = scenes_of(study, effort.rounds, file)
     if any(body.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
-    measures = measures_of(study, scene)
-    if study.error_bars == "sampled":
-        try:
-            changes = [{**each.changed, **settings(scene)} for each in cases]
-            cases = divided(study, cases_of(study, effort.rounds, file, changes), scene, measures)
-        except SceneError as error:
-            raise error if file is None else located(error, file) from None
     with folder_of_ours(folder) as journal:
         on_file = read_journal(journal)
         known = {case.key: on_file[case.key] for case in cases if case.key in on_file}
@@ -105,6 +98,23 @@ def run_study(
     return table
 
 
+def scenes_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) -> tuple[list[Case], Scene, Measures]:
+    """All scenes of a study as they are going to be carried out, the first of them, and the measures asked for.
+
+    Raises `SceneError` of what is wrong; ``file``: of the study, for messages.
+    """
+    cases = cases_of(study, rounds, file)
+    scene = load_scene(study.scene, cases[0].changed)
+    measures = measures_of(study, scene)
+    if study.error_bars == "every":
+        return cases, scene, measures
+    changes = [{**each.changed, **settings(scene)} for each in cases]
+    try:
+        return divided(study, cases_of(study, rounds, file, changes), scene, measures), scene, measures
+    except SceneError as error:
+        raise error if file is None else located(error, file) from None
+
+
 def sweep(
     scene: Path | str,
     vary: Mapping[str, object],
@@ -114,6 +124,7 @@ def sweep(
     seed: int = 1,
     limit: int = 10_000,
     measures: Sequence[str] = (),
+    error_bars: str = "every",
     folder: Path | str | None = None,
     workers: int = 1,
     rounds: int = MOST_ROUNDS,
@@ -131,6 +142,7 @@ def sweep(
         number, seed: of what is drawn.
         limit: scenes that are allowed at most.
         measures: keys of summary.json; those of the scene's accuracy.measures where none.
+        error_bars: "every", or "sampled" of scenes that differ in contact data alone.
         folder: of the journal, by which a stopped study goes on, and of study.csv; none is kept where absent.
         workers: processes.
         rounds: of refinement of each scene, at most.
@@ -145,6 +157,7 @@ def sweep(
     """
     values = {key: each.tolist() if isinstance(each, np.ndarray) else each for key, each in vary.items()}
     given = {"scene": str(scene), "vary": values, "design": design, "seed": seed, "limit": limit}
+    given |= {"error_bars": error_bars}
     given |= {"outputs": {"measures": list(measures)}, **({} if number is None else {"number": number})}
     try:
         study = Study.model_validate(given, context={"folder": Path()})
