@@ -9,6 +9,7 @@ from table import RESULTS, Table
 
 TABLES = (
     "profiles",
+    "study_scenes",
     *(
         "poles",
         "fft",

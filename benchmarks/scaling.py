@@ -133,6 +133,7 @@ def of_scenes() -> tuple[int, tuple[Spent, Spent]]:
 def of_study(workers: int) -> tuple[Spent, int]:
     """Of the study, each scene with its line in the journal, once the processes are there; and how many scenes."""
     from seatfem.study.sweep.cases import cases_of
+    from seatfem.study.sweep.effort import Effort
     from seatfem.study.sweep.runner import crew_of, run_cases
     from seatfem.study.sweep.study import load_study
 
@@ -143,7 +144,7 @@ def of_study(workers: int) -> tuple[Spent, int]:
         crew_of(1, address) as ask,
         tempfile.TemporaryDirectory() as folder,
     ):
-        run = partial(run_cases, study.scene, about={}, rounds=4, ask=ask, limit=600.0, known={})
+        run = partial(run_cases, study.scene, about={}, effort=Effort(limit=600.0), ask=ask, known={})
         run(cases[: 2 * workers], Path(folder) / "first.jsonl")
         return measured(processes, len(cases), lambda: run(cases, Path(folder) / "study.jsonl")), len(cases)
 

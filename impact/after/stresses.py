@@ -108,7 +108,8 @@ def reed_stress(
     It is looked for at `POINTS_PER_WAVE` of the shortest wave retained and at every step, ``coarsely`` at half as many
     places and once a radian of the highest frequency. Other arguments and errors are as `bending_stress` has them.
 
-    Times at which even the sum of every mode's largest stress is below the peak so far are passed over.
+    Times at which even the sum of every mode's largest stress is below the peak so far are passed over, then those at
+    which single precision, with its own error, tells that it is.
     """
     pushes, omega = _by_port(force, reed), _modal(reed).omega
     share = 2 if coarsely else 1
@@ -116,12 +117,20 @@ def reed_stress(
     stride = max(1, int(1 / (float(omega.max()) * dt))) if coarsely else 1
     fields = _fields(reed, beam, places, contact_at)
     reach = np.abs(fields).max(axis=1)
+    shapes = (fields / np.where(reach > 0, reach, 1.0)[:, None]).astype(np.float32)
+    doubt = (len(fields) + 4) * float(np.finfo(np.float32).eps)
     touch = first_touch(force)
     peaks, first = [PeakStress(0.0, 0.0, 0.0), PeakStress(0.0, 0.0, 0.0)], 0
     for part in coordinates(pushes, dt, reed, stride):
         times, bound = (first + np.arange(len(part))) * stride, np.abs(part) @ reach
         for after in (False, True):
-            near = np.flatnonzero((bound > (1 - ROUND_OFF) * peaks[after].value) & ((times > touch) == after))
+            least = (1 - ROUND_OFF) * peaks[after].value
+            near = np.flatnonzero((bound > least) & ((times > touch) == after))
+            if not len(near):
+                continue
+            unit, off = bound[near].max(), doubt * bound[near]
+            about = unit * np.abs((part[near] * (reach / unit)).astype(np.float32) @ shapes).max(axis=1)
+            near = near[about + off >= max(least, float((about - off).max()))]
             stress = np.abs(part[near] @ fields)
             if stress.max(initial=0.0) > peaks[after].value:
                 row, column = np.unravel_index(int(stress.argmax()), stress.shape)

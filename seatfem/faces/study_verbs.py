@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 from cyclopts import Parameter
 
 from seatfem.faces.output import COMMON, DONE, FAILED, Common, Output, lines, progress_of
+from seatfem.study.sweep.effort import Effort
 
 if TYPE_CHECKING:
     from seatfem.study.sweep.ahead import Ahead
@@ -19,21 +20,21 @@ if TYPE_CHECKING:
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Work:
-    """What a study may take."""
+class Work(Effort):
+    """What a study may take, by options."""
 
     workers: Annotated[
         int | None, Parameter(help="Processes that run scenes [default: one a core, as far as the memory does].")
-    ] = None
+    ] = Effort.workers
     rounds: Annotated[
         int, Parameter(help="At most so many rounds of refinement of each scene, the first included.")
-    ] = 4
-    limit: Annotated[float, Parameter(help="Seconds of the clock for one scene.")] = 3600.0
-    retry: Annotated[bool, Parameter(negative="", help="Try scenes again that have failed before.")] = False
+    ] = Effort.rounds
+    limit: Annotated[float, Parameter(help="Seconds of the clock for one scene.")] = Effort.limit
+    retry: Annotated[bool, Parameter(negative="", help="Try scenes again that have failed before.")] = Effort.retry
     cluster: Annotated[
         str | None,
         Parameter(help="Address of a scheduler of dask, whose workers run the scenes: tcp://HOST:8786 or tls://..."),
-    ] = None
+    ] = Effort.cluster
     no_pictures: Annotated[bool, Parameter(negative="", help="Tables only.")] = False
 
 
@@ -61,11 +62,9 @@ def sweep(
 
     asked = load_study(study)
     folder, told = output or Path(f"{study.stem}-sweep"), lines(quiet=common.quiet)
+    spoken = lines(stderr=True, quiet=common.quiet)
     with progress_of(common) as progress:
-        table = run_study(
-            asked, folder, file=study, workers=work.workers, rounds=work.rounds, limit=work.limit, retry=work.retry,
-            cluster=work.cluster, progress=progress, tell=lines(stderr=True, quiet=common.quiet).print,
-        )  # fmt: skip
+        table = run_study(asked, folder, work, file=study, progress=progress, tell=spoken.print)
     files, gaps = write_reports(table, folder, pictures=not work.no_pictures)
     states = list(table.columns["status"])
     counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
@@ -98,11 +97,9 @@ def optimise(
 
     asked = load_study(study)
     folder, told = output or Path(f"{study.stem}-optimum"), lines(quiet=common.quiet)
+    spoken = lines(stderr=True, quiet=common.quiet)
     with progress_of(common) as progress:
-        found = run_optimum(
-            asked, folder, file=study, workers=work.workers, rounds=work.rounds, limit=work.limit, retry=work.retry,
-            cluster=work.cluster, progress=progress, tell=lines(stderr=True, quiet=common.quiet).print,
-        )  # fmt: skip
+        found = run_optimum(asked, folder, work, file=study, progress=progress, tell=spoken.print)
     numbers = found.as_json()
     counts = f"{numbers['searched']} scenes searched, {numbers['failed']} failed, {numbers['confirmed']} confirmed"
     told.print(f"{asked.heading}: {counts}")
@@ -127,11 +124,11 @@ def study_ahead(path: Path) -> Ahead | SearchAhead | None:
     if not has_table(path, "vary"):
         return None
     from seatfem.study.sweep.ahead import ahead
-    from seatfem.study.sweep.cases import cases_of
     from seatfem.study.sweep.optimum import ahead_of
     from seatfem.study.sweep.study import load_study
+    from seatfem.study.sweep.sweep import scenes_of
 
     study = load_study(path)
     if study.optimise is not None:
         return ahead_of(study, file=path)
-    return ahead(study.scene, cases_of(study, file=path))
+    return ahead(study.scene, scenes_of(study, file=path)[0])

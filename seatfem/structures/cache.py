@@ -54,9 +54,9 @@ def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> 
         parts["code"] = code
     for key in type(structure).model_fields:
         if isinstance(file := getattr(structure, key), Path):
-            from seatfem.structures.formats.abaqus_deck import with_included  # with readers that take half a second
+            from seatfem.structures.formats.meshio_files import all_files  # with readers that take half a second
 
-            parts[key] = sorted(_hash(part) for part in with_included(file))
+            parts[key] = sorted(_hash(part) for part in all_files(file))
     return content_key(parts)
 
 

@@ -32,7 +32,7 @@ Told = pytest.CaptureFixture[str]
 def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Three scenes, whose runs are answered at once; the one of 3 g fails."""
 
-    def carried_out(path: Path, changed: dict[str, object], rounds: int) -> Outcome:
+    def carried_out(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
         if changed["reed.mass"] == "3 g":
             raise RuntimeError("[uff] failed\x1b[2J")
         return Outcome(
@@ -121,7 +121,7 @@ def test_scenes_that_failed_are_tried_again_where_that_is_asked_for(
     assert run_command(["sweep", "gaps.toml", "--quiet"]) == FAILED
     tried: list[object] = []
 
-    def mended(path: Path, changed: dict[str, object], rounds: int) -> Outcome:
+    def mended(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
         tried.append(changed["reed.mass"])
         return Outcome("done", "", 0.0, {"impulse_Ns": 3.0, "filtered_peak_force_N": 2.0})
 
@@ -177,7 +177,7 @@ SOUGHT = '[vary]\nreed.mass = { from = "1 g", to = "2.9 g" }\n[optimise]\n'
 def test_an_optimum_is_found_and_told(
     study: Path, tmp_path: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def carried_out(path: Path, changed: dict[str, object], rounds: int) -> Outcome:
+    def carried_out(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
         mass = float(str(changed["reed.mass"]).split()[0])
         if 2.2 < mass < 2.6:
             raise RuntimeError("[uff] failed\x1b[2J")

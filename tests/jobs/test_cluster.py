@@ -7,6 +7,7 @@ import socket
 import sys
 import time
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,11 +16,15 @@ import impact
 from seatfem.jobs import cluster
 from seatfem.jobs.cluster import ClusterError, Parcel, cluster_crew, threads_of
 from seatfem.jobs.desk import Lost, Program
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.runner import JOURNAL, StudyError
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
 from seatfem.study.trade.point import Point, carry_out
 from seatfem.study.trade.runner import run_points
+from tests.extremes import battery
+from tests.extremes import carry_out as cells_here
+from tests.extremes.runner import run_battery
 from tests.jobs.crowd import Crowd
 from tests.study.test_studies import rows
 
@@ -64,7 +69,7 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     with Crowd(tmp_path / "theirs", hidden=tmp_path / "mine") as crowd:
         crowd.hire()
         crowd.hire()
-        run_study(load_study(path), tmp_path / "here", workers=1)
+        run_study(load_study(path), tmp_path / "here", Effort(workers=1))
 
         def kill_one(stage: str, done: float) -> None:
             if 0 < done < 1 and not heard:
@@ -72,7 +77,7 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             heard.extend([done] if done > 0 else [])
 
         both = wait_for_both(crowd.address)
-        run_study(load_study(path), out, cluster=crowd.address, progress=kill_one)
+        run_study(load_study(path), out, Effort(cluster=crowd.address), progress=kill_one)
         assert both == 2
         assert heard[0] < 0.5
         assert crowd.workers[0].wait() < 0
@@ -80,11 +85,12 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         entries = [json.loads(line) for line in (out / JOURNAL).read_text(encoding="utf-8").splitlines()]
         assert sorted(Counter(entry["key"] for entry in entries if "key" in entry).values()) == [1] * 10
         trade_as_here(crowd.address, path.parent / "scene.toml", tmp_path / "trade.jsonl")
+        cell_as_here(crowd.address, tmp_path / "extremes.jsonl")
         ends_as_here(crowd.address, path, tmp_path, monkeypatch)
         given_up(crowd.address)
         monkeypatch.setattr(cluster, "code_version", lambda: "0123")
         with pytest.raises(ClusterError, match=r"worker tcp://.* has version \w+ of seatfem, this computer 0123"):
-            run_study(load_study(path), out, cluster=crowd.address)
+            run_study(load_study(path), out, Effort(cluster=crowd.address))
 
 
 def wait_for_both(address: str) -> int:
@@ -93,6 +99,13 @@ def wait_for_both(address: str) -> int:
     while (found := threads_of(address)) < 2 and time.monotonic() < end:
         time.sleep(0.1)
     return found
+
+
+def cell_as_here(address: str, log: Path) -> None:
+    """A cell of the battery at the extremes ends as it does here."""
+    cell = battery()[0]
+    [found] = run_battery([cell], log, cluster=address).values()
+    assert replace(found, seconds=0.0) == replace(cells_here(cell), seconds=0.0)
 
 
 def trade_as_here(address: str, scene: Path, journal: Path) -> None:
@@ -112,7 +125,7 @@ def ends_as_here(address: str, path: Path, folder: Path, monkeypatch: pytest.Mon
         encoding="utf-8",
     )
     path.write_text('scene = "scene.toml"\n[vary]\nreed.mass = ["1 g", "2 g", "3 g"]\n', encoding="utf-8")
-    table = run_study(load_study(path), folder / "dying", limit=1.5, cluster=address)
+    table = run_study(load_study(path), folder / "dying", Effort(limit=1.5, cluster=address))
     assert list(table.columns["status"]) == ["done", "failed", "stopped"]
     assert table.columns["message"][1] == "the process died (signal SIGKILL): no message"
     assert table.columns["message"][2] == "no end within 1.5 s (--limit)"
@@ -164,7 +177,7 @@ def test_nobody_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     with pytest.raises(ClusterError, match=rf"--cluster {address}: no scheduler of dask answers there within 0.3 s"):
         threads_of(address)
     with pytest.raises(StudyError, match="leave it out beside --cluster"):
-        run_study(load_study(study_of(tmp_path, 1)), tmp_path / "out", workers=2, cluster=address)
+        run_study(load_study(study_of(tmp_path, 1)), tmp_path / "out", Effort(workers=2, cluster=address))
     monkeypatch.setattr(cluster, "find_spec", lambda name: None)
     with pytest.raises(ClusterError, match=r"needs dask; install with: pip install 'seatfem\[cluster\]'"):
         threads_of(address)

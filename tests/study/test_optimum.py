@@ -11,9 +11,11 @@ import pytest
 
 from seatfem.study.sweep import outcome as one
 from seatfem.study.sweep.best import Optimum
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.optimum import run_optimum
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import JOURNAL, StudyError
+from seatfem.study.sweep.start import PILOTS
 from seatfem.study.sweep.study import load_study
 from tests.study.crew_at_hand import answer_here
 from tests.study.test_studies import MESHED, kill_at_random, posix, study_file
@@ -45,7 +47,7 @@ def test_the_softest_spring_that_is_stiff_enough(tmp_path: Path, monkeypatch: py
 def of_closed_form(jobs_fail: bool = False):
     """Runs whose displacement is 4 % and whose force 7 % off in the search, and right at the target."""
 
-    def carried_out(path: Path, changed: dict[str, object], rounds: int) -> Outcome:
+    def carried_out(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
         stiffness = float(str(changed["seat.stiffness"]).split()[0]) * 1e6
         mass = float(str(changed.get("reed.mass", "1 g")).split()[0]) * 1e-3
         if jobs_fail and stiffness < 0.6e6:
@@ -87,7 +89,7 @@ def test_an_optimum_between_the_bounds(tmp_path: Path, monkeypatch: pytest.Monke
     """Greatest of 5 - (k / 2 - 2 / k)^2, at k = 2: next to a parabola of the shares there."""
     answer_here(monkeypatch)
 
-    def carried_out(path: Path, changed: dict[str, object], rounds: int) -> Outcome:
+    def carried_out(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
         stiffness = float(str(changed["seat.stiffness"]).split()[0])
         return Outcome("done", "", 0.0, {"life_margin": 5 - (stiffness / 2 - 2 / stiffness) ** 2})
 
@@ -106,13 +108,16 @@ def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.Monkey
     found = run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "out")
     assert found.as_json()["failed"] > 3
     assert 0.6 <= number(found, "seat.stiffness") < 0.63
-    monkeypatch.setattr(one, "_carried_out", lambda *_: 1 / 0)
+    monkeypatch.setattr(one, "_carried_out", lambda *_, **__: 1 / 0)
     with pytest.raises(StudyError, match=r"none of 13 scenes has the numbers.*ZeroDivisionError"):
         run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none")
     monkeypatch.setattr(one, "_carried_out", of_closed_form())
     with pytest.raises(StudyError, match="ZeroDivisionError"):
         run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none")
-    assert run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none", retry=True).as_json()["failed"] == 0
+    assert (
+        run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none", Effort(retry=True)).as_json()["failed"]
+        == 0
+    )
 
 
 def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -166,16 +171,18 @@ def test_a_seat_that_does_not_vary_is_computed_once_a_level(tmp_path: Path, monk
     """The one of the search does not serve at the target."""
     jobs = answer_here(monkeypatch)
 
-    def carried_out(path: Path, changed: dict[str, object], rounds: int) -> Outcome:
+    def carried_out(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
         mass = float(str(changed["reed.mass"]).split()[0])
-        return Outcome("done", "", 0.0, {"impulse_Ns": mass}, {"seat.mesh.size": f"{len(jobs)} mm"})
+        return Outcome("done", "", 0.0, {"impulse_Ns": mass}, {"work": 1.0 / len(jobs)})
 
     monkeypatch.setattr(one, "_carried_out", carried_out)
     text = f'[vary]\n{MASS}[optimise]\nminimise = "impulse_Ns"\nmost = 8\n'
     found = run_optimum(load_study(study_file(tmp_path, text, MESHED)), tmp_path / "out")
-    seats = [(json.loads(job)["seat"], "accuracy" in json.loads(job)["changed"]) for job in jobs]
-    assert seats[0] == ({}, True)
-    assert [seat for seat, coarse in seats[1:] if coarse] == [{"seat.mesh.size": "1 mm"}] * (len(found.searched) - 1)
-    fine = [seat for seat, coarse in seats if not coarse]
+    starts = [(json.loads(job)["start"], "accuracy" in json.loads(job)["changed"]) for job in jobs]
+    assert starts[0] == ({}, True)
+    assert [start for start, coarse in starts[1:5] if coarse] == [{"work": 1.0}] * PILOTS
+    assert [start for start, coarse in starts[5:] if coarse] == [{"work": 0.5}] * (len(found.searched) - 1 - PILOTS)
+    fine = [start for start, coarse in starts if not coarse]
     assert fine[0] == {}
-    assert fine[1:] == [fine[1]] * (len(fine) - 1) != [seats[1][0]] * (len(fine) - 1)
+    assert fine[1:] == [fine[1]] * (len(fine) - 1)
+    assert all(start not in fine for start in ({"work": 1.0}, {"work": 0.5}))

@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 
 from seatfem.jobs.desk import FILES
+from seatfem.structures.cache import key_of
+from seatfem.structures.method import Method
 from seatfem.study.scene import Scene, SceneError, load_scene
-from seatfem.study.scene.parcel import packed
+from seatfem.study.scene.parcel import by_content, packed
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MESH = '[seat]\nkind = "mesh"\nfile = "{}"\ncontact = "lip"\nmaterial = "steel"\ndamping_ratio = 0.01\n'
@@ -85,3 +87,32 @@ def test_what_is_not_unpacked(name: str, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="must be a number, / and a plain name"):
         unpack({name: b""}, tmp_path / "files")
     assert not list(tmp_path.iterdir())
+
+
+def test_what_a_file_is_read_with_counts(tmp_path: Path) -> None:
+    """Halves of a mesh, the HDF5 of an .xdmf and what a deck includes: in what a study knows a scene by, and in what
+    its seat is kept under."""
+    for name in ("disk.ele", "disk.node", "arrays.h5", "nodes.inp"):
+        (tmp_path / name).write_bytes(b"one")
+    (tmp_path / "disk.xdmf").write_text('<DataItem Format="HDF">arrays.h5:/data0</DataItem>', encoding="utf-8")
+    (tmp_path / "deck.inp").write_text("*INCLUDE, INPUT=nodes.inp\n", encoding="utf-8")
+    for name, other in (("disk.ele", "disk.node"), ("disk.xdmf", "arrays.h5"), ("deck.inp", "nodes.inp")):
+        (tmp_path / "scene.toml").write_text(MESH.format(name) + REED, encoding="utf-8")
+        scene = load_scene(tmp_path / "scene.toml")
+        before = by_content(scene), key_of(scene.seat, Method())
+        (tmp_path / other).write_bytes(b"two")
+        assert by_content(scene)["seat"]["file"] != before[0]["seat"]["file"]
+        assert key_of(scene.seat, Method()) != before[1]
+        (tmp_path / other).write_bytes(b"one")
+        assert (by_content(scene), key_of(scene.seat, Method())) == before
+
+
+def test_the_curve_of_a_strength_counts(tmp_path: Path) -> None:
+    for suffix in ("toml", "csv"):
+        file = EXAMPLES / "strengths" / f"invented_strip.{suffix}"
+        (tmp_path / file.name).write_text(file.read_text(encoding="utf-8"), encoding="utf-8")
+    scene = load_scene(EXAMPLES / "life_of_a_flapper.toml", {"life.strength": str(tmp_path / "invented_strip.toml")})
+    before = by_content(scene)
+    curve = tmp_path / "invented_strip.csv"
+    curve.write_text(curve.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    assert {key for key, value in by_content(scene).items() if value != before[key]} == {"life"}

@@ -24,6 +24,7 @@ from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.sweep import ahead
 from seatfem.study.sweep import outcome as one
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import JOURNAL, StudyError, read_journal
 from seatfem.study.sweep.study import load_study
@@ -112,9 +113,9 @@ def test_a_seat_of_several_scenes_is_computed_once(tmp_path: Path, store_of_the_
     """By the first; by two workers; the numbers do not depend on how many there are, nor on what is in the store."""
     text = '[vary]\nreed.mass = ["1 g", "1.1 g", "0.9 g", "1.2 g"]'
     path = study_file(tmp_path, text, MESHED)
-    run_study(load_study(path), tmp_path / "one", workers=1)
+    run_study(load_study(path), tmp_path / "one", Effort(workers=1))
     kept = {file: file.stat().st_mtime_ns for file in store_of_the_test.glob("*.h5")}
-    run_study(load_study(path), tmp_path / "two", workers=2)
+    run_study(load_study(path), tmp_path / "two", Effort(workers=2))
     assert len(kept) == 2  # with the coarser one behind its error
     assert {file.name for file in store_of_the_test.glob("*.h5")} == {file.name for file in kept}
     assert rows(tmp_path / "one") == rows(tmp_path / "two")
@@ -173,10 +174,10 @@ def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pyt
     jobs = answer_here(monkeypatch)
     real = one._carried_out
 
-    def failing(path: Path, changed: dict[str, object], rounds: int) -> Outcome:
+    def failing(path: Path, changed: dict[str, object], *given: object, **named: object) -> Outcome:
         if changed["seat.mesh.size"] == "60 mm":
             raise RuntimeError("no mesh\nof that kind")
-        return real(path, changed, rounds)
+        return real(path, changed, *given, **named)
 
     monkeypatch.setattr(one, "_carried_out", failing)
     path = study_file(tmp_path, text, MESHED)
@@ -189,7 +190,7 @@ def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(one, "_carried_out", real)
     run_study(load_study(path), tmp_path / "out")
     assert len(jobs) == 2
-    again = run_study(load_study(path), tmp_path / "out", retry=True)
+    again = run_study(load_study(path), tmp_path / "out", Effort(retry=True))
     assert len(jobs) == 3
     assert again.has_numbers.all()
 
@@ -220,15 +221,15 @@ def test_a_worker_that_dies_or_hangs_is_an_outcome(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr("seatfem.study.sweep.runner.WORKER", module)
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     path = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g", "3 g"]')
-    table = run_study(load_study(path), tmp_path / "out", limit=1.5)
+    table = run_study(load_study(path), tmp_path / "out", Effort(limit=1.5))
     assert list(table.columns["status"]) == ["done", "failed", "stopped"]
     assert table.columns["message"][1] == "the process died (signal SIGKILL): no message"
     assert table.columns["message"][2] == "no end within 1.5 s (--limit)"
     lines = (tmp_path / "out" / JOURNAL).read_text(encoding="utf-8").splitlines()
     assert len(lines) == 4
-    run_study(load_study(path), tmp_path / "out", limit=1.0)
+    run_study(load_study(path), tmp_path / "out", Effort(limit=1.0))
     assert len((tmp_path / "out" / JOURNAL).read_text(encoding="utf-8").splitlines()) == 4
-    run_study(load_study(path), tmp_path / "out", limit=1.6)
+    run_study(load_study(path), tmp_path / "out", Effort(limit=1.6))
     assert len((tmp_path / "out" / JOURNAL).read_text(encoding="utf-8").splitlines()) == 6
 
 

@@ -232,10 +232,11 @@ def test_equal_scenes_have_one_key_and_others_another(tmp_path: Path) -> None:
     path = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "0.001 kg", "2 g"]')
     one, same, other = cases_of(load_study(path))
     assert one.key == same.key != other.key
-    assert one.leader == other.leader == one.key
+    assert other.guides == (one.key,)
     seats = study_file(tmp_path, '[vary]\nseat.stiffness = ["1 N/um", "2 N/um"]')
     first, second = cases_of(load_study(seats))
-    assert second.leader == second.key != first.key
+    assert second.guides == first.guides == ()
+    assert second.key != first.key
     assert first.key == one.key
     scene = tmp_path / "scene.toml"
     scene.write_text(scene.read_text(encoding="utf-8").replace("0.2 ms", "0.3 ms"), encoding="utf-8")

@@ -17,6 +17,7 @@ from impact.files.hdf5_structure import check_structure
 from impact.files.input_files import MB, check_file, read_text
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import LineWorker
+from seatfem.structures.formats.abaqus_deck import with_included
 from seatfem.structures.formats.file_mesh import VTK, FileMesh, face_width, one_kind, stacked, to_gmsh
 from seatfem.structures.mesh.cell_kinds import Integers
 from seatfem.structures.mesh.io import MeshError
@@ -129,6 +130,12 @@ def beside(path: Path) -> tuple[Path, ...]:
         names = {found.strip() for found in _BESIDE.findall(read_text(path, LIMIT, MeshError, "latin-1"))}
         return tuple(path.parent / name for name in sorted(names))
     return ()
+
+
+def all_files(path: Path) -> tuple[Path, ...]:
+    """``path`` and every file that it is read with and that is there: includes of a deck, and what lies `beside`."""
+    included = with_included(path)
+    return (*included, *(other for other in beside(path) if other.is_file())) if included else ()
 
 
 def _copy_beside(text: str, path: Path, folder: Path) -> None:

@@ -62,9 +62,9 @@ damping_ratio = 0.02
 
     def read(self, progress: Progress = silent) -> SeatMesh:
         """The mesh in the file; it is read once, as long as the file and all it includes stay."""
-        from seatfem.structures.formats.abaqus_deck import with_included
+        from seatfem.structures.formats.meshio_files import all_files
 
-        states = tuple(state_of(part) for part in with_included(self.file))
+        states = tuple(state_of(part) for part in all_files(self.file))
         progress("meshing", 0.0)
         mesh = _read(self.file, self.contact, self.fixed or None, METRES[self.unit], self.merge, self.parts, states)
         progress("meshing", 1.0)

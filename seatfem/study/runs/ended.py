@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import Final, get_args
+from typing import Any, Final, get_args
 
 from impact.files.atomic import write_whole
 from impact.files.input_files import read_text
@@ -22,6 +22,7 @@ from seatfem.study.method import FIELDS, MODEL, PORTS, REDUCTION, RunMethod, sta
 from seatfem.study.planning.plan import Alternative, Choice, Cost, Plan
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Scene
+from seatfem.study.scene.parcel import by_content
 
 MOST: Final = 100_000  # bytes of the file
 NOTE: Final = "planned as the last run of this scene ended, where it met its target"
@@ -31,7 +32,14 @@ UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 def ended_plan(scene: Scene) -> Plan | None:
     """The plan of the last run of this very scene that met its target; ``None``: there was none, or it is not sound."""
     try:
-        found = json.loads(read_text(_file(scene), MOST, ValueError))
+        return plan_told(scene, json.loads(read_text(_file(scene), MOST, ValueError)), NOTE)
+    except UNSOUND:
+        return None
+
+
+def plan_told(scene: Scene, found: Mapping[str, Any], note: str) -> Plan | None:
+    """A plan of ``scene`` as `told` has it, with a ``note`` of where it is from; ``None``: it is not sound."""
+    try:
         method = _method(scene, found["values"])
         cost = Cost(**found["cost"])
         alternatives = tuple(Alternative(**{**each, "cost": Cost(**each["cost"])}) for each in found["alternatives"])
@@ -42,7 +50,21 @@ def ended_plan(scene: Scene) -> Plan | None:
         notes, without = map(str, found["notes"]), tuple(found["without"])
     except UNSOUND:
         return None
-    return Plan(scene, method, choices, cost, error, alternatives, shares, False, (*notes, NOTE), without)
+    return Plan(scene, method, choices, cost, error, alternatives, shares, False, (*notes, note), without)
+
+
+def told(plan: Plan) -> dict[str, Any]:
+    """A plan without its scene, as JSON can hold it."""
+    return {
+        "values": {key: plan.method.value(key) for key in FIELDS},
+        "cost": asdict(plan.cost),
+        "alternatives": [asdict(each) for each in plan.alternatives],
+        "choices": [asdict(each) for each in plan.choices],
+        "error": dict(plan.error),
+        "shares": {str(source): dict(part) for source, part in plan.shares.items()},
+        "notes": [note for note in plan.notes if note != NOTE],
+        "without": list(plan.without),
+    }
 
 
 def remember(done: Round) -> None:
@@ -50,13 +72,10 @@ def remember(done: Round) -> None:
     plan = done.plan
     if not done.met or done.number == 1:
         return
-    values = {key: plan.method.value(key) for key in FIELDS}
-    told = {key: asdict(plan)[key] for key in ("cost", "error", "alternatives", "shares", "choices", "without")}
-    notes = [note for note in plan.notes if note != NOTE]
     with suppress(OSError, TypeError):
         path = _file(plan.scene)
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, json.dumps({"values": values, **told, "notes": notes}).encode())
+        write_whole(path, json.dumps(told(plan)).encode())
 
 
 def _method(scene: Scene, values: Mapping[str, object]) -> RunMethod:
@@ -79,6 +98,5 @@ def _sound(value: float) -> bool:
 
 def _file(scene: Scene) -> Path:
     """By all that the scene asks for, its files by content, and by the code."""
-    asked = scene.model_dump(exclude={"title"}, exclude_unset=True)
-    key = content_key({"scene": asked, "program": code_version()})
+    key = content_key({"scene": by_content(scene), "program": code_version()})
     return cache_folder() / "ended" / f"{key}.json"

@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from seatfem.jobs.desk import FILES
+from seatfem.structures.store import content_key
 from seatfem.study.scene.load import load_scene, load_table
+from seatfem.study.scene.models import Scene
 from seatfem.study.scene.problems import Problem, SceneError
 from seatfem.study.scene.strength import StrengthTable
 
@@ -54,9 +56,28 @@ def _files(table: Any, key: str = "") -> Iterator[tuple[str, Path]]:
 
 def _with(file: Path, *, strength: bool) -> list[Path]:
     """What is read with it."""
-    from seatfem.structures.formats.abaqus_deck import with_included  # for load time
-    from seatfem.structures.formats.meshio_files import beside
+    from seatfem.structures.formats.meshio_files import all_files  # for load time
 
     if strength:
         return [other for _, other in _files(load_table(file, StrengthTable).model_dump())]
-    return [other for other in (*with_included(file)[1:], *beside(file)) if other.is_file()]
+    return list(all_files(file)[1:])
+
+
+def by_content(scene: Scene, known: dict[Path, object] | None = None) -> dict[str, Any]:
+    """What a scene asks for, its title left out; in place of every file a hash of its content and of that of all files
+    it is read with. ``known``: those by path, each of which is read once."""
+    hashes = {} if known is None else known
+
+    def told(asked: Any, key: str) -> Any:
+        if isinstance(asked, Mapping):
+            return {name: told(value, f"{key}{name}.") for name, value in asked.items()}
+        if isinstance(asked, list | tuple):
+            return [told(value, key) for value in asked]
+        if not isinstance(asked, Path):
+            return asked
+        if asked not in hashes:
+            hashes[asked] = content_key({"files": [asked, *_with(asked, strength=key.startswith("life."))]})
+        return hashes[asked]
+
+    asked: dict[str, Any] = told(scene.model_dump(exclude={"title"}, exclude_unset=True), "")
+    return asked

@@ -18,6 +18,7 @@ from seatfem.study.scene import SceneError, load_scene, located
 from seatfem.study.sweep.cases import Case
 
 SAMPLED: Final = 3  # scenes that are planned: the first, the middle and the last
+LANE: Final = 0.1  # of a scene marched side by side, over the march of one by itself with all energies
 NOT_HERE: Final = ("program start", "pictures", "files", *OF_THE_SEAT)
 """Stages that scenes of a study do without, or only the first one with a seat has."""
 
@@ -27,10 +28,11 @@ class Ahead:
     """Predicted from the plans of a few scenes.
 
     Attributes:
-        scenes, seats: how many there are to compute, and different seats among them.
+        scenes, seats: how many there are to compute in full, and different seats among them.
         seconds: of one worker in all; ``start``: of that the program's.
         each, seat: of one scene without its seat, of a seat that is not there yet [s].
         memory: largest of a worker [bytes].
+        beside: how many there are to march side by side; ``lane``: of one of them [s].
     """
 
     scenes: int
@@ -39,10 +41,13 @@ class Ahead:
     each: float
     seat: float
     memory: float
+    beside: int = 0
+    lane: float = 0.0
 
     def seconds(self, workers: int = 1) -> float:
         """Of the clock. The seats are waited for by all, the scenes are shared out."""
-        return self.start + self.seats * self.seat + self.scenes * self.each / max(1, min(workers, self.scenes))
+        shared = self.scenes * self.each + self.beside * self.lane
+        return self.start + self.seats * self.seat + shared / max(1, min(workers, self.scenes + self.beside))
 
     def workers(self) -> int:
         """One a core, fewer where the memory that is there would not do."""
@@ -57,10 +62,11 @@ class Ahead:
         """One line."""
         seats = f" with {self.seats} seat{'s'[: self.seats > 1]} to compute" if self.seats else ""
         a_seat = f" {self.seat:.2g} s a seat," if self.seats else ""
+        beside = f" and {self.beside} side by side" if self.beside else ""
+        counted = f"{self.scenes} scene{'s'[: self.scenes > 1]}{beside}{seats}"
         return (
-            f"{self.scenes} scene{'s'[: self.scenes > 1]}{seats}: about {self.seconds(workers):.2g} s predicted with "
-            f"{workers} worker{'s'[: workers > 1]} ({self.each:.2g} s a scene,{a_seat} {self.memory / 1e9:.2g} GB a "
-            "worker)"
+            f"{counted}: about {self.seconds(workers):.2g} s predicted with {workers} worker{'s'[: workers > 1]} "
+            f"({self.each:.2g} s a scene,{a_seat} {self.memory / 1e9:.2g} GB a worker)"
         )
 
 
@@ -83,6 +89,9 @@ def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
         raise problems[0]
     seats = [sum(cost.parts.get(stage, 0.0) for stage in OF_THE_SEAT) for cost in costs]
     each = [sum(spent for stage, spent in cost.parts.items() if stage not in NOT_HERE) for cost in costs]
-    different = len({case.leader for case in cases}) if max(seats) > 0 else 0
+    different = sum(not case.guides for case in cases) if max(seats) > 0 else 0
     memory = max(PROGRAM, *(cost.memory for cost in costs))
-    return Ahead(len(cases), different, machine.start, sum(each) / len(each), max(seats), memory)
+    alone = sum(case.way != "beside" for case in cases)
+    march = sum(cost.parts["contact"] for cost in costs) / len(costs)
+    seconds = machine.start, sum(each) / len(each), max(seats)
+    return Ahead(alone, different, *seconds, memory, len(cases) - alone, LANE * march)

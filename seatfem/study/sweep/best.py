@@ -14,9 +14,10 @@ from impact.pictures.drawing import gap_of
 from seatfem.study.sweep.charts import draw_history
 from seatfem.study.sweep.goal import Optimise
 from seatfem.study.sweep.runner import StudyError
+from seatfem.study.sweep.sampled import BAR
 from seatfem.study.sweep.search import Found, changes_at, rank
 from seatfem.study.sweep.study import Study
-from seatfem.study.sweep.table import BAR, StudyTable, table_of
+from seatfem.study.sweep.table import StudyTable, table_of
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,17 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 from seatfem.machine.code import code_version
 from seatfem.structures.store import content_key
 from seatfem.study.impacts.contact import RunError, check_step
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import SceneError, load_scene, located
+from seatfem.study.scene.parcel import by_content
 from seatfem.study.scene.problems import Problem
 from seatfem.study.sweep.design import Changes, changes_of
+from seatfem.study.sweep.start import PILOTS
 from seatfem.study.sweep.study import Study
 from seatfem.study.sweep.variations import Listed
 from seatfem.units import number_and_unit
@@ -28,32 +30,53 @@ class Case:
         number: from 1.
         changed: its values, as the file would have them.
         key: a hash of all that its numbers depend on: what it asks for, its files by content, the code.
-        leader: key of the first scene with the same seat; that scene's model of the seat serves the others, too.
+        leads: whether later scenes may begin as it has ended: it is among the first with its seat.
+        guides: keys of the scenes of which it begins as one has ended; the first is the first with the same seat.
+        way: it is "planned" and refined; of a "sample" that runs in full as it begins, in one round; or marched
+            "beside" others by that plan.
+        needs: what these are asked for beside the force.
     """
 
     number: int
     changed: Changes
     key: str
-    leader: str
+    leads: bool = False
+    guides: tuple[str, ...] = ()
+    way: Literal["planned", "sample", "beside"] = "planned"
+    needs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Cases:
-    """Makes the cases of a study, one after another; knows the seats and files of those that it has made."""
+    """Makes the cases of a study, one after another.
+
+    Attributes:
+        study, rounds: of all of them.
+        first: by seat the keys of the first scenes, which lead.
+        made: by what a scene asks for its case.
+        files: by path a hash of their content.
+    """
 
     study: Study
     rounds: int
-    leaders: dict[str, str] = field(default_factory=dict)
-    files: dict[Path, str] = field(default_factory=dict)
+    first: dict[str, list[str]] = field(default_factory=dict)
+    made: dict[str, Case] = field(default_factory=dict)
+    files: dict[Path, object] = field(default_factory=dict)
 
     def case(self, number: int, changed: Changes) -> Case:
         """The scene with these values. Raises `SceneError` or `RunError` of what is wrong with it."""
         scene = load_scene(self.study.scene, changed)
         check_step(scene)
-        asked = _by_content(scene.model_dump(exclude={"title"}, exclude_unset=True), self.files)
+        asked = by_content(scene, self.files)
         own = _key(asked, self.rounds)
-        leader = self.leaders.setdefault(_key(asked["seat"], 0), own)
-        return Case(number, changed, own if own == leader else _key([own, leader], self.rounds), leader)
+        if own not in self.made:
+            first = self.first.setdefault(_key(asked["seat"], 0), [])
+            leads, guides = len(first) <= PILOTS, tuple(first if len(first) > PILOTS else first[:1])
+            key = _key([own, *guides], self.rounds) if guides else own
+            self.made[own] = Case(number, changed, key, leads, guides)
+            if leads:
+                first.append(key)
+        return replace(self.made[own], number=number, changed=changed)
 
 
 def cases_of(
@@ -87,21 +110,13 @@ def cases_of(
     return found
 
 
+def key_of_case(case: Case, *way: str) -> str:
+    """The key of a case that is carried out in another way."""
+    return content_key({"scene": case.key, "way": list(way)})[:32]
+
+
 def _key(asked: object, rounds: int) -> str:
     return content_key({"asked": asked, "rounds": rounds, "program": code_version()})[:32]
-
-
-def _by_content(asked: Any, known: dict[Path, str]) -> Any:
-    """With a hash of its content in place of every file, each of which is read once."""
-    if isinstance(asked, Mapping):
-        return {key: _by_content(value, known) for key, value in asked.items()}
-    if isinstance(asked, list | tuple):
-        return [_by_content(value, known) for value in asked]
-    if not isinstance(asked, Path):
-        return asked
-    if asked not in known:
-        known[asked] = content_key({"file": asked})
-    return known[asked]
 
 
 def _problems(error: SceneError | RunError, study: Study) -> tuple[Problem, ...]:

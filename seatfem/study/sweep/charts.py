@@ -12,7 +12,8 @@ import numpy as np
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, SKY, sheet
 from seatfem.study.sweep.effects import CONFIDENCE, PERCENTILES, Band, Effect, Indices, drawn_rows, front, objectives
 from seatfem.study.sweep.goal import Optimise
-from seatfem.study.sweep.table import BAR, StudyTable
+from seatfem.study.sweep.sampled import BAR
+from seatfem.study.sweep.table import StudyTable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -21,12 +21,12 @@ from seatfem.study.sweep.ahead import Ahead, ahead
 from seatfem.study.sweep.best import Optimum, goal_of, violation
 from seatfem.study.sweep.cases import Case, Cases, cases_of
 from seatfem.study.sweep.design import Changes
+from seatfem.study.sweep.effort import USUAL, Effort
 from seatfem.study.sweep.goal import CONFIRMED, Optimise
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import STAGE, StudyError, check_effort, crew_of, folder_of_ours, read_journal, run_cases
 from seatfem.study.sweep.search import NEAREST, Found, Level, Shift, changes_at, first_points, improve, rank
 from seatfem.study.sweep.study import Study, load_study
-from seatfem.study.sweep.sweep import LIMIT
 from seatfem.study.sweep.table import check_measures, write_csv
 
 RADIUS: Final = 0.2  # of the ranges, of the first trust region
@@ -36,13 +36,9 @@ AGAIN: Final = 0.05  # and of that about a point that was confirmed
 def run_optimum(
     study: Study,
     folder: Path,
+    effort: Effort = USUAL,
     *,
     file: Path | None = None,
-    workers: int | None = None,
-    rounds: int = MOST_ROUNDS,
-    limit: float = LIMIT,
-    retry: bool = False,
-    cluster: str | None = None,
     progress: Progress = silent,
     tell: Tell = untold,
 ) -> Optimum:
@@ -51,21 +47,21 @@ def run_optimum(
     A third of the evaluations is a Latin hypercube, in all workers; from its best point COBYQA goes on. What it finds
     is carried out at the scene's own target; by what the measures differ there those of the search are shifted, and it
     goes on from there, so that a limit is met at the target, not at the loose accuracy. Stopped and continued as
-    `run_study`: the search asks for the same scenes again, and finds them in the journal; with ``retry`` it computes
-    those again that have failed.
+    `run_study`: the search asks for the same scenes again, and finds them in the journal; with ``effort.retry`` it
+    computes those again that have failed.
 
     Raises:
         SceneError, StudyError, OutputError, ClusterError: as `run_study`; StudyError, too, where no scene has numbers.
     """
-    workers = check_effort(workers, rounds, limit, cluster)
+    workers, rounds = check_effort(effort), effort.rounds
     goal = goal_of(study)
     predicted = ahead_of(study, rounds, file)
     scene = load_scene(study.scene, changes_at(study, (0.5,) * len(study.vary)))
     if any(body.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
     workers = workers or predicted.workers()
-    with folder_of_ours(folder) as journal, crew_of(workers, cluster) as ask:
-        known = {key: each for key, each in read_journal(journal).items() if each.has_numbers or not retry}
+    with folder_of_ours(folder) as journal, crew_of(workers, effort.cluster) as ask:
+        known = {key: each for key, each in read_journal(journal).items() if each.has_numbers or not effort.retry}
         about = study.model_dump(mode="json", by_alias=True)
         tell(predicted.in_words(workers))
 
@@ -76,9 +72,8 @@ def run_optimum(
         def carry_out(cases: Sequence[Case]) -> Mapping[str, Outcome]:
             for outcome in [known[case.key] for case in cases if case.key in known][:1]:
                 heard(outcome)
-            found = run_cases(
-                study.scene, cases, journal, known, about=about, rounds=rounds, ask=ask, limit=limit, heard=heard
-            )
+            once = replace(effort, retry=False)  # those of this very search
+            found = run_cases(study.scene, cases, journal, known, about=about, effort=once, ask=ask, heard=heard)
             known.update(found)
             about.clear()
             progress(STAGE, min(1.0, (len(search.found) + len(target.found) + 1) / (goal.most + CONFIRMED)))
@@ -143,8 +138,8 @@ def optimise(
     """
     with ExitStack() as ours:
         place = ours.enter_context(private_folder("study")) if folder is None else Path(folder)
-        asked, here = load_study(study), None if cluster else workers
-        return run_optimum(asked, place, file=Path(study), workers=here, rounds=rounds, cluster=cluster)
+        effort = Effort(None if cluster else workers, rounds, cluster=cluster)
+        return run_optimum(load_study(study), place, effort, file=Path(study))
 
 
 @dataclass(frozen=True)

@@ -32,19 +32,20 @@ class Outcome:
         message: why.
         wall: seconds of the clock.
         summary: summary.json, as far as its values are single ones.
-        seat: how its seat was computed, by dotted key as a scene file has it, as far as its own does not say.
+        start: what scenes that follow may begin with (`seatfem.study.sweep.start`), of one that is asked for it.
     """
 
     state: State
     message: str = ""
     wall: float = math.nan
     summary: Mapping[str, Scalar] = field(default_factory=dict)
-    seat: Mapping[str, Scalar] = field(default_factory=dict)
+    start: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        known = self.state in get_args(State) and isinstance(self.message, str) and isinstance(self.summary, Mapping)
-        scalars = known and isinstance(self.seat, Mapping) and (*self.summary.values(), *self.seat.values())
-        if not (scalars is not False and isinstance(self.wall, int | float) and all(map(_is_scalar, scalars))):
+        known = self.state in get_args(State) and isinstance(self.message, str) and isinstance(self.wall, int | float)
+        maps = isinstance(self.summary, Mapping) and isinstance(self.start, Mapping)
+        sound = not self.start or isinstance(self.start.get("work"), int | float) if maps else False
+        if not (known and sound and all(map(_is_scalar, self.summary.values()))):
             raise TypeError("no outcome of a scene")  # a damaged journal
 
     @property
@@ -53,45 +54,55 @@ class Outcome:
         return self.state in ("done", "missed")
 
 
-def carry_out(path: Path, changed: Changes, rounds: int, seat: Mapping[str, Scalar]) -> Outcome:
+def carry_out(
+    path: Path, changed: Changes, rounds: int, start: Mapping[str, Any], *, leads: bool = False, once: bool = False
+) -> Outcome:
     """The scene at ``path`` with some keys changed; files go to a folder that is removed. Whatever fails is the
     outcome.
 
-    ``seat``: how the same seat served another scene. Where this one misses its target with it, it is carried out again
-    with a seat of its own.
+    Args:
+        path, changed, rounds: the scene, and how often it may be refined.
+        start: what another scene has left, or nothing; where this one fails or misses its target with it, it is planned
+            and carried out again by itself.
+        leads: whether its own is asked for.
+        once: whether it is carried out by the ``start`` as it is, and not refined.
     """
     begun = time.perf_counter()
-    try:
-        found = _carried_out(path, {**changed, **seat}, rounds)
-        if seat and found.state != "done":
-            found = _carried_out(path, changed, rounds)
-    except (ArithmeticError, AssertionError, LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
-        found = Outcome("failed", f"{type(error).__name__}: {error}")
+    found = _tried(path, changed, 1 if once and start else rounds, start, leads=leads)
+    if start and found.state != "done" and not once:
+        found = _tried(path, changed, rounds, {}, leads=leads)
     return replace(found, wall=time.perf_counter() - begun)
 
 
-def _carried_out(path: Path, changed: Changes, rounds: int) -> Outcome:
+def _tried(path: Path, changed: Changes, rounds: int, start: Mapping[str, Any], *, leads: bool) -> Outcome:
+    try:
+        return _carried_out(path, changed, rounds, start, leads=leads)
+    except (ArithmeticError, AssertionError, LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
+        return Outcome("failed", f"{type(error).__name__}: {error}")
+
+
+def _carried_out(path: Path, changed: Changes, rounds: int, start: Mapping[str, Any], *, leads: bool) -> Outcome:
     from seatfem.jobs.folders import private_folder  # what runs scenes takes long to load
     from seatfem.machine.rates import Machine
     from seatfem.structures.store import Store
-    from seatfem.study.method import FIELDS, has_key, is_given
     from seatfem.study.planning.planner import plan_scene
     from seatfem.study.runs.next_round import Limits
     from seatfem.study.runs.pipeline import run_scene
     from seatfem.study.scene import load_scene
-    from seatfem.study.trade.point import written
+    from seatfem.study.sweep.start import begun, start_of
 
     scene = load_scene(path, changed)
     with private_folder("sweep") as folder:
-        plan = plan_scene(scene, Machine(), store=Store(folder / "no-store"))  # never written: no seat is at hand
+        plan = begun(scene, start)
+        if plan is None:
+            scene = load_scene(path, {**changed, **start.get("seat", {})})
+            plan = plan_scene(scene, Machine(), store=Store(folder / "no-store"))  # never written: no seat is at hand
         limits = Limits(rounds, steady=True)
         found = run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
     summary = {key: _scalar(value) for key, value in found.summary.items() if _is_scalar(value)}
     assert found.plan is not None
-    open_keys = [key for key in FIELDS if key.startswith("seat.") and has_key(scene, key) and not is_given(scene, key)]
-    chosen = {key: found.plan.method.value(key) for key in open_keys}
-    seat = {key: _scalar(written(key, value)) for key, value in chosen.items() if value not in (None, "auto")}
-    return Outcome("done" if found.met else "missed", "" if found.met else found.messages[0], 0.0, summary, seat)
+    left = start_of(found.plan) if leads and found.met else {}
+    return Outcome("done" if found.met else "missed", "" if found.met else found.messages[0], 0.0, summary, left)
 
 
 def _is_scalar(value: object) -> bool:
@@ -106,7 +117,12 @@ def _scalar(value: object) -> Scalar:
 
 def _reply(line: str) -> str:
     job = json.loads(line)
-    return json.dumps(asdict(carry_out(Path(job.pop("path")), **job)))
+    path = Path(job.pop("path"))
+    if "others" not in job:
+        return json.dumps(asdict(carry_out(path, **job)))
+    from seatfem.study.sweep.side_by_side import side_by_side  # which knows outcomes
+
+    return json.dumps([asdict(each) for each in side_by_side(path, **job)])
 
 
 if __name__ == "__main__":

@@ -20,11 +20,14 @@ from seatfem.jobs.desk import ONE_THREAD, Ask, Lost, Program
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.scene.parcel import packed
 from seatfem.study.sweep.cases import Case
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.sweep.start import chosen
 
 JOURNAL: Final = "study.jsonl"
 STAGE: Final = "scenes"
 TRIES: Final = 2  # of a scene whose process dies, as one that the system has killed for its memory
+SIDE_BY_SIDE: Final = 64  # scenes of a job that are marched so: four times the lanes of the march
 RENEW: Final = 500  # scenes after which a worker is replaced: whatever libraries leak goes with it
 WORKER: Final = "seatfem.study.sweep.outcome"
 
@@ -33,23 +36,24 @@ class StudyError(ValueError):
     """A study that cannot be carried out; the message says why and what to do."""
 
 
-def check_effort(workers: int | None, rounds: int, limit: float, cluster: str | None = None) -> int | None:
+def check_effort(effort: Effort) -> int | None:
     """How many scenes are to run at once; None where that is open.
 
     Raises:
         StudyError: options out of range.
         ClusterError: nobody answers at the address of a cluster, or workers of another version.
     """
-    Limits(rounds)
+    workers, limit = effort.workers, effort.limit
+    Limits(effort.rounds)
     if workers is not None and workers < 1:
         raise StudyError(f"--workers = {workers} must be at least 1")
     if not (limit > 0 and math.isfinite(limit)):
         raise StudyError(f"--limit = {limit:g} s must be positive and finite")
-    if cluster is None:
+    if effort.cluster is None:
         return workers
     if workers is not None:
         raise StudyError(f"--workers = {workers} are processes of this computer; leave it out beside --cluster")
-    return threads_of(cluster)
+    return threads_of(effort.cluster)
 
 
 @contextmanager
@@ -76,10 +80,8 @@ def run_cases(
     known: Mapping[str, Outcome],
     *,
     about: Mapping[str, object],
-    rounds: int,
+    effort: Effort,
     ask: Ask,
-    limit: float,
-    retry: bool = False,
     progress: Progress = silent,
     heard: Callable[[Outcome], None] = lambda _: None,
 ) -> dict[str, Outcome]:
@@ -88,37 +90,44 @@ def run_cases(
     Args:
         scene: its file.
         about: the study, for the journal; nothing where that has it.
-        rounds: of refinement, at most, of each scene.
+        effort: rounds and time of each scene; one that was stopped is tried again where it is given more time, all
+            without numbers with ``retry``.
         ask: the workers, of `crew_of`.
-        limit: seconds of the clock for one scene; one that was stopped is tried again where it is given more.
-        retry: whether scenes without numbers are tried again, too.
         heard: hears of each new outcome once it is on file; what it raises ends the study.
     """
     wanted = {case.key: case for case in cases}
-    found = {key: known[key] for key in wanted if key in known and not _again(known[key], limit, retry)}
+    found = {key: known[key] for key in wanted if key in known and not _again(known[key], effort)}
     pending = [case for key, case in wanted.items() if key not in found]
     if pending and about:
         lines.append(journal, {"study": about})
     progress(STAGE, len(found) / len(wanted))
 
-    def carry_out(pending: list[Case], attempt: int = 1) -> None:
-        died, jobs = [], [_job(scene, case, rounds, found) for case in pending]
-        for number, answer in ask(jobs, limit):
-            case = pending[number]
+    def carry_out(pending: list[list[Case]], attempt: int = 1) -> None:
+        died, jobs = [], [_job(scene, bundle, effort.rounds, found, wanted) for bundle in pending]
+        for number, answer in ask(jobs, effort.limit * max(map(len, pending))):
+            bundle = pending[number]
             if isinstance(answer, Lost) and not answer.hung and attempt < TRIES:
-                died.append(case)
+                died.append(bundle)
                 continue
-            outcome = _lost(answer, limit) if isinstance(answer, Lost) else Outcome(**json.loads(answer))
-            append(journal, case, outcome)
-            found[case.key] = outcome
-            heard(outcome)
+            outcomes = [_lost(answer, effort.limit)] * len(bundle) if isinstance(answer, Lost) else _read(answer)
+            for case, outcome in zip(bundle, outcomes, strict=True):
+                append(journal, case, outcome)
+                found[case.key] = outcome
+                heard(outcome)
             progress(STAGE, len(found) / len(wanted))
         if died:
             carry_out(died, attempt + 1)
 
-    carry_out([case for case in pending if case.key == case.leader])
-    carry_out([case for case in pending if case.key != case.leader])
+    for beside, guides in sorted({_turn(case) for case in pending}):
+        now = [case for case in pending if _turn(case) == (beside, guides)]
+        size = SIDE_BY_SIDE if beside else 1
+        carry_out([now[first : first + size] for first in range(0, len(now), size)])
     return found
+
+
+def _turn(case: Case) -> tuple[bool, int]:
+    """Those with the same may be carried out at the same time, the lowest first."""
+    return case.way == "beside", len(case.guides)
 
 
 def crew_of(workers: int, cluster: str | None = None) -> AbstractContextManager[Ask]:
@@ -134,11 +143,24 @@ def _packed(line: str) -> Parcel:
     return Parcel(json.dumps(job | {"path": place, "changed": changed}), files)
 
 
-def _job(scene: Path, case: Case, rounds: int, found: Mapping[str, Outcome]) -> str:
-    """A line for the worker; a seat that met the target of the first scene with it serves those that follow."""
-    leader = found.get(case.leader)
-    seat = leader.seat if leader is not None and leader.state == "done" else {}
-    return json.dumps({"path": str(scene), "changed": case.changed, "rounds": rounds, "seat": seat})
+def _job(
+    scene: Path, bundle: Sequence[Case], rounds: int, found: Mapping[str, Outcome], wanted: Mapping[str, Case]
+) -> str:
+    """A line for the worker; those of the first scenes with the seat that met their target show how to begin."""
+    case = bundle[0]
+    guides = [found[key] for key in case.guides if key in found]
+    start = chosen([each.start for each in guides if each.start])
+    job = {"path": str(scene), "changed": case.changed, "rounds": rounds, "start": start}
+    if case.way != "beside":
+        return json.dumps(job | {"leads": case.leads, "once": case.way == "sample"})
+    others = [each.changed for each in bundle]
+    return json.dumps(job | {"changed": wanted[case.guides[0]].changed, "others": others, "needs": case.needs})
+
+
+def _read(answer: str) -> list[Outcome]:
+    """Of one scene, or of several side by side."""
+    told = json.loads(answer)
+    return [Outcome(**each) for each in (told if isinstance(told, list) else [told])]
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:
@@ -151,8 +173,9 @@ def append(path: Path, case: Case, outcome: Outcome) -> None:
     lines.append(path, {"key": case.key, "changed": case.changed, "outcome": asdict(outcome)})
 
 
-def _again(outcome: Outcome, limit: float, retry: bool) -> bool:
-    return not outcome.has_numbers and (retry or (outcome.state == "stopped" and outcome.wall < limit))
+def _again(outcome: Outcome, effort: Effort) -> bool:
+    more_time = outcome.state == "stopped" and outcome.wall < effort.limit
+    return not outcome.has_numbers and (effort.retry or more_time)
 
 
 def _lost(answer: Lost, limit: float) -> Outcome:

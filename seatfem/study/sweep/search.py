@@ -72,10 +72,10 @@ class Level:
             try:
                 made[point] = self.cases.case(number, changed)
             except (SceneError, RunError) as error:
-                case = Case(number, changed, f"no scene {number}", "")
+                case = Case(number, changed, f"no scene {number}")
                 self.found[point] = Found(point, case, Outcome("failed", str(error), 0.0))
         if made:
-            earlier = [each.case for each in self.found.values() if each.case.leader]
+            earlier = [each.case for each in self.found.values() if each.case.leads or each.case.guides]
             outcomes = self.carry_out([*earlier, *made.values()])
             self.found |= {point: Found(point, case, outcomes[case.key]) for point, case in made.items()}
         return [self.found[point] for point in points]

@@ -12,13 +12,15 @@ from pydantic import AfterValidator, Field, model_validator
 from seatfem.fields import ExistingFile, KeyProblem, Table, default, kinds_below
 from seatfem.study.scene.load import load_table
 from seatfem.study.sweep.goal import Optimise
-from seatfem.study.sweep.variations import AnyVariation, Range, Variation
+from seatfem.study.sweep.variations import AnyVariation, Listed, Range, Variation
 
 Design = Literal["grid", "zip", "latin_hypercube", "sobol", "monte_carlo", "sobol_indices"]
 DRAWN: Final = ("latin_hypercube", "sobol", "monte_carlo", "sobol_indices")
 """Designs that draw each value from its distribution."""
 POWERS: Final = ("sobol", "sobol_indices")
 """Those whose number has to be a power of two: Sobol's points are even for no other."""
+CONTACT_DATA: Final = ("contact.gap", "reed.velocity", "reed.release.tip_deflection", "reed.release.deflection")
+"""What scenes that are marched side by side may differ in: the gap, how fast and how far deflected the striker is."""
 MOST_KEYS: Final = 100
 DEEPEST: Final = 8  # parts of a key
 LONGEST: Final = 200  # characters of it
@@ -74,6 +76,11 @@ class Study(Table):
     vary: dict[Annotated[str, AfterValidator(_whole_key)], AnyVariation] = Field(
         min_length=1, max_length=MOST_KEYS, description="values by dotted key of the scene"
     )
+    error_bars: Literal["every", "sampled"] = Field(
+        "every",
+        description="every scene has its own, or some run in full and the others, which must differ in contact data "
+        "alone, are marched side by side with theirs",
+    )
     outputs: Outputs = default({}, "what is asked of the table")
     optimise: Optimise | None = Field(None, description="of the values in between, which are best; none where absent")
 
@@ -112,6 +119,8 @@ class Study(Table):
             return self
         for key in {"design", "number"} & self.model_fields_set:
             raise KeyProblem(key, "[optimise] chooses the scenes; remove the key, or the table")
+        if self.error_bars == "sampled":
+            raise KeyProblem("error_bars", "'sampled' is for designs; [optimise] chooses its scenes one by one")
         if self.outputs.pareto:
             raise KeyProblem("outputs.pareto", "[optimise] has one measure to improve; make the other a limit there")
         for key, each in self.vary.items():
@@ -120,6 +129,17 @@ class Study(Table):
             if key.split(".")[0] == "accuracy":
                 raise KeyProblem(f"vary.{key}", "[optimise] sets the accuracy itself; see optimise.coarse")
         self.optimise.check_keys(len(self.vary))
+        return self
+
+    @model_validator(mode="after")
+    def _contact_data(self) -> Self:
+        for key, each in self.vary.items() if self.error_bars == "sampled" else ():
+            if key not in CONTACT_DATA and not (isinstance(each, Listed) and len(each.values) == 1):
+                raise KeyProblem(
+                    f"vary.{key}",
+                    f"is no contact data, of which alone scenes may differ with error_bars = 'sampled' "
+                    f"({', '.join(CONTACT_DATA)}): give it one value, or leave error_bars out",
+                )
         return self
 
     @model_validator(mode="after")

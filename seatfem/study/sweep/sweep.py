@@ -14,12 +14,14 @@ from impact.progress import Progress, Tell, silent, untold
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.libraries import require_gmsh_libraries
 from seatfem.study.safety import MOST_ROUNDS
-from seatfem.study.scene import SceneError, load_scene
+from seatfem.study.scene import Scene, SceneError, load_scene, located
 from seatfem.study.scene.problems import explain
 from seatfem.study.sweep.ahead import ahead
-from seatfem.study.sweep.cases import cases_of
+from seatfem.study.sweep.cases import Case, cases_of
+from seatfem.study.sweep.effort import USUAL, Effort
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import StudyError, check_effort, crew_of, folder_of_ours, read_journal, run_cases
+from seatfem.study.sweep.sampled import divided, settings
 from seatfem.study.sweep.study import Study
 from seatfem.study.sweep.table import (
     StudyTable,
@@ -31,21 +33,17 @@ from seatfem.study.sweep.table import (
     write_parquet,
 )
 
-LIMIT: Final = 3600.0  # s of the clock for one scene
 TABLE: Final = "study.csv"
 PARQUET: Final = "study.parquet"
+Measures = tuple[str, ...]
 
 
 def run_study(
     study: Study,
     folder: Path,
+    effort: Effort = USUAL,
     *,
     file: Path | None = None,
-    workers: int | None = None,
-    rounds: int = MOST_ROUNDS,
-    limit: float = LIMIT,
-    retry: bool = False,
-    cluster: str | None = None,
     progress: Progress = silent,
     tell: Tell = untold,
 ) -> StudyTable:
@@ -55,12 +53,8 @@ def run_study(
     goes on where it was, with the same numbers. Scenes that fail stand in the table with their message.
 
     Args:
+        effort: workers, and what each scene may take.
         file: of the study, for messages.
-        workers: processes [one a core, as far as the memory does].
-        rounds: of refinement of each scene, at most.
-        limit: seconds of the clock for one scene.
-        retry: whether scenes that have no numbers in the journal are tried again.
-        cluster: address of a scheduler of dask, whose workers take the place of processes here.
         tell: hears how many scenes there are to compute, and what is predicted of them.
 
     Raises:
@@ -69,16 +63,14 @@ def run_study(
         OutputError: ``folder`` cannot be written to. Also what plans raise.
         ClusterError: of the cluster.
     """
-    workers = check_effort(workers, rounds, limit, cluster)
+    workers = check_effort(effort)
     if study.optimise is not None:
         raise StudyError(
             "optimise: this study asks for one best scene; run it by seatfem optimise, or remove the table"
         )
-    cases = cases_of(study, rounds, file=file)
-    scene = load_scene(study.scene, cases[0].changed)
+    cases, scene, measures = scenes_of(study, effort.rounds, file)
     if any(body.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
-    measures = measures_of(study, scene)
     with folder_of_ours(folder) as journal:
         on_file = read_journal(journal)
         known = {case.key: on_file[case.key] for case in cases if case.key in on_file}
@@ -96,15 +88,31 @@ def run_study(
         if known:
             tell(f"{len(cases) - len(left)} of {len(cases)} scenes are in {journal} already")
         about = study.model_dump(mode="json", by_alias=True)
-        with crew_of(workers or 1, cluster) as ask:
+        with crew_of(workers or 1, effort.cluster) as ask:
             outcomes = run_cases(
-                study.scene, cases, journal, known, about=about, rounds=rounds, ask=ask, limit=limit,
-                retry=retry, progress=progress, heard=heard,
+                study.scene, cases, journal, known, about=about, effort=effort, ask=ask, progress=progress, heard=heard
             )  # fmt: skip
         table = table_of(study, cases, outcomes, measures)
         write_csv(folder / TABLE, table.columns)
         write_parquet(folder / PARQUET, table.columns)
     return table
+
+
+def scenes_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) -> tuple[list[Case], Scene, Measures]:
+    """All scenes of a study as they are going to be carried out, the first of them, and the measures asked for.
+
+    Raises `SceneError` of what is wrong; ``file``: of the study, for messages.
+    """
+    cases = cases_of(study, rounds, file)
+    scene = load_scene(study.scene, cases[0].changed)
+    measures = measures_of(study, scene)
+    if study.error_bars == "every":
+        return cases, scene, measures
+    changes = [{**each.changed, **settings(scene)} for each in cases]
+    try:
+        return divided(study, cases_of(study, rounds, file, changes), scene, measures), scene, measures
+    except SceneError as error:
+        raise error if file is None else located(error, file) from None
 
 
 def sweep(
@@ -116,6 +124,7 @@ def sweep(
     seed: int = 1,
     limit: int = 10_000,
     measures: Sequence[str] = (),
+    error_bars: str = "every",
     folder: Path | str | None = None,
     workers: int = 1,
     rounds: int = MOST_ROUNDS,
@@ -133,6 +142,7 @@ def sweep(
         number, seed: of what is drawn.
         limit: scenes that are allowed at most.
         measures: keys of summary.json; those of the scene's accuracy.measures where none.
+        error_bars: "every", or "sampled" of scenes that differ in contact data alone.
         folder: of the journal, by which a stopped study goes on, and of study.csv; none is kept where absent.
         workers: processes.
         rounds: of refinement of each scene, at most.
@@ -147,6 +157,7 @@ def sweep(
     """
     values = {key: each.tolist() if isinstance(each, np.ndarray) else each for key, each in vary.items()}
     given = {"scene": str(scene), "vary": values, "design": design, "seed": seed, "limit": limit}
+    given |= {"error_bars": error_bars}
     given |= {"outputs": {"measures": list(measures)}, **({} if number is None else {"number": number})}
     try:
         study = Study.model_validate(given, context={"folder": Path()})
@@ -154,7 +165,6 @@ def sweep(
         raise SceneError(explain(error, Study, given, Path(scene), {})) from None
     with ExitStack() as ours:
         place = ours.enter_context(private_folder("study")) if folder is None else Path(folder)
-        table = run_study(
-            study, place, workers=None if cluster else workers, rounds=rounds, cluster=cluster, progress=progress
-        )
+        effort = Effort(None if cluster else workers, rounds, cluster=cluster)
+        table = run_study(study, place, effort, progress=progress)
         return as_frame(table.columns)

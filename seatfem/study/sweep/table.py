@@ -10,7 +10,7 @@ from difflib import get_close_matches
 from functools import cached_property
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +22,9 @@ from seatfem.study.scene.measures import key_of
 from seatfem.study.sweep.cases import Case, columns_of
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import StudyError
+from seatfem.study.sweep.sampled import BAR, is_own, judged
 from seatfem.study.sweep.study import Study
 
-BAR: Final = "error_bar_"
 Columns = Mapping[str, Sequence[object]]
 
 
@@ -104,6 +104,8 @@ def check_measures(measures: Sequence[str], outcome: Outcome, table: str = "outp
 
 def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> StudyTable:
     """One row for each case."""
+    if study.error_bars == "sampled":
+        outcomes = judged(cases, outcomes, measures)
     found = [outcomes[case.key] for case in cases]
     parameters = columns_of(cases, study)
     columns: dict[str, list[object]] = {"scene": [case.number for case in cases], **parameters}
@@ -112,6 +114,8 @@ def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], m
         bars: list[object] = [outcome.summary.get(BAR + name) for outcome in found]
         if any(bar is not None for bar in bars):
             columns[BAR + name] = bars
+    if study.error_bars == "sampled":
+        columns["error_bars"] = ["own" if is_own(outcome) else "sampled" for outcome in found]
     columns["status"] = [outcome.state for outcome in found]
     columns["wall_time_s"] = [outcome.wall for outcome in found]
     columns["message"] = [" ".join(outcome.message.split()) for outcome in found]

@@ -1,0 +1,145 @@
+"""error_bars = "sampled": some scenes of a study run in full, the others are marched side by side and have their bars.
+
+The first scenes settle how all are computed, at a target of `TIGHTER` of the scene's own. The sample runs in full by
+those settings, in one round: the extremes of every key, the scenes nearest to the corners of all, and others evenly
+through the design, chosen by their values alone. Of each measure the largest relative error bar among them, times
+`SAFETY`, is the bar of the others. One more scene that is like n others has a larger bar than all of them with a chance
+of 1/(n + 1), whatever the distribution; the factor is for scenes that are not quite alike.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import islice, product
+from typing import Final
+
+import numpy as np
+
+from seatfem.study.method import PORTS, RINGS, is_given
+from seatfem.study.scene import Scene, SceneError
+from seatfem.study.scene.lips import lip_of
+from seatfem.study.scene.measures import all_measures, key_of
+from seatfem.study.scene.problems import Problem
+from seatfem.study.sweep.cases import Case, columns_of, key_of_case
+from seatfem.study.sweep.design import Changes
+from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.sweep.study import Study
+
+SAFETY: Final = 1.25
+TIGHTER: Final = 0.6  # of accuracy.target, so that bars of others with their factor are within it
+LEAST: Final = 24  # scenes through the design
+CORNERS: Final = 32  # at most
+BAR: Final = "error_bar_"
+STRESSES: Final = ("peak_reed_stress", "peak_reed_stress_after_contact", "initial_reed_stress")
+STRESS: Final = tuple(f"{name}_{what}" for name in STRESSES for what in ("Pa", "at_m", "time_s"))
+OTHERS: Final = ("peak_force_N", "first_contact_s", "contact_count")
+
+
+def settings(scene: Scene) -> Changes:
+    """What is changed in all scenes of such a study, besides what varies: the target, and one port for the contact."""
+    one_port = {RINGS: scene.seat.is_meshed, PORTS: lip_of(scene) is not None}
+    ports = {key: 1 for key, there in one_port.items() if there and not is_given(scene, key)}
+    return {"accuracy.target": TIGHTER * scene.accuracy.target, **ports}
+
+
+def divided(study: Study, cases: list[Case], scene: Scene, measures: Sequence[str]) -> list[Case]:
+    """The cases: the first as they are, the sample in one round, the others to be marched side by side.
+
+    Raises `SceneError` of a ``scene``, the first of them, that is marched by itself, and of measures that take a run
+    in full.
+    """
+    _check(scene, measures)
+    needs, sample = _needs(measures), _sample(study, cases)
+
+    def way(place: int, case: Case) -> Case:
+        if case.leads:
+            return case
+        if place in sample:
+            return replace(case, key=key_of_case(case, "sample"), way="sample")
+        return replace(case, key=key_of_case(case, "beside", *needs), way="beside", needs=needs)
+
+    return [way(place, case) for place, case in enumerate(cases)]
+
+
+def _needs(measures: Sequence[str]) -> tuple[str, ...]:
+    """What these keys of summary.json take beside the force."""
+    moved = [each.key for each in all_measures().values() if each.needs_displacement]
+    asked = {"displacement": moved, "stress": STRESS}
+    return tuple(name for name, keys in asked.items() if set(keys) & set(measures))
+
+
+def _sample(study: Study, cases: list[Case]) -> set[int]:
+    """Places of the scenes that run in full, besides the first."""
+    numbers = [np.asarray(column, dtype=float) for column in columns_of(cases, study).values()]
+    unit = np.array([(n - n.min()) / np.ptp(n) for n in numbers if np.ptp(n) > 0]).reshape(-1, len(cases))
+    found = {int(place) for place in np.linspace(0, len(cases) - 1, LEAST).round()}
+    for key in unit:
+        found |= {int(key.argmin()), int(key.argmax())}
+    corners = islice(product((0.0, 1.0), repeat=len(unit)), CORNERS)
+    return found | {int(np.abs(unit.T - corner).max(axis=1).argmin()) for corner in corners if corner}
+
+
+def is_own(outcome: Outcome) -> bool:
+    """Whether a scene has been run in full."""
+    return "accuracy_met" in outcome.summary or not outcome.has_numbers
+
+
+def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> dict[str, Outcome]:
+    """The outcomes, those marched side by side with the bars of the sample, all by the target of the study's scene.
+
+    A measure that is zero has none, nor has one of which a scene of the sample has none.
+    """
+    full = [outcomes[case.key].summary for case in cases if is_own(outcomes[case.key])]
+    sample = [outcomes[case.key].summary for case in cases if case.way == "sample"]
+    first = next((summary for summary in full if "accuracy_target" in summary), {})
+    asked = [key_of(name) for name in str(first.get("accuracy_measures", "")).split(", ")]
+    target = float(first.get("accuracy_target") or math.inf) / TIGHTER
+    shares = {name: [_share(each, name) for each in sample if each.get(name)] for name in {*measures, *asked}}
+    largest = {name: SAFETY * max(of) for name, of in shares.items() if of and max(of) < math.inf}
+
+    def one(outcome: Outcome) -> Outcome:
+        summary = dict(outcome.summary)
+        if not outcome.has_numbers:
+            return outcome
+        if not is_own(outcome):
+            values = {name: summary.get(name) for name in largest}
+            summary |= {BAR + k: largest[k] * abs(v) for k, v in values.items() if isinstance(v, int | float) and v}
+        above = {name: share for name in asked if target < (share := _share(summary, name)) < math.inf}
+        if not above:
+            message = outcome.message if outcome.state == "done" else ""
+            return replace(outcome, state="done", message=message, summary=summary)
+        name = max(above, key=lambda each: above[each])
+        why = f"{name} has an error bar of {above[name]:.2g}, above accuracy.target = {target:g}; leave error_bars out"
+        return replace(outcome, state="missed", message=why, summary=summary)
+
+    return {case.key: one(outcomes[case.key]) for case in cases}
+
+
+def _share(summary: Mapping[str, object], name: str) -> float:
+    """The relative bar; infinite where it is not known."""
+    value, bar = summary.get(name), summary.get(BAR + name)
+    known = isinstance(value, int | float) and isinstance(bar, int | float)
+    return abs(float(bar) / float(value)) if known and value else math.inf  # type: ignore[arg-type]
+
+
+def _check(scene: Scene, measures: Sequence[str]) -> None:
+    words = {
+        "a gas": scene.gas is not None,
+        "a stopper": scene.stopper is not None,
+        "a film in the gap": scene.contact.film is not None,
+        "a preload": scene.contact.preload,
+        "contact.rings": is_given(scene, RINGS) and scene.contact.rings not in (None, 1),
+        "contact.ports": is_given(scene, PORTS) and scene.contact.ports not in (None, 1),
+    }
+    for name in [name for name, there in words.items() if there][:1]:
+        raise _wrong("error_bars", f"'sampled' marches scenes side by side, which {name} forbids; leave the key out")
+    told = {each.key for each in all_measures().values() if not each.needs_line} | {*STRESS, *OTHERS}
+    for name in [name for name in measures if name not in told][:1]:
+        known = ", ".join(sorted(told))
+        raise _wrong("outputs.measures", f"{name!r} takes a run in full: leave error_bars out, or ask for {known}")
+
+
+def _wrong(key: str, message: str) -> SceneError:
+    return SceneError((Problem(None, 0, key, message, tuple(key.split("."))),))

@@ -1,0 +1,163 @@
+"""Scenes that differ in contact data alone, in a worker: marched side by side by the plan that one of them ended with.
+
+Each has the measures that are asked for, of its force as a run by itself has it up to round-off, and no error bar.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import impact
+from impact.bodies.body import Body
+from impact.greens.base import Array
+from impact.march.motion import Discrete, mean_displacement
+from impact.march.problem import ContactError, ContactProblem
+from impact.runs.batch import ImpactBatch
+from seatfem.jobs.folders import private_folder
+from seatfem.structures.build import Cache
+from seatfem.structures.rings import Division
+from seatfem.study.impacts.contact import problem_of, seat_of, solved_striker, stress_of, striker_of, time_step
+from seatfem.study.impacts.measures import values_of
+from seatfem.study.planning.plan import Plan
+from seatfem.study.runs.rounds import SEAT_FILE
+from seatfem.study.runs.summary import reed_stress_keys
+from seatfem.study.scene import Scene, load_scene
+from seatfem.study.scene.measures import Blow, key_of
+from seatfem.study.sweep.outcome import Changes, Outcome, carry_out
+from seatfem.study.sweep.start import begun
+
+SAME = 1e-9  # relative, of two initial states of which one is a multiple of the other
+
+
+@dataclass(frozen=True)
+class _Scene:
+    """One of them: its striker, its gap [m], its velocity [m/s] and the multiple of the first one's initial state."""
+
+    scene: Scene
+    striker: Body
+    gap: float
+    velocity: float
+    release: float
+
+
+def side_by_side(
+    path: Path,
+    changed: Changes,
+    others: Sequence[Changes],
+    rounds: int,
+    start: Mapping[str, Any],
+    needs: Collection[str],
+) -> list[Outcome]:
+    """The scenes at ``path`` with each of the ``others`` changed besides ``changed``.
+
+    ``start``: what they are planned by. ``needs``: "stress", "displacement", where these are asked for. Those that
+    cannot be marched beside the scene with ``changed`` alone are carried out by themselves, with their error bars.
+    """
+    begin, why = time.perf_counter(), "it differs from the first by more than contact data"
+    found: list[dict[str, Any] | None] = [None] * len(others)
+    try:
+        found = _marched(path, changed, others, start, needs)
+    except (ArithmeticError, LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
+        why = str(error)
+    wall = (time.perf_counter() - begin) / len(others)
+
+    def alone(other: Changes) -> Outcome:
+        own = carry_out(path, {**changed, **other}, rounds, start)
+        return replace(own, message=own.message or f"run by itself: {why}")
+
+    return [
+        alone(other) if summary is None else Outcome("done", "", wall, summary)
+        for other, summary in zip(others, found, strict=True)
+    ]
+
+
+def _marched(
+    path: Path, changed: Changes, others: Sequence[Changes], start: Mapping[str, Any], needs: Collection[str]
+) -> list[dict[str, Any] | None]:
+    """A summary of each; ``None`` of those that cannot be marched so."""
+    base = load_scene(path, changed)
+    plan = begun(base, start)
+    if plan is None:
+        raise ContactError("no plan to march by")
+    with private_folder("sweep") as folder:
+        seat = seat_of(base, Cache(folder / SEAT_FILE), method=plan.method.seat)
+    problem, target = _problem(base, plan, impact.Body(seat.greens))
+    dt = plan.method.time_step or time_step(base, problem.striker.greens, seat.greens)
+    known = [_beside(problem, load_scene(path, {**changed, **other}), plan, target) for other in others]
+    chosen = [each for each in known if each is not None]
+    if not chosen:
+        return [None] * len(others)
+    gaps, velocities, releases = np.array([(each.gap, each.velocity, each.release) for each in chosen]).T
+    held = np.isinf(problem.striker.mass)
+    batch = impact.solve_many(
+        problem, dt=dt, duration=base.run.duration, gaps=gaps, velocities=None if held else velocities,
+        release_scales=None if problem.striker.state is None else releases, record="force",
+        filter_width=base.run.filter_width, workers=1,
+    )  # fmt: skip
+    made = iter(_summary(each, batch, place, target, dt, needs) for place, each in enumerate(chosen))
+    return [None if each is None else next(made) for each in known]
+
+
+def _problem(scene: Scene, plan: Plan, target: Body) -> tuple[ContactProblem, Body]:
+    """With the body of the seat as the contact has it."""
+    reed = solved_striker(scene, method=plan.method.reed)  # once in a process
+    striker = striker_of(scene, plan.method.reed.n_modes, None if reed is None else reed.greens)
+    problem = problem_of(scene, striker, target)
+    return problem, problem.contacts[0].target
+
+
+def _beside(base: ContactProblem, scene: Scene, plan: Plan, target: Body) -> _Scene | None:
+    """The scene, if it differs from that of ``base`` by its gap, velocity and size of its initial state alone."""
+    problem, _ = _problem(scene, plan, target)
+    own, there = problem.striker, base.striker
+    if len(problem.contacts) > 1 or problem.contacts[0].law != base.contacts[0].law or not _alike(own, there):
+        return None
+    release = 1.0
+    if own.state is not None and there.state is not None:
+        mine, first = (np.concatenate([b.state.displacement, b.state.velocity]) for b in (own, there) if b.state)
+        release = float(mine @ first / (first @ first)) if np.any(first) else np.nan
+        if not np.abs(mine - release * first).max() <= SAME * np.abs(mine).max():
+            return None
+    return _Scene(scene, own, problem.contacts[0].gap, own.velocity, release)
+
+
+def _alike(one: Body, other: Body) -> bool:
+    """Whether two bodies have the same modes, and both an initial state or none."""
+    first, second = one.greens.modal, other.greens.modal
+    if first is None or second is None or (one.state is None) != (other.state is None):
+        return False
+    return all(np.array_equal(getattr(first, name), getattr(second, name)) for name in ("omega", "zeta", "shapes"))
+
+
+def _summary(
+    each: _Scene, batch: ImpactBatch, place: int, target: Body, dt: float, needs: Collection[str]
+) -> dict[str, Any]:
+    """As far as summary.json has the same."""
+    assert batch.force is not None
+    force, scene = batch.force[place], each.scene
+    stress = stress_of(scene, each.striker, force, dt, np.zeros(0)) if "stress" in needs else None
+    moved = _displacement(target, force, dt) if "displacement" in needs else None
+    values = values_of(Blow(force, dt, scene.run.filter_width, moved, stress))
+    touched = batch.contact_count[place] > 0
+    return {
+        **(reed_stress_keys(stress) if "stress" in needs else {}),
+        **{key_of(name): value for name, value in values.items()},
+        "peak_force_N": float(batch.peak_force[place]),
+        "first_contact_s": float(batch.first_contact[place]) if touched else None,
+        "contact_duration_s": float(batch.contact_duration[place]) if touched else None,
+        "contact_count": int(batch.contact_count[place]),
+        "time_step_s": dt,
+    }
+
+
+def _displacement(target: Body, force: Array, dt: float) -> Array:
+    """(n + 1,) of the seat's patch [m]."""
+    discrete = Discrete.of(target, dt, len(force) - 1)
+    moved = mean_displacement(discrete, -force[None, 1:], Division.of(target.greens).shares)
+    return moved if target.base is None else moved + target.carried(np.asarray(dt * np.arange(len(moved))))

@@ -1,0 +1,175 @@
+"""error_bars = "sampled": scenes marched side by side have the numbers of runs by themselves, and bars of a sample."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatfem.faces.study_verbs import study_ahead
+from seatfem.study.scene import SceneError
+from seatfem.study.sweep import side_by_side
+from seatfem.study.sweep.ahead import Ahead
+from seatfem.study.sweep.outcome import Outcome, carry_out
+from seatfem.study.sweep.runner import JOURNAL
+from seatfem.study.sweep.sampled import SAFETY, TIGHTER, judged
+from seatfem.study.sweep.study import load_study
+from seatfem.study.sweep.sweep import run_study, scenes_of
+from seatfem.study.sweep.table import BAR, StudyTable
+from tests.study.crew_at_hand import answer_here
+from tests.study.test_studies import SPRING, rows, study_file
+
+THROWN = """design = "latin_hypercube"
+number = 48
+error_bars = "sampled"
+[vary]
+reed.velocity = { from = "-2 m/s", to = "-1 m/s" }
+contact.gap = { from = "0 mm", to = "0.01 mm" }
+"""
+REED = """[seat]
+kind = "spring"
+stiffness = "1 N/um"
+[reed]
+kind = "cantilever"
+length = "25 mm"
+width = "10 mm"
+thickness = "0.3 mm"
+material = "steel"
+damping_ratio = 0.02
+release = { tip_deflection = "1 mm" }
+[run]
+duration = "0.8 ms"
+filter_width = "20 us"
+[accuracy]
+target = "10 %"
+"""
+RELEASED = """design = "zip"
+error_bars = "sampled"
+[vary]
+reed.release.tip_deflection = {}
+[outputs]
+measures = ["impulse_Ns", "max_seat_displacement_m", "peak_reed_stress_after_contact_Pa", "peak_force_N"]
+"""
+
+
+def sampled(table: StudyTable) -> np.ndarray:  # type: ignore[type-arg]
+    return np.array(table.columns["error_bars"]) == "sampled"
+
+
+def test_masses_thrown_on_a_spring(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """2 m v and v sqrt(k m) lie within the bars of every scene; those of others are the largest of the sample."""
+    jobs = answer_here(monkeypatch)
+    path, out = study_file(tmp_path, THROWN), tmp_path / "out"
+    table = run_study(load_study(path), out, file=path)
+    predicted = study_ahead(path)
+    others, speed = sampled(table), -table.numbers("reed.velocity [m/s]")
+    assert 10 < others.sum() < 30
+    assert isinstance(predicted, Ahead)
+    assert (predicted.scenes, predicted.beside) == (48 - others.sum(), others.sum())
+    assert set(table.columns["status"]) == {"done"}
+    for name, exact in (("impulse_Ns", 2e-3 * speed), ("filtered_peak_force_N", speed * np.sqrt(1e6 * 1e-3))):
+        value, bar = table.numbers(name), table.numbers(BAR + name)
+        assert np.all(np.abs(value - exact) <= bar + 1e-9)
+        of_sample = (bar / value)[~others][5:]
+        assert (bar / value)[others] == pytest.approx(SAFETY * max(of_sample), rel=0.3)
+        assert np.ptp((bar / value)[others]) < 1e-12
+    beside = [json.loads(job) for job in jobs if "others" in json.loads(job)]
+    assert sum(len(job["others"]) for job in beside) == others.sum()
+    place = int(np.flatnonzero(others)[3])
+    changed = {**beside[0]["changed"], **beside[0]["others"][3]}
+    alone = carry_out(path.parent / "scene.toml", changed, 1, beside[0]["start"], once=True)
+    assert table.numbers("impulse_Ns")[place] == pytest.approx(float(str(alone.summary["impulse_Ns"])), rel=1e-9)
+    before, count = rows(out), len(jobs)
+    lines = (out / JOURNAL).read_text(encoding="utf-8").splitlines(keepends=True)
+    (out / JOURNAL).write_text("".join(lines[:-7]), encoding="utf-8")  # as a kill leaves it
+    run_study(load_study(path), out, file=path)
+    assert rows(out) == before
+    assert [len(json.loads(job)["others"]) for job in jobs[count:]] == [7]
+
+
+def test_reeds_let_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Seat displacement and stress of those side by side are those of full runs; another plan is no excuse."""
+    jobs = answer_here(monkeypatch)
+    deflections = [f"{value:.3f} mm" for value in np.linspace(0.9, 1.1, 27)]
+    path = study_file(tmp_path, RELEASED.format(json.dumps(deflections)), REED)
+    table = run_study(load_study(path), tmp_path / "out", file=path)
+    others = sampled(table)
+    assert others.any()
+    job = json.loads(jobs[-1])
+    alone = carry_out(path.parent / "scene.toml", {**job["changed"], **job["others"][0]}, 1, job["start"], once=True)
+    for name in table.measures:
+        if not name.startswith(BAR):
+            found = table.numbers(name)[int(np.flatnonzero(others)[0])]
+            assert found == pytest.approx(float(str(alone.summary[name])), rel=1e-7)
+
+
+def test_scenes_that_cannot_be_marched_so_run_by_themselves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer_here(monkeypatch)
+    monkeypatch.setattr(side_by_side.impact, "solve_many", lambda *_, **__: 1 / 0)
+    path = study_file(tmp_path, THROWN.replace("48", "32"))
+    table = run_study(load_study(path), tmp_path / "out", file=path)
+    assert not sampled(table).any()
+    assert "run by itself: division by zero" in table.columns["message"]
+    assert np.isfinite(table.numbers(f"{BAR}impulse_Ns")).all()
+
+
+def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
+    """The largest relative bar of the sample counts; above the target all others miss; without one there is none."""
+    path = study_file(tmp_path, THROWN)
+    cases = scenes_of(load_study(path))[0]
+    bars = {case.key: 1e-3 for case in cases}
+    bars[next(case.key for case in cases if case.way == "sample")] = 0.04
+
+    def judged_by(target: float, unknown: str = "") -> dict[str, Outcome]:
+        common = {"impulse_Ns": -2.0}
+        full = {"accuracy_met": True, "accuracy_target": TIGHTER * target, "accuracy_measures": "impulse"}
+        found = {
+            case.key: Outcome("done", "", 1.0, {**common, **full, f"{BAR}impulse_Ns": 2 * bars[case.key]})
+            if case.way != "beside"
+            else Outcome("done", "", 1.0, common)
+            for case in cases
+        }
+        if unknown:
+            found[unknown] = Outcome("done", "", 1.0, common | full)
+        return {case.key: judged(cases, found, ["impulse_Ns"])[case.key] for case in cases if case.way == "beside"}
+
+    assert {each.state for each in judged_by(0.051).values()} == {"done"}
+    assert {each.summary[f"{BAR}impulse_Ns"] for each in judged_by(0.051).values()} == {SAFETY * 0.08}
+    assert {each.state for each in judged_by(0.049).values()} == {"missed"}
+    sample = [case.key for case in cases if case.way == "sample"]
+    assert all(f"{BAR}impulse_Ns" not in each.summary for each in judged_by(0.05, sample[-1]).values())
+
+
+@pytest.mark.parametrize(
+    ("text", "scene", "message"),
+    [
+        (
+            'error_bars = "sampled"\n[vary]\nreed.mass = ["1 g", "2 g"]',
+            SPRING,
+            r"study\.toml:4: vary\.reed\.mass: is no",
+        ),
+        ('error_bars = "few"\n[vary]\nreed.mass = ["1 g", "2 g"]', SPRING, r"study\.toml:2: error_bars: .*'every'"),
+        (
+            'error_bars = "sampled"\n[vary]\ncontact.gap = ["0 mm", "1 um"]\n[outputs]\nmeasures = ["restitution"]',
+            SPRING,
+            r"study\.toml:6: outputs\.measures: 'restitution' takes a run in full",
+        ),
+        (
+            'error_bars = "sampled"\n[vary]\nreed.velocity = ["-1 m/s", "-2 m/s"]',
+            SPRING + '[contact.film]\nviscosity = "18 uPa s"\nfloor = "1 um"\nwidth = "1 mm"\nlength = "9 mm"\n',
+            r"study\.toml:2: error_bars: 'sampled' marches scenes side by side, which a film",
+        ),
+        (
+            'error_bars = "sampled"\n[vary]\nreed.velocity = { from = "-2 m/s", to = "-1 m/s" }\n[optimise]\n'
+            'minimise = "impulse_Ns"',
+            SPRING,
+            r"study\.toml:2: error_bars: 'sampled' is for designs",
+        ),
+    ],
+)
+def test_what_it_is_not_for(text: str, scene: str, message: str, tmp_path: Path) -> None:
+    path = study_file(tmp_path, text, scene)
+    with pytest.raises(SceneError) as told:
+        run_study(load_study(path), tmp_path / "out", file=path)
+    assert re.search(message, str(told.value)), str(told.value)
