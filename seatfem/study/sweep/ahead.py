@@ -18,7 +18,7 @@ from seatfem.study.scene import SceneError, load_scene, located
 from seatfem.study.sweep.cases import Case
 
 SAMPLED: Final = 3  # scenes that are planned: the first, the middle and the last
-NOT_HERE: Final = ("program start", "pictures", "files", *OF_THE_SEAT)
+NOT_HERE: Final = ("program start", "compilation", "pictures", "files", *OF_THE_SEAT)
 """Stages that scenes of a study do without, or only the first one with a seat has."""
 
 
@@ -28,7 +28,7 @@ class Ahead:
 
     Attributes:
         scenes, seats: how many there are to compute, and different seats among them.
-        seconds: of one worker in all; ``start``: of that the program's.
+        seconds: of one worker in all; ``start``: of that the program's, with what is compiled first.
         each, seat: of one scene without its seat, of a seat that is not there yet [s].
         memory: largest of a worker [bytes].
     """
@@ -85,4 +85,5 @@ def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
     each = [sum(spent for stage, spent in cost.parts.items() if stage not in NOT_HERE) for cost in costs]
     different = len({case.leader for case in cases}) if max(seats) > 0 else 0
     memory = max(PROGRAM, *(cost.memory for cost in costs))
-    return Ahead(len(cases), different, machine.start, sum(each) / len(each), max(seats), memory)
+    start = machine.start + costs[0].parts.get("compilation", 0.0)
+    return Ahead(len(cases), different, start, sum(each) / len(each), max(seats), memory)
