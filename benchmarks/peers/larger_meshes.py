@@ -30,8 +30,8 @@ TOLERANCE, STEP, FINE = 1e-2, 20e-9, 10e-9  # of our Green's function; of our ma
 
 @dataclass(frozen=True)
 class Found:
-    """Of one mesh: processor seconds of ours, and of CalculiX before its first step and for each; errors [%] of ours and
-    of Newmark's rule in `STEPS`, as `scene.apart` gives; ``same``: CalculiX from that rule in the steps that it ran [%].
+    """Of one mesh: processor seconds of ours, and of CalculiX before its first step and for each; errors [%] of ours
+    and of Newmark's rule in `STEPS`, as `scene.apart` gives; ``same``: CalculiX from that rule in what it ran [%].
     """
 
     unknowns: int
@@ -54,15 +54,15 @@ def meshes_table() -> Table:
     within = " and ".join(_within(one) for one in found)
     same = ", ".join(f"{one.same:.2g} %" for one in found)
     notes = (
-        f"The impact above on finer meshes. Ours: a first scene to a tolerance of {100 * TOLERANCE:g} %, the mean of one "
-        f"before and one after CalculiX. CalculiX runs its first {FIRST} and its first {MORE} steps of "
+        f"The impact above on finer meshes. Ours: a first scene to a tolerance of {100 * TOLERANCE:g} %, the mean of "
+        f"one before and one after CalculiX. CalculiX runs its first {FIRST} and its first {MORE} steps of "
         f"{1e9 * RUN:g} ns: what a step takes, and what comes before the first. **Its times of whole scenes are "
         "extrapolated from these**; in the table above they grow with the number of steps alone.\n\n"
         "Errors are from Newmark's trapezoidal rule on the whole mesh in steps of "
-        f"{1e9 * FINE:g} ns; those in CalculiX's rows are of that rule in steps as long, from which its force differs by "
-        f"{same} of the largest in the steps that it ran.\n\n"
-        f"At equal accuracy, the filtered force within our tolerance of {100 * TOLERANCE:g} % of its peak at all times: "
-        f"{within}. That step is read off a straight line through the errors on double logarithmic axes.",
+        f"{1e9 * FINE:g} ns; those in CalculiX's rows are of that rule in steps as long, from which its force differs "
+        f"by {same} of the largest in the steps that it ran.\n\n"
+        f"At equal accuracy, the filtered force within our tolerance of {100 * TOLERANCE:g} % of its peak at all "
+        f"times: {within}. That step is read off a straight line through the errors on double logarithmic axes.",
     )
     columns = ("program", "unknowns", "step (ns)", "a step (s)", "scene (s)", "apart (%)", "peak (%)", "impulse (%)")
     return Table("The impact on finer meshes", notes, (*columns, "ratio"), tuple(rows))
