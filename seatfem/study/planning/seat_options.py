@@ -25,6 +25,7 @@ from seatfem.study.planning.costs import coarser_elements, finite_elements
 from seatfem.study.planning.seen import RING_NUMBERS, Seen
 from seatfem.study.safety import DOUBT, DOUBT_OF_ARCS, FEWER_POLES, MESH_BAR, MESH_BAR_OF_ARCS
 
+COARSEST_OF_ARCS: Final = 0.1  # error of g by a mesh for a lip in arcs: coarser ones cost a round more than they save
 REDUCTION: Final = 1e-6  # time of a reduction over its band, of a body whose modes cannot be counted yet [s/Hz]
 
 
@@ -159,6 +160,8 @@ def _meshes(seen: Seen, band: float) -> Iterator[tuple[float, Mapping[str, Chang
         return
     before = None
     for error in ERRORS:
+        if seen.arcs is not None and error > COARSEST_OF_ARCS:
+            continue
         sizes = seen.sizes(band, error)
         if sizes != before:
             assert seen.patch is not None
