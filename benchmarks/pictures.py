@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import impact
@@ -32,27 +33,36 @@ def main() -> None:
     spring = impact.spring(stiffness=1 / float(seat.greens.static_compliance()[0, 0]))
     baseline = run_contacts(scene, striker_of(scene), spring, dt).seat
     print(f"numbers: {time.perf_counter() - start:.1f} s")  # noqa: T201
-    apart = pictures.drawn_apart
+    apart = pictures.drawing_apart
     for words, there in (("apart", True), ("here", False), ("apart", True), ("here", False)):
         with tempfile.TemporaryDirectory() as folder:
             begun = time.perf_counter()
-            pictures.drawn_apart = apart if there else _here  # type: ignore[assignment]
+            pictures.drawing_apart = apart if there else _here  # type: ignore[assignment]
             _, gaps = pictures.draw_run(scene, plan.method, seat, result, baseline, Path(folder), silent)
             assert gaps == (), gaps
             print(f"pictures, {words}: {time.perf_counter() - begun:.1f} s")  # noqa: T201
 
 
 class _here:
-    """In the place of `drawn_apart`: all in this process."""
+    """In the place of `drawing_apart`: all in this process."""
 
-    def __init__(self, drawn: list[pictures.Picture], folder: Path) -> None:
-        self.drawn, self.folder = dict(drawn), folder
+    def __init__(self) -> None:
+        self._drawn: dict[str, Callable[..., object]] = {}
 
-    def __enter__(self) -> object:
-        return lambda name: gap_of(lambda path: self.drawn[name](path=path), self.folder / name)
+    def __enter__(self) -> _here:
+        return self
 
     def __exit__(self, *_: object) -> None:
         pass
+
+    def take(self, drawn: list[pictures.Picture]) -> None:
+        self._drawn |= dict(drawn)
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._drawn
+
+    def wait(self, name: str, folder: Path) -> str:
+        return gap_of(lambda path: self._drawn[name](path=path), folder / name)
 
 
 if __name__ == "__main__":

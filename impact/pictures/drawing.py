@@ -119,7 +119,7 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
         with whole_file(path) as temporary:
             if Path(path).suffix.lower() == ".png":  # savefig would draw all of it once more, for its layout
                 figure.dpi, usual = DPI, figure.dpi
-                FigureCanvasAgg(figure).print_png(temporary, pil_kwargs={"compress_level": 4})
+                FigureCanvasAgg(figure).print_png(temporary, pil_kwargs={"compress_level": 4})  # type: ignore[no-untyped-call]
                 figure.dpi = usual
             else:
                 figure.savefig(temporary, dpi=DPI)

@@ -61,8 +61,8 @@ class Machine:
     step: float = 2.2e-7
     stress: float = 2.5e-9
     value: float = 5.9e-8
-    sheet: float = 0.35
-    view: float = 0.3
+    sheet: float = 0.22
+    view: float = 0.12
     face: float = 1.2e-5
     origin: str = "default rates; seatfem doctor --calibrate measures this computer's"
 

@@ -24,17 +24,15 @@ def main(folder: Path) -> None:
         drawing, _, name = line.partition(" ")
 
         def draw(path: Path) -> None:
-            if not drawing:
-                return _load()
             with (folder / drawing).open("rb") as file:
                 pickle.load(file)(path=path)
 
-        return json.dumps(gap_of(draw, folder / name))
+        return json.dumps(gap_of(draw if drawing else _load, folder / name))
 
     answer_lines(answer)
 
 
-def _load() -> None:
+def _load(_: Path) -> None:
     """Libraries, and a window of OpenGL, whose first one takes longest."""
     import matplotlib.backends.backend_agg  # noqa: F401
 

@@ -211,9 +211,7 @@ def _visible_facets(mesh: Any, kept: NDArray[np.bool_], groups: tuple[str, ...])
 class _Body:
     """A grid in a plotter: surface (perhaps cut) with the shapes on it, and the undeformed edges."""
 
-    def __init__(
-        self, pyvista: ModuleType, plotter: Any, grid: CellGrid, shapes: Sequence[Array], cut: bool
-    ) -> None:
+    def __init__(self, pyvista: ModuleType, plotter: Any, grid: CellGrid, shapes: Sequence[Array], cut: bool) -> None:
         volume = _unstructured(pyvista, grid.points, grid.linear_cells)
         for k, shape in enumerate(shapes):
             field = np.asarray(shape, dtype=float).T

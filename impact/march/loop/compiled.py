@@ -25,6 +25,12 @@ def stamp(march: Path) -> str:
 STAMP: Final = stamp(Path(__file__).parents[1])
 
 
+def on_file(made: Any) -> bool:
+    """Whether numba has anything compiled of a function on file, from the sources as they are."""
+    cached = getattr(getattr(made, "_cache", None), "_cache_file", None)
+    return cached is None or bool(cached._load_index())  # none where nothing is compiled: NUMBA_DISABLE_JIT
+
+
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """A decorator: compiled with ``options`` of `numba.njit`, cached until one of the files changes."""
 

@@ -42,6 +42,12 @@ class Cost:
     memory: float
     parts: Mapping[str, float] = field(default_factory=dict)
 
+    def after(self, stage: str, seconds: float) -> Cost:
+        """The same with another stage before it, if that takes any time."""
+        if not seconds:
+            return self
+        return Cost(self.seconds + seconds, self.memory, {stage: seconds, **self.parts})
+
 
 @dataclass(frozen=True)
 class Alternative:

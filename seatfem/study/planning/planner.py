@@ -9,6 +9,7 @@ from typing import Final
 
 from impact.progress import Progress, silent
 from impact.runs.budget import safety
+from seatfem.machine.compiling import compilation
 from seatfem.machine.rates import Machine
 from seatfem.structures import cache
 from seatfem.structures.estimates.mesh_size import ERRORS
@@ -58,6 +59,7 @@ def plan_scene(
     check_step(scene)
     check_files(scene)
     machine, target = machine or Machine.known(), scene.accuracy.target
+    compiling = compilation(machine)  # before the plan itself marches
     surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
     progress("planning", 0.1)
     choices = Choices(Seen.of(scene, surrogate, machine, progress, without), without)
@@ -72,9 +74,9 @@ def plan_scene(
         scene=scene,
         method=method,
         choices=choices_of(decision, method, at_hand),
-        cost=predict_cost(scene, method, machine, kept=bool(at_hand)),
+        cost=predict_cost(scene, method, machine, kept=bool(at_hand)).after("compilation", compiling),
         error=decision.error,
-        alternatives=_alternatives(choices, decision),
+        alternatives=_alternatives(choices, decision, compiling),
         shares=decision.shares,
         kept=bool(at_hand),
         without=without,
@@ -82,14 +84,14 @@ def plan_scene(
     return replace(plan, notes=(*_notes(plan, wanted, decision), *map(str, validity_advice(scene))))
 
 
-def _alternatives(choices: Choices, decision: Decision) -> tuple[Alternative, ...]:
+def _alternatives(choices: Choices, decision: Decision, compiling: float) -> tuple[Alternative, ...]:
     """The plans for a target looser and tighter by `STEP_UP`."""
     seen, found = choices.seen, []
     for target in (STEP_UP * seen.scene.accuracy.target, seen.scene.accuracy.target / STEP_UP):
         if target < 1:
             other = choices.cheapest(target)
             if other.method != decision.method:
-                cost = predict_cost(seen.scene, other.method, seen.machine)
+                cost = predict_cost(seen.scene, other.method, seen.machine).after("compilation", compiling)
                 found.append(Alternative(f"target = {100 * target:.2g} %", cost, other.error))
     return tuple(found)
 

@@ -70,7 +70,8 @@ def draw_run(
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Force, motion, energy, Green's function, ``more``, mesh and modes; (files written, gaps in words).
 
-    ``painter``: has taken those of `ahead` for this seat. Mesh and modes of a seat that was computed before, whose matrices are gone, come from the store.
+    ``painter``: has taken those of `ahead` for this seat. Mesh and modes of a seat that was computed before, whose
+    matrices are gone, come from the store.
     """
     title, width = scene.title or "Impact", scene.run.filter_width
     pictures: list[Picture] = [

@@ -19,7 +19,7 @@ from seatfem.study.sweep.cases import Case
 
 SAMPLED: Final = 3  # scenes that are planned: the first, the middle and the last
 LANE: Final = 0.1  # of a scene marched side by side, over the march of one by itself with all energies
-NOT_HERE: Final = ("program start", "pictures", "files", *OF_THE_SEAT)
+NOT_HERE: Final = ("program start", "compilation", "pictures", "files", *OF_THE_SEAT)
 """Stages that scenes of a study do without, or only the first one with a seat has."""
 
 
@@ -29,7 +29,7 @@ class Ahead:
 
     Attributes:
         scenes, seats: how many there are to compute in full, and different seats among them.
-        seconds: of one worker in all; ``start``: of that the program's.
+        seconds: of one worker in all; ``start``: of that the program's, with what is compiled first.
         each, seat: of one scene without its seat, of a seat that is not there yet [s].
         memory: largest of a worker [bytes].
         beside: how many there are to march side by side; ``lane``: of one of them [s].
@@ -93,5 +93,6 @@ def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
     memory = max(PROGRAM, *(cost.memory for cost in costs))
     alone = sum(case.way != "beside" for case in cases)
     march = sum(cost.parts["contact"] for cost in costs) / len(costs)
-    seconds = machine.start, sum(each) / len(each), max(seats)
+    start = machine.start + costs[0].parts.get("compilation", 0.0)
+    seconds = start, sum(each) / len(each), max(seats)
     return Ahead(alone, different, *seconds, memory, len(cases) - alone, LANE * march)

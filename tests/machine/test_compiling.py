@@ -1,0 +1,53 @@
+"""The first run on a machine compiles: known before it begins."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import pytest
+
+from impact.march.loop.compiled import on_file
+from seatfem.machine import compiling
+from seatfem.machine.rates import Machine
+from seatfem.study.planning import planner
+from seatfem.study.scene import load_scene
+
+SOURCE = """
+from numba import njit
+
+@njit(cache=True)
+def twice(x):
+    return 2 * x
+"""
+
+
+def test_compiled_code_is_found_on_file_until_its_source_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "doubled.py").write_text(SOURCE, encoding="utf-8")
+    made = importlib.import_module("doubled").twice
+    assert not on_file(made)
+    assert made(2) == 4
+    assert on_file(made)
+    (tmp_path / "doubled.py").write_text(f"{SOURCE}# another\n", encoding="utf-8")
+    del sys.modules["doubled"]
+    assert not on_file(importlib.import_module("doubled").twice)
+
+
+def test_a_plan_tells_what_is_still_to_be_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compiling, "on_file", lambda march: march is compiling.march_one)
+    assert compiling.compilation(Machine(start=2.0)) == pytest.approx(2.0 * compiling.EACH)
+    monkeypatch.setattr(compiling, "on_file", lambda march: True)
+    assert compiling.compilation(Machine()) == 0.0
+
+
+def test_it_stands_in_the_predicted_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = load_scene(Path(__file__).parents[2] / "examples" / "flapper_on_spring.toml")
+    costs = []
+    for seconds in (0.0, 7.0):
+        monkeypatch.setattr(planner, "compilation", lambda machine, seconds=seconds: seconds)
+        costs.append(planner.plan_scene(scene, Machine()).cost)
+    assert "compilation" not in costs[0].parts
+    assert costs[1].seconds == pytest.approx(costs[0].seconds + 7.0)
+    assert costs[1].seconds == pytest.approx(sum(costs[1].parts.values()))
