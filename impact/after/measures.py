@@ -263,7 +263,7 @@ def restitution(result: ImpactResult, *, contact: int | None = None, group: int 
     if len(groups) == 0:
         raise MeasureError("no contact in this record: the coefficient of restitution is not defined; run longer")
     if not 0 <= group < len(groups):
-        raise MeasureError(f"group = {group}: this contact has {len(groups)}, numbered from 0")
+        raise MeasureError(f"group = {group}: it must be one of the {len(groups)} of this contact, numbered from 0")
     if one.force[0] and group == 0:
         raise MeasureError(
             "a preload presses the bodies on each other, so that nothing comes in; run it without preload"

@@ -48,6 +48,7 @@ EXEMPT = {
     ("structures/reduction/spectrum.py", "count"): "the same",
     ("structures/reduction/slepc.py", "{gap}; {remedy}"): "what is missing of PETSc, with what installs it",
     ("study/scene/files.py", "text"): "findings of the structures, texts of their errors",
+    ("study/scene/load.py", "why"): "what a file is in place of a scene, each with the verb that takes it",
     ("study/scene/problems.py", "_message(place, data)"): "pydantic's words: 'input should be ...'",
 }
 """File, and what its text has; why nothing is asked of it here."""

@@ -127,7 +127,7 @@ def check_patch(deck: CalculixBody) -> None:
     if deck.plane:
         raise ModelError("ccx's surface contact finds no end between axisymmetric elements; state seat.model = '3d'")
     if not deck.flat:
-        raise ModelError("contact by surfaces is written for a flat patch that faces up along z; this is none")
+        raise ModelError("contact by surfaces needs a flat patch that faces up along z")
 
 
 def _brick(name: str, node: int, cell: int, low: Array, high: Array, density: float) -> Iterator[str]:

@@ -101,7 +101,7 @@ def held_of(model: SecondOrderModel) -> NDArray[np.bool_]:
     else:
         per_row = np.diff(dofs.turned.tocsr().indptr)
         if per_row.max(initial=0) > 1 or not np.allclose(np.abs(dofs.turned.data), 1.0):
-            raise ModelError("a sliding support oblique to the axes has no place in a deck for CalculiX")
+            raise ModelError("a sliding support oblique to the axes has no place in a deck for CalculiX; turn the part")
         held[per_row > 0] = False
     return held.reshape(-1, 3)
 

@@ -93,11 +93,11 @@ def _as_face(lip: AnyLip | None) -> FaceLip:
 def _body(plan: Plan) -> Elastic:
     body = plan.scene.seat
     if not isinstance(body, Elastic):
-        raise DeckError(f"seat.kind = {body.kind!r} has no finite elements to write a deck of")
+        raise DeckError(f"seat.kind = {body.kind!r} has no finite elements to write a deck of; give one that is meshed")
     if body.struck_arc is not None:
         raise DeckError("only an arc of the seat's ring is struck: a half section has none; remove seat.arc")
     if held := [support.kind for support in body.supports if support.kind != "sliding"]:
-        raise DeckError(f"seat.supports: a {held[0]} support has no place in the deck; clamped and sliding faces have")
+        raise DeckError(f"seat.supports: a {held[0]} support has no place in the deck; use clamped or sliding faces")
     assert not supports_of(body)
     return body
 

@@ -84,7 +84,7 @@ def _marched(
     base = load_scene(path, changed)
     plan = begun(base, start)
     if plan is None:
-        raise ContactError("no plan to march by")
+        raise ContactError("no plan to march by; give the plan that a scene of the sample ended with")
     with private_folder("sweep") as folder:
         seat = seat_of(base, Cache(folder / SEAT_FILE), method=plan.method.seat)
     problem, target = _problem(base, plan, impact.Body(seat.greens))
