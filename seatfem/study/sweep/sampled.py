@@ -107,7 +107,7 @@ def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Seq
             values = {name: summary.get(name) for name in largest}
             summary |= {BAR + k: largest[k] * abs(v) for k, v in values.items() if isinstance(v, int | float) and v}
         above = {name: share for name in asked if target < (share := _share(summary, name)) < math.inf}
-        unknown = [name for name in asked if summary.get(name) and BAR + name not in summary]
+        unknown = [name for name in asked if summary.get(name) and summary.get(BAR + name) is None]
         if unknown:
             why = f"{unknown[0]} has no error bar, as one of the sample has none; leave error_bars out"
             return replace(outcome, state="missed", message=why, summary=summary)
