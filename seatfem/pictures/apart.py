@@ -43,17 +43,6 @@ def drawing_apart() -> Iterator[Painter]:
             painter.end()
 
 
-@contextmanager
-def drawn_apart(pictures: Sequence[Picture], folder: Path) -> Iterator[Callable[[str], str]]:
-    """Draw ``pictures`` into ``folder`` from now on, as `drawing_apart`.
-
-    Gives a function of a picture's name that waits for it, and tells why it could not be drawn, or "".
-    """
-    with drawing_apart() as painter:
-        painter.take(pictures)
-        yield lambda name: painter.wait(name, folder)
-
-
 class Painter:
     """Asks a worker for one picture after the other; another worker after one that has ended."""
 
@@ -133,8 +122,8 @@ class Painter:
             problem = "the process that draws it crashed; seatfem doctor tells what may be missing"
             if not self._ending.is_set() and not can_draw():
                 self._cannot = NO_DRIVER
-        except (TimeoutError, OSError, ValueError) as error:
-            problem = str(error)
+        except (OSError, ValueError, RuntimeError, MemoryError) as error:  # any other would leave `wait` waiting
+            problem = str(error) or type(error).__name__
         self._end_worker()
         self._worker = None
         return self._cannot or f"{name}: {problem}"

@@ -2,6 +2,8 @@
 
 import os
 import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -9,7 +11,7 @@ import pytest
 
 from impact.files.atomic import whole_file
 from seatfem.pictures import apart
-from seatfem.pictures.apart import drawn_apart
+from seatfem.pictures.apart import Picture, drawing_apart
 
 WORKER = """
 import os, signal, time
@@ -28,6 +30,14 @@ def crashing(path):
 def hanging(path):
     time.sleep(60)
 """
+
+
+@contextmanager
+def drawn_apart(pictures: Sequence[Picture], folder: Path) -> Iterator[Callable[[str], str]]:
+    """Take them, and give what waits for one by its name."""
+    with drawing_apart() as painter:
+        painter.take(pictures)
+        yield lambda name: painter.wait(name, folder)
 
 
 @pytest.fixture
@@ -84,3 +94,18 @@ def test_what_cannot_be_handed_over_is_drawn_here(tmp_path: Path) -> None:
     with drawn_apart([("a.png", draw)], tmp_path) as drawn:
         assert drawn("a.png") == ""
     assert (tmp_path / "a.png").read_text() == str(os.getpid())
+
+
+def test_a_worker_that_cannot_be_started_costs_its_pictures_and_no_wait(
+    drawers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where the system has no thread left for it."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(apart, "LineWorker", refuse)
+    with drawing_apart() as painter:
+        painter.take([("a.png", drawers.fine)])
+        assert painter._wanted["a.png"].done.wait(20)
+        assert painter.wait("a.png", tmp_path) == "a.png: can't start new thread"

@@ -138,7 +138,9 @@ def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
     assert {each.summary[f"{BAR}impulse_Ns"] for each in judged_by(0.051).values()} == {SAFETY * 0.08}
     assert {each.state for each in judged_by(0.049).values()} == {"missed"}
     sample = [case.key for case in cases if case.way == "sample"]
-    assert all(f"{BAR}impulse_Ns" not in each.summary for each in judged_by(0.05, sample[-1]).values())
+    without = judged_by(0.051, sample[-1]).values()
+    assert all(f"{BAR}impulse_Ns" not in each.summary for each in without)
+    assert {each.state for each in without} == {"missed"}  # nobody knows whether the target is met
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from seatfem.study.sweep.start import PILOTS, begun, chosen, start_of
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
 from tests.study.crew_at_hand import answer_here
+from tests.study.test_planning import ANNULAR, REED
 from tests.study.test_studies import SPRING, study_file
 
 MASSES = '[vary]\nreed.mass = ["1 g", "1.1 g", "1.2 g", "1 g", "1.3 g", "1.4 g", "1.5 g"]'
@@ -84,6 +85,20 @@ def test_a_seat_serves_scenes_of_another_plan(tmp_path: Path) -> None:
     start = {**start_of(plan_scene(load_scene(path))), "seat": {"seat.stiffness": "2 N/um"}}
     found = carry_out(path, {"run.duration": "0.3 ms"}, 4, start)
     assert found.summary["seat_static_stiffness_N_per_m"] == pytest.approx(2e6)
+
+
+def test_what_waves_of_the_seat_change_is_never_told_by_another_scene(tmp_path: Path) -> None:
+    """Of a seat taken for a spring the bar of the model is that of pre-runs: a scene has its own, not a start's."""
+    path = tmp_path / "scene.toml"
+    asked = '[accuracy]\ntarget = "1 %"\nmeasures = ["impulse"]'
+    path.write_text(f"{ANNULAR}{REED}{asked}", encoding="utf-8")
+    plan = plan_scene(load_scene(path))
+    start = start_of(plan)
+    assert plan.method.seat.static
+    assert begun(load_scene(path), start, as_it_is=True) is not None
+    assert begun(load_scene(path), start) is None
+    own = plan_scene(load_scene(path, start["seat"]))  # as it is planned then
+    assert own.shares["model"]["impulse"] == pytest.approx(plan.shares["model"]["impulse"], rel=0.03) != 0.0
 
 
 def test_stresses_are_looked_for_where_a_measure_is_one(tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _BLOCK = 10  # fewest vectors between two checks
 _CRAWLS = 60  # vectors for each port, damped bodies take 30 to 50: beyond, a higher shift takes half as many
 _HIGHER = 2.5  # that shift, over the band's; what a tight tolerance lacks lies at two to four times the band. Undamped
-# bodies begin with it: up to 65 % fewer vectors over 2.5 to 12 periods of the band, at most 10 % more
+# bodies begin with it: up to 65 % fewer vectors over 2.5 to 12 periods of the band, at most 12 % more
 
 
 @dataclass(frozen=True)

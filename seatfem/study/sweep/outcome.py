@@ -82,20 +82,24 @@ def carry_out(
 
     begun = time.perf_counter()
     limits = Limits(1 if once and start else rounds, steady=True, stress=stress)
-    found = _tried(path, changed, limits, start, leads=leads)
+    found = _tried(path, changed, limits, start, leads=leads, once=once)
     if start and found.state != "done" and not once:
-        found = _tried(path, changed, replace(limits, rounds=rounds), {}, leads=leads)
+        found = _tried(path, changed, replace(limits, rounds=rounds), {}, leads=leads, once=once)
     return replace(found, wall=time.perf_counter() - begun)
 
 
-def _tried(path: Path, changed: Changes, limits: Limits, start: Mapping[str, Any], *, leads: bool) -> Outcome:
+def _tried(
+    path: Path, changed: Changes, limits: Limits, start: Mapping[str, Any], *, leads: bool, once: bool
+) -> Outcome:
     try:
-        return _carried_out(path, changed, limits, start, leads=leads)
+        return _carried_out(path, changed, limits, start, leads=leads, once=once)
     except (ArithmeticError, AssertionError, LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
         return Outcome("failed", f"{type(error).__name__}: {error}")
 
 
-def _carried_out(path: Path, changed: Changes, limits: Limits, start: Mapping[str, Any], *, leads: bool) -> Outcome:
+def _carried_out(
+    path: Path, changed: Changes, limits: Limits, start: Mapping[str, Any], *, leads: bool, once: bool
+) -> Outcome:
     from seatfem.jobs.folders import private_folder  # what runs scenes takes long to load
     from seatfem.machine.rates import Machine
     from seatfem.structures.store import Store
@@ -106,7 +110,7 @@ def _carried_out(path: Path, changed: Changes, limits: Limits, start: Mapping[st
 
     scene = load_scene(path, changed)
     with private_folder("sweep") as folder:
-        plan = begun(scene, start)
+        plan = begun(scene, start, as_it_is=once)
         if plan is None:
             scene = load_scene(path, {**changed, **start.get("seat", {})})
             plan = plan_scene(scene, Machine(), store=Store(folder / "no-store"))  # never written: no seat is at hand

@@ -89,7 +89,7 @@ def is_own(outcome: Outcome) -> bool:
 def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> dict[str, Outcome]:
     """The outcomes, those marched side by side with the bars of the sample, all by the target of the study's scene.
 
-    A measure that is zero has none, nor has one of which a scene of the sample has none.
+    A measure that is zero has none. Nor has one of which a scene of the sample has none: what asks for it misses.
     """
     full = [outcomes[case.key].summary for case in cases if is_own(outcomes[case.key])]
     sample = [outcomes[case.key].summary for case in cases if case.way == "sample"]
@@ -107,6 +107,10 @@ def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Seq
             values = {name: summary.get(name) for name in largest}
             summary |= {BAR + k: largest[k] * abs(v) for k, v in values.items() if isinstance(v, int | float) and v}
         above = {name: share for name in asked if target < (share := _share(summary, name)) < math.inf}
+        unknown = [name for name in asked if summary.get(name) and summary.get(BAR + name) is None]
+        if unknown:
+            why = f"{unknown[0]} has no error bar, as one of the sample has none; leave error_bars out"
+            return replace(outcome, state="missed", message=why, summary=summary)
         if not above:
             message = outcome.message if outcome.state == "done" else ""
             return replace(outcome, state="done", message=message, summary=summary)

@@ -82,7 +82,7 @@ def _marched(
 ) -> list[dict[str, Any] | None]:
     """A summary of each; ``None`` of those that cannot be marched so."""
     base = load_scene(path, changed)
-    plan = begun(base, start)
+    plan = begun(base, start, as_it_is=True)
     if plan is None:
         raise ContactError("no plan to march by; give the plan that a scene of the sample ended with")
     with private_folder("sweep") as folder:

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from seatfem.machine.rates import Machine
 from seatfem.structures.store import content_key
+from seatfem.study.accuracy.seat_waves import tells_waves
 from seatfem.study.method import FIELDS, has_key, is_given, value_of
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.plan import Plan
@@ -46,11 +47,18 @@ def start_of(plan: Plan) -> Start:
     }
 
 
-def begun(scene: Scene, start: Start) -> Plan | None:
-    """The plan that ``scene`` begins with; ``None`` where it is too different for one of these."""
+def begun(scene: Scene, start: Start, *, as_it_is: bool = False) -> Plan | None:
+    """The plan that ``scene`` begins with; ``None`` where it is too different for one of these.
+
+    Nor does it begin with one that leaves out the waves of its seat, unless ``as_it_is``: what they would change is
+    known by pre-runs alone, and those of another scene would stand in this one's error bar.
+    """
     if start.get("like") != _like(scene):
         return None
-    return plan_told(scene, start["plan"], NOTE)
+    plan = plan_told(scene, start["plan"], NOTE)
+    if plan is not None and plan.method.seat.static and not tells_waves(scene, plan.method) and not as_it_is:
+        return None
+    return plan
 
 
 def chosen(starts: Iterable[Start]) -> Start:
