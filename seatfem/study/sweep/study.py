@@ -120,7 +120,9 @@ class Study(Table):
         for key in {"design", "number"} & self.model_fields_set:
             raise KeyProblem(key, "[optimise] chooses the scenes; remove the key, or the table")
         if self.error_bars == "sampled":
-            raise KeyProblem("error_bars", "[optimise] chooses its scenes one by one; leave error_bars out, 'sampled' is for designs")
+            raise KeyProblem(
+                "error_bars", "[optimise] chooses its scenes one by one; leave error_bars out, 'sampled' is for designs"
+            )
         if self.outputs.pareto:
             raise KeyProblem("outputs.pareto", "[optimise] has one measure to improve; make the other a limit there")
         for key, each in self.vary.items():
