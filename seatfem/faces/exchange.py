@@ -146,7 +146,7 @@ def _as_dxf(source: Path, output: Path, progress: Progress) -> Written:
     reed = _scene_of(source).reed
     if not isinstance(reed, ThinPlate):
         raise ExportError(
-            f"{source}: reed.kind = {reed.kind!r} has no outline; use one that is flat: flapper, sheet, disc, ring_plate"
+            f"{source}: reed.kind = {reed.kind!r} has no outline; use a flat one: flapper, sheet, disc, ring_plate"
         )
     write_outline(reed.geometry().drawn, output / "reed.dxf")
     yield output / "reed.dxf"

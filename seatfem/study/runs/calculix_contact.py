@@ -216,8 +216,8 @@ def _first_touch(scene: Scene, state: ModalState, omega: Array, shapes: Array, g
             "towards the seat (release, deflection or velocity), or watch longer"
         )
     raise DeckError(
-        f"reed: it is not free of the seat {MOST_STEPS} steps of the deck before its start either; increase contact.gap, "
-        "or reduce contact.tilt"
+        f"reed: it is not free of the seat {MOST_STEPS} steps of the deck before its start either; increase "
+        "contact.gap, or reduce contact.tilt"
     )
 
 
