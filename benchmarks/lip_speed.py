@@ -68,10 +68,12 @@ def march(folder: Path, arcs: int) -> tuple[str, str, str]:
 
 
 def whole(folder: Path) -> list[tuple[str, str, str]]:
-    """A tilted landing as planned, 2 % in impulse and peak force, without and with what was computed before."""
+    """A tilted landing as planned, 2 % in impulse and peak of the mean over 5 us, without and with what was computed
+    before."""
     text = SCENE.format(arcs=0, tilt="0.3 deg", axis="0 deg")
     for line in ("ports = 0\n", 'model = "spring"\n', 'greens = { bandwidth = "150 kHz" }\n'):
         text = text.replace(line, "")
+    text = text.replace("[run]\n", '[run]\nfilter_width = "5 us"\n')
     scene = _scene(folder, text + '[accuracy]\ntarget = "2 %"\n')
     rows = []
     for words, aim in (("nothing computed before", "60 s"), ("seat and plate computed before", "5 s")):
@@ -85,18 +87,19 @@ def whole(folder: Path) -> list[tuple[str, str, str]]:
 def on_the_command_line(folder: Path) -> list[tuple[str, str, str]]:
     """`seatfem run` of the reed from a CAD file, as planned, and again."""
 
-    def spent(*arguments: str) -> str:
+    def row(words: str, aim: str) -> tuple[str, str, str]:
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        done = subprocess.run([sys.executable, "-m", "seatfem", *arguments], check=False, stdout=subprocess.DEVNULL)
+        done = subprocess.run([sys.executable, "-m", "seatfem", *run], check=False, stdout=subprocess.DEVNULL)
         if done.returncode not in (0, 1):  # 1: the target was not met
             done.check_returncode()
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        return f"{after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime:.1f} s"
+        spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        return f"{words} ({'not met' if done.returncode else 'met'})", f"{spent:.1f} s", aim
 
     run = ("run", str(CAD), "--no-pictures", "--quiet", "--output", str(folder / "cad"))
     return [
-        ("`seatfem run --no-pictures` of `tilted_cad_flapper.toml`, nothing computed before", spent(*run), ""),
-        ("the same again, all of it on file", spent(*run), "5 s"),
+        row("`seatfem run --no-pictures` of `tilted_cad_flapper.toml`, 2 %, nothing computed before", "60 s"),
+        row("the same again, all of it on file", "5 s"),
     ]
 
 

@@ -229,8 +229,7 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
 
     limits = Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
     errors = lines(stderr=True, quiet=common.quiet)
-    if not common.quiet:
-        console(highlight=False).print(read_table(scene))
+    errors.print(read_table(scene), soft_wrap=False)
     drawing = nullcontext() if effort.no_pictures else drawing_apart()
     with progress_of(common, errors) as progress, drawing as painter:
         outcome = run_scene(

@@ -74,8 +74,8 @@ def test_plan_run_and_json_begin_with_it(capsys: pytest.CaptureFixture[str], tmp
     assert planned.index("thickness 0.305 mm") < planned.index("key")
     assert json.loads(plan_json(plan_scene(load_scene(scene))))["read"] == dict(read_back(load_scene(scene)))
     assert run_command(["run", str(scene), "--no-pictures", "-o", str(tmp_path / "out")]) == DONE
-    ran = " ".join(capsys.readouterr().out.split())
-    assert ran.index("thickness 0.305 mm") < ran.index("impulse")
+    ran = " ".join(capsys.readouterr().err.split())
+    assert ran.index("thickness 0.305 mm") < ran.index("stepping")
 
 
 def test_a_wrong_file_is_told_by_its_key(tmp_path: Path) -> None:

@@ -137,7 +137,10 @@ def test_a_step_that_takes_too_long_is_ended(monkeypatch, tmp_path):
 
 @real
 def test_what_fails_on_the_ranks_is_told_in_its_last_lines():
-    with on_ranks(rod()) as ranks, pytest.raises(RanksError, match=r"exit code 1\n(.*\n)*.*do_nonsense"):
+    with (
+        on_ranks(rod()) as ranks,
+        pytest.raises(RanksError, match=r"exit code 1; check them by `seatfem doctor`\n(.*\n)*.*do_nonsense"),
+    ):
         ranks.ask("nonsense")
 
 

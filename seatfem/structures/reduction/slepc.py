@@ -186,7 +186,9 @@ def _ended(worker: LineWorker, log: Path) -> RanksError:
     said = [line for line in log.read_text(encoding="utf-8", errors="replace").splitlines() if line.strip("- \t")]
     how = "" if code is None else f" by signal {-code}" if code < 0 else f" with exit code {code}"
     killed = "; 137 or signal 9: the system may have been out of memory" if code in (137, -9) else ""
-    return RanksError(f"slepc: check the ranks by seatfem doctor, they ended{how}{killed}\n" + "\n".join(said[-TAIL:]))
+    return RanksError(
+        f"slepc: the ranks ended{how}{killed}; check them by `seatfem doctor`\n" + "\n".join(said[-TAIL:])
+    )
 
 
 class _Basis(KrylovBasis):

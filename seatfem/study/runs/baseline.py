@@ -45,10 +45,12 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
         division = Division.of(done.seat.greens)
         spring = bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
         touches = run_contacts(scene, done.striker, spring, done.result.dt)
-    with watch("reed stress"):
-        coarsely = not scene.needs_stress
-        force, dt, lift, met = touches.seat.force, touches.seat.dt, lift_of(touches), touches.stopper_force
-        stress = stress_of(scene, done.striker, force, dt, lift, coarsely=coarsely, stopper=met)
+    stress = None
+    if done.stress is not None:
+        with watch("reed stress"):
+            coarsely = not scene.needs_stress
+            force, dt, lift, met = touches.seat.force, touches.seat.dt, lift_of(touches), touches.stopper_force
+            stress = stress_of(scene, done.striker, force, dt, lift, coarsely=coarsely, stopper=met)
     simpler: Mapping[str, Touches] = {}
     if done.touches.line is not None or scene.contact.film is not None:
         with watch("simpler models"):

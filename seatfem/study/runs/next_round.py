@@ -42,6 +42,7 @@ class Limits:
             stopped, and the one before is the answer. The first round is always finished. Infinite: `LONGEST` for
             each round.
         steady: whether rounds are chosen by predicted times alone: no clock then decides what a scene ends with.
+        stress: whether the largest stresses of a reed are looked for where the scene does not ask for them.
 
     Raises:
         RunError: no round, no time.
@@ -50,6 +51,7 @@ class Limits:
     rounds: int = MOST_ROUNDS
     seconds: float = math.inf
     steady: bool = False
+    stress: bool = True
 
     def __post_init__(self) -> None:
         if self.rounds < 1:

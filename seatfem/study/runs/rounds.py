@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -69,7 +70,7 @@ def rounds(
         Each finished round, before the next begins; one that is not the last has that in ``stopped``.
     """
     deadline = limits.seconds + (time.perf_counter() if start is None else start)
-    done = _measured(_first_round, plan, folder, watch, progress)
+    done = _measured(partial(_first_round, limits=limits), plan, folder, watch, progress)
     while True:
         further: Plan | None = None
         why = ""
@@ -87,7 +88,7 @@ def rounds(
         cost = f"about {price(done, further):.2g} s and {further.cost.memory / 1e9:.2g} GB predicted"
         tell(f"round {done.number} is on file; round {number} follows, {cost}: {changed(done, further)}")
         try:
-            done = _measured(_round, further, folder, watch, _until(deadline, progress), done)
+            done = _measured(partial(_round, limits=limits), further, folder, watch, _until(deadline, progress), done)
         except FAILURES as problem:
             yield replace(done, stopped=_impossible(problem) + _seat_again(done, further, folder))
             return
@@ -145,17 +146,19 @@ def _seat_key(plan: Plan) -> str:
     return key_of(plan.scene.seat, plan.method.seat)
 
 
-def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) -> Round:
+def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *, limits: Limits) -> Round:
     """Where no Krylov space holds what was planned: at a looser tolerance, if none is stated; the bar tells."""
     for tolerance in LOOSER if plan.is_open(TOLERANCE) else ():
         try:
-            return _round(plan, folder, watch, progress)
+            return _round(plan, folder, watch, progress, limits=limits)
         except ConvergenceError:
             plan = replace(plan, method=plan.method.replaced({TOLERANCE: tolerance}))
-    return _round(plan, folder, watch, progress)
+    return _round(plan, folder, watch, progress, limits=limits)
 
 
-def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None) -> Round:
+def _round(
+    plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None, *, limits: Limits
+) -> Round:
     """``before``: the round whose seat serves again if nothing of it has become finer."""
     scene, method = plan.scene, plan.method
     if before is not None and _seat_key(before.plan) == _seat_key(plan):
@@ -177,8 +180,10 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     with watch("contact"):
         touches = run_contacts(scene, striker, seat.greens, dt, progress)
         result, met, lift = touches.seat, touches.stopper_force, lift_of(touches)
-    with watch("reed stress"):
-        stress = stress_of(scene, striker, result.force, result.dt, lift, stopper=met)
+    stress = None
+    if limits.stress or scene.needs_stress or scene.stress is not None or scene.life is not None:
+        with watch("reed stress"):
+            stress = stress_of(scene, striker, result.force, result.dt, lift, stopper=met)
     with watch("error budget"):
         wanted_stress = stress if scene.needs_stress else None
         left = error_budget(scene, method, seat, striker, touches, wanted_stress, reed)

@@ -35,6 +35,7 @@ class Case:
         way: it is "planned" and refined; of a "sample" that runs in full as it begins, in one round; or marched
             "beside" others by that plan.
         needs: what these are asked for beside the force.
+        stress: whether a reed's largest stresses are looked for where the scene does not ask for them.
     """
 
     number: int
@@ -44,6 +45,7 @@ class Case:
     guides: tuple[str, ...] = ()
     way: Literal["planned", "sample", "beside"] = "planned"
     needs: tuple[str, ...] = ()
+    stress: bool = True
 
 
 @dataclass(frozen=True)
@@ -68,12 +70,13 @@ class Cases:
         scene = load_scene(self.study.scene, changed)
         check_step(scene)
         asked = by_content(scene, self.files)
-        own = _key(asked, self.rounds)
+        stress = self.study.asks_for_stress
+        own = _key(asked if stress else [asked, "no stress"], self.rounds)
         if own not in self.made:
             first = self.first.setdefault(_key(asked["seat"], 0), [])
             leads, guides = len(first) <= PILOTS, tuple(first if len(first) > PILOTS else first[:1])
             key = _key([own, *guides], self.rounds) if guides else own
-            self.made[own] = Case(number, changed, key, leads, guides)
+            self.made[own] = Case(number, changed, key, leads, guides, stress=stress)
             if leads:
                 first.append(key)
         return replace(self.made[own], number=number, changed=changed)

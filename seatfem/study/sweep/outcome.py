@@ -14,9 +14,12 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from seatfem.jobs.worker import answer_lines
+
+if TYPE_CHECKING:
+    from seatfem.study.runs.next_round import Limits
 
 State = Literal["done", "missed", "stopped", "failed"]
 Changes = Mapping[str, Any]
@@ -55,7 +58,14 @@ class Outcome:
 
 
 def carry_out(
-    path: Path, changed: Changes, rounds: int, start: Mapping[str, Any], *, leads: bool = False, once: bool = False
+    path: Path,
+    changed: Changes,
+    rounds: int,
+    start: Mapping[str, Any],
+    *,
+    leads: bool = False,
+    once: bool = False,
+    stress: bool = True,
 ) -> Outcome:
     """The scene at ``path`` with some keys changed; files go to a folder that is removed. Whatever fails is the
     outcome.
@@ -66,27 +76,30 @@ def carry_out(
             and carried out again by itself.
         leads: whether its own is asked for.
         once: whether it is carried out by the ``start`` as it is, and not refined.
+        stress: whether a reed's largest stresses are looked for where the scene does not ask for them.
     """
+    from seatfem.study.runs.next_round import Limits  # as below
+
     begun = time.perf_counter()
-    found = _tried(path, changed, 1 if once and start else rounds, start, leads=leads)
+    limits = Limits(1 if once and start else rounds, steady=True, stress=stress)
+    found = _tried(path, changed, limits, start, leads=leads)
     if start and found.state != "done" and not once:
-        found = _tried(path, changed, rounds, {}, leads=leads)
+        found = _tried(path, changed, replace(limits, rounds=rounds), {}, leads=leads)
     return replace(found, wall=time.perf_counter() - begun)
 
 
-def _tried(path: Path, changed: Changes, rounds: int, start: Mapping[str, Any], *, leads: bool) -> Outcome:
+def _tried(path: Path, changed: Changes, limits: Limits, start: Mapping[str, Any], *, leads: bool) -> Outcome:
     try:
-        return _carried_out(path, changed, rounds, start, leads=leads)
+        return _carried_out(path, changed, limits, start, leads=leads)
     except (ArithmeticError, AssertionError, LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
         return Outcome("failed", f"{type(error).__name__}: {error}")
 
 
-def _carried_out(path: Path, changed: Changes, rounds: int, start: Mapping[str, Any], *, leads: bool) -> Outcome:
+def _carried_out(path: Path, changed: Changes, limits: Limits, start: Mapping[str, Any], *, leads: bool) -> Outcome:
     from seatfem.jobs.folders import private_folder  # what runs scenes takes long to load
     from seatfem.machine.rates import Machine
     from seatfem.structures.store import Store
     from seatfem.study.planning.planner import plan_scene
-    from seatfem.study.runs.next_round import Limits
     from seatfem.study.runs.pipeline import run_scene
     from seatfem.study.scene import load_scene
     from seatfem.study.sweep.start import begun, start_of
@@ -97,7 +110,6 @@ def _carried_out(path: Path, changed: Changes, rounds: int, start: Mapping[str, 
         if plan is None:
             scene = load_scene(path, {**changed, **start.get("seat", {})})
             plan = plan_scene(scene, Machine(), store=Store(folder / "no-store"))  # never written: no seat is at hand
-        limits = Limits(rounds, steady=True)
         found = run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
     summary = {key: _scalar(value) for key, value in found.summary.items() if _is_scalar(value)}
     assert found.plan is not None

@@ -152,7 +152,7 @@ def _job(
     start = chosen([each.start for each in guides if each.start])
     job = {"path": str(scene), "changed": case.changed, "rounds": rounds, "start": start}
     if case.way != "beside":
-        return json.dumps(job | {"leads": case.leads, "once": case.way == "sample"})
+        return json.dumps(job | {"leads": case.leads, "once": case.way == "sample", "stress": case.stress})
     others = [each.changed for each in bundle]
     return json.dumps(job | {"changed": wanted[case.guides[0]].changed, "others": others, "needs": case.needs})
 

@@ -113,6 +113,12 @@ class Study(Table):
         assert self.number is not None
         return self.number * (len(self.vary) + 2 if self.design == "sobol_indices" else 1)
 
+    @property
+    def asks_for_stress(self) -> bool:
+        """Whether any output or goal is a stress, or comes from one."""
+        names = (*self.outputs.asked(), *(() if self.optimise is None else self.optimise.measures))
+        return any(word in name for name in names for word in ("stress", "life"))
+
     @model_validator(mode="after")
     def _a_search(self) -> Self:
         if self.optimise is None:
@@ -121,7 +127,8 @@ class Study(Table):
             raise KeyProblem(key, "[optimise] chooses the scenes; remove the key, or the table")
         if self.error_bars == "sampled":
             raise KeyProblem(
-                "error_bars", "[optimise] chooses its scenes one by one; leave error_bars out, 'sampled' is for designs"
+                "error_bars",
+                "'sampled' is for designs; [optimise] chooses its scenes one by one, leave error_bars out there",
             )
         if self.outputs.pareto:
             raise KeyProblem("outputs.pareto", "[optimise] has one measure to improve; make the other a limit there")
