@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from errno import ENOENT
 from pathlib import Path
 from typing import Final
 
@@ -25,6 +26,8 @@ def in_words(error: Exception) -> str:
 
     if isinstance(error, OSError) and error.errno in FULL:
         return f"{error.filename or 'a file'}: {error.strerror}; free space there, or choose another folder (--output)"
+    if isinstance(error, FileNotFoundError) and error.errno == ENOENT and error.filename:
+        return f"{error.filename}: no such file; check the path"
     if _is_ours(error) or isinstance(error, OSError):
         return str(error)
     if isinstance(error, MemoryError):

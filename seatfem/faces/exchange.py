@@ -31,7 +31,7 @@ from seatfem.study.runs.pictures import MODES_FILE
 from seatfem.study.runs.pipeline import RESULT_FILE, SUMMARY_FILE, compute_greens
 from seatfem.study.runs.rounds import SEAT_FILE
 from seatfem.study.runs.stress_spots import HISTORIES_FILE, load_histories
-from seatfem.study.scene import Scene
+from seatfem.study.scene import Scene, SceneError
 
 BINS: Final = 2000  # frequencies of a receptance
 PER_BAND: Final = 1.25  # of it beyond the band of the filter
@@ -170,7 +170,13 @@ def _scene_of(source: Path) -> Scene:
     if not path.is_file():
         raise ExportError(f"{source}: keeps no {SCENE_COPY}; give the scene itself")
     told = (line.removeprefix(SET) for line in text_of(path).splitlines() if line.startswith(SET))
-    return load(path, [str(ast.literal_eval(change)) for change in told])
+    try:
+        return load(path, [str(ast.literal_eval(change)) for change in told])
+    except SceneError as error:
+        raise ExportError(
+            f"{error}\n{path} is a copy of the scene that was run, without the files that it names: "
+            "copy them beside it, or export the scene itself"
+        ) from None
 
 
 def _seat_of(folder: Path) -> Path:

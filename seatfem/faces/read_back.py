@@ -69,7 +69,9 @@ def _struck(body: Structure, along: Contact | Literal[False]) -> str:
     elif along and along.along_a_lip and (lip := body.lip()) is not None:
         told.append(f"lip {_quantity(lip.length, 'length')} long")
     if (patch := body.patch()) is not None:
-        told.append(f"area {_quantity(patch.area, 'area')}, narrowest width {_quantity(patch.width, 'length')}")
+        about, digits = ("", 5) if ring else ("about ", 2)  # of coarse flat triangles
+        area, width = _quantity(patch.area, "area", digits), _quantity(patch.width, "length", digits)
+        told.append(f"area {about}{area}, narrowest width {about}{width}")
     if (response := body.measured()) is not None:
         first, last = (_quantity(float(f), "frequency") for f in (response.frequency[0], response.frequency[-1]))
         told.append(f"response at {len(response.frequency)} frequencies, {first} to {last}")
@@ -116,7 +118,7 @@ def _several(values: tuple[Any, ...], field: FieldInfo, key: str) -> str:
     return f"{len(values)} from {_value(min(values), field, key)} to {_value(max(values), field, key)}"
 
 
-def _quantity(value: float, dimension: str) -> str:
+def _quantity(value: float, dimension: str, digits: int = 5) -> str:
     """In the first of the usual units in which it is easily read."""
     if dimension == "temperature":
         return f"{value - 273.15:.6g} degC"
@@ -126,7 +128,8 @@ def _quantity(value: float, dimension: str) -> str:
     least, most = PRESSURES if dimension == "pressure" else READABLE
     readable = (unit for unit, size in units.items() if least <= abs(value / size) < most)
     unit = next(readable, next(iter(units)))
-    return f"{value / units[unit]:.5g} {unit}"
+    number = float(f"{value / units[unit]:.{digits}g}")
+    return f"{number:.{max(digits, 5)}g} {unit}"
 
 
 def _file(path: Path, key: str) -> str:

@@ -50,5 +50,5 @@ def plot_stress_histories(
             axes.axis("off")
         for column in range(columns):
             last = (len(curves) - 1 - column) // columns
-            grid[last, column].set_xlabel("t [ms]")
+            grid[last, column].set_xlabel("time [ms]")
             grid[last, column].tick_params(labelbottom=True)

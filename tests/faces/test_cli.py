@@ -292,7 +292,7 @@ def test_a_bad_scene_is_told_line_by_line(
     [
         (GeometryError("the lip is too wide"), BAD_INPUT, "seatfem: the lip is too wide\n"),
         (system.MissingLibraryError("libGLU; apt-get"), FAILED, "seatfem: libGLU; apt-get\n"),
-        (FileNotFoundError(2, "No such file", "x.step"), BAD_INPUT, "seatfem: [Errno 2] No such file: 'x.step'\n"),
+        (FileNotFoundError(2, "No such file", "x.step"), BAD_INPUT, "seatfem: x.step: no such file; check the path\n"),
         (PermissionError(13, "Permission denied", "out"), FAILED, "seatfem: [Errno 13] Permission denied: 'out'\n"),
         (MemoryError(), FAILED, "seatfem: out of memory; a coarser mesh (seat.mesh.size) needs less\n"),
         (

@@ -206,3 +206,11 @@ def test_bad_input(
     place = folder if "vtp" in arguments else tmp_path
     assert run_command(["export", str(place), *arguments, "--quiet"]) == BAD_INPUT
     assert message in capfd.readouterr().err
+
+
+def test_a_copy_of_a_scene_without_its_files(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["init", "cad", "-o", str(tmp_path / "scene.toml"), "--quiet"]) == DONE
+    assert run_command(["export", str(tmp_path), "--to", "calculix", "--quiet"]) == BAD_INPUT
+    told = capfd.readouterr().err
+    assert "seat.file: no such file" in told
+    assert "copy them beside it, or export the scene itself" in told

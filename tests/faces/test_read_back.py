@@ -54,6 +54,9 @@ def test_struck_faces_releases_and_strengths_are_told() -> None:
     of_cad = read("kidney_landing.toml")
     assert of_cad["seat, face"].startswith("lip 34.2")
     assert "file kidney_seat.step (72 kB)" in of_cad["seat"]
+    coarse = re.search(r"area about (\d+) mm\^2, narrowest width about", of_cad["seat, face"])
+    assert coarse is not None
+    assert float(coarse[1]) % 10 ** (len(coarse[1]) - 2) == 0  # two digits: its triangles are coarse
 
 
 @pytest.mark.parametrize("name", sorted(path.name for path in EXAMPLES.glob("*.toml") if "study" not in path.name))

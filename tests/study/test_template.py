@@ -122,3 +122,8 @@ def test_no_line_is_too_wide_and_every_key_has_words() -> None:
 def test_what_is_no_kind() -> None:
     with pytest.raises(NoTemplate, match=r"'flaper' is none of annular, .*; did you mean 'flapper'"):
         scene_template("flaper")
+
+
+def test_a_key_shows_its_own_example() -> None:
+    """Not that of all times, by which a step would be longer than the run."""
+    assert '# time_step = "50 ns"' in scene_template("cad")

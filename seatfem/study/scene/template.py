@@ -152,6 +152,8 @@ def _example(field: FieldInfo) -> str:
     """The default, or a value that shows how one is written."""
     if (default := default_of(field)).startswith("`"):
         return default.strip("`")
+    if field.examples and isinstance(field.examples[0], str):
+        return as_toml(field.examples[0])
     told = holds(field)
     found = re.findall("`([^`]+)`", told)
     return found[0] if found else _SPOKEN.get(told, f"[{_SPOKEN.get(told.removeprefix('list of ').rstrip('s'), '')}]")
