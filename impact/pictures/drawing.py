@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import os
 from collections.abc import Callable, Iterator
@@ -22,7 +23,7 @@ DPI, SCREEN_DPI = 180, 100
 # Okabe & Ito (2008), told apart with every common colour blindness
 BLUE, ORANGE, GREEN, PURPLE, SKY, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#7F7F7F"
 
-STYLE: dict[Any, Any] = {
+_STYLE: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 8.5,
     "axes.titlesize": 9.0,
@@ -87,8 +88,8 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
     try:
         import matplotlib
         from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
 
-        from impact.pictures.shown import Shown
         from impact.pictures.tick_labels import label_in_unicode
     except ImportError as missing:
         what = "a figure" if path is None else Path(path).name
@@ -96,7 +97,16 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
             f'{what} needs matplotlib ({missing}); install it with: pip install "seatfem[pictures]"'
         ) from missing
 
-    with matplotlib.rc_context(STYLE):
+    class Shown(Figure):
+        """One that notebooks show, which know figures of pyplot alone."""
+
+        def _repr_png_(self) -> bytes:
+            page = io.BytesIO()
+            with matplotlib.rc_context(_STYLE):
+                self.savefig(page, format="png", dpi=SCREEN_DPI)
+            return page.getvalue()
+
+    with matplotlib.rc_context(_STYLE):
         figure = Shown(figsize=(width, height), layout="constrained")
         formats = FigureCanvasAgg(figure).get_supported_filetypes()
         if path is not None and Path(path).suffix[1:].lower() not in formats:

@@ -1,25 +1,24 @@
-"""Powers of ten at axes in Unicode: matplotlib's own go through a parser of TeX, a quarter of the time of a figure.
-
-Loads matplotlib: imported where a figure is made.
-"""
+"""Powers of ten at axes in Unicode: matplotlib's own go through a parser of TeX, a quarter of the time of a figure."""
 
 from __future__ import annotations
 
 import re
-from typing import Any, Final
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final
 
-from matplotlib.figure import Figure
-from matplotlib.ticker import LogFormatterSciNotation, ScalarFormatter
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _RAISED: Final = str.maketrans("0123456789-−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁻")
 
 
 def label_in_unicode(figure: Figure) -> None:
     """What matplotlib itself has chosen to label axes by writes powers of ten in Unicode from now on."""
+    ours = _formatters()
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
             for formatter in (axis.get_major_formatter(), axis.get_minor_formatter()):
-                formatter.__class__ = _OURS.get(type(formatter), type(formatter))  # keeps its settings
+                formatter.__class__ = ours.get(type(formatter), type(formatter))  # keeps its settings
 
 
 def without_tex(told: str) -> str:
@@ -28,21 +27,20 @@ def without_tex(told: str) -> str:
     return re.sub(r"\\mathdefault|[${}]", "", raised.replace(r"\times", "×"))
 
 
-class Linear(ScalarFormatter):
-    """Labels of linear axes, with their common factor."""
+@cache
+def _formatters() -> dict[type, Any]:
+    """Ours by matplotlib's: labels of logarithmic axes, and the factor beside linear ones."""
+    from matplotlib.ticker import LogFormatterSciNotation, ScalarFormatter
 
-    def __call__(self, x: float, pos: int | None = None) -> str:
-        return without_tex(super().__call__(x, pos))
+    class Linear(ScalarFormatter):
+        def __call__(self, x: float, pos: int | None = None) -> str:
+            return without_tex(super().__call__(x, pos))
 
-    def get_offset(self) -> str:
-        return without_tex(super().get_offset())
+        def get_offset(self) -> str:
+            return without_tex(super().get_offset())
 
+    class Powers(LogFormatterSciNotation):
+        def __call__(self, x: float, pos: int | None = None) -> str:
+            return without_tex(super().__call__(x, pos))
 
-class Powers(LogFormatterSciNotation):
-    """Labels of logarithmic axes."""
-
-    def __call__(self, x: float, pos: int | None = None) -> str:
-        return without_tex(super().__call__(x, pos))
-
-
-_OURS: Final[dict[type, Any]] = {ScalarFormatter: Linear, LogFormatterSciNotation: Powers}
+    return {ScalarFormatter: Linear, LogFormatterSciNotation: Powers}

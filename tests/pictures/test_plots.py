@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 import sys
 from pathlib import Path
 
@@ -416,10 +415,3 @@ def test_powers_of_ten_at_axes_need_no_parser_of_tex(tmp_path: Path) -> None:
     assert {"−2", "4"} <= {label.get_text() for label in linear.get_yticklabels()}
     assert {"10⁻²", "10²"} <= {label.get_text() for label in powers.get_xticklabels()}
     assert "2×10⁻²" in {label.get_text() for label in powers.get_yticklabels(which="both")}
-
-
-def test_figures_go_to_other_processes(runs) -> None:
-    """With labels in Unicode, and shown in notebooks there as well."""
-    figure = pickle.loads(pickle.dumps(impact.plot_force(*runs)))
-    assert figure._repr_png_() == figure._repr_png_()
-    assert figure._repr_png_()[1:4] == b"PNG"
