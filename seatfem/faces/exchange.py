@@ -174,8 +174,8 @@ def _scene_of(source: Path) -> Scene:
         return load(path, [str(ast.literal_eval(change)) for change in told])
     except SceneError as error:
         raise ExportError(
-            f"{error}\n{path} is a copy of the scene that was run, without the files that it names: "
-            "copy them beside it, or export the scene itself"
+            f"{error}\n{path} is a copy of the scene that was run and names its files where they were: "
+            "put them there, name them anew in it, or export the scene itself"
         ) from None
 
 

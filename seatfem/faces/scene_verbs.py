@@ -241,7 +241,7 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
             pictures=not effort.no_pictures,
             painter=painter,
         )
-    kept = keep_asked(content, outcome.plan, folder, changes)
+    kept = keep_asked(content, scene, path.parent, outcome.plan, folder, changes)
     if not common.quiet:
         wide = console(highlight=False)
         title = (scene.title or path.stem).replace("\n", "\\n")

@@ -6,6 +6,7 @@ import csv
 import json
 from dataclasses import replace
 from pathlib import Path
+from shutil import copy
 
 import numpy as np
 import pytest
@@ -213,4 +214,23 @@ def test_a_copy_of_a_scene_without_its_files(tmp_path: Path, capfd: pytest.Captu
     assert run_command(["export", str(tmp_path), "--to", "calculix", "--quiet"]) == BAD_INPUT
     told = capfd.readouterr().err
     assert "seat.file: no such file" in told
-    assert "copy them beside it, or export the scene itself" in told
+    assert "name them anew in it, or export the scene itself" in told
+
+
+def test_the_copy_of_a_scene_finds_its_files(tmp_path: Path, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """From the folder of results, by whole paths; comments and other strings stay."""
+    home = tmp_path / "ours"
+    (home / "seats").mkdir(parents=True)
+    copy(folder / "seat.h5", home / "seats" / "one.h5")
+    text = (
+        'title = "seats/two.h5"  # "kept"\n[seat]\nkind = \'greens\'\nfile = "seats/one.h5"\n'
+        '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "0.05 ms"\n[accuracy]\ntarget = "20 %"\n'
+    )
+    (home / "scene.toml").write_text(text, encoding="utf-8")
+    assert (
+        run_command(["run", str(home / "scene.toml"), "-o", str(tmp_path / "out"), "--no-pictures", "--quiet"]) == DONE
+    )
+    kept = (tmp_path / "out" / "scene.toml").read_text(encoding="utf-8")
+    assert kept == text.replace("seats/one.h5", (home / "seats" / "one.h5").resolve().as_posix())
+    assert run_command(["plan", str(tmp_path / "out" / "scene.toml"), "--quiet"]) == DONE
+    capfd.readouterr()

@@ -2,25 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+import re
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from impact.files.atomic import write_whole
 from seatfem.faces.plan_view import plan_json
+from seatfem.study.scene.parcel import files_of
 
 if TYPE_CHECKING:
     from seatfem.study.planning.plan import Plan
+    from seatfem.study.scene import Scene
 
 SCENE_COPY: Final = "scene.toml"
 PLAN_FILE: Final = "plan.json"
+_TEXT: Final = re.compile(r"\"[^\"\\\n]+\"|'[^'\n]+'")
 
 
-def keep_asked(scene: bytes, plan: Plan | None, folder: Path, changes: Sequence[str] = ()) -> tuple[Path, ...]:
-    """Write the scene file's content, below the ``changes`` that were made to it as comments, and the plan of the last
-    round into ``folder``; the files, in this order."""
+def keep_asked(
+    content: bytes, scene: Scene, home: Path, plan: Plan | None, folder: Path, changes: Sequence[str] = ()
+) -> tuple[Path, ...]:
+    """Write the scene file's ``content``, below the ``changes`` that were made to it as comments, and the plan of the
+    last round into ``folder``; the files, in this order. Files that the scene names from its own folder, ``home``, are
+    named by their whole paths: the copy finds them, too."""
     told = "".join(f"# --set {each!r}\n" for each in changes).encode("utf-8")
-    written = {SCENE_COPY: told + scene} | ({} if plan is None else {PLAN_FILE: plan_json(plan).encode("utf-8")})
+    written = {SCENE_COPY: told + _placed(content, files_of(scene), home)} | (
+        {} if plan is None else {PLAN_FILE: plan_json(plan).encode("utf-8")}
+    )
     for name, content in written.items():
         write_whole(folder / name, content)
     return tuple(folder / name for name in written)
+
+
+def _placed(content: bytes, files: Collection[Path], home: Path) -> bytes:
+    """With whole paths in place of strings that name one of the ``files`` from ``home``."""
+
+    def whole(found: re.Match[str]) -> str:
+        path = (home / found[0][1:-1]).resolve()
+        return json.dumps(path.as_posix(), ensure_ascii=False) if path in files else found[0]
+
+    return _TEXT.sub(whole, content.decode("utf-8")).encode("utf-8")

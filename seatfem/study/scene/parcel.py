@@ -45,6 +45,11 @@ def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any],
     return f"{FILES}/0/input.toml", there, files
 
 
+def files_of(scene: Scene) -> set[Path]:
+    """All files that a scene names, by their whole paths."""
+    return {path for _, path in _files(scene.model_dump(by_alias=True))}
+
+
 def _files(table: Any, key: str = "") -> Iterator[tuple[str, Path]]:
     """By dotted key."""
     if isinstance(table, Path):
