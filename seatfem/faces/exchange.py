@@ -15,7 +15,7 @@ from impact.greens.base import GreensFunction
 from impact.progress import Progress, silent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.output import load
-from seatfem.faces.report.asked import SCENE_COPY
+from seatfem.faces.report.asked import SCENE_COPY, SET
 from seatfem.faces.report.folder import run_summary, text_of
 from seatfem.pictures.moving import KEPT, SOURCES, load_moving
 from seatfem.pictures.paraview import write_moving
@@ -35,7 +35,6 @@ from seatfem.study.scene import Scene, SceneError
 
 BINS: Final = 2000  # frequencies of a receptance
 PER_BAND: Final = 1.25  # of it beyond the band of the filter
-SET: Final = "# --set "
 
 Written = Iterator[Path | str]
 """Files, and notes of what is left out."""

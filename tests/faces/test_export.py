@@ -224,7 +224,8 @@ def test_the_copy_of_a_scene_finds_its_files(tmp_path: Path, folder: Path, capfd
     copy(folder / "seat.h5", home / "seats" / "one.h5")
     text = (
         'title = "seats/two.h5"  # "kept"\n[seat]\nkind = \'greens\'\nfile = "seats/one.h5"\n'
-        '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "0.05 ms"\n[accuracy]\ntarget = "20 %"\n'
+        '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n'
+        '[run]\nduration = "0.05 ms"\n[accuracy]\ntarget = "20 %"\n'
     )
     (home / "scene.toml").write_text(text, encoding="utf-8")
     assert (

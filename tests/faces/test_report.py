@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import html
 import json
 import re
 import shutil
@@ -18,6 +19,7 @@ from seatfem.faces.report.bodies import body_figure
 from seatfem.faces.report.figures import MOST, _envelope
 from seatfem.faces.report.folder import ReportError
 from seatfem.faces.report.page import report_page
+from seatfem.faces.report.provenance import provenance
 from seatfem.faces.report.stressed import hot_spots, life_table
 from seatfem.pictures.moving import save_moving
 from tests.browsing import changed, put, shot, until
@@ -258,3 +260,10 @@ def test_a_browser_that_draws_no_bodies_shows_pictures_of_them(folder: Path, chr
     chromium.get((still / "report.html").as_uri())
     until(lambda: chromium.find_elements("css selector", "figure.body[data-ready]"), "drawn")
     assert not chromium.find_element("css selector", "figure.still img").is_displayed()
+
+
+def test_the_command_that_does_it_again_has_the_changes(tmp_path: Path) -> None:
+    assert "seatfem run SCENE<" in provenance(tmp_path, {})
+    (tmp_path / "scene.toml").write_text("# --set 'run.duration=\"1 ms\"'\n# --set-up\n[seat]\n", encoding="utf-8")
+    told = html.unescape(provenance(tmp_path, {}))
+    assert "seatfem run scene.toml --set 'run.duration=\"1 ms\"'<" in told

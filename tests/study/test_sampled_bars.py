@@ -121,7 +121,7 @@ def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
     bars = {case.key: 1e-3 for case in cases}
     bars[next(case.key for case in cases if case.way == "sample")] = 0.04
 
-    def judged_by(target: float, unknown: str = "") -> dict[str, Outcome]:
+    def judged_by(target: float, unknown: str = "", what: Outcome | None = None) -> dict[str, Outcome]:
         common = {"impulse_Ns": -2.0}
         full = {"accuracy_met": True, "accuracy_target": TIGHTER * target, "accuracy_measures": "impulse"}
         found = {
@@ -131,7 +131,7 @@ def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
             for case in cases
         }
         if unknown:
-            found[unknown] = Outcome("done", "", 1.0, common | full)
+            found[unknown] = what or Outcome("done", "", 1.0, common | full)
         return {case.key: judged(cases, found, ["impulse_Ns"])[case.key] for case in cases if case.way == "beside"}
 
     assert {each.state for each in judged_by(0.051).values()} == {"done"}
@@ -141,6 +141,9 @@ def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
     without = judged_by(0.051, sample[-1]).values()
     assert all(f"{BAR}impulse_Ns" not in each.summary for each in without)
     assert {each.state for each in without} == {"missed"}  # nobody knows whether the target is met
+    lost = judged_by(0.051, sample[-1], Outcome("stopped", "no end within 1 s", 1.0)).values()
+    assert {(each.state, f"{BAR}impulse_Ns" in each.summary) for each in lost} == {("missed", False)}
+    assert all("of the sample was not carried out" in each.message for each in lost)
 
 
 @pytest.mark.parametrize(

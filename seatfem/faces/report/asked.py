@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from seatfem.study.scene import Scene
 
 SCENE_COPY: Final = "scene.toml"
+SET: Final = "# --set "
 PLAN_FILE: Final = "plan.json"
 _TEXT: Final = re.compile(r"\"[^\"\\\n]+\"|'[^'\n]+'")
 
@@ -27,7 +28,7 @@ def keep_asked(
     """Write the scene file's ``content``, below the ``changes`` that were made to it as comments, and the plan of the
     last round into ``folder``; the files, in this order. Files that the scene names from its own folder, ``home``, are
     named by their whole paths: the copy finds them, too."""
-    told = "".join(f"# --set {each!r}\n" for each in changes).encode("utf-8")
+    told = "".join(f"{SET}{each!r}\n" for each in changes).encode("utf-8")
     written = {SCENE_COPY: told + _placed(content, files_of(scene), home)} | (
         {} if plan is None else {PLAN_FILE: plan_json(plan).encode("utf-8")}
     )

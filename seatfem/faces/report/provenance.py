@@ -9,7 +9,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from seatfem.faces.report.asked import SCENE_COPY
+from seatfem.faces.report.asked import SCENE_COPY, SET
+from seatfem.faces.report.folder import text_of
 from seatfem.faces.report.html_tables import html_rows
 from seatfem.faces.tables import time_line
 from seatfem.faces.verdict import as_number
@@ -23,7 +24,7 @@ def provenance(folder: Path, summary: Mapping[str, Any]) -> str:
         ("seat", f"{summary.get('seat_kind')}: {summary.get('seat_model')}"),
         ("reed", str(summary.get("reed_kind"))),
         ("time", f"{_time(summary.get('wall_time_s'))}: {time_line(spent)}"),
-        ("to reproduce", f"seatfem run {SCENE_COPY}" if (folder / SCENE_COPY).is_file() else "seatfem run SCENE"),
+        ("to reproduce", _command(folder)),
     ]
     files = [
         (file.name, f"{file.stat().st_size:,} bytes, SHA-256 {_digest(file)}")
@@ -54,3 +55,11 @@ def _is_there(name: str) -> bool:
     except metadata.PackageNotFoundError:
         return False
     return True
+
+
+def _command(folder: Path) -> str:
+    """That runs the scene again, with the changes that were made to it."""
+    if not (text := text_of(folder / SCENE_COPY)):
+        return "seatfem run SCENE"
+    changes = [line.removeprefix("# ") for line in text.splitlines() if line.startswith(SET)]
+    return " ".join((f"seatfem run {SCENE_COPY}", *changes))

@@ -89,7 +89,8 @@ def is_own(outcome: Outcome) -> bool:
 def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> dict[str, Outcome]:
     """The outcomes, those marched side by side with the bars of the sample, all by the target of the study's scene.
 
-    A measure that is zero has none. Nor has one of which a scene of the sample has none: what asks for it misses.
+    A measure that is zero has none. Nor has one of which a scene of the sample has none, nor has any where such a scene
+    was not carried out: what asks for it misses.
     """
     full = [outcomes[case.key].summary for case in cases if is_own(outcomes[case.key])]
     sample = [outcomes[case.key].summary for case in cases if case.way == "sample"]
@@ -97,7 +98,8 @@ def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Seq
     asked = [key_of(name) for name in str(first.get("accuracy_measures", "")).split(", ")]
     target = float(first.get("accuracy_target") or math.inf) / TIGHTER
     shares = {name: [_share(each, name) for each in sample if each.get(name)] for name in {*measures, *asked}}
-    largest = {name: SAFETY * max(of) for name, of in shares.items() if of and max(of) < math.inf}
+    lost = [case.number for case in cases if case.way == "sample" and not outcomes[case.key].has_numbers]
+    largest = {name: SAFETY * max(of) for name, of in shares.items() if not lost and of and max(of) < math.inf}
 
     def one(outcome: Outcome) -> Outcome:
         summary = dict(outcome.summary)
@@ -109,7 +111,8 @@ def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Seq
         above = {name: share for name in asked if target < (share := _share(summary, name)) < math.inf}
         unknown = [name for name in asked if summary.get(name) and summary.get(BAR + name) is None]
         if unknown:
-            why = f"{unknown[0]} has no error bar, as one of the sample has none; leave error_bars out"
+            which = f"scene {lost[0]} of the sample was not carried out" if lost else "one of the sample has none"
+            why = f"{unknown[0]} has no error bar, as {which}; leave error_bars out"
             return replace(outcome, state="missed", message=why, summary=summary)
         if not above:
             message = outcome.message if outcome.state == "done" else ""
