@@ -47,7 +47,8 @@ behind by its time step, by some 1 % at the end of the pulse and more later: hal
 
 
 def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Iterator[Path | str]:
-    """The decks, our answers to them (CSV) and README.txt; a note of what is left out.
+    """The decks, our answers to them (CSV) and README.txt; a note of what is left out. Nothing is written before modes
+    and response are known.
 
     Raises:
         DeckError: a seat that is no mesh of ours. ModelError: elements or supports that decks do not have.
@@ -56,16 +57,16 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
     dt = width / PER_PULSE
     seat = deck_seat(plan, progress)
     deck = seat.deck
-    yield _lines(folder / "mesh.inp", deck.lines)
     found = solve_modes(seat.model, min(MODES, seat.model.size), progress=progress).frequencies_hz
-    yield _deck(folder / "frequency.inp", deck.frequency(len(found)))
-    yield csv_table(folder / "frequency.csv", ["mode", "frequency [Hz]"], enumerate(found.tolist(), start=1))
-    yield _deck(folder / "transient.inp", deck.transient(width, PULSES * width, dt))
     times = dt * np.arange(1, PULSES * PER_PULSE + 1)
     band = max(seat.method.bandwidth or 0.0, 2 / width)
     greens = greens_function(
         seat.model, bandwidth=band, duration=MOST_STEPS * dt, tolerance=TOLERANCE, progress=progress
     )
+    yield _lines(folder / "mesh.inp", deck.lines)
+    yield _deck(folder / "frequency.inp", deck.frequency(len(found)))
+    yield csv_table(folder / "frequency.csv", ["mode", "frequency [Hz]"], enumerate(found.tolist(), start=1))
+    yield _deck(folder / "transient.inp", deck.transient(width, PULSES * width, dt))
     head = ["time [s]", "displacement per impulse [m/(N s)]"]
     moved = np.ravel(greens.filtered(times, width))
     yield csv_table(folder / "transient.csv", head, zip(times.tolist(), moved.tolist(), strict=True))
