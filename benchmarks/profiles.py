@@ -34,6 +34,7 @@ from table import RESULTS, Table, publish
 
 from impact.pictures.drawing import GREY, sheet
 from seatfem.faces.scene_verbs import demo_scene
+from seatfem.pictures.apart import drawing_apart
 from seatfem.structures.store import VARIABLE
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import load_scene
@@ -132,7 +133,8 @@ def tilted_landing(folder: Path) -> tuple[float, str]:
 
 
 def _whole(path: Path, folder: Path) -> tuple[float, str]:
-    outcome = run_scene(load_scene(path), folder / "out")
+    with drawing_apart() as painter:  # as `seatfem run` does
+        outcome = run_scene(load_scene(path), folder / "out", painter=painter)
     return outcome.stages["pictures"], ""
 
 
