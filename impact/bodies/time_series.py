@@ -24,13 +24,13 @@ SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 TURN = 360.0  # degrees of crank angle after which a record in angles repeats
 MOST_GAP = 90.0  # degrees between neighbours all around the turn: a line over more is no record
 _UNITS: dict[str, dict[str, float]] = {
-    "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5},
+    "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5, "psi": 6894.757293168361},
     "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
     "acceleration": {"m/s^2": 1.0, "mm/s^2": 1e-3},
     "velocity": {"m/s": 1.0, "mm/s": 1e-3},
     "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
 }
-_HEADER = re.compile(r"\s*(\w+)\s*\[\s*([\w/^]+)\s*\]\s*")
+_HEADER = re.compile(r"\s*(\w+)\s*[\[(]\s*([\w/^]+)\s*[\])]\s*")
 
 
 class TimeSeriesError(ValueError):
@@ -107,8 +107,8 @@ def read_time_series(
 ) -> TimeSeries:
     """Read two columns, time and value, under a header such as ``time [ms],pressure [bar]``.
 
-    Times in s, ms, us; pressure in Pa, kPa, MPa, mbar, bar; force in N, mN, kN; acceleration in m/s^2, mm/s^2; velocity
-    in m/s, mm/s; displacement in m, mm, um. Empty lines and lines that begin with # are skipped. With ``rpm``, the
+    Times in s, ms, us; pressure in Pa, kPa, MPa, mbar, bar, psi; force in N, mN, kN; acceleration in m/s^2, mm/s^2;
+    velocity in m/s, mm/s; displacement in m, mm, um. Units stand in [] or (). Empty lines and lines that begin with # are skipped. With ``rpm``, the
     speed of a crank [1/min], the first column is ``angle [deg]``, ``start`` [deg] is the angle at t = 0, and the record
     repeats every 360 deg; neighbours, the last and the first one too, are ``most_gap`` [deg] apart at most.
 
