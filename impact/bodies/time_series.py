@@ -108,9 +108,10 @@ def read_time_series(
     """Read two columns, time and value, under a header such as ``time [ms],pressure [bar]``.
 
     Times in s, ms, us; pressure in Pa, kPa, MPa, mbar, bar, psi; force in N, mN, kN; acceleration in m/s^2, mm/s^2;
-    velocity in m/s, mm/s; displacement in m, mm, um. Units stand in [] or (). Empty lines and lines that begin with # are skipped. With ``rpm``, the
-    speed of a crank [1/min], the first column is ``angle [deg]``, ``start`` [deg] is the angle at t = 0, and the record
-    repeats every 360 deg; neighbours, the last and the first one too, are ``most_gap`` [deg] apart at most.
+    velocity in m/s, mm/s; displacement in m, mm, um. Units stand in [] or (). Empty lines and lines that begin with #
+    are skipped. With ``rpm``, the speed of a crank [1/min], the first column is ``angle [deg]``, ``start`` [deg] is the
+    angle at t = 0, and the record repeats every 360 deg; neighbours, the last and the first one too, are ``most_gap``
+    [deg] apart at most.
 
     Raises:
         TimeSeriesError: no such file, a header that does not say quantity and unit, a cell that is not a number, a time
