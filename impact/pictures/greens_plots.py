@@ -22,6 +22,7 @@ _PER_PULSE = 48  # samples per pulse: the sampled convolution is then exact to a
 EXCITED = 1e-3  # of the compliance: a pole with less is not told to be a mode
 _UNSEEN = 1e-9  # of the largest shape at a port: round-off
 _WINDOW = math.log(100.0)  # exponential window of a sampled receptance: 1 % is left at its end
+_LEGEND = 0.45  # of the height of the curves, as room for the legend above them
 
 
 def plot_greens(
@@ -59,7 +60,9 @@ def plot_greens(
         _impulse(axes[0, 1], shown, duration, width)
         axes[0, 0].set_title("Impulse response, first moments")
         axes[0, 1].set_title("Impulse response")
-        axes[0, 0].legend(loc="best")
+        low, high = axes[0, 0].get_ylim()
+        axes[0, 0].set_ylim(low, high + _LEGEND * (high - low))
+        axes[0, 0].legend(loc="upper right")
         _step(axes[1, 0], shown, duration)
         _receptance(axes[1, 1], shown, duration, width)
         figure.supxlabel(error_text(greens.error_estimate, width), fontsize=8, color=GREY)
