@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 import impact
 from impact.after.result import as_one
 from impact.bodies.body import ModalState
+from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunction
 from seatfem.structures.formats.calculix_contact import PlateStriker, check_patch, mass_contact, plate_contact
 from seatfem.structures.formats.calculix_mesh import Integers
@@ -188,11 +189,9 @@ def _yielding(problem: impact.ContactProblem, stiffness: float) -> impact.Contac
 
 def _moved(state: ModalState, omega: Array, time: Array) -> tuple[Array, Array]:
     """(m, n) modal coordinates of free, undamped modes at times (n,), and their rates."""
-    phase = omega[:, None] * time
-    lag = time * np.sinc(phase / np.pi)
-    moved = state.displacement[:, None] * np.cos(phase) + state.velocity[:, None] * lag
-    rates = state.velocity[:, None] * np.cos(phase) - state.displacement[:, None] * omega[:, None] ** 2 * lag
-    return moved, rates
+    w, first, speed = omega[:, None], state.displacement[:, None], state.velocity[:, None]
+    cosine, sine = oscillator.decaying_pair(time, w, np.zeros(1))
+    return first * cosine + speed * sine, speed * cosine - w**2 * first * sine
 
 
 def _first_touch(scene: Scene, state: ModalState, omega: Array, shapes: Array, gaps: Array, dt: float) -> int:

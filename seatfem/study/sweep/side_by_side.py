@@ -68,7 +68,7 @@ def side_by_side(
     wall = (time.perf_counter() - begin) / len(others)
 
     def alone(other: Changes) -> Outcome:
-        own = carry_out(path, {**changed, **other}, rounds, start)
+        own = carry_out(path, {**changed, **other}, rounds, start, stress="stress" in needs)
         return replace(own, message=own.message or f"run by itself: {why}")
 
     return [
