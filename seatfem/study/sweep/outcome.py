@@ -1,8 +1,8 @@
 """One scene of a study, carried out in a process of its own: `python -m seatfem.study.sweep.outcome` answers each job,
 a line of JSON, with its outcome.
 
-Its numbers are a function of the scene alone: the plan knows neither what was computed before nor how fast this
-computer is, and no time that was measured decides anything.
+Its numbers are a function of the scene and of what it begins with alone: the plan knows neither what was computed
+before nor how fast this computer is, and no time that was measured decides anything.
 """
 
 from __future__ import annotations

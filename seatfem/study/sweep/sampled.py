@@ -3,8 +3,8 @@
 The first scenes settle how all are computed, at a target of `TIGHTER` of the scene's own. The sample runs in full by
 those settings, in one round: the extremes of every key, the scenes nearest to the corners of all, and others evenly
 through the design, chosen by their values alone. Of each measure the largest relative error bar among them, times
-`SAFETY`, is the bar of the others. One more scene that is like n others has a larger bar than all of them with a chance
-of 1/(n + 1), whatever the distribution; the factor is for scenes that are not quite alike.
+`SAFETY`, is the bar of the others. One more scene that is drawn as n others are has a larger bar than all of them with
+a chance of 1/(n + 1); the factor is for a sample that is laid out, not drawn.
 """
 
 from __future__ import annotations
