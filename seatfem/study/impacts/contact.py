@@ -291,7 +291,7 @@ def measures_of(
     stress = stress_of(scene, striker, force, dt, stepper.opening, coarsely=True, stopper=stopper) if wanted else None
     line, width = line_of(scene, problem, parts_of(stepper)), scene.run.filter_width
     landings = landings_of_march(stepper, width, None if like is None else like.static)
-    blow = Blow(force, dt, width, displacement, stress, line, film_of(stepper), landings.seat)
+    blow = Blow(force, dt, width, displacement, stress, line, film_of(stepper), landings.seat, scene.accuracy.landing)
     return {**values_of(blow, None if like is None else like.seat), **values_of_landings(landings, like)}
 
 
