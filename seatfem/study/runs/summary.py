@@ -256,11 +256,16 @@ def regime_keys(striker: Body, seat: GreensFunction, result: ImpactResult) -> di
 
 
 def reed_stress_keys(stress: ReedStress | None) -> dict[str, object]:
-    """The largest stress in the reed, told apart by the first touch."""
+    """The largest stress in the reed, told apart by the first touch; and that at t = 0 and before the landing that the
+    stress was looked for at, ``None`` without one."""
+    known = (stress.at_start, stress.before_landing) if stress else (None, None)
+    start, landing = (None if peak is None else peak.value for peak in known)
     return {
         **_stress_keys("peak_reed_stress", stress.largest if stress else None),
         **_stress_keys("peak_reed_stress_after_contact", stress.after_contact if stress else None),
         **_stress_keys("initial_reed_stress", stress.initial if stress else None),
+        "reed_stress_at_start_Pa": start,
+        "reed_stress_before_landing_Pa": landing,
     }
 
 
