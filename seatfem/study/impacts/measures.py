@@ -11,7 +11,7 @@ from impact.after.stresses import ReedStress
 from impact.runs.budget import Budget, Values
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.scene.measures import Blow, LandingChoice, key_of, values_of
+from seatfem.study.scene.measures import Blow, LandingChoice, judged_landing, key_of, values_of
 
 Source = Literal["mesh", "reduction", "time_step", "model", "patch", "striker", "stopper", "lip"]
 SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model", "patch")
@@ -35,8 +35,16 @@ def blow_of(
 ) -> Blow:
     """What the measures of a run are taken from."""
     result, landings = touches.seat, () if touches.landings is None else touches.landings.seat
-    displacement = result.target_displacement
-    return Blow(result.force, result.dt, filter_width, displacement, stress, touches.line, result.film, landings, asked)
+    force, moved, film, line = result.force, result.target_displacement, result.film, touches.line
+    since = None if stress is None else stress_since(touches, asked)
+    return Blow(force, result.dt, filter_width, moved, stress, line, film, landings, asked, since)
+
+
+def stress_since(touches: Touches, asked: LandingChoice) -> float | None:
+    """Return when the landing begins that a reed's stress is told apart by [s]; ``None`` where there is none."""
+    landings = () if touches.landings is None else touches.landings.seat
+    landing = judged_landing(landings, asked)
+    return None if landing is None else landing.start
 
 
 OF_A_LANDING: Final[Mapping[str, str]] = {

@@ -118,7 +118,10 @@ def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
     if stress is None:
         return {}
     bar = None if math.isnan(stress.bar) else stress.bar
-    return {**reed_stress_keys(stress.found), "error_bar_peak_reed_stress_after_contact_Pa": bar}
+    landing = stress.found.after_landing
+    of_landing = {} if landing is None else {"landing_peak_reed_stress_Pa": landing.value}
+    bars = {f"error_bar_{key}": bar for key in ("peak_reed_stress_after_contact_Pa", *of_landing)}
+    return {**reed_stress_keys(stress.found), **of_landing, **bars}
 
 
 def plate_field(done: Round, striker: Body | None = None) -> StressField:

@@ -20,6 +20,7 @@ from impact.runs.budget import Values
 from seatfem.structures.fields.recovery import StressField, largest
 from seatfem.structures.rings import Division, ring_shares
 from seatfem.study.impacts.contact import run_contacts
+from seatfem.study.impacts.measures import stress_since
 from seatfem.study.impacts.touches import parts_of, stopper_force_of
 from seatfem.study.runs.left_in import left_in
 from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress, pushes_of
@@ -73,7 +74,8 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     with these stresses for measures. A stress in the seat that half the step changes by more than `RAW` follows the raw
     force of a first touch, which has no limit without a law of contact that yields: no bar is known of it.
     """
-    seat, reed = seat_stress(done, progress), plate_reed_stress(done)
+    since = stress_since(done.touches, done.plan.scene.accuracy.landing)
+    seat, reed = seat_stress(done, progress), plate_reed_stress(done, since)
     looks: dict[str, Callable[[Forces], Values]] = {}
     if seat is not None:
         looks[SEAT] = partial(_in_the_seat, seat)
