@@ -221,8 +221,9 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
     content = path.read_bytes()
     from seatfem.faces.read_back import read_table
     from seatfem.faces.report.asked import keep_asked
+    from seatfem.faces.landings_table import landings_of, landings_table
     from seatfem.faces.result_table import result_table
-    from seatfem.faces.verdict import lasting, simpler, verdict
+    from seatfem.faces.verdict import lasting, pressed_on, simpler, verdict
     from seatfem.pictures.apart import drawing_apart
     from seatfem.study.runs.next_round import Limits
     from seatfem.study.runs.pipeline import run_scene
@@ -248,10 +249,10 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         wide.print(f"\n{title}")
         wide.print(verdict(outcome.summary), soft_wrap=True)
         wide.print(result_table(outcome.summary))
-        for words in filter(None, (simpler(outcome.summary), lasting(outcome.summary))):
+        if landings := landings_table(landings_of(outcome.summary)):
+            wide.print(landings)
+        for words in filter(None, (each(outcome.summary) for each in (pressed_on, simpler, lasting))):
             wide.print(words, soft_wrap=True)
-        if outcome.summary.get("regime_predicted_peak_error") is not None:
-            wide.print(f"regime: {outcome.summary['regime']}", soft_wrap=True)
     tell(outcome, common, kept)
     if common.quiet and not outcome.met:  # an exit code alone explains nothing
         lines(stderr=True).print(f"seatfem: {outcome.messages[0]}")

@@ -7,7 +7,7 @@ from typing import Any
 
 from impact.pictures.drawing import text
 from seatfem.faces.report.html_tables import html_rows
-from seatfem.faces.verdict import as_number
+from seatfem.faces.readings import as_number
 
 
 def hot_spots(summary: Mapping[str, Any]) -> str:
