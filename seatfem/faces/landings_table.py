@@ -10,9 +10,9 @@ from rich.table import Table
 
 from impact.pictures.drawing import scaled
 from seatfem.faces.readings import DEGREES, as_number, bar_of, in_text, plain, with_unit
+from seatfem.study.runs.landings_file import LANDINGS_FILE
 
 SHOWN: Final = 10
-LANDINGS_FILE: Final = "landings.csv"
 COLUMNS: Final = (
     ("time", "time_s", "s"),
     ("closing\nspeed", "closing_speed_m_per_s", "m/s"),
@@ -29,7 +29,7 @@ Records = Sequence[Mapping[str, object]]
 
 
 def landings_of(summary: Mapping[str, object]) -> Records:
-    """Return the records of the landings, those with the largest force above the static load first; none of old runs."""
+    """Return the records of the landings, the largest force above the static load first; none of runs without them."""
     found = summary.get("landings")
     records = [each for each in found if isinstance(each, Mapping)] if isinstance(found, list) else []
     return sorted(records, key=lambda each: -(as_number(each.get("excess_peak_force_N")) or 0.0))

@@ -147,5 +147,3 @@ def _target(summary: Mapping[str, object], key: str, value: float | None, bar: f
         return "not known, missed"
     share = bar / abs(value)
     return f"{100 * share:.2g} %, {'met' if share <= target else 'missed'}"
-
-

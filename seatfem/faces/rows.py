@@ -162,7 +162,8 @@ def _row_of(key: str) -> Row:
     """Return the row of a measure that this table does not know; the key stands in it where it tells no unit."""
     unit = next((unit for ending, unit in UNITS.items() if key.endswith(f"_{ending}")), "")
     words = _measures_words(key.removeprefix(LANDING)) or key
-    return Row(key, words if unit or words == key else f"{words} ({key})", unit, "landing" if key.startswith(LANDING) else "run")
+    shown = words if unit or words == key else f"{words} ({key})"
+    return Row(key, shown, unit, "landing" if key.startswith(LANDING) else "run")
 
 
 def _measures_words(key: str) -> str:

@@ -1,4 +1,4 @@
-"""What a run means, in sentences: whether anything landed, and whether a spring would be enough in place of the seat."""
+"""What a run means, in sentences: whether anything landed, whether a spring would be enough in place of the seat."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ STATUS: Final[Mapping[str, str]] = {
     ),
     "never opened": (
         "Never opened: the reed is closed at the start and does not open in {time}, so there is no landing to judge. "
-        "Remedy: a longer run.duration, or loads that open the reed; accuracy.landing = \"run\" judges the whole run."
+        'Remedy: a longer run.duration, or loads that open the reed; accuracy.landing = "run" judges the whole run.'
     ),
 }
 """What a run without a landing says first, by its landing_status."""
@@ -49,7 +49,11 @@ class Difference:
 
 
 def difference(summary: Mapping[str, object], key: str) -> Difference | None:
-    """Return the spring's difference in one measure; ``None`` where it has no error bar, or seat or spring have no value to compare, of instants, and of the static load, which a spring bears as any seat."""
+    """Return the spring's difference in one measure.
+
+    ``None`` where it has no error bar, where seat or spring have no value to compare, of instants, and of the static
+    load, which a spring bears as any seat.
+    """
     seat, spring, bar = (as_number(summary.get(name)) for name in (key, f"spring_{key}", f"error_bar_{key}"))
     if key in (*OF_EACH_STEP, STATIC) or key.endswith(WITHOUT_ZERO):
         return None
@@ -109,18 +113,18 @@ def judged_words(summary: Mapping[str, object]) -> str:
 
 
 def simpler(summary: Mapping[str, object]) -> str:
-    """What simpler models would say of a contact with a film or along a lip, in one line; "" of other contacts."""
+    """Return what simpler models would say of a contact with a film or along a lip, in one line; "" of others."""
     told: list[str] = []
-    for words, name in (("one without the film", "without_film"), ("one port", "one_port"), ("a beam", "beam")):
+    for words, name in (("without the film", "without_film"), ("single contact point", "one_port"), ("beam", "beam")):
         peak, impulse = (as_number(summary.get(f"{name}_{key}")) for key in ("filtered_peak_force_N", "impulse_Ns"))
         if peak is not None and impulse is not None:
-            told.append(f"{words}{'' if told else ' would say'} {in_units(peak, 'N')} and {in_units(impulse, 'N s')}")
+            told.append(f"{words} {in_units(peak, 'N')} and {in_units(impulse, 'N s')}")
     over = duration(summary.get("filter_width_s"))
-    return f"simpler models: {', '.join(told)} (peak, {over} mean, and impulse)" if told else ""
+    return f"simpler models: {', '.join(told)} (peak, {over} mean, and impulse of the whole run)" if told else ""
 
 
 def lasting(summary: Mapping[str, object]) -> str:
-    """How long the reed lives, in one line with the source of its strength; "" where nobody asked."""
+    """Return how long the reed lives, in one line with the source of its strength; "" where nobody asked."""
     told = []
     if "life_margin" in summary:
         margin, cycles = as_number(summary["life_margin"]), as_number(summary.get("life_cycles"))
@@ -131,6 +135,8 @@ def lasting(summary: Mapping[str, object]) -> str:
         body = str(summary["life_at"]).partition(",")[0]
         asked_for = f"{wanted:.3g} cycles with {100 * share:.6g} % survival"
         more = "" if bar is None else f" +- {bar:.2g}"
+        if bar is not None and margin is not None and not is_known("life_margin", margin, bar):
+            more += " (not known)"
         if margin is None:
             told.append(f"no stress, however large, uses up {asked_for}")
         elif margin >= 1:
@@ -226,8 +232,8 @@ def _by_plan(summary: Mapping[str, object]) -> str:
     if summary.get("accuracy_met") is not True:
         stiff = "The plan took the seat for its static stiffness"
     return (
-        f"{stiff}. Both columns use it{lip}. What waves in the seat would change in {names} is part of the uncertainty. "
-        'To compute waves nevertheless: seat.model = "3d".'
+        f"{stiff}. Both columns use it{lip}. What waves in the seat would change in {names} is part of the "
+        'uncertainty. To compute waves nevertheless: seat.model = "3d".'
     )
 
 
