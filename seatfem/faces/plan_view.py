@@ -13,6 +13,7 @@ from seatfem.faces.read_back import read_back
 from seatfem.study.method import as_stated
 from seatfem.study.planning.plan import Cost, Plan
 from seatfem.study.planning.refining import rounds_ahead
+from seatfem.study.scene.measures import all_measures
 
 
 def choices_table(plan: Plan) -> Table:
@@ -57,6 +58,15 @@ def shares_line(plan: Plan) -> str:
     return "; ".join(lines)
 
 
+def judged_line(plan: Plan) -> str:
+    """Return what the target of accuracy speaks of: the measures, and of which landing."""
+    accuracy = plan.scene.accuracy
+    which = getattr(accuracy, "landing", "hardest")
+    of_it = "of the whole run" if which == "run" else f"of the {which} landing on the seat"
+    names = " and ".join(all_measures()[name].words for name in accuracy.measures)
+    return f"{names} {of_it}, to {100 * accuracy.target:.3g} %"
+
+
 def stages_line(parts: Mapping[str, float]) -> str:
     """Predicted seconds by stage, the longest first."""
     longest = sorted(parts.items(), key=lambda item: -item[1])
@@ -87,6 +97,7 @@ def plan_json(plan: Plan) -> str:
         "level": plan.level,
         "kept": plan.kept,
         "target": scene.accuracy.target,
+        "judged": judged_line(plan),
         "meets_target": plan.meets_target,
         "choices": [asdict(choice) for choice in plan.choices],
         **_cost(plan.cost),

@@ -149,7 +149,7 @@ def test_a_landing_ends_where_a_decaying_force_stays_within_the_band() -> None:
     assert landing.impulse == pytest.approx(integral, abs=load * dt)  # known to a step
     lasting, largest = pressed_on(record(force, np.full(len(time), load)), (landing,))
     assert lasting == pytest.approx(time[-1] - landing.end, abs=3 * dt)
-    assert largest == pytest.approx(load, rel=BAND)
+    assert largest == pytest.approx(load, rel=1.5 * BAND)  # a later swing may leave the band once more
 
 
 @pytest.mark.parametrize(("excess", "landings"), [(0.8 * BAND, 0), (1.2 * BAND, 1)])
