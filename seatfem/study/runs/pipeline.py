@@ -133,7 +133,8 @@ def run_scene(
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            more = [*lip_pictures(done, baseline.touches, summary["landings"]), *gas_pictures(scene, done.touches), *later.pictures(done)]
+            of_lip = lip_pictures(done, baseline.touches, summary["landings"])
+            more = [*of_lip, *gas_pictures(scene, done.touches), *later.pictures(done)]
             results = (done.result, baseline.result)
             drawn, gaps = draw_run(
                 scene,
