@@ -17,7 +17,6 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
-
 from points.landing import Doubted, Grid, Landing, solve_with_doubt
 from points.outlines import Flapper, Outline, RingPlate, Sheet
 from points.plate import Material
@@ -44,7 +43,7 @@ def stated_landing() -> Landing:
     """Return a sheet that is rolled by 0.15 degrees, over a rigid seat, with a spring as the contact."""
     return Landing(
         Sheet(28e-3, 12e-3, 21e-3), STEEL_REED, 0.35e-3, 3.9e-3, 0.8e-3, None, "spring", 30e6, 2e-6,
-        math.radians(0.15), 0.0, 1.5, LONGEST, 3e-6,
+        math.radians(0.15), 0.0, 1.5, 200e-6, 3e-6,
     )  # fmt: skip
 
 
@@ -67,9 +66,10 @@ def draw_landing(number: int) -> Landing:
     axis = math.radians(float(rng.choice([0.0, 90.0])))
     stiffness = {"spring": 1e6 * round(rng.uniform(20, 100), 1), "hertz": 1e9 * round(10 ** rng.uniform(0.7, 1.7), 2)}
     gap = math.ceil(1e6 * width / 2 * math.tan(tilt) + 0.5) * 1e-6  # all points begin open
+    widths = [3.0, 5.0] if material == "PEEK" else [1.0, 3.0, 5.0]
     return Landing(
         outlines[kind], STEEL_REED, thickness, radius, width, seat, law, stiffness.get(law, 0.0), gap, tilt, axis,
-        round(rng.uniform(0.5, 3.0), 2), LONGEST, 1e-6 * float(rng.choice([3.0, 5.0] if material == "PEEK" else [1.0, 3.0, 5.0])),
+        round(rng.uniform(0.5, 3.0), 2), LONGEST, 1e-6 * float(rng.choice(widths)),
     )  # fmt: skip
 
 
@@ -132,7 +132,7 @@ def main(first: int = 0, last: int = DRAWN) -> None:
             continue
         landing = draw_landing(number)
         grid = grid_of(landing)
-        numbers = solve_with_doubt(landing, grid)
+        numbers = solve_with_doubt(landing, grid, until_flight=number > 0)
         is_new = not FILE.is_file()
         with FILE.open("a", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")

@@ -1,4 +1,4 @@
-"""Landings: a reed, a seat, how it lies and how it starts; the force by a method, and what two coarser ones leave open."""
+"""Landings: a reed, a seat, how it lies and how it starts; the force on a grid, and its doubt by two coarser grids."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from points.seat import Meridian, Seat
 RIGID = 1e13  # N/m of all points together, for a contact without a law of its own on a seat that yields
 RIGID_ON_RIGID = 5e9  # N/m, where the seat is rigid, too
 TUMBLING = 2 * math.pi * 3e3  # rad/s, shift below the modes of a free plate
-FLIGHT = 20e-6  # s
+FLIGHT = 30e-6  # s, that a reed flies for a landing to be over
 COARSER = 1.5  # bands of grids, over those of coarser ones
 LIP_LINE = 4096  # points of the centre line on which the smallest opening is looked for
 
 
 @dataclass(frozen=True)
 class Landing:
-    """A plate at ``gap`` [m] over a lip, tilted by ``tilt`` about an axis ``tilt_axis`` from x [rad], moving towards it.
+    """A plate at ``gap`` [m] over a lip, tilted by ``tilt`` about ``tilt_axis`` from x [rad], moving towards it.
 
     A clamped plate moves in its first mode with ``speed`` [m/s] at its contact's centre, a free one as a rigid body.
     The seat is rigid where it is ``None``; ``law`` is "signorini", "spring" [N/m] or "hertz" [N/m^1.5].
@@ -115,10 +115,11 @@ def plate_modes(
     mesh = mesh_blocks(outline.blocks(size), order)
     clamped = np.flatnonzero(mesh.points[:, 0] < 1e-9) if outline.clamped else np.empty(0, dtype=np.int64)
     plate = Plate(mesh, material, thickness, (3 * clamped[:, None] + np.arange(3)).ravel())
-    omega, shapes = plate.modes(plate.count_modes(band), below=0.0 if outline.clamped else TUMBLING)
-    inside = omega <= 2 * np.pi * band
-    if inside.all():
-        raise ValueError(f"too few modes were computed for a band of {band:g} Hz")
+    count, complete = plate.count_modes(band), False
+    while not complete:
+        omega, shapes = plate.modes(count, below=0.0 if outline.clamped else TUMBLING)
+        inside = omega <= 2 * np.pi * band
+        complete, count = not inside.all(), math.ceil(1.2 * count)
     return np.where(omega < 1e-3 * TUMBLING, 0.0, omega)[inside], shapes[:, inside], plate
 
 
@@ -183,11 +184,11 @@ class Doubted:
     filtered_peak_doubt: float
 
 
-def solve_with_doubt(landing: Landing, grid: Grid) -> Doubted:
+def solve_with_doubt(landing: Landing, grid: Grid, *, until_flight: bool = True) -> Doubted:
     """Compute a landing by a grid and by two coarser ones.
 
-    The doubt is the sum of what fewer points on a coarser seat change, and what a coarser plate and longer steps do. The
-    run ends in the middle of the first flight that lasts `FLIGHT`, or as ``landing.duration`` says.
+    The doubt is the sum of what fewer points on a coarser seat change, and what a coarser plate and longer steps do.
+    The run ends as ``landing.duration`` says, or earlier in the first flight that lasts `FLIGHT` if asked to.
     """
     fewer = replace(
         grid,
@@ -198,7 +199,7 @@ def solve_with_doubt(landing: Landing, grid: Grid) -> Doubted:
     )
     coarser = replace(grid, order=grid.order - 1, band=grid.band / COARSER, dt=2 * grid.dt)
     forces = [(total_force(landing, each), each.dt) for each in (grid, fewer, coarser)]
-    duration = min(landing.duration, _flight_after_contact(*forces[0]))
+    duration = min(landing.duration, _flight_after_contact(*forces[0])) if until_flight else landing.duration
     cut = [(force[: round(duration / dt) + 1], dt) for force, dt in forces]
     impulses = np.array([impulse(*each) for each in cut])
     peaks = np.array([filtered_peak(*each, landing.filter_width) for each in cut])
@@ -207,7 +208,7 @@ def solve_with_doubt(landing: Landing, grid: Grid) -> Doubted:
 
 
 def _flight_after_contact(force: Array, dt: float) -> float:
-    """Return the middle of the first flight after a contact that lasts `FLIGHT`, to the microsecond; infinite of none."""
+    """Return a time in the first flight that lasts `FLIGHT` after a contact, to the microsecond; infinite of none."""
     touching = np.append(np.flatnonzero(force > 0), len(force))
     lasting = np.flatnonzero(np.diff(touching) * dt >= FLIGHT)
     if len(touching) == 1 or not len(lasting):

@@ -5,7 +5,8 @@ With the deflection w and the rotations a of the normals, D = E h^3/(12 (1 - nu^
     2 U = integral D (a_x,x^2 + a_y,y^2 + 2 nu a_x,x a_y,y + (1 - nu)/2 (a_x,y + a_y,x)^2) + kappa G h |grad w - a|^2,
     2 T = integral rho h w'^2 + rho h^3/12 |a'|^2.
 
-Nodes are the points of quadrature, so that the mass is diagonal; frequencies converge with the power 2 order of the size.
+Nodes are the points of quadrature, so that the mass is diagonal; frequencies converge with the power 2 order of the
+size.
 """
 
 from __future__ import annotations
@@ -134,7 +135,7 @@ class Plate:
         return csc_matrix(entries, shape=(3 * len(nodes), number))
 
     def count_modes(self, frequency: float) -> int:
-        """Estimate how many modes lie below a frequency [Hz]."""
+        """Estimate how many modes lie below a frequency [Hz]; narrow plates have more."""
         _, _, weights = self.mesh.gradients()
         number = math.sqrt(self.material.density * self.thickness / self.rigidity)
         return math.ceil(MORE_MODES * weights.sum() * frequency * number / 2) + 10

@@ -1,9 +1,9 @@
 """A seat as a body of revolution, by spectral elements in its meridian and Fourier harmonics around it.
 
-A port of cylinder r = bore runs through a plate that is held at its underside; a lip of rectangular section stands on its
-rim. In harmonic m the displacements are u_r cos(m th), u_th sin(m th) and u_z cos(m th), and those turned by a quarter of
-a wave. A uniform pressure on a cell of the lip, between two radii and over the angle 2 pi/n, has the harmonics
-sin(x)/x, x = m pi/n; the mean displacement of a cell has them again.
+A port of radius ``bore`` runs through a plate that is held at its underside; a lip of rectangular section stands on
+its rim. In harmonic m the displacements are u_r cos(m th), u_th sin(m th) and u_z cos(m th), and those turned by a
+quarter of a wave. A uniform pressure on a cell of the lip, between two radii and over the angle 2 pi/n, has the
+harmonics sin(x)/x, x = m pi/n; the mean displacement of a cell has them again.
 """
 
 from __future__ import annotations
@@ -11,9 +11,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
+from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
@@ -22,7 +24,7 @@ from points.gll import Array, lagrange_values
 from points.mesh import Block, Mesh, mesh_blocks
 from points.plate import Material, lowest_modes
 
-EXACT = 16  # harmonics up to this one are computed one by one, those above at steps of a fifth and in between interpolated
+EXACT = 16  # harmonics up to this one are computed one by one, those above at steps of a fifth, interpolated in between
 STEP = 1.2
 HARMONICS = 2.5  # of the statics, per cell around
 GROWTH = 1.8  # of elements away from the lip
@@ -77,7 +79,8 @@ class Meridian:
             return Block(lambda s, t: np.stack([s, t], axis=-1), r, z)
 
         below = np.concatenate([depths, [0.0]])
-        return mesh_blocks([block(radii, below), block(lip, np.array([0.0, seat.lip_height]))], self.order)
+        raised = [block(lip, np.array([0.0, seat.lip_height]))] if seat.lip_height > 0 else []
+        return mesh_blocks([block(radii, below), *raised], self.order)
 
     @cached_property
     def _parts(self) -> tuple[csc_matrix, csc_matrix, csc_matrix, Array]:
@@ -103,15 +106,15 @@ class Meridian:
         volume = weights * radius
         first, second = (np.stack([np.concatenate(row, axis=2) for row in rows]) for rows in (still, turned))
 
-        def stiffness(left: Array, right: Array) -> csc_matrix:
+        def integrate(left: Array, right: Array) -> csc_matrix:
             total = 0.0
             for i, j in zip(*np.nonzero(elastic), strict=True):
                 total = total + np.swapaxes(left[i], 1, 2) @ ((elastic[i, j] * volume)[..., None] * right[j])
             return self._assembled(np.asarray(total))
 
-        mixed = stiffness(first, second)
+        mixed = integrate(first, second)
         lumped = material.density * np.bincount(mesh.elements.ravel(), volume.ravel(), minlength=len(mesh.points))
-        return stiffness(first, first), mixed + mixed.T, stiffness(second, second), np.repeat(lumped, 3)
+        return integrate(first, first), mixed + mixed.T, integrate(second, second), np.repeat(lumped, 3)
 
     def _assembled(self, blocks: Array) -> csc_matrix:
         nodes = self.mesh.elements
@@ -122,21 +125,25 @@ class Meridian:
         return csc_matrix((blocks.ravel(), (rows, columns)), shape=(size, size))
 
     @cached_property
-    def _free(self) -> Array:
+    def _free(self) -> NDArray[np.int64]:
         held = np.flatnonzero(self.mesh.points[:, 1] < -self.seat.thickness + 1e-9)
         return np.setdiff1d(np.arange(3 * len(self.mesh.points)), (3 * held[:, None] + np.arange(3)).ravel())
 
+    def stiffness(self, m: int) -> csc_matrix:
+        """Return the stiffness of harmonic m with nothing held, unknowns 3 node + 0, 1, 2 of u_r, u_th, u_z."""
+        first, second, third, _ = self._parts
+        return first + m * second + m**2 * third
+
     def harmonic(self, m: int) -> tuple[csc_matrix, Array]:
         """Return the stiffness and the diagonal of the mass of one harmonic, underside held."""
-        first, second, third, mass = self._parts
+        mass = self._parts[-1]
         free = self._free
         if m == 0:  # without the torsion, which nothing here excites
             free = free[free % 3 != 1]
-        whole = first + m * second + m**2 * third
-        return csc_matrix(whole[free][:, free]), mass[free]
+        return csc_matrix(self.stiffness(m)[free][:, free]), mass[free]
 
     def means(self, borders: Array, m: int) -> Array:
-        """Return (free, cells) what of the nodes' u_z is the mean over the top of the lip between borders (cells + 1,)."""
+        """Return (free, cells) weights of the nodes' u_z in means over the lip's top between borders (cells + 1,)."""
         mesh, seat = self.mesh, self.seat
         x, gauss = leggauss(GAUSS)
         weights = np.zeros((3 * len(mesh.points), len(borders) - 1))
@@ -145,7 +152,7 @@ class Meridian:
             if mesh.points[edge, 1].min() < seat.lip_height - 1e-9:
                 continue
             low, high = mesh.points[edge[[0, -1]], 0]
-            for cell, (start, end) in enumerate(zip(borders[:-1], borders[1:], strict=True)):
+            for cell, (start, end) in enumerate(pairwise(borders)):
                 a, b = max(low, start), min(high, end)
                 if b > a:
                     radius = (a + b) / 2 + (b - a) / 2 * x
@@ -156,7 +163,7 @@ class Meridian:
         return weights[free[free % 3 != 1] if m == 0 else free]
 
     def response(self, borders: Array, around: int, band: float) -> SeatResponse:
-        """Return modes up to a band [Hz] and the compliance beyond, of cells around the lip, those across it fastest."""
+        """Return modes up to a band [Hz] and the compliance beyond, of cells around the lip, those across fastest."""
         angles = 2 * np.pi * np.arange(around) / around
         across = len(borders) - 1
         last = math.ceil(HARMONICS * around)
@@ -224,7 +231,7 @@ def _graded(length: float, first: float, most: float) -> Array:
     """Return ends of parts of a length that grow from ``first`` to ``most``, without 0."""
     if length <= 0:
         return np.empty(0)
-    sizes = [min(first, length)]
+    sizes = [min(first, most, length)]
     while sum(sizes) < length:
         sizes.append(min(GROWTH * sizes[-1], most))
     return np.asarray(np.cumsum(sizes) * length / sum(sizes))
