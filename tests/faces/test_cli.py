@@ -143,12 +143,13 @@ def test_landings_are_told_below_the_table(
     pipeline: Pipeline, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     record = {"body": "seat", "number": 1, "time_s": 9e-3, "filtered_peak_force_N": 43.8, "excess_peak_force_N": 40.7}
-    monkeypatch.setitem(SUMMARY, "landings", [record | {"error_bar_excess_peak_force_N": 0.8}])
+    loaded = record | {"static_load_N": 3.1, "error_bar_excess_peak_force_N": 0.8}
+    monkeypatch.setitem(SUMMARY, "landings", [loaded])
     monkeypatch.setitem(SUMMARY, "pressed_on_time_s", 12.3e-3)
     monkeypatch.setitem(SUMMARY, "pressed_on_largest_load_N", 72.0)
     assert run_command(["run", str(SPRING_SCENE)]) == DONE
     out = " ".join(capsys.readouterr().out.split())
-    assert "seat 1 9 - 43.8 - 40.70 ± 0.80 - - -" in out
+    assert "seat 1 9 - 43.8 3.1 40.70 ± 0.80 - - -" in out
     assert "pressed on by its loads: 72 N at most, 12.3 ms in all (no landing, and not judged)" in out
 
 

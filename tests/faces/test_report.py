@@ -98,7 +98,7 @@ def test_hot_spots_and_life_are_tables() -> None:
     assert "not known (21 ± 43 MPa)" in hot_spots({"seat_stress_hot_spots": [spot], **unknown})
     found = life_table({"life_margin": 1.234567, "error_bar_life_margin": 0.05, "life_at": "<b>"})
     assert "<td>margin</td><td>1.235 ± 0.050</td>" in found
-    assert "not known (1.2 ± 0.7)" in life_table({"life_margin": 1.2, "error_bar_life_margin": 0.7})
+    assert "not known (1.20 ± 0.70)" in life_table({"life_margin": 1.2, "error_bar_life_margin": 0.7})
     assert "&lt;b&gt;" in found
     assert life_table({"peak": 1.0}) == ""
 
