@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 MOST: Final = 10  # that are marked, the hardest
 FEW: Final = 20  # filter widths, the least that an enlarged landing shows
 COLOUR: Final = PURPLE
+ROOM: Final = 0.12  # of the height of axes, above which numbers stand
 Body = Literal["seat", "stopper"]
 BODIES: Final[tuple[Body, ...]] = ("seat", "stopper")
 SHAPES: Final[Mapping[Body, str]] = {"seat": "v", "stopper": "^"}
@@ -103,42 +104,21 @@ def _landing_window(marks: Sequence[LandingMark], margin: float, width: float) -
     return max(mark.start - beside, 0.0), mark.end + beside
 
 
-def draw_marks(
-    axes: Axes, marks: Sequence[LandingMark], place: Callable[[LandingMark], tuple[float, float]], label: str = ""
-) -> None:
-    """Draw the ``marks`` at their ``place``, numbered, and name them in the legend.
-
-    Args:
-        axes: along time.
-        marks: of one body.
-        place: of each, in the units of the axes.
-        label: in the legend; "": "landing on the seat", or on what body else.
-    """
-    if not marks:
-        return
-    shape, words = SHAPES[marks[0].body], label or f"landing on the {marks[0].body}"
-    style: dict[str, Any] = {
-        "linestyle": "none",
-        "marker": shape,
-        "markeredgecolor": COLOUR,
-        "zorder": 5.0,
-        "clip_on": False,
-    }
-    for hardest, size, face in ((False, 5.0, "white"), (True, 7.5, COLOUR)):
-        places = [place(mark) for mark in marks if mark.hardest is hardest]
-        if places:
-            name = f"{words}, hardest" if hardest else words
-            axes.plot(*np.transpose(places), **style, markersize=size, markerfacecolor=face, label=name)
+def draw_marks(axes: Axes, marks: Sequence[LandingMark], place: Callable[[LandingMark], tuple[float, float]]) -> None:
+    """Draw the ``marks`` of one body, numbered, at their ``place`` in the units of the axes; one is in the legend."""
+    label = {"seat": "landing (filled: the hardest)", "stopper": "landing on the stopper"}
     for mark in marks:
-        weight = "bold" if mark.hardest else "normal"
-        moved: dict[str, Any] = {
-            "xytext": (0, 6),
-            "textcoords": "offset points",
-            "ha": "center",
-            "va": "bottom",
-            "zorder": 5.1,
-        }
-        axes.annotate(f"{mark.number}", place(mark), **moved, fontsize=8, color=COLOUR, fontweight=weight)
+        shown, size = (COLOUR, 7.5) if mark.hardest and mark.body == "seat" else ("white", 5.0)
+        style: dict[str, Any] = {"marker": SHAPES[mark.body], "markeredgecolor": COLOUR, "markerfacecolor": shown}
+        name = label[mark.body] if mark.hardest else None
+        axes.plot(*place(mark), linestyle="none", markersize=size, zorder=5.0, clip_on=False, label=name, **style)
+        weight = "bold" if mark.hardest and mark.body == "seat" else "normal"
+        moved: dict[str, Any] = {"xytext": (0, 5), "textcoords": "offset points", "ha": "center", "va": "bottom"}
+        number = f"{mark.number}"
+        axes.annotate(number, place(mark), fontsize=8, color=COLOUR, fontweight=weight, zorder=5.1, **moved)
+    if marks:
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high + ROOM * (high - low))
 
 
 def value_at(run: ImpactResult, values: Array, time: float) -> float:

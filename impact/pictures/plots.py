@@ -73,7 +73,7 @@ def plot_force(
         _mark(whole, group, float(result.time[-1]))
         note = f"thin: each step, thick: mean over {1e6 * filter_width:g} µs"
         zoom.set_title(note, loc="right", color=GREY, fontsize=8)
-        whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4)
+        whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
         _table(figure.add_subplot(grid[2, :]), runs, filtered, names)
     return figure
 
@@ -112,8 +112,8 @@ def plot_motion(
         _curves(seat, of_runs("target_displacement"), (0.0, end))
         reed.set_title("Reed, contact point")
         seat.set_title("Seat, contact point")
-        _mark_motion(reed, runs, landings)
-        reed.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4)
+        reed.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
+        _mark_motion(reed, seat, runs, landings)
         little = 0.01 if not landings else 0.05  # of the approach: it would dwarf the openings
         window, contact = shown_contact(runs, filter_width, little, landings)
         for axes in (reed, seat):
@@ -189,13 +189,16 @@ def _within(run: ImpactResult, first: float, last: float) -> slice:
     return slice(max(int(a) - 1, 0), int(b) + 2)
 
 
-def _mark_motion(axes: Axes, runs: list[ImpactResult], landings: Sequence[Mapping[str, object]]) -> None:
-    """Mark the landings on the course of the striker, where it is drawn."""
+def _mark_motion(reed: Axes, seat: Axes, runs: list[ImpactResult], landings: Sequence[Mapping[str, object]]) -> None:
+    """Mark the landings on the course of the reed, where it is drawn, and name them over that of the seat."""
     rate, moved = scaled(float(runs[0].time[-1]), "s")[0], runs[0].striker_displacement
     factor = scaled(np.concatenate([run.striker_displacement for run in runs]), "m")[0]
     for body in BODIES:
         marks = landing_marks(landings, body)
-        draw_marks(axes, marks, lambda mark: (rate * mark.start, factor * value_at(runs[0], moved, mark.start)))
+        draw_marks(reed, marks, lambda mark: (rate * mark.start, factor * value_at(runs[0], moved, mark.start)))
+    handles, labels = reed.get_legend_handles_labels()
+    if named := handles[len(runs) :]:
+        seat.legend(named, labels[len(runs) :], loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
 
 
 def _pulse_window(
@@ -232,7 +235,7 @@ def _forces(
 
 def _table(axes: Axes, runs: list[ImpactResult], filtered: list[Array], names: tuple[str, str]) -> None:
     axes.axis("off")
-    heads = ["", "first contact", "duration", "peak, mean", "peak, step", "impulse, all", "contacts (raw)"]
+    heads = ["", "first contact", "duration", "peak, mean", "peak, step", "impulse, all", "contacts (touches)"]
     rows = []
     for run, mean, name in zip(runs, filtered, names, strict=False):
         groups = measures.contact_groups(run)
@@ -247,7 +250,7 @@ def _table(axes: Axes, runs: list[ImpactResult], filtered: list[Array], names: t
                 f"{len(groups)} ({len(measures.contact_intervals(run))})",
             ]
         )
-    widths = [0.29, 0.12, 0.11, 0.11, 0.11, 0.12, 0.14]
+    widths = [0.28, 0.12, 0.11, 0.11, 0.11, 0.11, 0.16]
     table = axes.table(rows, colLabels=heads, colWidths=widths, loc="center", edges="horizontal", cellLoc="right")
     table.auto_set_font_size(False)
     table.set_fontsize(8.0)

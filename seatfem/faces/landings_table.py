@@ -10,6 +10,7 @@ from rich.table import Table
 
 from impact.pictures.drawing import scaled
 from seatfem.faces.readings import DEGREES, as_number, bar_of, in_text, plain, with_unit
+from seatfem.faces.rows import is_loaded
 from seatfem.study.runs.landings_file import LANDINGS_FILE
 
 SHOWN: Final = 10
@@ -19,11 +20,13 @@ COLUMNS: Final = (
     ("peak\nforce", "filtered_peak_force_N", "N"),
     ("static\nload", "static_load_N", "N"),
     ("peak above\nstatic load", "excess_peak_force_N", "N"),
-    ("impulse above\nstatic load", "impulse_Ns", "N s"),
+    ("impulse", "impulse_Ns", "N s"),
     ("duration", "duration_s", "s"),
     ("restitution", "restitution", ""),
 )
 """Head, key of the records and unit of each."""
+OF_STATIC: Final = ("static_load_N", "excess_peak_force_N")
+"""Columns that say nothing where no landing has a static load."""
 
 Records = Sequence[Mapping[str, object]]
 
@@ -41,25 +44,35 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
     if not records:
         return None
     shown = records[:most]
-    units = [(unit, *_prefix(shown, key, unit)) for _, key, unit in COLUMNS]
-    heads = [f"{head}\n[{plain(prefixed)}]" if unit else head for (head, *_), (unit, _, prefixed) in zip(
-        COLUMNS, units, strict=True
-    )]  # fmt: skip
-    table = Table("landing", "place", *heads, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    loaded = any(is_loaded(record) for record in shown)
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify = "left"
-    for column in table.columns[2:]:
-        column.justify = "right"
-    for record in shown:
-        cells = [_cell(record, key, factor) for (_, key, _), (_, factor, _) in zip(COLUMNS, units, strict=True)]
-        cut = ", cut off" if record.get("cut_off") is True else ""
-        table.add_row(f"{record.get('body')} {record.get('number')}{cut}", _place(record), *cells)
+    columns = [[_name(record) for record in shown]]
+    table.add_column("landing")
+    if any(places := [_place(record) for record in shown]):
+        table.add_column("place")
+        columns.append(places)
+    for head, key, unit in COLUMNS:
+        if loaded or key not in OF_STATIC:
+            factor, prefixed = _prefix(shown, key, unit)
+            table.add_column(f"{head}\n[{plain(prefixed)}]" if unit else head, justify="right")
+            columns.append([_cell(record, key, factor) for record in shown])
+    for cells in zip(*columns, strict=True):
+        table.add_row(*cells)
     notes = ["landings: the largest force above the static load first"]
+    if loaded:
+        notes[0] += "; impulses are above it, too"
     if len(shown) < len(records):
         notes[0] += f"; and {len(records) - len(shown)} more, in {LANDINGS_FILE}"
     if any("± ?" in str(cell) for column in table.columns for cell in column.cells):
         notes.append("± ?: uncertainty not known")
     table.caption = "\n".join(notes)
     return table
+
+
+def _name(record: Mapping[str, object]) -> str:
+    """Return what is met, which landing on it, and whether the run ends in it."""
+    return f"{record.get('body')} {record.get('number')}{', cut off' if record.get('cut_off') is True else ''}"
 
 
 def _prefix(records: Records, key: str, unit: str) -> tuple[float, str]:

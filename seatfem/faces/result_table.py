@@ -22,7 +22,7 @@ from seatfem.faces.readings import (
 )
 from seatfem.faces.rows import HEADINGS, LANDING, Group, Row, asked, name_of, rows_of, words_of
 from seatfem.faces.source_words import in_words
-from seatfem.faces.verdict import OF_EACH_STEP, count, difference, which_landing
+from seatfem.faces.verdict import OF_EACH_STEP, count, difference, is_static, which_landing
 from seatfem.study.runs.outcome import is_known
 
 ANGLES: Final = (
@@ -39,8 +39,7 @@ def result_table(summary: Mapping[str, object]) -> Table:
     """
     target = as_number(summary.get("accuracy_target"))
     aim = "uncertainty" if target is None else f"uncertainty\n(asked {100 * target:.3g} %)"
-    springs = "spring" in (summary.get("plan_seat_level"), summary.get("seat_kind"))
-    heads = ("", "seat (static)" if springs else "seat", "spring\nbaseline", "spring\nagainst\nseat")
+    heads = ("", "seat (static)" if is_static(summary) else "seat", "spring\nbaseline", "spring\nagainst\nseat")
     table = Table(*heads, "difference /\nuncertainty", aim, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify = "left"
     table.columns[0].no_wrap = True
@@ -99,8 +98,7 @@ def _notes(summary: Mapping[str, object]) -> Iterator[str]:
 def _cells(summary: Mapping[str, object], row: Row) -> tuple[str, ...]:
     """Return value and bar, the spring's value, their difference in per cent and bars, and what the target became."""
     if row.key == "contact_count":
-        spring = _contacts(summary, "spring_") if "spring_contact_count" in summary else "-"
-        return (_contacts(summary, ""), spring)
+        return (_contacts(summary, ""), _contacts(summary, "spring_") if "spring_contact_count" in summary else "")
     value, bar = as_number(summary.get(row.key)), bar_of(summary, row.key)
     first = in_text(row.key, value, bar, row.unit)
     if f"spring_{row.key}" not in summary:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from seatfem.faces.readings import DEGREES, KILOGRAM, duration
+from seatfem.faces.readings import DEGREES, KILOGRAM, as_number, duration
 from seatfem.study.scene.measures import all_measures, key_of
 
 Group = Literal["landing", "run", "stopper", "film", "lip", "seat", "life", "gas", "raw"]
@@ -33,7 +33,8 @@ class Row:
 
     Attributes:
         key: in summary.json [SI]; the spring baseline's has the prefix spring_.
-        words: before it; {width} is the filter's, {closed} says whether the reed starts closed.
+        words: before it; {width} is the filter's, {closed} says whether the reed starts closed, {above} whether the
+            impulse of a landing is that above a static load.
         unit: SI, without prefix.
         group: of rows, in the order of `HEADINGS`.
     """
@@ -50,7 +51,7 @@ ROWS: Final = (
     Row("landing_filtered_peak_force_N", "peak force, {width} mean", "N", "landing"),
     Row("landing_excess_peak_force_N", "  above the static load", "N", "landing"),
     Row(STATIC, "  static load", "N", "landing"),
-    Row("landing_impulse_Ns", "impulse above static load", "N s", "landing"),
+    Row("landing_impulse_Ns", "impulse{above}", "N s", "landing"),
     Row("landing_duration_s", "duration", "s", "landing"),
     Row("landing_restitution", "restitution", "", "landing"),
     Row("landing_max_seat_displacement_m", "seat displacement", "m", "landing"),
@@ -109,6 +110,10 @@ ROWS: Final = (
     Row("peak_force_N", "peak force", "N", "raw"),
     Row("stopper_peak_force_N", "stopper's peak force", "N", "raw"),
 )
+OF_STATIC: Final = ("landing_excess_peak_force_N", STATIC)
+"""Rows that say nothing of a landing without a static load."""
+NO_LOAD: Final = 1e-3
+"""Share of the peak force below which a static load is none: error bars of forces are larger."""
 UNITS: Final = {
     "m_per_s": "m/s", "N_per_m": "N/m", "Ns_per_m": "N s/m", "Ns": "N s", "N": "N", "Pa": "Pa", "J": "J", "s": "s",
     "m": "m", "deg": DEGREES, "kg": KILOGRAM, "Hz": "Hz",
@@ -152,6 +157,7 @@ def _shown(summary: Mapping[str, object], group: Group, rows: list[Row], judged:
     for row in rows:
         value = summary.get(row.key)
         needless = row.key == "peak_reed_stress_Pa" and "peak_reed_stress_after_contact_Pa" in summary
+        needless = needless or (row.key in OF_STATIC and not is_loaded(summary, LANDING))
         elsewhere = group == "lip" and row.key.endswith("_at_deg" if by_length else "_at_m")
         empty = value is None and (row.unit == "Pa" or group == "landing")
         if row.key in judged or (row.key in summary and not (needless or elsewhere or empty)):
@@ -177,8 +183,21 @@ def unit_of(key: str) -> str:
 
 def words_of(row: Row, summary: Mapping[str, object]) -> str:
     """Return what stands before the number of a row."""
-    closed = ", reed starts closed" if summary.get("first_contact_s") == 0 else ""
-    return row.words.replace("{width}", duration(summary.get("filter_width_s"))).replace("{closed}", closed)
+    replaced = {
+        "{width}": duration(summary.get("filter_width_s")),
+        "{closed}": ", reed starts closed" if summary.get("first_contact_s") == 0 else "",
+        "{above}": " above static load" if is_loaded(summary, LANDING) else "",
+    }
+    words = row.words
+    for name, text in replaced.items():
+        words = words.replace(name, text)
+    return words
+
+
+def is_loaded(numbers: Mapping[str, object], prefix: str = "") -> bool:
+    """Return whether a static load presses during a landing: a record, or the keys of a summary with their prefix."""
+    static, peak = (as_number(numbers.get(f"{prefix}{key}")) for key in ("static_load_N", "filtered_peak_force_N"))
+    return static is not None and abs(static) > NO_LOAD * (peak or 0.0)
 
 
 def name_of(key: str, summary: Mapping[str, object]) -> str:

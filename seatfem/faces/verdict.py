@@ -78,6 +78,11 @@ def verdict(summary: Mapping[str, object]) -> str:
     return " ".join(filter(None, (state, _comparison(summary))))
 
 
+def is_static(summary: Mapping[str, object]) -> bool:
+    """Return whether the seat was computed as its static stiffness alone, as the baseline is."""
+    return "spring" in (summary.get("seat_kind"), summary.get("plan_seat_level"))
+
+
 def standing(summary: Mapping[str, object]) -> str:
     """Return in words that nothing landed, or that the run ends in a contact, with the remedy; "" of a landing."""
     status = str(summary.get("landing_status") or LANDED)

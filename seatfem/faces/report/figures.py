@@ -149,7 +149,7 @@ class _Along:
                 continue
             time, values = np.transpose([place(mark) for mark in shown])
             shape = {"seat": "triangle-down", "stopper": "triangle-up"}[shown[0].body] + ("" if hardest else "-open")
-            name = f"landing on the {shown[0].body}" + (", hardest" if hardest else "")
+            name = ("hardest " if hardest else "") + f"landing on the {shown[0].body}"
             texts = [f"<b>{mark.number}</b>" if hardest else f"{mark.number}" for mark in shown]
             style: dict[str, Any] = {"mode": "markers+text", "text": texts, "textposition": "top center", "name": name}
             look = {"symbol": shape, "size": 13 if hardest else 9, "color": COLOUR}

@@ -120,7 +120,8 @@ def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, F
     if (folder / RESULT_FILE).is_file():
         runs, landings = load_results(folder / RESULT_FILE), landings_of(summary)
         step = "The raw force follows the time step, its mean over the filter's width hardly."
-        found["Contact force"] = (CURVES + step, draw.force_figure(runs, width, landings))
+        first = "Shown first is the hardest landing; a double-click shows the whole run. " if landings else ""
+        found["Contact force"] = (CURVES + first + step, draw.force_figure(runs, width, landings))
         if "lip" in runs:
             words = "Each row is a segment of the lip, counted from the direction of the reed's tip."
             found["Along the lip"] = (words, draw.lip_figure(runs["lip"]))
