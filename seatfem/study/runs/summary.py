@@ -25,7 +25,7 @@ from impact.runs.budget import Budget
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.rings import Division
 from seatfem.structures.solved import Solved
-from seatfem.study.impacts.landings import Face
+from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.measures import OF_A_LANDING, landing_name, measured
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
@@ -57,7 +57,7 @@ def summarise(
     thrown_back = stopper is not None and bool(np.any(stopper.force))
     values = measured(touches, filter_width, stress, asked)
     keys = {each.key: values.get(name) for name, each in all_measures().items()}
-    return keys | _landing_keys(touches, values) | {
+    return keys | landing_keys(touches.landings, values) | {
         "peak_force_N": measures.peak_force(result),
         "filtered_peak_force_N": measures.filtered_peak_force(result, filter_width),
         "filter_width_s": filter_width,
@@ -81,9 +81,9 @@ def summarise(
     }
 
 
-def _landing_keys(touches: Touches, values: Mapping[str, float]) -> dict[str, object]:
+def landing_keys(landings: Landings | None, values: Mapping[str, float]) -> dict[str, object]:
     """Return the keys of the hardest landing on the seat, and of the first where its measures are among ``values``."""
-    if (landings := touches.landings) is None:
+    if landings is None:
         return {}
     hard = landings.hardest
     of_hardest = {f"landing_{key}": hard and getattr(hard, field) for field, key in OF_A_LANDING.items()}
