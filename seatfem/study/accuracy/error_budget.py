@@ -41,7 +41,7 @@ from seatfem.study.impacts.contact import (
     stopper_of,
     striker_of,
 )
-from seatfem.study.impacts.measures import LIP, SOURCES, STOPPER, STRIKER, blow_of, values_of
+from seatfem.study.impacts.measures import LIP, SOURCES, STOPPER, STRIKER, blow_of, stopper_values, values_of
 from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.method import RunMethod, chooses_one_port
 from seatfem.study.safety import ONE_PORT_BAR, SHEAR_SHARE, SHORT
@@ -80,7 +80,7 @@ def error_budget(
       them is named beside the bars.
     - lip: of one port that a plan has chosen, what arcs in its place change, on the waves of the seat as a whole over a
       half-space, which tells the arcs from each other.
-    - stopper: the same of one that is computed, and of a beam its modes; what is met of it moves as it did.
+    - stopper: the same of one that is computed, with its patch, and of a beam its modes; twice as many of its arcs.
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``touches``, if wanted.
     """
     result, stopper = touches.seat, touches.stopper
@@ -99,6 +99,7 @@ def error_budget(
 
     blow = blow_of(touches, width, stress)
     values, finer = values_of(blow), _finer_step(scene, method, problem, result, stopper)
+    values |= stopper_values(touches.stopper_force, result.dt, width)
     at_once = _at_once(len(result.force) * len(problem.contacts))
     left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer, threads=at_once)
     names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP) if name in found))
@@ -134,7 +135,7 @@ def sources_of(
     }
     if chooses_one_port(scene, method):
         found[LIP] = _of_one_port(scene, method, seat, problem)
-    beside = {STRIKER: of_striker(scene, reed, problem), STOPPER: of_stopper(scene, problem)}
+    beside = {STRIKER: of_striker(scene, reed, problem), STOPPER: of_stopper(scene, method, problem)}
     for name, parts in beside.items():
         if parts is not None:
             found[name] = [term for terms in parts.values() for term in terms or ()]

@@ -31,7 +31,7 @@ from seatfem.structures.rings import Division
 from seatfem.structures.statics import bed
 from seatfem.study.impacts.base import check_base, on_its_base
 from seatfem.study.impacts.external import loaded
-from seatfem.study.impacts.measures import values_of
+from seatfem.study.impacts.measures import stopper_values, values_of
 from seatfem.study.impacts.start import check_start
 from seatfem.study.impacts.touches import (
     Touches,
@@ -280,7 +280,8 @@ def measures_of(
     dt: float,
     flight: Callable[[impact.Body, float], Discrete] | None = None,
 ) -> Values:
-    """The measures of a run alone, of its forces as `marched`; stress only if asked for, coarsely."""
+    """The measures of a run alone, of its forces as `marched`, and `stopper_values`; stress only if asked for,
+    coarsely."""
     striker, stepper = problem.striker, marched(scene, problem, dt, flight)
     problem = stepper.prepared.problem
     force, displacement = force_of(stepper), displacement_of(stepper)
@@ -288,7 +289,8 @@ def measures_of(
     stopper = stopper_force_of(stepper)
     stress = stress_of(scene, striker, force, dt, stepper.opening, coarsely=True, stopper=stopper) if wanted else None
     line = line_of(scene, problem, parts_of(stepper))
-    return values_of(Blow(force, dt, scene.run.filter_width, displacement, stress, line, film_of(stepper)))
+    values = values_of(Blow(force, dt, scene.run.filter_width, displacement, stress, line, film_of(stepper)))
+    return values | stopper_values(stopper, dt, scene.run.filter_width)
 
 
 def in_flight(scene: Scene, striker: impact.Body, dt: float) -> Discrete:

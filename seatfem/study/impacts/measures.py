@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Final, Literal
 
+import numpy as np
+
+from impact.after.spectrum import largest_average
 from impact.after.stresses import ReedStress
+from impact.greens.base import Array
 from impact.runs.budget import Budget, Values
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene.measures import Blow, all_measures, key_of
@@ -34,6 +38,22 @@ def blow_of(touches: Touches, filter_width: float, stress: ReedStress | None = N
 def values_of(blow: Blow) -> dict[str, float]:
     """The measures, as far as the run tells them."""
     return {name: each.of(blow) for name, each in all_measures().items() if each.is_known(blow)}
+
+
+def stopper_values(force: Array | None, dt: float, filter_width: float) -> dict[str, float]:
+    """Return the numbers of the stopper's contact that have error bars, called as in summary.json; none without it.
+
+    Args:
+        force: (n + 1,) of the stopper [N]; ``None`` where there is none.
+        dt: step [s].
+        filter_width: of the run [s].
+    """
+    if force is None:
+        return {}
+    return {
+        "stopper_filtered_peak_force_N": largest_average(force[1:], dt, filter_width),
+        "stopper_impulse_Ns": float(np.sum(force[1:])) * dt,
+    }
 
 
 def bar_keys(budget: Budget, without: Collection[str] = ()) -> dict[str, object]:

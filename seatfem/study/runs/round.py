@@ -18,6 +18,7 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import film_notes, stopper_notes, validity_advice
 from seatfem.study.method import MODES, STEP
 from seatfem.study.planning.plan import Plan
+from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.measures import in_words as spoken
 
 REMEDIES: Final[Mapping[str, str]] = {
@@ -149,8 +150,10 @@ def _advice(done: Round) -> tuple[str, ...]:
 def _no_bar(done: Round) -> tuple[str, ...]:
     if not done.without_bar:
         return ()
-    words, names = (", ".join(each) for each in (map(spoken, done.without_bar), done.without_bar))
+    asked_for = [name for name in done.without_bar if name in all_measures()]
+    words = ", ".join(spoken(name) if name in asked_for else name for name in done.without_bar)
+    remedy = f"add {', '.join(asked_for)} to accuracy.measures" if asked_for else "state seat.model"
     return (
         f"{words}: no error bar: the plan took the seat for a spring, which serves the measures asked for, and what "
-        f"that leaves out of others is not known; add {names} to accuracy.measures",
+        f"that leaves out of others is not known; {remedy}",
     )
