@@ -6,8 +6,12 @@ import math
 from collections.abc import Collection, Mapping
 from typing import Final, Literal, get_args
 
+import numpy as np
+
 from impact.after.landings import pair_landings
+from impact.after.spectrum import largest_average
 from impact.after.stresses import ReedStress
+from impact.greens.base import Array
 from impact.runs.budget import Budget, Values
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import Touches
@@ -64,6 +68,11 @@ def landing_name(face: Face, number: int, key: str) -> str:
     return f"{face} {number} {key}"
 
 
+def is_of_a_landing(name: str) -> bool:
+    """Return whether a value of a run is one of `landing_name`."""
+    return name.startswith(tuple(f"{face} " for face in get_args(Face)))
+
+
 def values_of_landings(landings: Landings, like: Landings | None = None) -> dict[str, float]:
     """Return the numbers of each landing that have error bars.
 
@@ -81,12 +90,28 @@ def values_of_landings(landings: Landings, like: Landings | None = None) -> dict
     return values
 
 
+def stopper_values(force: Array | None, dt: float, filter_width: float) -> dict[str, float]:
+    """Return the numbers of the stopper's contact that have error bars, called as in summary.json; none without it.
+
+    Args:
+        force: (n + 1,) of the stopper [N]; ``None`` where there is none.
+        dt: step [s].
+        filter_width: of the run [s].
+    """
+    if force is None:
+        return {}
+    return {
+        "stopper_filtered_peak_force_N": largest_average(force[1:], dt, filter_width),
+        "stopper_impulse_Ns": float(np.sum(force[1:])) * dt,
+    }
+
+
 def bar_keys(budget: Budget, without: Collection[str] = ()) -> dict[str, object]:
     """For summary.json, flat: error_bar_KEY of each measure, and its shares error_SOURCE_KEY.
 
     The bars of the measures ``without`` one are ``None``: something is left out that no share knows.
     """
-    names = [name for name in budget.values if key_of(name) != name]
+    names = [name for name in budget.values if not is_of_a_landing(name)]
     bars: dict[str, object] = {
         f"error_bar_{key_of(name)}": None if name in without else _known(budget.bar(name)) for name in names
     }
