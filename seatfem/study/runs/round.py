@@ -20,8 +20,8 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import film_notes, stopper_notes, validity_advice
 from seatfem.study.method import MODES, STEP
 from seatfem.study.planning.plan import Plan
+from seatfem.study.scene.measures import asked_name, key_of
 from seatfem.study.scene.measures import in_words as spoken
-from seatfem.study.scene.measures import key_of
 
 REMEDIES: Final[Mapping[str, str]] = {
     "mesh": "refine seat.mesh",
@@ -124,7 +124,8 @@ def missed(done: Round) -> tuple[str, ...]:
 def in_words(done: Round) -> str:
     """The bar of each measure asked for, time and memory."""
     accuracy, left = done.plan.scene.accuracy, done.left
-    bars = ", ".join(f"{name.replace('_', ' ')} +-{100 * left.relative(name):.2g} %" for name in done.judged)
+    each = ((asked_name(name).replace("_", " "), 100 * left.relative(name)) for name in done.judged)
+    bars = ", ".join(f"{words} +-{percent:.2g} %" for words, percent in each)
     memory = "" if math.isnan(done.memory) else f", {done.memory / 1e9:.2g} GB"
     if done.met is None:
         return f"round {done.number}: no landing to judge; {sum(done.spent.values()):.3g} s{memory}"
@@ -177,7 +178,8 @@ def _advice(done: Round) -> tuple[str, ...]:
 def _no_bar(done: Round) -> tuple[str, ...]:
     if not done.without_bar:
         return ()
-    words, names = (", ".join(each) for each in (map(spoken, done.without_bar), done.without_bar))
+    words = ", ".join(map(spoken, done.without_bar))
+    names = ", ".join(dict.fromkeys(map(asked_name, done.without_bar)))
     return (
         f"{words}: no error bar: the plan took the seat for a spring, which serves the measures asked for, and what "
         f"that leaves out of others is not known; add {names} to accuracy.measures",

@@ -33,6 +33,14 @@ from seatfem.study.runs.rounds import Round
 from seatfem.study.scene.measures import FIRST, HARDEST, LandingChoice, Line, all_measures, key_of
 from seatfem.study.scene.stopper import Stopper
 
+JUDGED: Final[Mapping[str, str]] = {
+    "filtered_peak_force_N": HARDEST + "filtered_peak",
+    "excess_peak_force_N": HARDEST + "filtered_peak",
+    "impulse_Ns": HARDEST + "impulse",
+    "duration_s": HARDEST + "contact_duration",
+    "restitution": HARDEST + "restitution",
+}
+"""Keys of the hardest landing, and the measures that they are."""
 FREQUENCIES: Final = 10  # of the striker that are told
 
 
@@ -116,6 +124,10 @@ def landing_records(touches: Touches, left: Budget) -> list[dict[str, object]]:
 def _landing_record(touches: Touches, face: Face, number: int, landing: Landing, left: Budget) -> dict[str, object]:
     names = {key: landing_name(face, number, key) for key in OF_A_LANDING.values()}
     bars = {key: left.bar(name) if name in left.values else math.inf for key, name in names.items()}
+    if face == "seat" and touches.landings is not None and landing is touches.landings.hardest:
+        for key, measure in JUDGED.items():  # what plans know of it is in these
+            if measure in left.values:
+                bars[key] = max(bars[key], left.bar(measure))
     place: tuple[float | None, float | None] = (None, None)
     line, parts = touches.line, touches.parts
     if face == "seat" and line is not None and parts is not None:

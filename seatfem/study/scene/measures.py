@@ -362,6 +362,11 @@ def in_words(name: str) -> str:
     return f"{all_measures()[measure].words}{LANDING_WORDS[prefix]} ({key_of(name)})"
 
 
+def asked_name(name: str) -> str:
+    """Return by which name a scene asks for a value of a run, whichever landing it is of."""
+    return _parted(name)[1]
+
+
 def key_of(name: str) -> str:
     """Return the key in summary.json of a value of a run; the name itself where there is none."""
     prefix, measure = _parted(name)
