@@ -50,7 +50,7 @@ def rows_of(name: str) -> list[tuple[str, ...]]:
     stress = stress_of(planned, striker, touches.seat.force, touches.seat.dt, lift_of(touches))
     left = error_budget(planned, plan.method, seat, striker, touches, stress)
     found = []
-    for measure in planned.accuracy.measures:
+    for measure in planned.accuracy.judged:
         value = abs(left.values[measure])
         stated = {source: safety(measure) * part[measure] / value for source, part in left.parts.items()}
         shares = {source: safety(measure) * plan.shares.get(source, {}).get(measure, 0.0) for source in SOURCES}

@@ -6,6 +6,7 @@ solver's error.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -96,6 +97,22 @@ class Discrete:
         if self.kernel.modal is None or self.kernel.weights is not None:
             return self.motion(force).displacement
         return _modal_motion(self, self.kernel.modal, force, energies=False).displacement
+
+    def stored_after(self, force: Array, steps: Sequence[int]) -> Array | None:
+        """Return the energy stored after each of the numbers of ``steps``, increasing, under port forces (P, n) [J].
+
+        ``None`` of a body that is not all made of modes: its energy is known by work alone.
+        """
+        if self.kernel.modal is None or self.kernel.weights is not None:
+            return None
+        replay, stored, now = _replay(self, self.kernel.modal), [], 0
+        for step in steps:
+            for part in blocks(step - now):
+                span = slice(now + part.start, now + part.stop)
+                replay.advance(force[:, span], self.loads[:, span], energies=False)
+            now = step
+            stored.append(replay.stored)
+        return np.array(stored)
 
     def motion(self, force: Array) -> Motion:
         """Under port forces (P, n) along the normal, constant over each step."""

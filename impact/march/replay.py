@@ -75,6 +75,14 @@ class Replay:
         rows = [form[0, 0], 2 * form[0, 1], 2 * form[0, 2], form[1, 1], 2 * form[1, 2], form[2, 2]]
         return padded(np.array(rows))
 
+    @property
+    def stored(self) -> float:
+        """Elastic and kinetic energy of the oscillators, translations, relaxations and compliance by now [J]."""
+        swinging = float(np.sum(self._p**2) + np.sum(self._steps[6] * self._q**2))
+        moving = sum((body[1] + self._dt * (body[2] + body[3])) ** 2 for body in self._bodies)
+        resting = float(self._relaxing[3] @ self._y**2 + self._last @ self._compliance @ self._last)
+        return 0.5 * (swinging + float(moving) + resting)
+
     def advance(self, force: Array, loads: Array, *, energies: bool = True) -> Block:
         """On through m steps under port forces (P, m) and load amplitudes (L, m); without ``energies``, of which then
         none is there, all is several times cheaper."""

@@ -8,6 +8,7 @@ goal-oriented estimation by coarsening; Becker and Rannacher, Acta Numerica 10 (
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final
@@ -67,12 +68,16 @@ class Budget:
 
 def safety(measure: str) -> float:
     """The error bar of a measure over the sum of what its sources leave."""
-    return STRESS_SAFETY if measure == "stress" else SAFETY
+    return STRESS_SAFETY if measure.endswith("stress") else SAFETY
 
 
 def changes(one: Values, other: Values) -> Values:
-    """|one - other|, measure by measure."""
-    return {name: abs(one[name] - other[name]) for name in one}
+    """|one - other|, measure by measure; infinite where either has no such value, or no finite one."""
+    return {name: _apart(value, other.get(name, math.inf)) for name, value in one.items()}
+
+
+def _apart(one: float, other: float) -> float:
+    return abs(one - other) if math.isfinite(one) and math.isfinite(other) else math.inf
 
 
 def larger(one: Values, other: Values) -> Values:

@@ -253,6 +253,6 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         if outcome.summary.get("regime_predicted_peak_error") is not None:
             wide.print(f"regime: {outcome.summary['regime']}", soft_wrap=True)
     tell(outcome, common, kept)
-    if common.quiet and not outcome.met:  # an exit code alone explains nothing
+    if common.quiet and outcome.met is False:  # an exit code alone explains nothing
         lines(stderr=True).print(f"seatfem: {outcome.messages[0]}")
-    return DONE if outcome.met else FAILED
+    return FAILED if outcome.met is False else DONE

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import impact
-from impact.after.result import ImpactResult
+from impact.after.landings import hardest
 from impact.after.stresses import ReedStress
 from impact.greens.base import GreensFunction
 from impact.march.motion import Discrete
@@ -41,13 +41,21 @@ from seatfem.study.impacts.contact import (
     stopper_of,
     striker_of,
 )
-from seatfem.study.impacts.measures import LIP, SOURCES, STOPPER, STRIKER, blow_of, values_of
+from seatfem.study.impacts.measures import (
+    LIP,
+    SOURCES,
+    STOPPER,
+    STRIKER,
+    blow_of,
+    landing_name,
+    values_of_landings,
+)
 from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.method import RunMethod, chooses_one_port
 from seatfem.study.safety import ONE_PORT_BAR, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of
-from seatfem.study.scene.measures import Blow, all_measures
+from seatfem.study.scene.measures import FIRST, HARDEST, Blow, ContactDuration, all_measures, values_of
 
 if TYPE_CHECKING:
     from seatfem.structures.solved import Solved
@@ -83,7 +91,7 @@ def error_budget(
     - stopper: the same of one that is computed, and of a beam its modes; what is met of it moves as it did.
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``touches``, if wanted.
     """
-    result, stopper = touches.seat, touches.stopper
+    result = touches.seat
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
     found, unknown = sources_of(scene, method, seat, problem, reed)
 
@@ -95,10 +103,12 @@ def error_budget(
         return known[id(body), dt][1]
 
     def run(varied: ContactProblem, dt: float) -> Values:
-        return measures_of(scene, varied, dt, flight)
+        return measures_of(scene, varied, dt, flight, touches.landings)
 
     blow = blow_of(touches, width, stress)
-    values, finer = values_of(blow), _finer_step(scene, method, problem, result, stopper)
+    values, finer = values_of(blow), _finer_step(scene, method, problem, touches)
+    if touches.landings is not None:
+        values |= values_of_landings(touches.landings)
     at_once = _at_once(len(result.force) * len(problem.contacts))
     left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer, threads=at_once)
     names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP) if name in found))
@@ -110,8 +120,17 @@ def with_jumps(left: Budget, blow: Blow) -> Budget:
     """With what measures may jump by while the impulse is within its bar, in the part of what blurs it most."""
     if not left.parts or not (0 < (share := left.relative("impulse")) < math.inf):
         return left
-    source, of = left.dominant("impulse"), all_measures()
-    jumps = {name: of[name].jump(blow, share) if name in of else 0.0 for name in left.values}
+    source, jumps = left.dominant("impulse"), dict.fromkeys(left.values, 0.0)
+    for name, measure in all_measures().items():
+        if name in jumps:
+            jumps[name] = measure.jump(blow, share)
+        for prefix, landing in ((HARDEST, hardest(blow.landings)), (FIRST, next(iter(blow.landings), None))):
+            if landing is not None and prefix + name in jumps:
+                jumps[prefix + name] = measure.jump_of_landing(blow, landing, share)
+    lasting = ContactDuration()
+    for number, landing in enumerate(blow.landings):
+        if (name := landing_name("seat", number, "duration_s")) in jumps:
+            jumps[name] = lasting.jump_of_landing(blow, landing, share)
     return replace(left, parts={**left.parts, source: total(left.parts[source], jumps)})
 
 
@@ -142,18 +161,17 @@ def sources_of(
     return found, tuple(f"{name}'s {part}" for name, part, terms in listed if terms is None)
 
 
-def _finer_step(
-    scene: Scene, method: RunMethod, problem: ContactProblem, result: ImpactResult, stopper: ImpactResult | None
-) -> Values:
+def _finer_step(scene: Scene, method: RunMethod, problem: ContactProblem, touches: Touches) -> Values:
     """Twice what half the step changes in the impact of a striker with waves, if that is short beside the run.
 
     A spike of the force is as wide as a step: whether the filter holds it together with another one, no longer step
     tells.
     """
-    striker, seat = problem.striker, problem.target.greens
+    striker, seat, result = problem.striker, problem.target.greens, touches.seat
     if striker.greens.highest_rate == 0:
         return {}
-    window = window_of(scene, striker, result.force[1:], result.dt, None if stopper is None else stopper.force)
+    landings = () if touches.landings is None else touches.landings.seat
+    window = window_of(scene, striker, result.force[1:], result.dt, touches.stopper_force, landings)
     if not window.touches or window.duration > SHORT * scene.run.duration:
         return {}
     bench = Bench(scene, seat, window, striker.greens, stopper_of(scene))

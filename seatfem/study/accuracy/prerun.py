@@ -7,7 +7,7 @@ that carries the filtered peak.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -15,7 +15,9 @@ import numpy as np
 
 import impact
 from impact import measures
+from impact.after.landings import Landing, hardest
 from impact.after.spectrum import MOVING_AVERAGE, averaged
+from impact.after.static_load import StaticLoad
 from impact.bodies.body import Body, ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
@@ -27,12 +29,19 @@ from impact.runs.variations import narrower
 from seatfem.structures.kinds.roles import in_role
 from seatfem.study.impacts.base import on_its_base
 from seatfem.study.impacts.contact import problem_of, solved_striker, stress_of, striker_of
-from seatfem.study.impacts.measures import values_of
+from seatfem.study.impacts.landings import landings_of_march, static_load_of_march
 from seatfem.study.impacts.touches import displacement_of, film_of, force_of, parts_of, stopper_force_of
 from seatfem.study.method import MODES, has_key, value_of
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import line_of
-from seatfem.study.scene.measures import Blow, any_needs_displacement, any_needs_stress
+from seatfem.study.scene.measures import (
+    PREFIXES,
+    Blow,
+    all_measures,
+    any_needs_displacement,
+    any_needs_stress,
+    values_of,
+)
 
 FEW: Final = 16  # reed modes of the first look
 LOOK: Final = 20_000  # steps of the first look ...
@@ -50,11 +59,13 @@ class Window:
         start: [s] of the run.
         duration: [s].
         groups: contact groups in the whole run, at a first look.
+        landing: [s] of the run, when the one that is judged begins; ``None``: there is none, or all of the run is.
     """
 
     start: float
     duration: float
     groups: int
+    landing: float | None = None
 
     @property
     def touches(self) -> bool:
@@ -89,21 +100,38 @@ def first_look(
         dt = min(dt, 1 / float(g.omega[g.omega > 0].min()))  # it may swing back as fast as that
     dt = max(dt, scene.run.duration / MOST_OF_LOOK)
     looked = _marched(impact.prepare(problem_of(scene, few, Body(seat.forces_only()), stopper), dt, scene.run.duration))
-    return window_of(scene, few, force_of(looked)[1:], dt, stopper_force_of(looked))
+    landings = landings_of_march(looked, width, rebound=False).seat
+    return window_of(scene, few, force_of(looked)[1:], dt, stopper_force_of(looked), landings)
 
 
-def window_of(scene: Scene, striker: Body, force: Array, dt: float, stopper: Array | None = None) -> Window:
-    """From shortly before the first contact to the end of the group with the filtered peak of ``force`` (n,) [N].
+def window_of(
+    scene: Scene,
+    striker: Body,
+    force: Array,
+    dt: float,
+    stopper: Array | None = None,
+    landings: Sequence[Landing] = (),
+) -> Window:
+    """From shortly before the first contact to the end of the group with the landing that is judged.
 
-    From the start where the flight of the ``striker`` is not free, or has no modes that tell how far it has come.
-    ``stopper``: (n + 1,) its force; what it changes before the reed comes to the seat belongs to the window.
+    From the start where the flight of the ``striker`` is not free, or has no modes that tell how far it has come. Where
+    all of the run is judged, or nothing lands, the group is that of the filtered peak.
+
+    Args:
+        scene: what is asked.
+        striker: that flies.
+        force: (n,) on the seat [N].
+        dt: step [s].
+        stopper: (n + 1,) its force [N]; what it changes before the reed comes to the seat belongs to the window.
+        landings: on the seat.
     """
     width = scene.run.filter_width
     longest = MOST * width / LEAST
     groups = measures.merged(dt * measures.closed_steps(force))
     if len(groups) == 0:
         return Window(0.0, min(scene.run.duration, longest), 0)
-    peak = dt * int(np.argmax(averaged(force, dt, width, MOVING_AVERAGE)))
+    judged = _judged(scene, landings)
+    peak = dt * int(np.argmax(averaged(force, dt, width, MOVING_AVERAGE))) if judged is None else judged.peak_time
     carrying = int(np.searchsorted(groups[:, 0], peak + width, side="right")) - 1
     first = float(groups[0, 0])
     if stopper is not None and np.any(stopper):
@@ -111,8 +139,18 @@ def window_of(scene: Scene, striker: Body, force: Array, dt: float, stopper: Arr
     start = max(0.0, first - max(BEFORE, 5 * dt, 2 * width))
     if scene.is_loaded or scene.contact.preload or scene.contact.film or striker.greens.modal is None:
         start = 0.0
-    stop = min(scene.run.duration, float(groups[max(carrying, 0), 1]) + max(BEFORE, 2 * width))
-    return Window(start, min(stop - start, longest), len(groups))
+    end = float(groups[max(carrying, 0), 1])
+    if judged is not None and judged.pressed_on:  # the load that presses it on is no part of it
+        end = min(end, judged.end + judged.duration + judged.end_doubt)
+    stop = min(scene.run.duration, end + max(BEFORE, 2 * width))
+    return Window(start, min(stop - start, longest), len(groups), None if judged is None else judged.start)
+
+
+def _judged(scene: Scene, landings: Sequence[Landing]) -> Landing | None:
+    """Return the landing that the measures are asked of; ``None`` of the whole run, and where there is none."""
+    if scene.accuracy.landing == "run":
+        return None
+    return hardest(landings) if scene.accuracy.landing == "hardest" else next(iter(landings), None)
 
 
 @dataclass(frozen=True)
@@ -141,6 +179,7 @@ class Bench:
     )
     _seats: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
     _stoppers: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _loads: list[StaticLoad] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def affords(self, dt: float) -> bool:
         """Whether a pre-run with this step [s] is cheap."""
@@ -163,8 +202,23 @@ class Bench:
         if any_needs_stress(asked):
             stopper = stopper_force_of(stepper)
             stress = stress_of(self.scene, striker.body, force, dt, stepper.opening, coarsely=True, stopper=stopper)
-        line = line_of(self.scene, problem, parts_of(stepper))
-        return values_of(Blow(force, dt, width, displacement, stress, line, film_of(stepper)))
+        line, landings = line_of(self.scene, problem, parts_of(stepper)), self._landings(stepper)
+        blow = Blow(force, dt, width, displacement, stress, line, film_of(stepper), landings)
+        values = values_of(blow)
+        names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *asked}]
+        never = dict.fromkeys((prefix + name for name in names for prefix in PREFIXES.values()), 0.0)
+        return {**never, **values}
+
+    def _landings(self, stepper: impact.ContactStepper) -> tuple[Landing, ...]:
+        """Return the one landing of a pre-run that the window was made for; none where there is none."""
+        if not self._loads:
+            self._loads.append(static_load_of_march(stepper))
+        rebound = "restitution" in self.scene.accuracy.measures
+        landings = landings_of_march(stepper, self.scene.run.filter_width, self._loads[0], rebound=rebound).seat
+        if self.window.landing is None or not landings:
+            return landings
+        begins = self.window.landing - self.window.start
+        return (min(landings, key=lambda landing: abs(landing.start - begins)),)
 
     def _striker(self, dt: float, n_modes: int | None) -> Discrete:
         """With its free motion, which all runs of this step share."""

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from typing import Final, Literal
+import math
+from collections.abc import Collection, Mapping
+from typing import Final, Literal, get_args
 
+from impact.after.landings import pair_landings
 from impact.after.stresses import ReedStress
 from impact.runs.budget import Budget, Values
+from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.scene.measures import Blow, all_measures, key_of
+from seatfem.study.scene.measures import Blow, key_of, values_of
 
 Source = Literal["mesh", "reduction", "time_step", "model", "patch", "striker", "stopper", "lip"]
 SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model", "patch")
@@ -27,13 +30,43 @@ def measured(touches: Touches, filter_width: float, stress: ReedStress | None = 
 
 def blow_of(touches: Touches, filter_width: float, stress: ReedStress | None = None) -> Blow:
     """What the measures of a run are taken from."""
-    result = touches.seat
-    return Blow(result.force, result.dt, filter_width, result.target_displacement, stress, touches.line, result.film)
+    result, landings = touches.seat, () if touches.landings is None else touches.landings.seat
+    displacement = result.target_displacement
+    return Blow(result.force, result.dt, filter_width, displacement, stress, touches.line, result.film, landings)
 
 
-def values_of(blow: Blow) -> dict[str, float]:
-    """The measures, as far as the run tells them."""
-    return {name: each.of(blow) for name, each in all_measures().items() if each.is_known(blow)}
+OF_A_LANDING: Final[Mapping[str, str]] = {
+    "start": "time_s",
+    "closing_speed": "closing_speed_m_per_s",
+    "filtered_peak": "filtered_peak_force_N",
+    "excess_peak": "excess_peak_force_N",
+    "impulse": "impulse_Ns",
+    "duration": "duration_s",
+    "restitution": "restitution",
+}
+"""What of each landing has an error bar: the field of `impact.after.landings.Landing`, and its key in a record."""
+
+
+def landing_name(face: Face, number: int, key: str) -> str:
+    """Return what a key of a landing, numbered from 0 on, is called among the values of a run."""
+    return f"{face} {number} {key}"
+
+
+def values_of_landings(landings: Landings, like: Landings | None = None) -> dict[str, float]:
+    """Return the numbers of each landing that have error bars.
+
+    ``like``: of a neighbouring run, whose landings are looked for; one without partner has infinite values.
+    """
+    values: dict[str, float] = {}
+    for face in get_args(Face):
+        own = landings.on(face)
+        partners = own if like is None else pair_landings(like.on(face), own)
+        for number, landing in enumerate(partners):
+            for field, key in OF_A_LANDING.items():
+                value = math.inf if landing is None else getattr(landing, field)
+                if value is not None:
+                    values[landing_name(face, number, key)] = value
+    return values
 
 
 def bar_keys(budget: Budget, without: Collection[str] = ()) -> dict[str, object]:
@@ -41,8 +74,19 @@ def bar_keys(budget: Budget, without: Collection[str] = ()) -> dict[str, object]
 
     The bars of the measures ``without`` one are ``None``: something is left out that no share knows.
     """
+    names = [name for name in budget.values if key_of(name) != name]
     bars: dict[str, object] = {
-        f"error_bar_{key_of(name)}": None if name in without else budget.bar(name) for name in budget.values
+        f"error_bar_{key_of(name)}": None if name in without else _known(budget.bar(name)) for name in names
     }
-    shares = {f"error_{source}_{key_of(name)}": part[name] for source, part in budget.parts.items() for name in part}
+    shares = {
+        f"error_{source}_{key_of(name)}": _known(part[name])
+        for source, part in budget.parts.items()
+        for name in names
+        if name in part
+    }
     return bars | shares | {"error_unknown": ", ".join(budget.unknown)}
+
+
+def _known(error: float) -> float | None:
+    """Return an error, ``None`` where it is not known."""
+    return error if math.isfinite(error) else None

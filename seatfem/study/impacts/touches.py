@@ -13,6 +13,7 @@ from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.march.motion import mean_displacement
 from seatfem.structures.rings import Division
+from seatfem.study.impacts.landings import Landings, landings_of_result
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import STOPPER, line_of
 from seatfem.study.scene.measures import Line
@@ -28,6 +29,7 @@ class Touches:
         stopper: where there is one, all parts seen as one contact.
         stopper_parts: part by part, where it is divided.
         line: along the lip, where it has several arcs.
+        landings: of the run; ``None``: not looked for.
     """
 
     seat: ImpactResult
@@ -35,6 +37,7 @@ class Touches:
     stopper: ImpactResult | None = None
     line: Line | None = None
     stopper_parts: ImpactResult | None = None
+    landings: Landings | None = None
 
     @property
     def stopper_force(self) -> Array | None:
@@ -45,17 +48,19 @@ class Touches:
 def taken_apart(scene: Scene, problem: impact.ContactProblem, result: ImpactResult) -> Touches:
     """``result`` of a problem of a scene: the seat's columns come first, the stopper's last."""
     shares = Division.of(problem.target.greens).shares
+    landings = landings_of_result(problem, result, scene.run.filter_width)
     if result.force.ndim == 1:
-        return Touches(result)
+        return Touches(result, landings=landings)
     of_seat = seat_contacts(problem)
     stopper = above = None
     if scene.stopper is not None:
         above = of_contacts(result, slice(of_seat, None)) if scene.stopper.parts != Division() else None
         stopper = measures.of_contact(result, of_seat) if above is None else as_one(above, scene.stopper.parts.shares)
     if of_seat == 1:
-        return Touches(measures.of_contact(result, 0), stopper=stopper, stopper_parts=above)
+        return Touches(measures.of_contact(result, 0), stopper=stopper, stopper_parts=above, landings=landings)
     parts = of_contacts(result, slice(of_seat))
-    return Touches(as_one(parts, shares), parts, stopper, line_of(scene, problem, parts.force, parts.film), above)
+    line = line_of(scene, problem, parts.force, parts.film)
+    return Touches(as_one(parts, shares), parts, stopper, line, above, landings)
 
 
 def seat_contacts(problem: impact.ContactProblem) -> int:

@@ -56,7 +56,7 @@ class Decision:
     @property
     def error(self) -> Mapping[str, float]:
         """Predicted bar of each measure, relative, as `seatfem.study.accuracy.error_budget` will state it."""
-        parts, asked = self.shares.values(), self.seen.scene.accuracy.measures
+        parts, asked = self.shares.values(), self.seen.scene.accuracy.judged
         return {name: safety(name) * sum(part[name] for part in parts) for name in asked}
 
     @property
@@ -95,7 +95,7 @@ class Choices:
     @cached_property
     def _bars(self) -> Array:
         """(seats, contacts, measures) predicted."""
-        measures = self.seen.scene.accuracy.measures
+        measures = self.seen.scene.accuracy.judged
         seats, contacts = (_left([option.changes for option in part], measures) for part in (self.seats, self.contacts))
         return np.asarray((seats[:, None] + contacts[None]) * [safety(name) for name in measures], dtype=np.float64)
 

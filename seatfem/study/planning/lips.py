@@ -78,7 +78,7 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
     chosen, aim = most, ARCS_SHARE * scene.accuracy.target
     while not stated and chosen // 2 >= FEWEST and lip.whole(chosen // 2) == chosen // 2:
         left = left_by(chosen // 2)
-        if any(safety(name) * left[name] > aim for name in scene.accuracy.measures):
+        if any(safety(name) * left[name] > aim for name in scene.accuracy.judged):
             break
         chosen //= 2
     here = with_ports(scene, chosen)
@@ -90,7 +90,7 @@ def in_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes
 
     ``scene``: with their number stated by the plan; ``surrogate``: of the whole lip.
     """
-    target, asked = scene.accuracy.target, scene.accuracy.measures
+    target, asked = scene.accuracy.target, scene.accuracy.judged
     full = any(safety(name) * beside[name] > target / 2 for name in asked)
     few = any(safety(name) * arcs.left[name] > ARCS_SHARE / 2 * target for name in asked)
     twice = 2 * (stated_method(scene).ports or 1)
@@ -148,7 +148,7 @@ def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], 
     change = times(DOUBT_OF_ONE_PORT, simpler[ONE_PORT])
     left = total(change, {name: arcs.left[name] for name in change})
     target = scene.accuracy.target
-    for name in scene.accuracy.measures:
+    for name in scene.accuracy.judged:
         bar = safety(name) * left[name]
         if bar > LIP_SHARE * target or bar + safety(name) * beside.get(name, 0.0) > AIM * target:
             return None

@@ -171,8 +171,8 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
     for model, changes in seen.simpler.items():
         if model == ONE_PORT and not is_given(plan.scene, PORTS):  # chosen, or not
             continue
-        left = {name: safety(name) * changes[name] for name in plan.scene.accuracy.measures if name in changes}
-        if len(left) == len(plan.scene.accuracy.measures) and max(left.values()) <= target:
+        left = {name: safety(name) * changes[name] for name in plan.scene.accuracy.judged if name in changes}
+        if len(left) == len(plan.scene.accuracy.judged) and max(left.values()) <= target:
             name = max(left, key=lambda measure: left[measure])
             found.append(f"{WORDS[model]} would serve: it changes {name} by {100 * left[name]:.2g} %, margin included")
     if not seen.sensitivity.bench.window.touches:
@@ -185,7 +185,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
 def _hardly_counts(decision: Decision, target: float) -> tuple[str, ...]:
     """Where a seat need not be computed at all."""
     seen = decision.seen
-    guessed = {name: safety(name) * seen.sensitivity.guessed[name] for name in seen.scene.accuracy.measures}
+    guessed = {name: safety(name) * seen.sensitivity.guessed[name] for name in seen.scene.accuracy.judged}
     if max(guessed.values(), default=0.0) > target:
         return ()
     name = max(guessed, key=lambda measure: guessed[measure])

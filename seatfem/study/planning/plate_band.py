@@ -48,7 +48,7 @@ def in_a_band(scene: Scene, seat: GreensFunction, stopper: Body | None, progress
         band = stated_method(scene).reed.bandwidth
         assert band is not None
         left = _left(scene, seat, stopper, progress)
-        worst = max((left[name] for name in scene.accuracy.measures), default=0.0)
+        worst = max((left[name] for name in scene.accuracy.judged), default=0.0)
         if given or worst <= aim or band >= most * (1 - 1e-9):
             break
         factor = min(max(MARGIN * (worst / aim) ** 0.5, LEAST), MOST)

@@ -117,7 +117,7 @@ def _stand_in(poles: int | None) -> StepKernel:
 def _of(decision: Decision, key: str) -> Changes:
     """Of the measures asked for."""
     left = decision.changes.get(key, {})
-    return {name: left[name] for name in decision.seen.scene.accuracy.measures if name in left}
+    return {name: left[name] for name in decision.seen.scene.accuracy.judged if name in left}
 
 
 def _most(changes: Changes) -> str:
@@ -132,7 +132,7 @@ def _level(decision: Decision, method: RunMethod) -> str:
     """Of a lip that has been looked at in arcs, also what the other of statics and waves would change."""
     seen = decision.seen
     looked_at = seen.simpler and seen.drawn and decision.level != "spring" and not is_given(seen.scene, MODEL)
-    changes = {name: seen.sensitivity.spring[name] for name in seen.scene.accuracy.measures} if looked_at else {}
+    changes = {name: seen.sensitivity.spring[name] for name in seen.scene.accuracy.judged} if looked_at else {}
     return decision.seat.why + (f"; statics in place of waves, {_most(changes)}" if changes else "")
 
 
@@ -200,7 +200,7 @@ def _rings(decision: Decision, method: RunMethod) -> str:
 
 def _ports(decision: Decision, method: RunMethod) -> str:
     if decision.seen.one_port is not None:
-        change = {name: decision.seen.simpler[ONE_PORT][name] for name in decision.seen.scene.accuracy.measures}
+        change = {name: decision.seen.simpler[ONE_PORT][name] for name in decision.seen.scene.accuracy.judged}
         within = f"within {LIP_SHARE:.0%} of the target, margins included"
         return f"in place of arcs of the lip, it changes {_most(change)}: {within}"
     why = several_needed(decision.seen.scene)
@@ -216,7 +216,7 @@ def _reed_band(decision: Decision, method: RunMethod) -> str:
 def _simpler(decision: Decision, model: str) -> str:
     """What a simpler model of the striker would change in what is asked for."""
     there = decision.seen.simpler.get(model, {})
-    asked = {name: there[name] for name in decision.seen.scene.accuracy.measures if name in there}
+    asked = {name: there[name] for name in decision.seen.scene.accuracy.judged if name in there}
     return f"; {WORDS[model]} in place, {_most(asked)}" if asked else ""
 
 
@@ -236,7 +236,9 @@ def _step(decision: Decision, method: RunMethod) -> str:
 
 
 def _asked(scene: Scene) -> str:
-    return f"of {', '.join(scene.accuracy.measures)}"
+    accuracy = scene.accuracy
+    landing = "" if accuracy.landing == "run" else f" of the {accuracy.landing} landing"
+    return f"of {', '.join(accuracy.measures)}{landing}"
 
 
 def _told_target(scene: Scene) -> bool:

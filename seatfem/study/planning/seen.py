@@ -108,7 +108,7 @@ class Seen:
         if one_port is not None:
             arcs, asked, surrogate = None, with_ports(asked, 1), whole
             bench = _bench(asked, surrogate, stopper, progress)
-        sensitivity = Sensitivity(bench, scene.accuracy.measures, finest, exact=surrogate.exact)
+        sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact)
         method = stated_method(asked)
         return Seen(scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port)
 

@@ -45,7 +45,7 @@ def plan_told(scene: Scene, found: Mapping[str, Any], note: str) -> Plan | None:
         alternatives = tuple(Alternative(**{**each, "cost": Cost(**each["cost"])}) for each in found["alternatives"])
         choices = tuple(Choice(**choice) for choice in found["choices"])
         error, shares = dict(found["error"]), dict(found["shares"])
-        if not all(set(scene.accuracy.measures) <= set(part) for part in (error, *shares.values())):
+        if not all(set(scene.accuracy.judged) <= set(part) for part in (error, *shares.values())):
             return None
         notes, without = map(str, found["notes"]), tuple(found["without"])
     except UNSOUND:
@@ -70,7 +70,7 @@ def told(plan: Plan) -> dict[str, Any]:
 def remember(done: Round) -> None:
     """Keep the plan of a round that met the target and was not the first, where the store can be written to."""
     plan = done.plan
-    if not done.met or done.number == 1:
+    if done.met is not True or done.number == 1:
         return
     with suppress(OSError, TypeError):
         path = _file(plan.scene)

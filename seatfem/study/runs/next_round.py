@@ -94,7 +94,7 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
     if done.number >= limits.rounds:
         return None, f"{limits.rounds} round{'s'[: limits.rounds > 1]} at most"
     accuracy, left = done.plan.scene.accuracy, done.left
-    missing = [name for name in accuracy.measures if left.relative(name) > accuracy.target]
+    missing = [name for name in done.judged if left.relative(name) > accuracy.target]
     reasons = []
     for measure in sorted(missing, key=lambda name: -left.relative(name)):
         further, why = _finer_in(done, measure, time_left)
@@ -113,7 +113,9 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
     allowed = done.plan.scene.accuracy.target * abs(done.left.values[measure]) / safety(measure)
     if allowed == 0.0:
         return None, f"{key_of(measure)} is zero, a relative error means nothing"
-    plan, before = done.plan, {source: part[measure] for source, part in done.left.parts.items()}
+    plan, whole = done.plan, abs(done.left.values[measure])
+    shares = {source: part[measure] for source, part in done.left.parts.items()}
+    before = {source: share if math.isfinite(share) else whole for source, share in shares.items()}
     left = dict(before)
     while sum(left.values()) > allowed:
         steps = _steps(plan, measure, left, before, allowed)

@@ -44,7 +44,7 @@ class RunOutcome:
         messages: warnings and notes, a sentence each.
         files: that were written.
         stages: seconds that each stage took.
-        met: whether the target of accuracy was met.
+        met: whether the target of accuracy was met; ``None`` where nothing landed that it could be asked of.
         modes: natural modes, where they were asked for.
         plan: of the last round.
     """
@@ -53,7 +53,7 @@ class RunOutcome:
     messages: tuple[str, ...]
     files: tuple[Path, ...]
     stages: Mapping[str, float] = field(default_factory=dict)
-    met: bool = True
+    met: bool | None = True
     modes: tuple[Mode, ...] = ()
     plan: Plan | None = None
 
@@ -67,7 +67,7 @@ class RunOutcome:
             + ("" if row.spring is None else f", spring baseline {row.spring:.5g}")
             for row in barred
         ]
-        target = "target met" if self.met else "target missed"
+        target = "no landing" if self.met is None else "target met" if self.met else "target missed"
         return "\n  ".join([f"RunOutcome, {target}, {len(self.files)} files", *lines])
 
     def to_dataframe(self) -> pandas.DataFrame:

@@ -35,6 +35,8 @@ from seatfem.study.runs.seat_fields import check_stress
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
+    landing_bar_keys,
+    landing_records,
     plan_keys,
     reed_keys,
     regime_keys,
@@ -145,16 +147,19 @@ def run_scene(
 
 
 def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) -> dict[str, object]:
-    width = scene.run.filter_width
+    width, records = scene.run.filter_width, landing_records(done.touches, done.left)
+    measured = _measured(done.touches, width, done.stress)
     return {
         "title": scene.title,
-        **_measured(done.touches, width, done.stress),
+        **measured,
         **{f"spring_{k}": v for k, v in _measured(baseline.touches, width, baseline.stress).items()},
         **simpler_keys(baseline.simpler, width),
         **({} if done.touches.line is None else {"tilt_deg": math.degrees(scene.contact.tilt)}),
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
+        **landing_bar_keys(records, measured["landing_number"]),
         **bar_keys(done.left, done.without_bar),
+        "landings": records,
         **accuracy_keys(done),
         **plan_keys(done.plan, watch.stages["plan"]),
         "seat_static_stiffness_N_per_m": baseline.stiffness,

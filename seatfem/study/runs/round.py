@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
+import numpy as np
+
 import impact
 from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
@@ -19,6 +21,7 @@ from seatfem.study.impacts.validity import film_notes, stopper_notes, validity_a
 from seatfem.study.method import MODES, STEP
 from seatfem.study.planning.plan import Plan
 from seatfem.study.scene.measures import in_words as spoken
+from seatfem.study.scene.measures import key_of
 
 REMEDIES: Final[Mapping[str, str]] = {
     "mesh": "refine seat.mesh",
@@ -69,10 +72,23 @@ class Round:
         return self.touches.seat
 
     @property
-    def met(self) -> bool:
-        """Whether the bar of every measure asked for is within the target."""
-        accuracy = self.plan.scene.accuracy
-        return all(self.left.relative(name) <= accuracy.target for name in accuracy.measures)
+    def landed(self) -> bool:
+        """Whether there is what the measures are asked of: a landing on the seat, or any contact of the whole run."""
+        if self.plan.scene.accuracy.landing == "run":
+            return bool(np.any(self.result.force))
+        return self.touches.landings is None or bool(self.touches.landings.seat)
+
+    @property
+    def judged(self) -> tuple[str, ...]:
+        """Names of the values that the target is asked of, those that have none left out."""
+        names = self.plan.scene.accuracy.judged if self.landed else ()
+        return tuple(name for name in names if name in self.left.values)
+
+    @property
+    def met(self) -> bool | None:
+        """Whether the bar of every measure asked for is within the target; ``None`` where no measure has a value."""
+        target = self.plan.scene.accuracy.target
+        return all(self.left.relative(name) <= target for name in self.judged) if self.judged else None
 
     @property
     def without_bar(self) -> tuple[str, ...]:
@@ -80,15 +96,15 @@ class Round:
         look at them, and the budget's own look, where it is of first order, may miss most of what they do."""
         if self.plan.level != "spring" or tells_waves(self.plan.scene, self.plan.method):
             return ()
-        looked_at = {*self.plan.scene.accuracy.measures, *self.plan.shares.get("model", {})}
-        return tuple(name for name in self.left.values if name not in looked_at)
+        looked_at = {*self.plan.scene.accuracy.judged, *self.plan.shares.get("model", {})}
+        return tuple(name for name in self.left.values if name not in looked_at and key_of(name) != name)
 
 
 def missed(done: Round) -> tuple[str, ...]:
     """What misses the target, by how much, because of what; and why the run stopped short."""
     target = done.plan.scene.accuracy.target
     found = []
-    for name in done.plan.scene.accuracy.measures:
+    for name in done.judged:
         if (bar := done.left.relative(name)) > target:
             source = done.left.dominant(name)
             remedy = REMEDIES.get(source, "")
@@ -108,12 +124,18 @@ def missed(done: Round) -> tuple[str, ...]:
 def in_words(done: Round) -> str:
     """The bar of each measure asked for, time and memory."""
     accuracy, left = done.plan.scene.accuracy, done.left
-    bars = ", ".join(f"{name.replace('_', ' ')} +-{100 * left.relative(name):.2g} %" for name in accuracy.measures)
+    bars = ", ".join(f"{name.replace('_', ' ')} +-{100 * left.relative(name):.2g} %" for name in done.judged)
     memory = "" if math.isnan(done.memory) else f", {done.memory / 1e9:.2g} GB"
+    if done.met is None:
+        return f"round {done.number}: no landing to judge; {sum(done.spent.values()):.3g} s{memory}"
     verdict = "target met" if done.met else f"target {100 * accuracy.target:.3g} % missed"
     return f"round {done.number}: {bars} ({verdict}); {sum(done.spent.values()):.3g} s{memory}"
 
 
+NO_VALUE: Final = (
+    "a landing after which the reed stays pressed on, or that the end of the run cuts, has no restitution; a seat that "
+    "is no modal body may not tell its displacement"
+)
 NARROWER: Final = "a narrower seat.greens.bandwidth"
 OF_EITHER: Final = "a narrower band (or fewer modes) of the seat, or of the stopper where that is the one"
 
@@ -122,7 +144,13 @@ def remarks(done: Round) -> tuple[str, ...]:
     """In sentences, the most general first."""
     limits = map(str, validity_advice(done.plan.scene, done.seat.greens, done.striker.greens))
     notes = (*film_notes(done.plan.scene, done.result), *stopper_notes(done.plan.scene))
-    return (*_assumed_reed(done), *limits, *_advice(done), *notes, *_no_bar(done))
+    return (*_empty(done), *_assumed_reed(done), *limits, *_advice(done), *notes, *_no_bar(done))
+
+
+def _empty(done: Round) -> tuple[str, ...]:
+    """Measures that were asked for and have no value."""
+    names = [name for name in done.plan.scene.accuracy.judged if done.landed and name not in done.left.values]
+    return (f"asked for and without a value: {', '.join(map(spoken, names))}: {NO_VALUE}",) if names else ()
 
 
 def _assumed_reed(done: Round) -> tuple[str, ...]:
@@ -133,7 +161,7 @@ def _assumed_reed(done: Round) -> tuple[str, ...]:
 
 def _advice(done: Round) -> tuple[str, ...]:
     """Of the run, in keys of the scene; about a step that was chosen, and whose error is within the target, none."""
-    measured = done.met and not done.plan.is_given(STEP)
+    measured = done.met is True and not done.plan.is_given(STEP)
     narrower, told = NARROWER if done.plan.scene.stopper is None else OF_EITHER, []
     for advice in done.result.advice:
         of_the_step = "dt <=" in advice.remedy

@@ -75,7 +75,7 @@ def rounds(
         further: Plan | None = None
         why = ""
         try:
-            if not done.met:
+            if done.met is False:
                 further, why = next_plan(done, limits, deadline - time.perf_counter())
         except FAILURES as problem:
             why = _impossible(problem)

@@ -5,29 +5,32 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Final, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impact import measures
 from impact.after.along import line_force_peak, line_impulse_peak
+from impact.after.landings import Landing
 from impact.after.regime import in_words, regime
 from impact.after.result import ImpactResult
 from impact.after.stresses import PeakStress, ReedStress
 from impact.bodies.body import Body
 from impact.files.atomic import whole_file
 from impact.greens.base import GreensFunction
+from impact.runs.budget import Budget
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.rings import Division
 from seatfem.structures.solved import Solved
-from seatfem.study.impacts.measures import measured
+from seatfem.study.impacts.landings import Face
+from seatfem.study.impacts.measures import OF_A_LANDING, landing_name, measured
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
-from seatfem.study.scene.measures import Line, all_measures, key_of
+from seatfem.study.scene.measures import FIRST, HARDEST, Line, all_measures, key_of
 from seatfem.study.scene.stopper import Stopper
 
 FREQUENCIES: Final = 10  # of the striker that are told
@@ -44,7 +47,7 @@ def summarise(touches: Touches, filter_width: float, stress: ReedStress | None =
     thrown_back = stopper is not None and bool(np.any(stopper.force))
     values = measured(touches, filter_width, stress)
     keys = {each.key: values.get(name) for name, each in all_measures().items()}
-    return keys | {
+    return keys | _landing_keys(touches, values) | {
         "peak_force_N": measures.peak_force(result),
         "filtered_peak_force_N": measures.filtered_peak_force(result, filter_width),
         "filter_width_s": filter_width,
@@ -66,6 +69,79 @@ def summarise(touches: Touches, filter_width: float, stress: ReedStress | None =
         "history_engine": result.engine,
         **_line_keys(touches.line, result.dt, filter_width),
     }
+
+
+def _landing_keys(touches: Touches, values: Mapping[str, float]) -> dict[str, object]:
+    """Return the keys of the hardest landing on the seat, and of the first where its measures are among ``values``."""
+    if (landings := touches.landings) is None:
+        return {}
+    hard = landings.hardest
+    of_hardest = {f"landing_{key}": hard and getattr(hard, field) for field, key in OF_A_LANDING.items()}
+    of_measures = {
+        key_of(prefix + name): values.get(prefix + name)
+        for name, each in all_measures().items()
+        for prefix in (HARDEST, FIRST)
+        if each.landing_key and (prefix == HARDEST or FIRST + name in values)
+    }
+    return {
+        "landing_status": landings.status,
+        "landing_count": len(landings.seat),
+        "stopper_landing_count": len(landings.stopper),
+        "landing_number": None if hard is None else landings.seat.index(hard) + 1,
+        **of_hardest,
+        "landing_static_load_N": hard and hard.static_load,
+        **of_measures,
+        "pressed_on_time_s": landings.pressed_time,
+        "pressed_on_largest_load_N": landings.pressed_load,
+    }
+
+
+def landing_records(touches: Touches, left: Budget) -> list[dict[str, object]]:
+    """Return all landings on seat and stopper in the order of time, with the error bars of their numbers.
+
+    A place is the middle of the first part of the seat's lip to touch; ``None`` of other contacts.
+    """
+    if (landings := touches.landings) is None:
+        return []
+    records = [
+        _landing_record(touches, face, number, landing, left)
+        for face in get_args(Face)
+        for number, landing in enumerate(landings.on(face))
+    ]
+    return sorted(records, key=lambda record: record["time_s"])  # type: ignore[arg-type, return-value]
+
+
+def _landing_record(touches: Touches, face: Face, number: int, landing: Landing, left: Budget) -> dict[str, object]:
+    names = {key: landing_name(face, number, key) for key in OF_A_LANDING.values()}
+    bars = {key: left.bar(name) if name in left.values else math.inf for key, name in names.items()}
+    place: tuple[float | None, float | None] = (None, None)
+    line, parts = touches.line, touches.parts
+    if face == "seat" and line is not None and parts is not None:
+        place = _place(line, landing.part * line.force.shape[1] // parts.force.shape[1])
+    return {
+        "body": face,
+        "number": number + 1,
+        **{key: getattr(landing, field) for field, key in OF_A_LANDING.items()},
+        "static_load_N": landing.static_load,
+        "peak_time_s": landing.peak_time,
+        "place_deg": place[0],
+        "place_m": place[1],
+        "pressed_on": landing.pressed_on,
+        "cut_off": landing.cut_off,
+        **{f"error_bar_{key}": bar if math.isfinite(bar) else None for key, bar in bars.items()},
+    }
+
+
+def landing_bar_keys(records: Sequence[Mapping[str, object]], number: object) -> dict[str, object]:
+    """Return the error bars of the hardest landing, of this number, from its record."""
+    hard = next((each for each in records if each["body"] == "seat" and each["number"] == number), {})
+    return {f"error_bar_landing_{key}": hard.get(f"error_bar_{key}") for key in OF_A_LANDING.values()}
+
+
+def _place(line: Line, arc: int) -> tuple[float | None, float]:
+    """Return the angle [deg] and the length along the line [m] of the middle of an arc of a lip."""
+    middle = float(np.cumsum(line.lengths)[arc] - line.lengths[arc] / 2)
+    return line.degrees_at(middle / float(line.lengths.sum())), middle
 
 
 def _blow_keys(result: ImpactResult, width: float) -> dict[str, object]:
@@ -220,6 +296,8 @@ def accuracy_keys(done: Round) -> dict[str, object]:
     return {
         "accuracy_target": accuracy.target,
         "accuracy_measures": ", ".join(accuracy.measures),
+        "accuracy_landing": accuracy.landing,
+        "accuracy_judged_keys": ", ".join(map(key_of, accuracy.judged)),
         "accuracy_met": done.met,
         "accuracy_rounds": done.number,
         "accuracy_round_time_s": sum(done.spent.values()),

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Final, Literal
 
 import numpy as np
 
 from impact import measures
 from impact.after.along import Pieces, lengths_of, line_force_peak, line_impulse_peak
+from impact.after.landings import Landing, hardest, pair_landings
 from impact.after.spectrum import largest_average
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array
 from seatfem.study.safety import OF_IMPULSE, OPENING
+
+LandingChoice = Literal["hardest", "first", "run"]
+HARDEST: Final = "landing_"
+FIRST: Final = "first_landing_"
+PREFIXES: Final[Mapping[LandingChoice, str]] = {"hardest": HARDEST, "first": FIRST, "run": ""}
+"""What the names of measures begin with when they are asked of a landing."""
+LANDING_WORDS: Final[Mapping[str, str]] = {HARDEST: " of the hardest landing", FIRST: " of the first landing", "": ""}
 
 
 @dataclass(frozen=True)
@@ -62,6 +71,7 @@ class Blow:
         stress: the reed's; ``None``: not known.
         line: arc by arc, of a contact along a lip; ``None`` of others.
         film: (n + 1,) what of the force a film bears [N]; ``None``: nothing.
+        landings: on the seat, in order of time.
     """
 
     force: Array
@@ -71,6 +81,11 @@ class Blow:
     stress: ReedStress | None = None
     line: Line | None = None
     film: Array | None = None
+    landings: tuple[Landing, ...] = ()
+
+    def steps_of(self, landing: Landing) -> slice:
+        """Return the recorded times of a landing, as numbers."""
+        return slice(round(landing.start / self.dt), round(landing.end / self.dt) + 1)
 
 
 class Measure(ABC):
@@ -79,6 +94,7 @@ class Measure(ABC):
     Attributes:
         name: in ``accuracy.measures``.
         key: in summary.json, with its unit.
+        landing_key: in summary.json, of a landing; "" of one that speaks of the whole run alone.
         words: in the tables of a run.
         needs_displacement, needs_stress, needs_line: what it takes of the run beside the force.
     """
@@ -86,6 +102,7 @@ class Measure(ABC):
     name: ClassVar[str]
     key: ClassVar[str]
     words: ClassVar[str]
+    landing_key: ClassVar[str] = ""
     needs_displacement: ClassVar[bool] = False
     needs_stress: ClassVar[bool] = False
     needs_line: ClassVar[bool] = False
@@ -102,9 +119,17 @@ class Measure(ABC):
     def of(self, blow: Blow) -> float:
         """Its value [SI]. A contact that never was has the value 0."""
 
+    def of_landing(self, blow: Blow, landing: Landing) -> float | None:
+        """Return its value of one landing [SI]; ``None`` where that has none."""
+        return None
+
     def jump(self, blow: Blow, share: float) -> float:
         """By how much it may jump [SI] where the impulse is known to a ``share`` of it; 0 of what follows the force
         smoothly."""
+        return 0.0
+
+    def jump_of_landing(self, blow: Blow, landing: Landing, share: float) -> float:
+        """Return by how much its value of one landing may jump [SI], as `jump` has it."""
         return 0.0
 
 
@@ -112,31 +137,53 @@ class Impulse(Measure):
     """Integral of the force."""
 
     name, key, words = "impulse", "impulse_Ns", "impulse"
+    landing_key = "landing_impulse_Ns"
 
     def of(self, blow: Blow) -> float:
         return float(np.sum(blow.force[1:])) * blow.dt
+
+    def of_landing(self, blow: Blow, landing: Landing) -> float:
+        """Above the quasi-static load."""
+        return landing.impulse
 
 
 class FilteredPeak(Measure):
     """Largest average of the force over the filter's width."""
 
     name, key, words = "filtered_peak", "filtered_peak_force_N", "peak force"
+    landing_key = "landing_filtered_peak_force_N"
 
     def of(self, blow: Blow) -> float:
         return largest_average(blow.force[1:], blow.dt, blow.filter_width)
+
+    def of_landing(self, blow: Blow, landing: Landing) -> float:
+        """With the quasi-static load."""
+        return landing.filtered_peak
 
 
 class ContactDuration(Measure):
     """Of the first group of contacts, of the bodies themselves."""
 
     name, key, words = "contact_duration", "contact_duration_s", "contact duration"
+    landing_key = "landing_duration_s"
 
     def of(self, blow: Blow) -> float:
         return _first(blow.dt * measures.closed_steps(_solid(blow)[1:]))
 
+    def of_landing(self, blow: Blow, landing: Landing) -> float:
+        return landing.duration
+
     def jump(self, blow: Blow, share: float) -> float:
         """Touches that bear less than the ``share`` may be none; openings near the limit may end a group or not."""
-        solid = _solid(blow)
+        return self._jump(blow, _solid(blow), share)
+
+    def jump_of_landing(self, blow: Blow, landing: Landing, share: float) -> float:
+        """The same of a landing after which the bodies part; of another one, by which its end moves with the band."""
+        solid = np.where(np.arange(len(blow.force)) > round(landing.start / blow.dt), _solid(blow), 0.0)
+        return landing.end_doubt if landing.pressed_on else self._jump(blow, solid, share)
+
+    @staticmethod
+    def _jump(blow: Blow, solid: Array, share: float) -> float:
         steps = measures.closed_steps(solid[1:])
         if not len(steps):
             return 0.0
@@ -159,20 +206,43 @@ def _first(raw: Array, merge: float = measures.MERGE) -> float:
     return float(groups[0, 1] - groups[0, 0]) if len(groups) else 0.0
 
 
+class Restitution(Measure):
+    """Of the first landing, its coefficient of restitution; of a run where a free striker lands but once."""
+
+    name, key, words = "restitution", "restitution", "restitution"
+    landing_key = "landing_restitution"
+
+    def is_known(self, blow: Blow) -> bool:
+        return len(blow.landings) == 1 and blow.landings[0].restitution is not None
+
+    def of(self, blow: Blow) -> float:
+        return blow.landings[0].restitution or 0.0
+
+    def of_landing(self, blow: Blow, landing: Landing) -> float | None:
+        return landing.restitution
+
+
 class SeatDisplacement(Measure):
     """The seat's largest; 0 where nothing touched it, whatever round-off says."""
 
     name, key, words = "seat_displacement", "max_seat_displacement_m", "seat displacement"
+    landing_key = "landing_max_seat_displacement_m"
     needs_displacement = True
 
     def of(self, blow: Blow) -> float:
         return float(np.max(np.abs(blow.displacement))) if np.any(blow.force) else 0.0  # type: ignore[arg-type]
+
+    def of_landing(self, blow: Blow, landing: Landing) -> float | None:
+        if blow.displacement is None:
+            return None
+        return float(np.max(np.abs(blow.displacement[blow.steps_of(landing)])))
 
 
 class Stress(Measure):
     """The reed's largest after the first touch."""
 
     name, key, words = "stress", "peak_reed_stress_after_contact_Pa", "reed stress after the first touch"
+    landing_key = "landing_peak_reed_stress_Pa"
     needs_stress = True
 
     def of(self, blow: Blow) -> float:
@@ -184,24 +254,44 @@ class LineForce(Measure):
     """Largest force per length of a lip, averaged over a part of it and over the filter's width."""
 
     name, key, words = "line_force", "line_force_peak_N_per_m", "force per length"
+    landing_key = "landing_line_force_peak_N_per_m"
     needs_line = True
 
     def of(self, blow: Blow) -> float:
         assert blow.line is not None
+        return self._peak(blow, blow.line.force[1:])
+
+    def of_landing(self, blow: Blow, landing: Landing) -> float | None:
+        """With the quasi-static load."""
+        return None if blow.line is None else self._peak(blow, blow.line.force[1:][blow.steps_of(landing)])
+
+    @staticmethod
+    def _peak(blow: Blow, force: Array) -> float:
+        assert blow.line is not None
         line = blow.line
-        return line_force_peak(line.force[1:], blow.dt, blow.filter_width, line.length, line.share, line.pieces)[0]
+        return line_force_peak(force, blow.dt, blow.filter_width, line.length, line.share, line.pieces)[0]
 
 
 class LineImpulse(Measure):
     """Largest impulse per length of a lip, averaged over a part of it."""
 
     name, key, words = "line_impulse", "line_impulse_peak_Ns_per_m", "impulse per length"
+    landing_key = "landing_line_impulse_peak_Ns_per_m"
     needs_line = True
 
     def of(self, blow: Blow) -> float:
         assert blow.line is not None
+        return self._peak(blow, blow.line.force[1:])
+
+    def of_landing(self, blow: Blow, landing: Landing) -> float | None:
+        """With that of the quasi-static load."""
+        return None if blow.line is None else self._peak(blow, blow.line.force[1:][blow.steps_of(landing)])
+
+    @staticmethod
+    def _peak(blow: Blow, force: Array) -> float:
+        assert blow.line is not None
         line = blow.line
-        return line_impulse_peak(line.force[1:], blow.dt, line.length, line.share, line.pieces)[0]
+        return line_impulse_peak(force, blow.dt, line.length, line.share, line.pieces)[0]
 
 
 def all_measures() -> Mapping[str, Measure]:
@@ -209,15 +299,55 @@ def all_measures() -> Mapping[str, Measure]:
     return {each.name: each() for each in Measure.__subclasses__() if "name" in vars(each)}
 
 
+def judged_names(names: Collection[str], landing: LandingChoice) -> tuple[str, ...]:
+    """Return what measures are called among the values of a run when they are asked of this landing.
+
+    A measure that speaks of whole runs alone keeps its name.
+    """
+    every, prefix = all_measures(), PREFIXES[landing]
+    return tuple(prefix + name if name in every and every[name].landing_key else name for name in names)
+
+
+def values_of(blow: Blow, like: Sequence[Landing] | None = None) -> dict[str, float]:
+    """Return the measures of a run, and those of its hardest and its first landing, as far as they are known.
+
+    ``like``: the landings of a neighbouring run, whose hardest and first ones are looked for in this run; a measure of
+    one that has no partner is infinite.
+    """
+    values = {name: each.of(blow) for name, each in all_measures().items() if each.is_known(blow)}
+    asked = blow.landings if like is None else like
+    if not asked:
+        return values
+    partners = dict(zip(asked, pair_landings(asked, blow.landings), strict=True)) if like is not None else {}
+    for prefix, wanted in ((HARDEST, hardest(asked)), (FIRST, asked[0])):
+        assert wanted is not None
+        partner = wanted if like is None else partners[wanted]
+        for name, each in all_measures().items():
+            if each.landing_key and partner is None:
+                values[prefix + name] = math.inf
+            elif partner is not None and (value := each.of_landing(blow, partner)) is not None:
+                values[prefix + name] = value
+    return values
+
+
 def in_words(name: str) -> str:
-    """A measure in words, its key in brackets."""
-    return f"{all_measures()[name].words} ({key_of(name)})"
+    """Return what a value of a run is, in words, its key in brackets."""
+    prefix, measure = _parted(name)
+    return f"{all_measures()[measure].words}{LANDING_WORDS[prefix]} ({key_of(name)})"
 
 
 def key_of(name: str) -> str:
-    """Of a measure in summary.json; the name itself where there is none."""
-    found = all_measures().get(name)
-    return name if found is None else found.key
+    """Return the key in summary.json of a value of a run; the name itself where there is none."""
+    prefix, measure = _parted(name)
+    if (known := all_measures().get(measure)) is None:
+        return name
+    return known.landing_key.replace(HARDEST, prefix, 1) if prefix else known.key
+
+
+def _parted(name: str) -> tuple[str, str]:
+    """Return which landing a name speaks of, "" of none, and its measure."""
+    prefix = next((prefix for prefix in (FIRST, HARDEST) if name.startswith(prefix)), "")
+    return prefix, name.removeprefix(prefix)
 
 
 def any_needs_displacement(names: Collection[str]) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal, Self
 from pydantic import Field, model_validator
 
 from seatfem.fields import Fraction, KeyProblem, Table, Time, default
-from seatfem.study.scene.measures import all_measures
+from seatfem.study.scene.measures import LandingChoice, all_measures, judged_names
 
 if TYPE_CHECKING:
     Measure = str
@@ -42,6 +42,16 @@ class Accuracy(Table):
     level: AccuracyLevel | None = Field(None, description="a target by name: quick 5 %, standard 1 %, reference 0.3 %")
     target: Fraction = default("1 %", "relative error asked for; or give level")
     measures: tuple[Measure, ...] = Field(("impulse", "filtered_peak"), min_length=1, description="what it is asked of")
+    landing: LandingChoice = Field(
+        "hardest",
+        description="the landing on the seat that measures speak of: the one whose force exceeds the quasi-static load "
+        "most, the first one, or all of the run, static load included",
+    )
+
+    @property
+    def judged(self) -> tuple[str, ...]:
+        """The names of the measures asked for, of the landing that they are asked of, among the values of a run."""
+        return judged_names(self.measures, self.landing)
 
     @model_validator(mode="before")
     @classmethod

@@ -117,8 +117,9 @@ def _carried_out(
         found = run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
     summary = {key: _scalar(value) for key, value in found.summary.items() if _is_scalar(value)}
     assert found.plan is not None
-    left = start_of(found.plan) if leads and found.met else {}
-    return Outcome("done" if found.met else "missed", "" if found.met else found.messages[0], 0.0, summary, left)
+    left = start_of(found.plan) if leads and found.met is True else {}
+    missed = found.met is False
+    return Outcome("missed" if missed else "done", found.messages[0] if missed else "", 0.0, summary, left)
 
 
 def _is_scalar(value: object) -> bool:

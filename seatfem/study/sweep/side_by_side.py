@@ -23,12 +23,11 @@ from seatfem.jobs.folders import private_folder
 from seatfem.structures.build import Cache
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import problem_of, seat_of, solved_striker, stress_of, striker_of, time_step
-from seatfem.study.impacts.measures import values_of
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import SEAT_FILE
 from seatfem.study.runs.summary import reed_stress_keys
 from seatfem.study.scene import Scene, load_scene
-from seatfem.study.scene.measures import Blow, key_of
+from seatfem.study.scene.measures import Blow, key_of, values_of
 from seatfem.study.sweep.outcome import Changes, Outcome, carry_out
 from seatfem.study.sweep.start import begun
 

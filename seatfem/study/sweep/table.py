@@ -87,7 +87,7 @@ class StudyTable:
 def measures_of(study: Study, first: Scene) -> tuple[str, ...]:
     """Keys of summary.json that the study asks for; where it names none those that its first scene's accuracy does."""
     named = study.outputs.measures
-    usual = () if named else tuple(map(key_of, first.accuracy.measures))
+    usual = () if named else tuple(map(key_of, first.accuracy.judged))
     return tuple(dict.fromkeys((*usual, *study.outputs.asked())))
 
 

@@ -158,7 +158,8 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float
         touches = run_contacts(scene, striker, seat.greens, step, engine=point.engine)
     result = touches.seat
     stress = stress_of(scene, striker, result.force, result.dt, lift_of(touches), stopper=touches.stopper_force)
-    values = measured(touches, scene.run.filter_width, stress)
+    never = dict.fromkeys(scene.accuracy.judged, 0.0)
+    values = {**never, **measured(touches, scene.run.filter_width, stress)}
     about: dict[str, object] = {
         "seat_model": seat.about.get("seat_model", ""),
         "seat_dof": seat.about.get("seat_dof", 0),

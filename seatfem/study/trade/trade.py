@@ -153,7 +153,7 @@ def measure_trade(
     floor = {name: _relative(values[name] - others[name], values[name]) / (RATIO - 1) for name in values}
     points, accuracy = (*rungs, *finer, *planned), scene.accuracy
     title = scene.title or path.stem
-    return Trade(title, tuple(accuracy.measures), accuracy.target, points, runs.found, exact, floor, planning)
+    return Trade(title, tuple(accuracy.judged), accuracy.target, points, runs.found, exact, floor, planning)
 
 
 @dataclass

@@ -1,0 +1,255 @@
+"""Landings: what of a contact is a blow, and what is the load that presses a closed reed.
+
+A *landing* begins at the first touch after an approach; a release at no gap, with a speed, counts, a preload does not.
+It ends when the bodies part for `MERGE`, or when the force averaged over the filter first stays within `BAND` of the
+quasi-static load for one contact time: the time for which the force around its peak exceeds that load. What follows in
+the same contact is *pressed on*, as is all contact that no approach began.
+
+A touch whose averaged force never exceeds the quasi-static load by `BAND` of it is the trembling of a pressed reed and
+no landing: it would end by the same band in which it began. Nor is one below `FAINT` of the record's largest, where
+touches are of the step's making.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.after.measures import MERGE, closed_steps, merged
+from impact.after.spectrum import MOVING_AVERAGE, averaged, largest_average
+from impact.brief import brief
+from impact.greens.base import Array
+from impact.march.problem import ContactProblem
+
+BAND: Final = 0.1  # of the quasi-static load, within which a reed is pressed on
+DOUBT: Final = 0.2  # of the band: a decaying force leaves it for the last time now or a swing later
+FAINT: Final = 1e-3  # of the largest averaged force of the record
+
+
+@dataclass(frozen=True)
+class ContactRecord:
+    """What landings are read from: the contacts of one face in p parts, over n steps.
+
+    Attributes:
+        force: (n + 1,) total of all parts, films included [N]; ``force[0]`` is a preload.
+        solid: (n + 1, p) what the bodies themselves press with, part by part [N].
+        gap: (n + 1, p) openings [m]; ``None``: not recorded, each contact counts as approached at an unknown speed.
+        static: (n + 1,) quasi-static load [N].
+        dt: step [s].
+        width: of the filter, at least a step [s].
+        closing: (p,) closing speeds at the start, before any contact [m/s].
+    """
+
+    force: Array
+    solid: Array
+    gap: Array | None
+    static: Array
+    dt: float
+    width: float
+    closing: Array
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True)
+class Landing:
+    """One landing.
+
+    Attributes:
+        start, end: of the landing [s].
+        peak_time: at which the averaged force exceeds the quasi-static load most [s].
+        part: number of the part that touches first.
+        closing_speed: of that part over the step before [m/s].
+        filtered_peak: largest force averaged over the filter [N].
+        static_load: quasi-static load at ``peak_time`` [N].
+        excess_peak: most by which the averaged force exceeds the quasi-static load [N].
+        impulse: integral of the force above the quasi-static load from ``start`` to ``end`` [N s].
+        pressed_on: whether it ends in contact, pressed on by the quasi-static load.
+        cut_off: whether the record ends in it.
+        end_doubt: by how much the end moves where the band is `DOUBT` wider or narrower [s]; 0 of bodies that part.
+        restitution: its coefficient, as `impact.after.rebound` has it; ``None``: not known, or the bodies do not part.
+    """
+
+    start: float
+    end: float
+    peak_time: float
+    part: int
+    closing_speed: float
+    filtered_peak: float
+    static_load: float
+    excess_peak: float
+    impulse: float
+    pressed_on: bool
+    cut_off: bool
+    end_doubt: float = 0.0
+    restitution: float | None = None
+
+    @property
+    def duration(self) -> float:
+        """From the first touch to the end [s]."""
+        return self.end - self.start
+
+
+def find_landings(record: ContactRecord) -> tuple[Landing, ...]:
+    """Return the landings of one face, in the order of time."""
+    groups = _groups(record)
+    if not len(groups):
+        return ()
+    mean = averaged(record.force[1:], record.dt, record.width, MOVING_AVERAGE)
+    static = record.static
+    if np.any(static):
+        static = averaged(record.static[1:], record.dt, record.width, MOVING_AVERAGE)
+    faint = FAINT * float(mean.max())
+    each = (_landing(record, mean, static, int(first), int(last)) for first, last in groups)
+    return tuple(one for one in each if one is not None and one.excess_peak > max(BAND * one.static_load, faint))
+
+
+def hardest(landings: Sequence[Landing]) -> Landing | None:
+    """Return the landing whose averaged force exceeds the quasi-static load most; ``None`` of none."""
+    return max(landings, key=lambda landing: landing.excess_peak, default=None)
+
+
+def pair_landings(landings: Sequence[Landing], others: Sequence[Landing]) -> tuple[Landing | None, ...]:
+    """Return, for each of ``landings``, the one among ``others`` that is the same landing of a neighbouring run.
+
+    Each is the other's nearest by its start, and no farther off than the longer of the two lasts, or `MERGE`; ``None``
+    where there is none.
+    """
+    if not others:
+        return (None,) * len(landings)
+    apart = np.abs(np.subtract.outer([one.start for one in landings], [other.start for other in others]))
+    return tuple(_pair(number, landings, others, apart) for number in range(len(landings)))
+
+
+def _pair(number: int, landings: Sequence[Landing], others: Sequence[Landing], apart: Array) -> Landing | None:
+    nearest = int(apart[number].argmin())
+    one, other = landings[number], others[nearest]
+    if int(apart[:, nearest].argmin()) != number:
+        return None
+    return other if apart[number, nearest] <= max(MERGE, one.duration, other.duration) else None
+
+
+def pressed_on(record: ContactRecord, landings: Sequence[Landing]) -> tuple[float, float]:
+    """Return how long contact lasts outside all landings [s], and the largest averaged force meanwhile [N]."""
+    if not np.any(record.solid):
+        return 0.0, 0.0
+    closed = np.any(record.solid > 0, axis=1)
+    closed[0] = False
+    times = record.dt * np.arange(len(closed))
+    for landing in landings:
+        closed &= ~((times > landing.start - record.dt / 2) & (times < landing.end + record.dt / 2))
+    if not np.any(closed):
+        return 0.0, 0.0
+    mean = averaged(record.force[1:], record.dt, record.width, MOVING_AVERAGE)
+    margin = max(1, round(record.width / record.dt))  # whose averages hold a part of a landing
+    calm = closed.copy()
+    for landing in landings:
+        first, last = round(landing.start / record.dt) - margin, round(landing.end / record.dt) + margin
+        calm[max(first, 0) : last + 1] = False
+    return record.dt * float(closed.sum()), float(mean[calm if np.any(calm) else closed].max())
+
+
+def closing_speeds(problem: ContactProblem) -> Array:
+    """Return the (p,) speeds at which the contacts close at t = 0, -d(gap)/dt [m/s]; of the bodies' own motion."""
+    opening = np.zeros(len(problem.contacts))
+    for body in problem.bodies:
+        ports = np.zeros(len(body.greens.ports))
+        if body.velocity:
+            ports = ports + [body.velocity_of(port) for port in range(len(ports))]
+        if body.state is not None and body.greens.modal is not None:
+            ports = ports + body.greens.modal.shapes.T @ body.state.velocity
+        opening += problem.directions(body).T @ ports
+    return -opening
+
+
+def _groups(record: ContactRecord) -> Array:
+    """Return the (k, 2) first steps and steps after the last of the contacts that an approach began."""
+    steps = closed_steps(np.any(record.solid[1:] > 0, axis=1).astype(float))
+    if not len(steps):
+        return steps
+    groups = np.rint(merged(record.dt * steps) / record.dt).astype(np.int64)
+    return np.array([group for group in groups if _approaches(record, int(group[0]))]).reshape(-1, 2)
+
+
+def _approaches(record: ContactRecord, first: int) -> bool:
+    if np.any(record.solid[0] > 0) and first == 0:
+        return False
+    return not _first_touch(record, first)[1] <= 0
+
+
+def _first_touch(record: ContactRecord, first: int) -> tuple[int, float]:
+    """Return the part that touches first in the step number ``first`` and its closing speed over the step before."""
+    touching = np.flatnonzero(record.solid[first + 1] > 0)
+    if first == 0:
+        speeds = record.closing[touching]
+    elif record.gap is None:
+        return int(touching[0]), math.nan
+    else:
+        speeds = (record.gap[first - 1, touching] - record.gap[first, touching]) / record.dt
+    fastest = int(np.argmax(speeds))
+    return int(touching[fastest]), float(speeds[fastest])
+
+
+def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last: int) -> Landing | None:
+    """Return the landing of one contact, which begins with the step ``first`` and ends before the step ``last``.
+
+    ``mean``, ``static``: (n + 1,) force and quasi-static load averaged over the filter [N].
+    """
+    dt, reach = record.dt, max(1, round(record.width / (2 * record.dt)))
+    above = mean - static
+    peak = first + int(np.argmax(above[first : last + 1]))
+    if not above[peak] > 0:
+        return None
+    whole = slice(first, last + 1)
+    ends = [
+        _calm_from(mean[whole], static[whole], peak - first, reach, band * BAND) for band in (1.0, 1 - DOUBT, 1 + DOUBT)
+    ]
+    presses = ends[0] is not None
+    steps = [last - first if end is None else end for end in ends]
+    end = first + steps[0]
+    part, speed = _first_touch(record, first)
+    if presses:  # what follows belongs to the load
+        largest = float(mean[first : end + 1].max())
+    else:
+        spread = 2 * reach + 1
+        largest = largest_average(record.force[1:][max(first - spread, 0) : end + spread], dt, record.width)
+    return Landing(
+        start=dt * first,
+        end=dt * end,
+        peak_time=dt * peak,
+        part=part,
+        closing_speed=speed,
+        filtered_peak=largest,
+        static_load=float(static[peak]),
+        excess_peak=float(above[peak]) if static[peak] else largest,
+        impulse=dt * float(np.sum(record.force[first + 1 : end + 1] - record.static[first + 1 : end + 1])),
+        pressed_on=presses,
+        cut_off=not presses and last >= len(record.force) - 1,
+        end_doubt=dt * max(abs(step - steps[0]) for step in steps) if presses else 0.0,
+    )
+
+
+def _calm_from(mean: Array, static: Array, peak: int, reach: int, band: float) -> int | None:
+    """Return the step from which on the averaged force stays within a ``band`` of the load for one contact time.
+
+    ``None`` where it never does.
+    """
+    if not np.any(static > 0):
+        return None
+    above = mean > static
+    before, after = np.flatnonzero(~above[:peak]), np.flatnonzero(~above[peak:])
+    start = int(before[-1]) + 1 if before.size else 0
+    stop = peak + int(after[0]) if after.size else len(mean)
+    lasting = max(stop - start, 2 * reach)
+    within = (np.abs(mean - static) <= band * static) & (static > 0)
+    return next((peak + first for first, last in _runs(within[peak:]) if last - first >= lasting), None)
+
+
+def _runs(flags: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
+    return ((int(first), int(last)) for first, last in edges.reshape(-1, 2))

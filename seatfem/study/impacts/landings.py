@@ -1,0 +1,164 @@
+"""The landings of a run of a scene, on its seat and its stopper, and the quasi-static load between them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+import impact
+from impact.after.landings import ContactRecord, Landing, closing_speeds, find_landings, hardest, pressed_on
+from impact.after.rebound import Stored, restitutions
+from impact.after.result import ImpactResult
+from impact.after.static_load import StaticLoad, static_load
+from impact.brief import brief
+from impact.greens.base import Array
+from impact.march.followed import as_marched
+from impact.march.problem import ContactProblem
+
+Face = Literal["seat", "stopper"]
+Status = Literal["landed", "no landing", "cut off", "never opened"]
+
+
+@dataclass(frozen=True)
+class Landings:
+    """All landings of one run.
+
+    Attributes:
+        seat, stopper: on each of the two, in the order of time.
+        static: the quasi-static load.
+        pressed_time: how long the seat is touched outside all landings [s].
+        pressed_load: largest averaged force meanwhile [N].
+        opened: whether the seat is free of contact at any time.
+    """
+
+    seat: tuple[Landing, ...]
+    stopper: tuple[Landing, ...]
+    static: StaticLoad
+    pressed_time: float = 0.0
+    pressed_load: float = 0.0
+    opened: bool = True
+
+    __repr__ = brief
+
+    @property
+    def hardest(self) -> Landing | None:
+        """The hardest on the seat; ``None`` where there is none."""
+        return hardest(self.seat)
+
+    @property
+    def status(self) -> Status:
+        """Whether the seat was landed on, and whether the end of the run cuts the landing that counts.
+
+        Cut off is the hardest landing, or one that closed at least half as fast as it: it might have become harder.
+        """
+        if (hard := self.hardest) is None:
+            return "no landing" if self.opened else "never opened"
+        fast = (one.closing_speed >= 0.5 * hard.closing_speed for one in self.seat if one.cut_off)
+        return "cut off" if hard.cut_off or any(fast) else "landed"
+
+    def on(self, face: Face) -> tuple[Landing, ...]:
+        """Return those on the seat or on the stopper."""
+        return self.seat if face == "seat" else self.stopper
+
+
+def landings_of_result(problem: ContactProblem, result: ImpactResult, width: float) -> Landings:
+    """Return the landings of a run with its energies; ``width``: of the filter [s]."""
+    force, solid, gap = (values.reshape(len(result.time), -1) for values in (result.force, result.solid, result.gap))
+    striker = as_marched(problem.striker, np.asarray(gap[:, _seats(problem)].mean(axis=1)), result.dt)
+    march = _March(problem, force, solid, gap, result.dt, width)
+    load = static_load(_with_striker(problem, striker), result.dt * (len(force) - 1))
+    middles = np.asarray(result.dt * (np.arange(len(force) - 1) + 0.5), dtype=np.float64)
+    pushed = np.array([load.amplitude(middles) for load in striker.loads]).reshape(-1, len(middles))
+    return march.landings(load, lambda steps: result.energy.striker[list(steps)], pushed)
+
+
+def landings_of_march(
+    stepper: impact.ContactStepper, width: float, load: StaticLoad | None = None, *, rebound: bool = True
+) -> Landings:
+    """Return the landings of a march without energies, as far as it has come.
+
+    Args:
+        stepper: the march.
+        width: of the filter [s].
+        load: the quasi-static load, where it is known already.
+        rebound: whether restitution is wanted, which replays the striker.
+    """
+    prepared, n = stepper.prepared, stepper.done
+    problem, dt = prepared.problem, prepared.dt
+    force = np.concatenate([prepared.rest[None], stepper.force[:n]])
+    solid = force.copy()
+    if stepper.film.size:
+        solid[1:] -= stepper.film[:n]
+    load = static_load_of_march(stepper) if load is None else load
+    pushed = prepared.bodies[0].loads[:, :n] + stepper.live.amplitudes[:, :n]
+    striker = replace(prepared.bodies[0], loads=pushed)
+
+    def stored(steps: Sequence[int]) -> Array | None:
+        return striker.stored_after(problem.directions(problem.striker) @ force[1:].T, steps) if rebound else None
+
+    return _March(problem, force, solid, stepper.gap[: n + 1], dt, width).landings(load, stored, pushed)
+
+
+def static_load_of_march(stepper: impact.ContactStepper) -> StaticLoad:
+    """Return the quasi-static load of a march as far as it has come, loads that follow the opening as it had them."""
+    prepared = stepper.prepared
+    striker = as_marched(prepared.problem.striker, stepper.opening, prepared.dt)
+    return static_load(_with_striker(prepared.problem, striker), prepared.dt * stepper.done)
+
+
+def _with_striker(problem: ContactProblem, striker: impact.Body) -> ContactProblem:
+    if striker is problem.striker:
+        return problem
+    return ContactProblem(striker, contacts=problem.contacts, preload=problem.preload)
+
+
+def _seats(problem: ContactProblem) -> NDArray[np.bool_]:
+    """Return (p,) which contacts are the seat's."""
+    return np.array([contact.side > 0 for contact in problem.contacts])
+
+
+@dataclass(frozen=True)
+class _March:
+    """Forces, what of them is solid [N], and gaps [m] of all contacts, (n + 1, p) each; step and filter [s]."""
+
+    problem: ContactProblem
+    force: Array
+    solid: Array
+    gap: Array
+    dt: float
+    width: float
+
+    def landings(self, load: StaticLoad, stored: Stored, pushed: Array) -> Landings:
+        """Return what it holds; ``pushed`` (L, n): amplitudes of the striker's loads [N]."""
+        seats = _seats(self.problem)
+        on_seat = self._record(seats, load)
+        on_stopper = self._record(~seats, load) if not np.all(seats) else None
+        landed = find_landings(on_seat) if np.any(seats) else ()
+        stopped = () if on_stopper is None else find_landings(on_stopper)
+        landed, stopped = (
+            tuple(replace(one, restitution=value) for one, value in zip(each, rebounds, strict=True))
+            for each, rebounds in (
+                (each, restitutions(self.problem, self.force[1:], self.dt, each, stored, pushed, side=side))
+                for each, side in ((landed, 1), (stopped, -1))
+            )
+        )
+        time, largest = pressed_on(on_seat, landed) if np.any(seats) else (0.0, 0.0)
+        opened = not bool(np.all(np.any(on_seat.solid[1:] > 0, axis=1)))
+        return Landings(landed, stopped, load, time, largest, opened)
+
+    def _record(self, face: NDArray[np.bool_], load: StaticLoad) -> ContactRecord:
+        stopper = bool(np.any(face)) and self.problem.contacts[int(np.argmax(face))].side < 0
+        time = np.asarray(self.dt * np.arange(len(self.force)), dtype=np.float64)
+        return ContactRecord(
+            force=self.force[:, face].sum(axis=1),
+            solid=self.solid[:, face],
+            gap=self.gap[:, face],
+            static=load.course(time, stopper=stopper),
+            dt=self.dt,
+            width=max(self.width, self.dt),
+            closing=closing_speeds(self.problem)[face],
+        )
