@@ -13,6 +13,7 @@ import argparse
 import csv
 import math
 import os
+import re
 import signal
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -43,6 +44,9 @@ LONGEST = 100  # s of processor time for a scene and its reference
 DEAR: Final = 20.0  # s of it that a run has taken, from which on references are less fine
 REFUSALS: Final = (ValueError, ArithmeticError, ConvergenceError)
 """What the program ends with in words where it cannot do what is asked."""
+LEFT_OUT: Final = re.compile(r"first_landing_|seat \d+ (filtered|impulse|duration|restitution)|\w+ ([1-9]|\d\d) ")
+"""What is no row of its own unless asked for: values of the first landing on the seat that are measures, and those of
+later ones."""
 ROUND_OFF: Final = 1e-9  # relative: what a true error may be without any source
 
 
@@ -52,7 +56,9 @@ class Row:
 
     Attributes:
         seed, index, seat, reed, about, stated: of the scene, as it was drawn.
-        outcome: "judged", "no landing", "refused", "no reference", "stopped" or "failed"; with the ``reason``.
+        outcome: "judged", "no landing", "never opened", "refused", "no reference", "stopped" or "failed"; with the
+            ``reason``.
+        status: of the landings of the run.
         level, target, met, rounds, rung: of the run, and which of the references was computed.
         measure: by name.
         asked: "measures" of [accuracy], "table" of its own, or "" where nobody asked for it.
@@ -69,6 +75,7 @@ class Row:
     stated: bool
     outcome: str
     reason: str = ""
+    status: str = ""
     level: str = ""
     target: float = math.nan
     met: str = ""
@@ -113,21 +120,25 @@ class NoReference(Exception):
 def _judged(head: Row, drawn: DrawnScene, folder: Path) -> Iterator[Row]:
     start, scene = spent(), load_scene(drawn.write(folder))
     *_, done = rounds(plan_scene(scene), folder, Stopwatch(), silent, limits=Limits(seconds=RUN_SECONDS))
-    head = replace(head, level=done.plan.level, target=scene.accuracy.target, met=str(done.met), rounds=done.number)
-    if not done.result.force.any():
-        yield replace(head, outcome="no landing", reason="the bodies did not meet")
+    assert done.touches.landings is not None
+    status = done.touches.landings.status
+    head = replace(head, level=done.plan.level, target=scene.accuracy.target, rounds=done.number, status=status)
+    if not done.landed:
+        yield replace(head, outcome=status, reason="there is nothing to judge")
         return
     rung, reference = finest_reference(done, dear=spent() - start > DEAR)
+    head = replace(head, met=str(done.met), rung=rung)
     for name, value in done.left.values.items():
-        bar = math.nan if name in done.without_bar else done.left.bar(name)
-        asked = "measures" if name in scene.accuracy.measures else ""
-        yield _row(replace(head, rung=rung, measure=name, asked=asked), value, bar, reference.values[name])
+        if name in done.judged or not LEFT_OUT.match(name):
+            bar = math.nan if name in done.without_bar else done.left.bar(name)
+            asked = "measures" if name in done.judged else ""
+            yield _row(replace(head, measure=name, asked=asked), value, bar, reference.values.get(name, math.inf))
     for name, (value, bar, exact) in _stresses(done, reference).items():
-        yield _row(replace(head, rung=rung, measure=name, asked="table"), value, bar, exact)
+        yield _row(replace(head, measure=name, asked="table"), value, bar, exact)
 
 
 def _row(head: Row, value: float, bar: float, exact: float) -> Row:
-    true = abs(value - exact)
+    true = abs(value - exact)  # infinite of a landing that the reference has not
     known = math.isfinite(bar)
     inside = str(true <= bar + ROUND_OFF * abs(value)) if known else ""
     return replace(head, value=value, bar=bar if known else math.nan, true=true, inside=inside)
@@ -140,7 +151,7 @@ def finest_reference(done: Round, *, dear: bool) -> tuple[int, Reference]:
     for rung, by in enumerate(LADDER):
         if rung >= 2 * dear:
             try:
-                return rung, run_reference(done.plan.scene, method, by)
+                return rung, run_reference(done.plan.scene, method, by, done.touches.landings)
             except REFUSALS as refusal:
                 problem = refusal
     raise NoReference(f"{type(problem).__name__}: {problem}".replace("\n", "; "))

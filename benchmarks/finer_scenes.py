@@ -17,6 +17,7 @@ from seatfem.structures.method import Method
 from seatfem.structures.rings import MOST_PORTS, MOST_RINGS, Division
 from seatfem.structures.solved import Solved
 from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solved_striker, striker_of
+from seatfem.study.impacts.landings import Landings
 from seatfem.study.method import RunMethod, as_stated
 from seatfem.study.planning.lips import FEWEST
 from seatfem.study.scene import Scene
@@ -159,12 +160,17 @@ class Reference:
     values: Values
 
 
-def run_reference(scene: Scene, method: RunMethod, by: Finer = FINEST) -> Reference:
-    """The same impact, finer in every key; ``method.time_step`` is that of the run [s]."""
+def run_reference(scene: Scene, method: RunMethod, by: Finer = FINEST, landings: Landings | None = None) -> Reference:
+    """The same impact, finer in every key; ``method.time_step`` is that of the run [s].
+
+    ``landings``: of the run, each of which is looked for in the reference, above its own quasi-static load.
+    """
     finer, how = finer_in_every_key(scene, method, by)
     assert how.time_step is not None
     seat = seat_of(finer, method=how.seat, mesh_error=False)
     reed = solved_striker(finer, method=how.reed, mesh_error=False)
     striker = striker_of(finer, how.reed.n_modes, None if reed is None else reed.greens)
     problem = problem_of(finer, striker, impact.Body(seat.greens))
-    return Reference(finer, how, seat, reed, striker, measures_of(finer, problem, how.time_step))
+    like = None if landings is None else replace(landings, static=None)  # type: ignore[arg-type]
+    values = measures_of(finer, problem, how.time_step, like=like)
+    return Reference(finer, how, seat, reed, striker, values)

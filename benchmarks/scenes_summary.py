@@ -6,12 +6,16 @@ import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from statistics import median
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from coverage_of_scenes import Row
 
-STRESSES = ("stress", "seat_stress", "seat_tension")
+TOLD: Final = 0.5  # of the value: a wider bar is shown as not known
+NUMBERED: Final = {
+    "impulse_Ns": "impulse", "filtered_peak_force_N": "filtered_peak", "duration_s": "contact_duration",
+}  # fmt: skip
+"""Keys of numbered landings that are measures."""
 
 
 def share(rows: Sequence[Row], good: Callable[[Row], bool]) -> float:
@@ -25,8 +29,14 @@ def is_inside(row: Row) -> bool:
 
 
 def is_known(row: Row) -> bool:
-    """Whether there is a bar."""
-    return row.inside != ""
+    """Whether there is a bar that is told."""
+    return row.inside != "" and row.bar <= TOLD * abs(row.value)
+
+
+def kind_of(row: Row) -> str:
+    """What is measured, whatever landing it is asked of."""
+    last = row.measure.rpartition(" ")[2].removeprefix("first_").removeprefix("landing_")
+    return NUMBERED.get(last, last)
 
 
 def in_target(row: Row) -> bool:
@@ -51,9 +61,9 @@ def summary(rows: Sequence[Row]) -> str:
     lines = [f"{len(scenes)} scenes in {spent / 60:.0f} min: " + ", ".join(f"{n} {end}" for end, n in ends.items()), ""]
     lines += ["| measures | with a bar | inside | median bar/error | bar <= target |", "|---|---|---|---|---|"]
     groups = {"asked for": asked, "all": judged}
-    names = dict.fromkeys(row.measure for row in judged)
-    groups |= {f"{name}, asked for": [row for row in asked if row.measure == name] for name in names}
-    groups |= {f"{name}, all": [row for row in judged if row.measure == name] for name in names}
+    names = dict.fromkeys(kind_of(row) for row in judged)
+    groups |= {f"{name}, asked for": [row for row in asked if kind_of(row) == name] for name in names}
+    groups |= {f"{name}, all": [row for row in judged if kind_of(row) == name] for name in names}
     for name, group in groups.items():
         known = [row for row in group if is_known(row)]
         if not group:
@@ -62,7 +72,7 @@ def summary(rows: Sequence[Row]) -> str:
         met = f"{share(targets, in_target):.1%} of {len(targets)}" if targets else ""
         inside = f"{sum(map(is_inside, known))} of {len(known)} ({share(known, is_inside):.1%})"
         lines.append(f"| {name} | {len(known)} of {len(group)} | {inside} | {width(known):.2g} | {met} |")
-    outside = [row for row in judged if row.inside == "False"]
+    outside = [row for row in judged if is_known(row) and not is_inside(row)]
     lines += ["", "Outside:" if outside else "None is outside."]
     lines += [
         f"- {row.seed}/{row.index} {row.seat}/{row.level}, {row.reed} ({row.about}): {row.measure}"
