@@ -28,6 +28,7 @@ from impact.march.problem import ContactProblem
 
 BAND: Final = 0.1  # of the quasi-static load, within which a reed is pressed on
 DOUBT: Final = 0.2  # of the band: a decaying force leaves it for the last time now or a swing later
+NEAR: Final = 0.25  # of the time between two landings: one that is off by less is no other one
 FAINT: Final = 1e-3  # of the largest averaged force of the record
 
 
@@ -117,8 +118,8 @@ def hardest(landings: Sequence[Landing]) -> Landing | None:
 def pair_landings(landings: Sequence[Landing], others: Sequence[Landing]) -> tuple[Landing | None, ...]:
     """Return, for each of ``landings``, the one among ``others`` that is the same landing of a neighbouring run.
 
-    Each is the other's nearest by its start, and no farther off than the longer of the two lasts, or `MERGE`; ``None``
-    where there is none.
+    Each is the other's nearest by its start, and no farther off than the longer of the two lasts, than `MERGE`, or than
+    `NEAR` of the time to the next landing of its own run; ``None`` where there is none.
     """
     if not others:
         return (None,) * len(landings)
@@ -131,7 +132,8 @@ def _pair(number: int, landings: Sequence[Landing], others: Sequence[Landing], a
     one, other = landings[number], others[nearest]
     if int(apart[:, nearest].argmin()) != number:
         return None
-    return other if apart[number, nearest] <= max(MERGE, one.duration, other.duration) else None
+    beside = min((abs(each.start - one.start) for each in landings if each is not one), default=0.0)
+    return other if apart[number, nearest] <= max(MERGE, one.duration, other.duration, NEAR * beside) else None
 
 
 def pressed_on(record: ContactRecord, landings: Sequence[Landing]) -> tuple[float, float]:

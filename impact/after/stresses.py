@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.after.result import ImpactResult
+from impact.after.spans import Spans
 from impact.beams.cantilever import Cantilever
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
@@ -39,13 +40,26 @@ class PeakStress:
     time: float
 
 
+NO_STRESS = PeakStress(0.0, 0.0, 0.0)
+
+
 @dataclass(frozen=True)
 class ReedStress:
-    """Largest |bending stress| of a reed: the ``initial`` one, of release and free flight until the first touch, and
-    the largest ``after_contact`` began, ``None`` without contact. Under a preload nothing comes before."""
+    """The largest |bending stress| of a reed in parts of a run.
+
+    Attributes:
+        initial: of release and free flight until the first touch; zero under a preload, before which nothing comes.
+        after_contact: since the first contact began; ``None`` without contact.
+        at_start: at t = 0, of the release, of a preload and of the loads that the reed starts in equilibrium with.
+        before_landing: until a landing begins, t = 0 included; ``None`` where no landing is stated.
+        after_landing: since it began; ``None`` where no landing is stated.
+    """
 
     initial: PeakStress
     after_contact: PeakStress | None
+    at_start: PeakStress
+    before_landing: PeakStress | None = None
+    after_landing: PeakStress | None = None
 
     @property
     def largest(self) -> PeakStress:
@@ -101,9 +115,17 @@ def peak_bending_stress(
 
 
 def reed_stress(
-    force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: At = None, coarsely: bool = False
+    force: Array,
+    dt: float,
+    reed: Body,
+    beam: Cantilever,
+    *,
+    contact_at: At = None,
+    coarsely: bool = False,
+    since: float | None = None,
 ) -> ReedStress:
-    """The largest |`bending_stress`| [Pa] along the reed, before the first touch and after it.
+    """The largest |`bending_stress`| [Pa] along the reed, at its start, before the first touch and after it, and before
+    and after the time ``since`` at which a landing begins [s].
 
     It is looked for at `POINTS_PER_WAVE` of the shortest wave retained and at every step, ``coarsely`` at half as many
     places and once a radian of the highest frequency. Other arguments and errors are as `bending_stress` has them.
@@ -119,34 +141,37 @@ def reed_stress(
     reach = np.abs(fields).max(axis=1)
     shapes = (fields / np.where(reach > 0, reach, 1.0)[:, None]).astype(np.float32)
     doubt = (len(fields) + 4) * float(np.finfo(np.float32).eps)
-    touch = first_touch(force)
-    peaks, first = [PeakStress(0.0, 0.0, 0.0), PeakStress(0.0, 0.0, 0.0)], 0
+    spans = Spans.of_run(force, dt, since)
+    peaks, first = [NO_STRESS] * spans.count, 0
     for part in coordinates(pushes, dt, reed, stride):
         times, bound = (first + np.arange(len(part))) * stride, np.abs(part) @ reach
-        for after in (False, True):
-            least = (1 - ROUND_OFF) * peaks[after].value
-            near = np.flatnonzero((bound > least) & ((times > touch) == after))
+        numbers = spans.of_times(times)
+        for span in np.unique(numbers):
+            least = (1 - ROUND_OFF) * peaks[span].value
+            near = np.flatnonzero((bound > least) & (numbers == span))
             if not len(near):
                 continue
             unit, off = bound[near].max(), doubt * bound[near]
             about = unit * np.abs((part[near] * (reach / unit)).astype(np.float32) @ shapes).max(axis=1)
             near = near[about + off >= max(least, float((about - off).max()))]
             stress = np.abs(part[near] @ fields)
-            if stress.max(initial=0.0) > peaks[after].value:
+            if stress.max(initial=0.0) > peaks[span].value:
                 row, column = np.unravel_index(int(stress.argmax()), stress.shape)
                 time = float(times[near[row]] * dt)
-                peaks[after] = PeakStress(float(stress[row, column]), float(places[column]), time)
+                peaks[span] = PeakStress(float(stress[row, column]), float(places[column]), time)
         first += len(part)
-    return ReedStress(peaks[0], peaks[1] if np.any(force) else None)
+    return stress_by_spans(spans, lambda chosen: max(peaks[chosen], key=lambda peak: peak.value, default=NO_STRESS))
 
 
-def first_touch(force: Array) -> float:
-    """The recorded time, as its number, from which on contact bends the reed; beyond all where there is none.
-
-    ``force[m]`` acts from time m - 1 on; a preload, ``force[0]``, since ever.
-    """
-    touching = np.flatnonzero(force if force.ndim == 1 else np.any(force, axis=1))
-    return float(touching[0]) - 1 if touching.size else np.inf
+def stress_by_spans(spans: Spans, largest: Callable[[slice], PeakStress]) -> ReedStress:
+    """The largest stresses of a reed by that of any of the spans of a run."""
+    return ReedStress(
+        largest(spans.until(spans.touch)),
+        largest(spans.after(spans.touch)) if np.isfinite(spans.touch) else None,
+        largest(spans.start),
+        largest(spans.until(spans.landing)) if np.isfinite(spans.landing) else None,
+        largest(spans.after(spans.landing)) if np.isfinite(spans.landing) else None,
+    )
 
 
 def _fields(reed: Body, beam: Cantilever, x: Array, contact_at: At) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -56,7 +57,7 @@ def budget_of(
     best. The sources are compared at the doubled step, if it resolves the filter.
 
     Args:
-        run: marches a problem for the same measures.
+        run: marches a problem for the same measures; one that is missing counts as infinitely far off.
         problem, values, dt: what was run.
         sources: variations by source; none for one that cannot err, ``None`` for one of which nothing is known.
         filter_width: of the filtered peak [s]; ``None``: no measure has one.
@@ -67,7 +68,10 @@ def budget_of(
     variations = [one for terms in sources.values() for term in terms or () for one in term]
     asked = {(id(problem), each): (problem, each) for each in (step, *_beside(dt, filter_width))}
     asked |= {(id(p), step): (p, step) for v in variations for p in (v.against, v.problem) if p is not None}
-    found = _all_of(run, asked, threads)
+    found = {
+        key: {name: run_values.get(name, math.inf) for name in values}
+        for key, run_values in _all_of(run, asked, threads).items()
+    }
     base = found[id(problem), step]
 
     def change(variation: Variation) -> Values:

@@ -1,6 +1,7 @@
 """Bending stress of a reed: statics with any number of modes, free vibration, and the impact of a long beam."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -170,6 +171,40 @@ def test_the_stress_after_the_first_touch_is_told_apart_from_that_of_the_release
     never = reed_stress(np.zeros(1001), result.dt, body, BEAM)
     assert never.after_contact is None
     assert never.largest == never.initial
+
+
+def test_the_start_and_a_landing_cut_the_record() -> None:
+    """A reed let go bends more on its way than at rest; a landing in mid-record has its own largest on both sides."""
+    body = impact.reed(BEAM, n_modes=8, release=impact.StaticShape(1e-3), contact_at=0.6 * BEAM.length)
+    force, dt, since = np.zeros(1501), 5e-7, 4e-4
+    force[200:230], force[801:850] = 0.2, 1.0  # a light touch first; the landing begins at step 800
+    find = partial(reed_stress, force, dt, body, BEAM, contact_at=0.6 * BEAM.length)
+    found = find(since=since)
+    places = np.linspace(0, BEAM.length, 8 * 8 + 1)
+    field = np.abs(bending_stress(force, dt, body, BEAM, places, contact_at=0.6 * BEAM.length)).max(axis=0)
+    assert found.before_landing is not None
+    assert found.after_landing is not None
+    assert found.after_contact is not None
+    values = [peak.value for peak in (found.at_start, found.initial, found.before_landing, found.after_landing)]
+    np.testing.assert_allclose(values, [field[0], field[:200].max(), field[:801].max(), field[801:].max()], rtol=1e-9)
+    assert found.after_contact.value == pytest.approx(field[200:].max(), rel=1e-9)
+    assert found.at_start.time == 0.0
+    assert found.before_landing.time <= since < found.after_landing.time
+    assert find(since=since - 1e-12).after_landing == found.after_landing
+    alone = find()
+    assert (alone.initial, alone.after_contact, alone.at_start) == (found.initial, found.after_contact, found.at_start)
+    assert alone.before_landing is None
+    assert alone.after_landing is None
+
+
+def test_a_preload_bends_the_reed_at_its_start() -> None:
+    """6 F L/(b h^2) at the clamp, with no touch before which anything else could be."""
+    found = reed_stress(np.full(9, 3.0), 1e-6, reed(4), BEAM, since=4e-6)
+    exact = 6 * 3.0 * BEAM.length / (BEAM.width * BEAM.thickness**2)
+    assert found.at_start.value == pytest.approx(exact, rel=1e-9)
+    assert found.initial.value == 0.0
+    assert found.before_landing is not None
+    assert found.before_landing.value == pytest.approx(exact, rel=1e-9)
 
 
 def test_the_largest_is_that_of_every_step() -> None:

@@ -54,6 +54,23 @@ def test_between_two_times_no_more_is_missed_than_is_told() -> None:
     assert 0.9 * BETWEEN < max(missed) < BETWEEN
 
 
+def test_a_landing_cuts_the_record_for_both_stresses() -> None:
+    """Von Mises is largest before the landing and tension after it; at t = 0 there is what a preload leaves."""
+    field, force = Two((1.0, 0.0, 0.0), (1.0, -1.0, -1.0)), np.zeros((1000, 2))
+    force[0, 0] = 0.5
+    force[100, 1], force[601, 0] = 1.0, 1.5
+    found = largest(field, force, 0.5, since=300.0)
+    spans = found.spans
+    before, since = found.within(spans.until(spans.landing)), found.within(spans.after(spans.landing))
+    assert before.von_mises[0] == 2.0
+    assert before.principal[0] == pytest.approx(1.0, rel=1e-12)
+    assert (before.von_mises_time[0], before.principal_time[0]) == (50.0, 50.0)
+    assert (since.von_mises[0], since.principal[0], since.von_mises_time[0]) == (1.5, 1.5, 300.5)
+    assert (found.after_contact.von_mises[0], found.after_contact.principal[0]) == (2.0, 1.5)
+    assert found.within(spans.start).von_mises[0] == 0.5
+    assert found.initial.von_mises[0] == 0.0
+
+
 def test_norms_bound_von_mises_and_principal_stress() -> None:
     stress = np.random.default_rng(3).normal(size=(1000, 6))
     assert (von_mises(stress) <= np.sqrt(1.5) * norms(stress) * (1 + 1e-12)).all()

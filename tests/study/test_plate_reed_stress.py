@@ -21,7 +21,7 @@ from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import Lip
 from seatfem.structures.sheets import PlateModes
 from seatfem.study.runs import afterwards, pipeline
-from seatfem.study.runs.reed_stress import PlateReedStress, plate_field, plate_pushes
+from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress, plate_field, plate_pushes
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress
 from seatfem.study.runs.stresses import stresses
@@ -94,8 +94,10 @@ def test_a_strip_in_its_first_mode_bears_root_3_rho_c_v_at_the_clamp(tmp_path: P
 def test_a_strip_let_go_from_a_deflection_starts_with_the_stress_of_a_beam_at_rest(tmp_path: Path) -> None:
     """3 E h d/(2 a^2) at its root, under a force at a; what its modes leave out is 0.1 % of it."""
     found = run(tmp_path, strip(20, 18, "100 kHz", '{ deflection = "0.1 mm" }'), "0 mm", "10 us", "0.1 us")
-    assert found["initial_reed_stress_Pa"] == pytest.approx(3 * YOUNG * THICKNESS * 1e-4 / 2 / 18e-3**2, rel=0.01)
+    at_rest = 3 * YOUNG * THICKNESS * 1e-4 / 2 / 18e-3**2
+    assert found["initial_reed_stress_Pa"] == pytest.approx(at_rest, rel=0.01)
     assert found["initial_reed_stress_at_m"] == 0.0
+    assert found["reed_stress_at_start_Pa"] == pytest.approx(at_rest, rel=0.01)
 
 
 FLAPPER = """[reed]
@@ -201,10 +203,15 @@ def test_histories_and_peak_are_those_of_a_time_integration(
     field = plate_field(done)
     node = cKDTree(plate.mesh.points).query(field.points)[1]
     exact = (functional @ unknowns).reshape(len(plate.mesh.points), 6, -1)[node]
-    largest = von_mises(np.moveaxis(exact, 1, 2)).max(axis=1)
+    in_all = von_mises(np.moveaxis(exact, 1, 2))
+    largest, half = in_all.max(axis=1), in_all.shape[1] // 2
     assert told.found.after_contact is not None
     assert abs(told.found.after_contact.value - largest.max()) < told.bar < 0.3 * largest.max()
     assert found[AFTER] == told.found.after_contact.value
+    cut = PlatePeaks.of(done, since=half * dt).found  # as if a landing began in mid-run
+    for chosen, there in (("until", in_all[:, : half + 1]), ("after", in_all[:, half + 1 :])):
+        peak = cut.within(getattr(cut.spans, chosen)(cut.spans.landing)).von_mises.max()
+        assert abs(peak - there.max()) < 0.02 * largest.max()
     away = np.abs(field.points - centre).sum(axis=1)
     sites = [int(away.argmax()), int(away.argmin()), int(largest.argmax())]
     ours = histories(field.at(np.array(sites)), plate_pushes(done, done.touches), dt)

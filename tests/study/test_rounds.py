@@ -235,7 +235,9 @@ def test_summary_and_exit_code_tell_whether_the_target_was_met(
     assert found["peak_reed_stress_Pa"] == pytest.approx(1.25 * 142e6, rel=0.1)
     assert 0 <= found["peak_reed_stress_at_m"] <= 25.4e-3
     assert found["spring_peak_reed_stress_Pa"] == pytest.approx(found["peak_reed_stress_Pa"], rel=1e-6)
-    # which is before the first touch; what the blow adds is told apart
+    missing = 0.05 if more else 0.01  # of what modes leave out at the clamp: 2/(pi n)^2 of n
+    assert found["reed_stress_at_start_Pa"] == pytest.approx((1 - missing) * 142e6, rel=0.01)
+    # the largest is before the first touch; what the blow adds is told apart
     assert found["initial_reed_stress_Pa"] == found["peak_reed_stress_Pa"]
     assert found["initial_reed_stress_time_s"] < found["first_contact_s"]
     assert found["peak_reed_stress_after_contact_time_s"] > found["first_contact_s"]

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from impact.after.stresses import first_touch
+from impact.after.spans import Spans
 from seatfem.machine.threads import threads
 from seatfem.structures.model import Array
 
@@ -38,10 +38,30 @@ class Largest:
 
 @dataclass(frozen=True)
 class LargestStress:
-    """Before the first touch, and since."""
+    """The largest stress of each point in each of the ``spans`` of a run, (s, 4, P): its values and times as `Largest`
+    has them; zero where a span has no times."""
 
-    initial: Largest
-    after_contact: Largest
+    spans: Spans
+    by_span: Array
+
+    @property
+    def initial(self) -> Largest:
+        """Until the first touch."""
+        return self.within(self.spans.until(self.spans.touch))
+
+    @property
+    def after_contact(self) -> Largest:
+        """Since the first touch."""
+        return self.within(self.spans.after(self.spans.touch))
+
+    def within(self, chosen: slice) -> Largest:
+        """The largest of some of the spans."""
+        found = self.by_span[chosen]
+        if not len(found):
+            return Largest(*np.zeros_like(self.by_span[0]))
+        mises, principal = (found[:, number].argmax(axis=0)[None] for number in (0, 2))
+        of_each = ((0, mises), (1, mises), (2, principal), (3, principal))
+        return Largest(*(np.take_along_axis(found[:, number], best, axis=0)[0] for number, best in of_each))
 
 
 class Field(Protocol):
@@ -70,27 +90,29 @@ class Field(Protocol):
         ``kept`` (k,) [Pa]; each may be overwritten by the next."""
 
 
-def largest(field: Field, force: Array, dt: float, *, workers: int | None = None) -> LargestStress:
+def largest(
+    field: Field, force: Array, dt: float, *, since: float | None = None, workers: int | None = None
+) -> LargestStress:
     """The largest stress at each point, looked for at `TIMES_PER_RADIAN` of the highest frequency retained.
 
     The force as in `seatfem.structures.fields.recovery.histories`. Blocks of times at which even the sum of every
-    coordinate's share is below what a place has seen are passed over there. ``workers`` threads, by default all that
+    coordinate's share is below what a place has seen are passed over there. ``since``: the time at which a landing
+    begins, before and after which the largest is told apart, too [s]. ``workers`` threads, by default all that
     compiled code may use, share the places; their number changes nothing.
     """
     radians, bounds = field.radians, field.bounds
     stride = max(1, int(1.0 / (TIMES_PER_RADIAN * float(radians.max()) * dt)))
-    touch = first_touch(force)
-    found = np.zeros((2, 4, len(bounds), len(field.points) // max(1, len(bounds))))
+    spans = Spans.of_run(force, dt, since)
+    found = np.zeros((spans.count, 4, len(bounds), len(field.points) // max(1, len(bounds))))
     with ThreadPoolExecutor(workers or threads()) as pool:
         for number, part in _parts(field, force, dt, stride):
             times = number * stride
-            for after in (0, 1):
-                chosen = np.flatnonzero((times > touch) == bool(after))
-                if len(chosen):
-                    when = dt * times[chosen].astype(np.float64)
-                    _look(pool, field, part[chosen], when, bounds, found[after])
-    before, since = (Largest(*each.reshape(4, -1)) for each in found)
-    return LargestStress(before, since)
+            numbers = spans.of_times(times)
+            for span in np.unique(numbers):
+                chosen = np.flatnonzero(numbers == span)
+                when = dt * times[chosen].astype(np.float64)
+                _look(pool, field, part[chosen], when, bounds, found[span])
+    return LargestStress(spans, found.reshape(spans.count, 4, -1))
 
 
 def _parts(field: Field, force: Array, dt: float, stride: int) -> Iterator[tuple[Integers, Array]]:

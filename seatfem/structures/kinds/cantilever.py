@@ -40,10 +40,12 @@ damping_ratio = 0.02
     def beam(self) -> impact.Cantilever:
         return of_same_names(impact.Cantilever, self, self.material)
 
-    def stress(self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool) -> ReedStress | None:
+    def stress(
+        self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool, since: float | None = None
+    ) -> ReedStress | None:
         from impact.after.stresses import reed_stress  # compiled code, of runs only
 
-        return reed_stress(force, dt, body, self.beam(), contact_at=at, coarsely=coarsely)
+        return reed_stress(force, dt, body, self.beam(), contact_at=at, coarsely=coarsely, since=since)
 
     def stress_histories(
         self, force: Array, dt: float, body: Body, at: At, also: Collection[float] = (), *, few: bool = False

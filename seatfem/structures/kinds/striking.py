@@ -140,9 +140,12 @@ class Striking(Table):
         """
         return None
 
-    def stress(self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool) -> ReedStress | None:
+    def stress(
+        self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool, since: float | None = None
+    ) -> ReedStress | None:
         """Its largest bending stresses under a contact force (n + 1,) [N], or those at several places, (n + 1, p),
-        positive away from the seat; ``None`` where it has none that is known."""
+        positive away from the seat, before and after the time ``since`` at which a landing begins, too [s]; ``None``
+        where it has none that is known."""
         return None
 
     def stress_histories(

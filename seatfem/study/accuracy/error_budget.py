@@ -105,7 +105,7 @@ def error_budget(
     def run(varied: ContactProblem, dt: float) -> Values:
         return measures_of(scene, varied, dt, flight, touches.landings)
 
-    blow = blow_of(touches, width, stress)
+    blow = blow_of(touches, width, stress, scene.accuracy.landing)
     values, finer = values_of(blow), _finer_step(scene, method, problem, touches)
     if touches.landings is not None:
         values |= values_of_landings(touches.landings)

@@ -203,7 +203,8 @@ class Bench:
             stopper = stopper_force_of(stepper)
             stress = stress_of(self.scene, striker.body, force, dt, stepper.opening, coarsely=True, stopper=stopper)
         line, landings = line_of(self.scene, problem, parts_of(stepper)), self._landings(stepper)
-        blow = Blow(force, dt, width, displacement, stress, line, film_of(stepper), landings)
+        asked_of = self.scene.accuracy.landing
+        blow = Blow(force, dt, width, displacement, stress, line, film_of(stepper), landings, asked_of)
         values = values_of(blow)
         names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *asked}]
         never = dict.fromkeys((prefix + name for name in names for prefix in PREFIXES.values()), 0.0)

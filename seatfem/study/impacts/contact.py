@@ -184,13 +184,16 @@ def stress_of(
     *,
     coarsely: bool = False,
     stopper: Array | None = None,
+    since: float | None = None,
 ) -> ReedStress | None:
     """The reed's largest bending stresses under the contact forces of seat and stopper, (n + 1,) each; ``None`` for a
-    rigid mass. ``opening``: (n + 1,) the seats' mean, by which loads that follow the lift are as the march had them."""
+    rigid mass. ``opening``: (n + 1,) the seats' mean, by which loads that follow the lift are as the march had them.
+    ``since``: the time at which a landing begins, before and after which they are told apart, too [s]."""
     if not scene.reed.has_stress:
         return None
     marched = as_marched(striker, opening, dt)
-    return scene.reed.stress(pushes(striker, force, stopper), dt, marched, scene.contact_at, coarsely=coarsely)
+    pushed = pushes(striker, force, stopper)
+    return scene.reed.stress(pushed, dt, marched, scene.contact_at, coarsely=coarsely, since=since)
 
 
 def run_contacts(
@@ -291,7 +294,7 @@ def measures_of(
     stress = stress_of(scene, striker, force, dt, stepper.opening, coarsely=True, stopper=stopper) if wanted else None
     line, width = line_of(scene, problem, parts_of(stepper)), scene.run.filter_width
     landings = landings_of_march(stepper, width, None if like is None else like.static)
-    blow = Blow(force, dt, width, displacement, stress, line, film_of(stepper), landings.seat)
+    blow = Blow(force, dt, width, displacement, stress, line, film_of(stepper), landings.seat, scene.accuracy.landing)
     return {**values_of(blow, None if like is None else like.seat), **values_of_landings(landings, like)}
 
 

@@ -11,7 +11,7 @@ from impact.after.stresses import ReedStress
 from impact.runs.budget import Budget, Values
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.scene.measures import Blow, key_of, values_of
+from seatfem.study.scene.measures import Blow, LandingChoice, key_of, values_of
 
 Source = Literal["mesh", "reduction", "time_step", "model", "patch", "striker", "stopper", "lip"]
 SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model", "patch")
@@ -23,16 +23,20 @@ LIP: Final = "lip"
 """What one port in place of the arcs of a lip leaves, where a plan has chosen it."""
 
 
-def measured(touches: Touches, filter_width: float, stress: ReedStress | None = None) -> Values:
-    """The measures of a run, SI, by name; ``stress``: the reed's, where it is wanted."""
-    return values_of(blow_of(touches, filter_width, stress))
+def measured(
+    touches: Touches, filter_width: float, stress: ReedStress | None = None, asked: LandingChoice = "hardest"
+) -> Values:
+    """The measures of a run, SI, by name; ``stress``: the reed's, where it is wanted; ``asked``: of which landing."""
+    return values_of(blow_of(touches, filter_width, stress, asked))
 
 
-def blow_of(touches: Touches, filter_width: float, stress: ReedStress | None = None) -> Blow:
+def blow_of(
+    touches: Touches, filter_width: float, stress: ReedStress | None = None, asked: LandingChoice = "hardest"
+) -> Blow:
     """What the measures of a run are taken from."""
     result, landings = touches.seat, () if touches.landings is None else touches.landings.seat
     displacement = result.target_displacement
-    return Blow(result.force, result.dt, filter_width, displacement, stress, touches.line, result.film, landings)
+    return Blow(result.force, result.dt, filter_width, displacement, stress, touches.line, result.film, landings, asked)
 
 
 OF_A_LANDING: Final[Mapping[str, str]] = {

@@ -148,11 +148,11 @@ def run_scene(
 
 def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) -> dict[str, object]:
     width, records = scene.run.filter_width, landing_records(done.touches, done.left)
-    measured = _measured(done.touches, width, done.stress)
+    measured = _measured(scene, done.touches, done.stress)
     return {
         "title": scene.title,
         **measured,
-        **{f"spring_{k}": v for k, v in _measured(baseline.touches, width, baseline.stress).items()},
+        **{f"spring_{k}": v for k, v in _measured(scene, baseline.touches, baseline.stress).items()},
         **simpler_keys(baseline.simpler, width),
         **({} if done.touches.line is None else {"tilt_deg": math.degrees(scene.contact.tilt)}),
         "spring_wall_time_s": watch.stages["spring baseline"],
@@ -183,9 +183,10 @@ def _write_gas(scene: Scene, done: Round, folder: Path) -> tuple[Path, ...]:
     return (path,)
 
 
-def _measured(touches: Touches, width: float, stress: ReedStress | None) -> dict[str, object]:
+def _measured(scene: Scene, touches: Touches, stress: ReedStress | None) -> dict[str, object]:
     """The keys of the seat and of the stopper."""
-    return {**summarise(touches, width, stress), **stopper_keys(touches.stopper, width)}
+    width = scene.run.filter_width
+    return {**summarise(touches, width, stress, scene.accuracy.landing), **stopper_keys(touches.stopper, width)}
 
 
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.after.stresses import PeakStress, ReedStress
+from impact.after.stresses import PeakStress, ReedStress, stress_by_spans
 from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array, GreensFunction
 from impact.march.followed import as_marched
@@ -47,10 +47,10 @@ class PlatePeaks:
     found: LargestStress
 
     @staticmethod
-    def of(done: Round) -> PlatePeaks:
-        """Of a round whose striker is a plate."""
+    def of(done: Round, since: float | None = None) -> PlatePeaks:
+        """Of a round whose striker is a plate; ``since``: the time at which a landing begins [s]."""
         field = plate_field(done)
-        return PlatePeaks(field, largest(field, plate_pushes(done, done.touches), done.result.dt))
+        return PlatePeaks(field, largest(field, plate_pushes(done, done.touches), done.result.dt, since=since))
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class PlateReedStress:
     peaks: PlatePeaks
 
 
-def plate_reed_stress(done: Round) -> PlateReedStress | None:
+def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStress | None:
     """The largest von Mises stress in the faces of the plate that strikes, ``at`` the distance from its root, or of a
     free one from its centre; ``None`` where neither [stress] nor its life is asked for, and of strikers that are no
     plates.
@@ -72,6 +72,7 @@ def plate_reed_stress(done: Round) -> PlateReedStress | None:
     Within one thickness of sharp corners, of the ends of the clamp and of what touches no stress is told: a plate has
     none there. The bar is the sum of what the coarser mesh behind the error of its Green's function changes at any
     place, by its order, and of what a quarter of the modes less change; it knows nothing of the force's own.
+    ``since``: the time at which a landing begins, before and after which the stress is told apart, too [s].
     """
     scene, reed = done.plan.scene, done.plan.scene.reed
     of_life = scene.life is not None and scene.life.demand() is not None
@@ -79,9 +80,9 @@ def plate_reed_stress(done: Round) -> PlateReedStress | None:
         return None
     assert isinstance(reed, ThinPlate)
     plate, force, dt = reed.plate(done.striker.greens), plate_pushes(done, done.touches), done.result.dt
-    peaks = PlatePeaks.of(done)
+    peaks = PlatePeaks.of(done, since)
     field, found = peaks.field, peaks.found
-    told = ReedStress(_peak(plate, field, found.initial), _peak(plate, field, found.after_contact))
+    told = stress_by_spans(found.spans, lambda chosen: _peak(plate, field, found.within(chosen)))
     if not np.any(done.result.force):
         return PlateReedStress(replace(told, after_contact=None), math.nan, field, peaks)
     worst = field.at(np.array([int(found.after_contact.von_mises.argmax())]))

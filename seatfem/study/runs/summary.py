@@ -30,13 +30,15 @@ from seatfem.study.impacts.measures import OF_A_LANDING, landing_name, measured
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
-from seatfem.study.scene.measures import FIRST, HARDEST, Line, all_measures, key_of
+from seatfem.study.scene.measures import FIRST, HARDEST, LandingChoice, Line, all_measures, key_of
 from seatfem.study.scene.stopper import Stopper
 
 FREQUENCIES: Final = 10  # of the striker that are told
 
 
-def summarise(touches: Touches, filter_width: float, stress: ReedStress | None = None) -> dict[str, object]:
+def summarise(
+    touches: Touches, filter_width: float, stress: ReedStress | None = None, asked: LandingChoice = "hardest"
+) -> dict[str, object]:
     """The keys of the seat's contact; ``None`` where there was none, and where a rigid mass bears no bending stress.
 
     A stopper may meet the striker, too: the impulses of a free one, which came back from it, tell no restitution.
@@ -45,7 +47,7 @@ def summarise(touches: Touches, filter_width: float, stress: ReedStress | None =
     raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
     touched = len(groups) > 0
     thrown_back = stopper is not None and bool(np.any(stopper.force))
-    values = measured(touches, filter_width, stress)
+    values = measured(touches, filter_width, stress, asked)
     keys = {each.key: values.get(name) for name, each in all_measures().items()}
     return keys | _landing_keys(touches, values) | {
         "peak_force_N": measures.peak_force(result),
@@ -81,7 +83,7 @@ def _landing_keys(touches: Touches, values: Mapping[str, float]) -> dict[str, ob
         key_of(prefix + name): values.get(prefix + name)
         for name, each in all_measures().items()
         for prefix in (HARDEST, FIRST)
-        if each.landing_key and (prefix == HARDEST or FIRST + name in values)
+        if each.landing_key and (prefix == HARDEST or prefix + name in values)
     }
     return {
         "landing_status": landings.status,
@@ -254,11 +256,16 @@ def regime_keys(striker: Body, seat: GreensFunction, result: ImpactResult) -> di
 
 
 def reed_stress_keys(stress: ReedStress | None) -> dict[str, object]:
-    """The largest stress in the reed, told apart by the first touch."""
+    """The largest stress in the reed, told apart by the first touch; and that at t = 0 and before the landing that the
+    stress was looked for at, ``None`` without one."""
+    known = (stress.at_start, stress.before_landing) if stress else (None, None)
+    start, landing = (None if peak is None else peak.value for peak in known)
     return {
         **_stress_keys("peak_reed_stress", stress.largest if stress else None),
         **_stress_keys("peak_reed_stress_after_contact", stress.after_contact if stress else None),
         **_stress_keys("initial_reed_stress", stress.initial if stress else None),
+        "reed_stress_at_start_Pa": start,
+        "reed_stress_before_landing_Pa": landing,
     }
 
 

@@ -72,6 +72,7 @@ class Blow:
         line: arc by arc, of a contact along a lip; ``None`` of others.
         film: (n + 1,) what of the force a film bears [N]; ``None``: nothing.
         landings: on the seat, in order of time.
+        asked: which of them measures are asked of.
     """
 
     force: Array
@@ -82,6 +83,7 @@ class Blow:
     line: Line | None = None
     film: Array | None = None
     landings: tuple[Landing, ...] = ()
+    asked: LandingChoice = "hardest"
 
     def steps_of(self, landing: Landing) -> slice:
         """Return the recorded times of a landing, as numbers."""
@@ -309,7 +311,9 @@ def judged_names(names: Collection[str], landing: LandingChoice) -> tuple[str, .
 
 
 def values_of(blow: Blow, like: Sequence[Landing] | None = None) -> dict[str, float]:
-    """Return the measures of a run, and those of its hardest and its first landing, as far as they are known.
+    """Return the measures of a run, and those of its hardest landing, as far as they are known.
+
+    Where measures are asked of the first landing, its own are among them, too.
 
     ``like``: the landings of a neighbouring run, whose hardest and first ones are looked for in this run; a measure of
     one that has no partner is infinite.
@@ -319,8 +323,9 @@ def values_of(blow: Blow, like: Sequence[Landing] | None = None) -> dict[str, fl
     if not asked:
         return values
     partners = dict(zip(asked, pair_landings(asked, blow.landings), strict=True)) if like is not None else {}
-    for prefix, wanted in ((HARDEST, hardest(asked)), (FIRST, asked[0])):
-        assert wanted is not None
+    for prefix, wanted in ((HARDEST, hardest(asked)), (FIRST, asked[0] if blow.asked == "first" else None)):
+        if wanted is None:
+            continue
         partner = wanted if like is None else partners[wanted]
         for name, each in all_measures().items():
             if each.landing_key and partner is None:

@@ -33,7 +33,11 @@ LEAST: Final = 24  # scenes through the design
 CORNERS: Final = 32  # at most
 BAR: Final = "error_bar_"
 STRESSES: Final = ("peak_reed_stress", "peak_reed_stress_after_contact", "initial_reed_stress")
-STRESS: Final = tuple(f"{name}_{what}" for name in STRESSES for what in ("Pa", "at_m", "time_s"))
+STRESS: Final = (
+    *(f"{name}_{what}" for name in STRESSES for what in ("Pa", "at_m", "time_s")),
+    "reed_stress_at_start_Pa",
+    "reed_stress_before_landing_Pa",
+)
 OTHERS: Final = ("peak_force_N", "first_contact_s", "contact_count")
 
 

@@ -159,7 +159,7 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float
     result = touches.seat
     stress = stress_of(scene, striker, result.force, result.dt, lift_of(touches), stopper=touches.stopper_force)
     never = dict.fromkeys(scene.accuracy.judged, 0.0)
-    values = {**never, **measured(touches, scene.run.filter_width, stress)}
+    values = {**never, **measured(touches, scene.run.filter_width, stress, scene.accuracy.landing)}
     about: dict[str, object] = {
         "seat_model": seat.about.get("seat_model", ""),
         "seat_dof": seat.about.get("seat_dof", 0),
