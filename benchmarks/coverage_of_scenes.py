@@ -1,10 +1,12 @@
 """Do the error bars cover the true errors? Whole scenes over all of the scene language, finer in every key.
 
-    python benchmarks/coverage_of_scenes.py [--seed SEED] [--scenes N] [--first K] [--short] [--file CSV] [--summary]
+    python benchmarks/coverage_of_scenes.py [--seed N] [--scenes N] [--first N] [--short] [--file CSV]
+    python benchmarks/coverage_of_scenes.py --summary | --document
 
 appends rows to results/coverage_of_scenes.csv as scenes end, one for each measure, or one that says why a scene has
-none; scenes that are in the file are not run again. ``--summary`` tells what the file holds and runs nothing;
-``--short`` runs twenty scenes. The reference of a run is `finer_scenes.run_reference`: finer in every key.
+none; scenes that are in the file are not run again; ``--short`` runs twenty scenes. ``--summary`` tells what the file
+holds and runs nothing, ``--document`` writes its table into docs/coverage.md, too. The reference of a run is
+`finer_scenes.finest_reference`: finer in every key.
 """
 
 from __future__ import annotations
@@ -24,26 +26,22 @@ from typing import Final
 
 from coverage_of_stress import told
 from drawn_scenes import DrawnScene, draw_scene
-from finer_scenes import LADDER, Reference, run_reference
-from scenes_summary import summary
+from finer_scenes import REFUSALS, NoReference, Reference, finer_round, finest_reference
+from scenes_summary import document, summary
 
 from impact.progress import silent
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.store import VARIABLE
-from seatfem.study.impacts.contact import run_contacts, stress_of
-from seatfem.study.impacts.gas import lift_of
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Limits, Round, rounds
 from seatfem.study.scene import load_scene
 
 SEED, SCENES, SHORT = 70127, 140, 20
 FILE: Final = Path(__file__).parent / "results" / "coverage_of_scenes.csv"
+PAGE: Final = Path(__file__).parents[1] / "docs" / "coverage.md"
 RUN_SECONDS: Final = 120.0  # for the rounds of a run, as of ``--max-time``
-LONGEST = 100  # s of processor time for a scene and its reference
-DEAR: Final = 20.0  # s of it that a run has taken, from which on references are less fine
-REFUSALS: Final = (ValueError, ArithmeticError, ConvergenceError)
-"""What the program ends with in words where it cannot do what is asked."""
+LONGEST = 60  # s of processor time for a scene and its reference
+DEAR, LESS_FINE = 20.0, 2  # s of it that a run has taken, from which on references begin with this rung
 LEFT_OUT: Final = re.compile(r"first_landing_|seat \d+ (filtered|impulse|duration|restitution)|\w+ ([1-9]|\d\d) ")
 """What is no row of its own unless asked for: values of the first landing on the seat that are measures, and those of
 later ones."""
@@ -57,7 +55,7 @@ class Row:
     Attributes:
         seed, index, seat, reed, about, stated: of the scene, as it was drawn.
         outcome: "judged", "no landing", "never opened", "refused", "no reference", "stopped" or "failed"; with the
-            ``reason``.
+            ``reason``; of a judged one, why no further round followed.
         status: of the landings of the run.
         level, target, met, rounds, rung: of the run, and which of the references was computed.
         measure: by name.
@@ -113,10 +111,6 @@ def judge(index: int, seed: int, longest: float = LONGEST) -> list[Row]:
     return [replace(row, seconds=spent() - start) for row in rows]
 
 
-class NoReference(Exception):
-    """A run is there, and none of the references can be computed."""
-
-
 def _judged(head: Row, drawn: DrawnScene, folder: Path) -> Iterator[Row]:
     start, scene = spent(), load_scene(drawn.write(folder))
     *_, done = rounds(plan_scene(scene), folder, Stopwatch(), silent, limits=Limits(seconds=RUN_SECONDS))
@@ -126,8 +120,8 @@ def _judged(head: Row, drawn: DrawnScene, folder: Path) -> Iterator[Row]:
     if not done.landed:
         yield replace(head, outcome=status, reason="there is nothing to judge")
         return
-    rung, reference = finest_reference(done, dear=spent() - start > DEAR)
-    head = replace(head, met=str(done.met), rung=rung)
+    rung, reference = finest_reference(done, LESS_FINE if spent() - start > DEAR else 0)
+    head = replace(head, met=str(done.met), rung=rung, reason=done.stopped)
     for name, value in done.left.values.items():
         if name in done.judged or not LEFT_OUT.match(name):
             bar = math.nan if name in done.without_bar else done.left.bar(name)
@@ -144,32 +138,12 @@ def _row(head: Row, value: float, bar: float, exact: float) -> Row:
     return replace(head, value=value, bar=bar if known else math.nan, true=true, inside=inside)
 
 
-def finest_reference(done: Round, *, dear: bool) -> tuple[int, Reference]:
-    """The finest of `LADDER` that can be computed, and its number; of a ``dear`` scene, from the third on."""
-    problem: Exception | None = None
-    method = replace(done.plan.method, time_step=done.result.dt)
-    for rung, by in enumerate(LADDER):
-        if rung >= 2 * dear:
-            try:
-                return rung, run_reference(done.plan.scene, method, by, done.touches.landings)
-            except REFUSALS as refusal:
-                problem = refusal
-    raise NoReference(f"{type(problem).__name__}: {problem}".replace("\n", "; "))
-
-
 def _stresses(done: Round, reference: Reference) -> Mapping[str, tuple[float, float, float]]:
     """Value, bar and reference of the largest stresses that [stress] and [life] ask for, where they have bars."""
     scene = done.plan.scene
     if scene.stress is None and (scene.life is None or not scene.reed.has_surface_stress):
         return {}
-    finer, step = reference.scene, reference.method.time_step
-    assert step is not None
-    touches = run_contacts(finer, reference.striker, reference.seat.greens, step)
-    stress = stress_of(finer, reference.striker, touches.seat.force, step, lift_of(touches))
-    plan = replace(done.plan, scene=finer, method=reference.method)
-    parts = {"seat": reference.seat, "striker": reference.striker, "reed": reference.reed}
-    finest = replace(done, plan=plan, touches=touches, stress=stress, **parts)
-    (values, bars), (exact, _) = told(done), told(finest, bare=True)
+    (values, bars), (exact, _) = told(done), told(finer_round(done, reference), bare=True)
     return {name: (value, bars[name], exact[name]) for name, value in values.items() if name not in done.left.values}
 
 
@@ -253,15 +227,19 @@ def main(given: Sequence[str] | None = None) -> None:
     parser.add_argument("--file", type=Path, default=FILE)
     parser.add_argument("--short", action="store_true", help=f"the first {SHORT} scenes")
     parser.add_argument("--summary", action="store_true", help="run nothing")
+    parser.add_argument("--document", action="store_true", help="run nothing, write the table into docs/coverage.md")
     asked = parser.parse_args(given)
-    count = 0 if asked.summary else min(asked.scenes, SHORT) if asked.short else asked.scenes
+    count = 0 if asked.summary or asked.document else min(asked.scenes, SHORT) if asked.short else asked.scenes
     there = {(row.seed, row.index) for row in read_rows(asked.file)}
     for index in range(asked.first, asked.first + count):
         if (asked.seed, index) not in there:
             rows = judge(index, asked.seed, asked.longest)
             append(rows, asked.file)
             print(line(rows), flush=True)  # noqa: T201
-    print(summary([row for row in read_rows(asked.file) if row.seed == asked.seed]))  # noqa: T201
+    rows = [row for row in read_rows(asked.file) if row.seed == asked.seed]
+    print(summary(rows))  # noqa: T201
+    if asked.document:
+        document(rows, PAGE)
 
 
 if __name__ == "__main__":

@@ -145,7 +145,7 @@ def _extras(seat: Seat, striker: Striker, rng: np.random.Generator) -> Iterator[
     if striker.kind in ("cantilever", "flapper", "sheet") and rng.random() < 0.12:
         yield "life", f'[life]\nstrength = "{STRENGTH}"\nhours = 10000\nrpm = 3000\n'
     if seat.kind in ELASTIC and seat.kind not in SOLIDS and rng.random() < 0.25:
-        yield "seat stress", '[stress]\ndistance = "0.3 mm"\n'
+        yield "seat stress", '[stress]\ndistance = "0.3 mm"\nstruck = false\n'
 
 
 def _stopper(striker: Striker, rng: np.random.Generator) -> str:
@@ -181,7 +181,7 @@ def _accuracy(seat: Seat, striker: Striker, rng: np.random.Generator) -> str:
     ]
     weights = np.array([MEASURES.get(name, 1.0) for name in names])
     asked = sorted(rng.choice(names, size=rng.integers(1, 4), replace=False, p=weights / weights.sum()))
-    target = 10 ** (rng.uniform(-1.5, -1) if striker.kind in PLATES else rng.uniform(-2, -1))
+    target = rng.uniform(0.03 if striker.kind in PLATES else 0.01, 0.1)
     landing = rng.choice(LANDINGS)
     states = f'landing = "{landing}"\n'
     return f"[accuracy]\ntarget = {target:.5f}\nmeasures = {json.dumps(asked)}\n{states}"

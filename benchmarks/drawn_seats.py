@@ -76,7 +76,7 @@ def _of_geometry(kind: str, rng: np.random.Generator, stated: bool) -> Seat:
     lines, length = GEOMETRY[kind](rng)
     text, how = f'[seat]\nkind = "{kind}"\n{lines}{_material(rng)}{_damping(rng, 0.01 * (kind in SOLIDS))}', ""
     size = length / (rng.uniform(2, 3) if kind in SOLIDS else rng.uniform(6, 12))
-    if stated or kind in SOLIDS:
+    if stated:
         how = f'mesh = {{ size = "{size:.4f} mm", contact_size = "{size * rng.uniform(0.35, 0.7):.4f} mm" }}\n'
         band = rng.uniform(80, 200) if kind in SOLIDS else rng.uniform(150, 600)
         how += f'greens = {{ bandwidth = "{band:.3f} kHz", tolerance = {rng.uniform(0.005, 0.02):.5f} }}\n'
@@ -103,9 +103,9 @@ def _beam(rng: np.random.Generator) -> Seat:
     """A cantilever is struck near its tip: a seat that is known by modes."""
     text = f"""[seat]
 kind = "cantilever"
-length = "{rng.uniform(5, 10):.4f} mm"
+length = "{rng.uniform(7, 12):.4f} mm"
 width = "{rng.uniform(5, 10):.4f} mm"
-thickness = "{rng.uniform(1.0, 2.0):.4f} mm"
+thickness = "{rng.uniform(0.6, 1.2):.4f} mm"
 damping_ratio = {rng.uniform(0.01, 0.05):.5f}
 """
     return Seat("cantilever", text)

@@ -1,8 +1,8 @@
-"""Scenes that are finer in every key: the references of error bars."""
+"""Scenes that are finer in every key: the references of all scripts that ask whether error bars hold."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -14,16 +14,29 @@ from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.reduced import Reduced
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.method import Method
+from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.rings import MOST_PORTS, MOST_RINGS, Division
 from seatfem.structures.solved import Solved
-from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solved_striker, striker_of
+from seatfem.study.impacts.contact import (
+    measures_of,
+    problem_of,
+    run_contacts,
+    seat_of,
+    solved_striker,
+    stress_of,
+    striker_of,
+)
+from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.method import RunMethod, as_stated
 from seatfem.study.planning.lips import FEWEST
+from seatfem.study.runs.rounds import Round
 from seatfem.study.scene import Scene
 
 LEAST_MODES, MOST_MODES = 60, 400  # of a beam in a reference
 MOST_STEPS: Final = 1_000_000
+REFUSALS: Final = (ValueError, ArithmeticError, ConvergenceError)
+"""What the program ends with in words where it cannot do what is asked."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +50,7 @@ class Finer:
         across: more parts of each arc.
         rings: of a patch that is struck as a whole, at least.
         reduction: by name.
+        divides: whether a patch and a lip are in more parts than those of the run.
     """
 
     mesh: float = 1.6**2
@@ -48,6 +62,7 @@ class Finer:
     across: int = 2
     rings: int = 8
     reduction: str = "auto"
+    divides: bool = True
 
 
 FINEST: Final = Finer()
@@ -71,12 +86,12 @@ def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> t
     assert method.time_step is not None
     step = max(method.time_step / by.step, scene.run.duration / MOST_STEPS)
     seat, rings = _finer_seat(scene, method.seat, by), scene.contact.rings
-    divided = scene.seat.is_meshed or method.ports is not None
-    arcs = None if method.ports is None else by.arcs * max(FEWEST, method.ports)
+    divided = by.divides and (scene.seat.is_meshed or method.ports is not None)
+    arcs = by.arcs * max(FEWEST, method.ports) if by.divides and method.ports is not None else method.ports
     if divided:
         rings = max(by.rings, 2 * rings) if arcs is None else rings + by.across
         rings = min(MOST_RINGS, rings)
-    if arcs is not None:
+    if by.divides and arcs is not None:
         while arcs * rings > MOST_PORTS and arcs >= 4 * (method.ports or 1):
             arcs //= 2
         rings = min(rings, max(1, MOST_PORTS // arcs))
@@ -174,3 +189,31 @@ def run_reference(scene: Scene, method: RunMethod, by: Finer = FINEST, landings:
     like = None if landings is None else replace(landings, static=None)  # type: ignore[arg-type]
     values = measures_of(finer, problem, how.time_step, like=like)
     return Reference(finer, how, seat, reed, striker, values)
+
+
+class NoReference(Exception):
+    """A run is there, and none of the references can be computed."""
+
+
+def finest_reference(done: Round, first: int = 0, ladder: Sequence[Finer] = LADDER) -> tuple[int, Reference]:
+    """The finest of a ladder from the ``first`` on that can be computed, and its number."""
+    problem: Exception | None = None
+    method = replace(done.plan.method, time_step=done.result.dt)
+    for rung, by in enumerate(ladder[first:], first):
+        try:
+            return rung, run_reference(done.plan.scene, method, by, done.touches.landings)
+        except REFUSALS as refusal:
+            problem = refusal
+    raise NoReference(f"{type(problem).__name__}: {problem}".replace("\n", "; "))
+
+
+def finer_round(done: Round, reference: Reference) -> Round:
+    """The reference as a round, for what is recovered from one, such as stresses in the bodies."""
+    scene, step = reference.scene, reference.method.time_step
+    assert step is not None
+    touches = run_contacts(scene, reference.striker, reference.seat.greens, step)
+    force, lift = touches.seat.force, lift_of(touches)
+    stress = stress_of(scene, reference.striker, force, step, lift, stopper=touches.stopper_force)
+    plan = replace(done.plan, scene=scene, method=reference.method)
+    bodies = {"seat": reference.seat, "striker": reference.striker, "reed": reference.reed}
+    return replace(done, plan=plan, touches=touches, stress=stress, **bodies)  # type: ignore[arg-type]

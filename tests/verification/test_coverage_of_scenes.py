@@ -10,9 +10,8 @@ from typing import Any
 
 import coverage_of_scenes
 import pytest
-from drawn_scenes import SEATS, STRIKERS, draw_scene
+from drawn_scenes import SEATS, draw_scene
 from finer_scenes import FINEST, LADDER, Finer, finer_in_every_key
-from scenes_summary import in_target, is_inside, is_known, share, summary, width
 
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.drawn import Drawn
