@@ -108,16 +108,17 @@ def short_table(rows: tuple[Row, ...]) -> str:
 def demo_table(s: dict[str, float]) -> str:
     """What the demo prints: its sentence, the answer beside the spring's."""
     quantities = (
-        ("peak force, mean over 1 us", "filtered_peak_force_N", 1.0, "N"),
-        ("impulse", "impulse_Ns", 1e6, "uN s"),
-        ("first contact", "first_contact_s", 1e6, "us"),
-        ("its duration", "contact_duration_s", 1e6, "us"),
-        ("restitution", "restitution", 1.0, ""),
-        ("energy residual", "energy_residual", 1.0, ""),
+        ("landing", "landing_time_s", 1e6, "us"),
+        ("closing speed", "landing_closing_speed_m_per_s", 1.0, "m/s"),
+        ("peak force, mean over 1 us", "landing_filtered_peak_force_N", 1.0, "N"),
+        ("impulse", "landing_impulse_Ns", 1e6, "uN s"),
+        ("duration", "landing_duration_s", 1e6, "us"),
+        ("restitution", "landing_restitution", 1.0, ""),
+        ("energy balance error", "energy_residual", 1.0, ""),
     )
     lines = [f"> {verdict(s)}", "", "| | elastic seat | error bar | spring baseline | unit |", "|---|---|---|---|---|"]
     for name, key, factor, unit in quantities:
-        bar = f"{s[f'error_bar_{key}'] * factor:.2g}" if f"error_bar_{key}" in s else ""
+        bar = "" if s.get(f"error_bar_{key}") is None else f"{s[f'error_bar_{key}'] * factor:.2g}"
         lines.append(f"| {name} | {s[key] * factor:.4g} | {bar} | {s['spring_' + key] * factor:.4g} | {unit} |")
     lines.append(f"\n{s['seat_dof']} unknowns ({s['seat_level']}).")
     return "\n".join(lines)

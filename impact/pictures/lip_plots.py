@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from impact.after.result import ImpactResult
 from impact.after.spectrum import MOVING_AVERAGE, averaged
 from impact.greens.base import Array
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, scaled, sheet, zero_line
-from impact.pictures.plots import shown_contact
+from impact.pictures.landing_marks import shown_contact
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,8 +39,9 @@ def plot_lip(
     filter_width: float = 1e-6,
     title: str = "Contact along the lip",
     names: tuple[str, str] = NAMES,
+    landings: Sequence[Mapping[str, object]] = (),
 ) -> Figure:
-    """Force per length over place and time, impulse per length, total force, gap at four places, tilt of the gap.
+    """Draw force per length over place and time, impulse per length, total force, gap at four places, tilt of the gap.
 
     Places are angles, or lengths along a line whose places angles do not tell.
 
@@ -52,6 +54,7 @@ def plot_lip(
         radius: of a circle in equal arcs [m]; or another line.
         share: of the line over which the impulse is averaged.
         filter_width: of the average in time [s].
+        landings: records as in summary.json, of which the hardest is shown; none: the hardest contact.
 
     Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
 
@@ -59,7 +62,7 @@ def plot_lip(
         PictureError: matplotlib is missing.
     """
     runs = [result] if baseline is None else [result, baseline]
-    window, contact = shown_contact(runs, filter_width, 0.1)
+    window, contact = shown_contact(runs, filter_width, 0.1, landings)
     line = radius if isinstance(radius, ClosedLine) else ClosedLine.circle(radius, result.force.shape[1])
     with sheet(path, 7.2, 8.4) as figure:
         figure.suptitle(title)

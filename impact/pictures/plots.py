@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from impact.after.result import ImpactResult
 from impact.greens.base import Array
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, scaled, sheet, text, zero_line
 from impact.pictures.greens_plots import plot_greens
+from impact.pictures.landing_marks import BODIES, draw_marks, landing_marks, shown_contact, value_at
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,11 +35,13 @@ def plot_force(
     filter_width: float = 1e-6,
     title: str = "Contact force",
     names: tuple[str, str] = NAMES,
+    landings: Sequence[Mapping[str, object]] = (),
 ) -> Figure:
-    """Contact force against time: the whole run, the hardest contact, its highest pulse, a table of the numbers.
+    """Draw contact force against time: the whole run, the hardest contact, its highest pulse, a table of the numbers.
 
     Thin: force of each step; thick: centred moving average over ``filter_width`` [s]. ``baseline``: the same impact on
-    a spring, or ``None``.
+    a spring, or ``None``. ``landings``: records as in summary.json; those on the seat are marked, and the hardest of
+    them is enlarged in place of the hardest contact.
 
     Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
 
@@ -50,7 +52,8 @@ def plot_force(
     runs = _runs(result, baseline)
     filtered = [measures.filtered_force(run, filter_width) for run in runs]
     factor, unit = scaled([measures.peak_force(run) for run in runs], "N")
-    group, contact = shown_contact(runs, filter_width, 0.05)
+    marks = landing_marks(landings)
+    group, contact = shown_contact(runs, filter_width, 0.05, landings)
     with sheet(path, 7.2, 6.6) as figure:
         figure.suptitle(title)
         grid = figure.add_gridspec(3, 2, height_ratios=[1.0, 1.4, 0.18 + 0.12 * len(runs)], width_ratios=[1.7, 1.0])
@@ -65,10 +68,12 @@ def plot_force(
             axes.set_title(heading)
             axes.yaxis.set_major_formatter(lambda value, _: f"{factor * value:g}")
         pulse.set_ylabel("")
+        rate = scaled(float(result.time[-1]), "s")[0]
+        draw_marks(whole, marks, lambda mark: (rate * mark.peak_time, mark.peak))
         _mark(whole, group, float(result.time[-1]))
         note = f"thin: each step, thick: mean over {1e6 * filter_width:g} µs"
         zoom.set_title(note, loc="right", color=GREY, fontsize=8)
-        whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
+        whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
         _table(figure.add_subplot(grid[2, :]), runs, filtered, names)
     return figure
 
@@ -81,10 +86,12 @@ def plot_motion(
     filter_width: float = 1e-6,
     title: str = "Motion of the contact points",
     names: tuple[str, str] = NAMES,
+    landings: Sequence[Mapping[str, object]] = (),
 ) -> Figure:
-    """Displacements of striker and target against time, and both with the gap during the hardest contact.
+    """Draw displacements of striker and target against time, and both with the gap during the hardest contact.
 
-    That is the one with the largest mean force over ``filter_width`` [s].
+    That is the one with the largest mean force over ``filter_width`` [s]; with ``landings``, records as in
+    summary.json, the hardest landing on the seat. All are marked, those on a stopper, too.
 
     Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
 
@@ -103,15 +110,17 @@ def plot_motion(
         close, gap = figure.add_subplot(grid[2, 0]), figure.add_subplot(grid[2, 1])
         _curves(reed, of_runs("striker_displacement"), (0.0, end))
         _curves(seat, of_runs("target_displacement"), (0.0, end))
-        reed.set_title("Striker, contact point")
+        reed.set_title("Reed, contact point")
         seat.set_title("Seat, contact point")
         reed.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
-        window, contact = shown_contact(runs, filter_width, 0.01)  # little of the approach: it would dwarf the openings
+        _mark_motion(reed, seat, runs, landings)
+        little = 0.01 if not landings else 0.05  # of the approach: it would dwarf the openings
+        window, contact = shown_contact(runs, filter_width, little, landings)
         for axes in (reed, seat):
             _mark(axes, window, end)
         _curves(gap, of_runs("gap"), window, "gap")
         gap.set_title(f"Gap, {contact}")
-        both = [(result, result.striker_displacement, "striker", GREEN, "solid")]  # they coincide while they touch
+        both = [(result, result.striker_displacement, "reed", GREEN, "solid")]  # they coincide while they touch
         _curves(close, [*both, (result, result.target_displacement, "seat", BLUE, (0, (4, 1.5)))], window)
         close.legend(loc="best")
         close.set_title(f"Both bodies, {contact} ({names[0]})")
@@ -180,21 +189,16 @@ def _within(run: ImpactResult, first: float, last: float) -> slice:
     return slice(max(int(a) - 1, 0), int(b) + 2)
 
 
-def shown_contact(runs: Sequence[ImpactResult], width: float, margin: float) -> tuple[tuple[float, float], str]:
-    """Time window [s] and name of the contact that is enlarged: the group of the first run in which the mean force
-    over ``width`` [s] is largest, groups of the others at that time, ``margin`` of it on either side; or the whole run.
-    """
-    number, (begin, end) = measures.hardest_group(runs[0], width)
-    if math.isnan(begin):
-        return (0.0, float(runs[0].time[-1])), "no contact"
-    for run in runs[1:]:
-        solid = run.solid[1:].reshape(len(run.solid) - 1, -1).sum(axis=1)
-        groups = measures.merged(run.dt * measures.closed_steps(solid))
-        beside = groups[(groups[:, 0] <= end) & (groups[:, 1] >= begin)]
-        begin, end = min([begin, *beside[:, 0]]), max([end, *beside[:, 1]])
-    extra = margin * (end - begin) + 2 * runs[0].dt
-    window = max(float(begin - extra), 0.0), min(float(end + extra), float(runs[0].time[-1]))
-    return window, "first contact" if number == 0 else f"contact {number + 1}, the hardest"
+def _mark_motion(reed: Axes, seat: Axes, runs: list[ImpactResult], landings: Sequence[Mapping[str, object]]) -> None:
+    """Mark the landings on the course of the reed, where it is drawn, and name them over that of the seat."""
+    rate, moved = scaled(float(runs[0].time[-1]), "s")[0], runs[0].striker_displacement
+    factor = scaled(np.concatenate([run.striker_displacement for run in runs]), "m")[0]
+    for body in BODIES:
+        marks = landing_marks(landings, body)
+        draw_marks(reed, marks, lambda mark: (rate * mark.start, factor * value_at(runs[0], moved, mark.start)))
+    handles, labels = reed.get_legend_handles_labels()
+    if named := handles[len(runs) :]:
+        seat.legend(named, labels[len(runs) :], loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
 
 
 def _pulse_window(
@@ -231,7 +235,7 @@ def _forces(
 
 def _table(axes: Axes, runs: list[ImpactResult], filtered: list[Array], names: tuple[str, str]) -> None:
     axes.axis("off")
-    heads = ["", "first contact", "duration", "peak, mean", "peak, step", "impulse, all", "contacts (raw)"]
+    heads = ["", "first contact", "duration", "peak, mean", "peak, step", "impulse, all", "contacts (touches)"]
     rows = []
     for run, mean, name in zip(runs, filtered, names, strict=False):
         groups = measures.contact_groups(run)
@@ -246,7 +250,7 @@ def _table(axes: Axes, runs: list[ImpactResult], filtered: list[Array], names: t
                 f"{len(groups)} ({len(measures.contact_intervals(run))})",
             ]
         )
-    widths = [0.29, 0.12, 0.11, 0.11, 0.11, 0.12, 0.14]
+    widths = [0.28, 0.12, 0.11, 0.11, 0.11, 0.11, 0.16]
     table = axes.table(rows, colLabels=heads, colWidths=widths, loc="center", edges="horizontal", cellLoc="right")
     table.auto_set_font_size(False)
     table.set_fontsize(8.0)

@@ -43,6 +43,7 @@ class ImpactBatch:
         in_contact: whether the record ends in contact.
         time: (n + 1,) [s].
         force: (S, n + 1) [N], or ``None``.
+        gap: (S, n + 1) openings [m], where forces are recorded.
     """
 
     peak_force: Array
@@ -56,6 +57,7 @@ class ImpactBatch:
     in_contact: NDArray[np.bool_]
     time: Array
     force: Array | None
+    gap: Array | None = None
 
     __repr__ = brief
 
@@ -90,7 +92,7 @@ def solve_many(
     free = _free_motions(problem, prepared)
     count, n = scales.shape[1], prepared.steps
     found = np.empty((8, count))
-    force = np.zeros((count, n + 1)) if record == "force" else None
+    force, gap = (np.zeros((count, n + 1)) if record == "force" else None for _ in range(2))
     rows = np.ascontiguousarray(prepared.poles.folded().T)
     contact = problem.contacts[0]
     law = (contact.law.code, int(prepared.rules[0]), *contact.law.parameters)
@@ -101,22 +103,24 @@ def solve_many(
 
     def run(scenes: NDArray[np.int64]) -> int:
         lanes = np.resize(scenes, LANES)  # a last group that is not full repeats its scenes
-        history, out = np.empty((n, LANES)), np.empty((8, LANES))
+        history, opening, out = np.empty((n, LANES)), np.empty((n + 1, LANES)), np.empty((8, LANES))
         s = np.ascontiguousarray(scales[:, lanes])
         out[6] = contact.side * closing[lanes]
         state = aligned((len(rows) + 1) * 2 * LANES).reshape(-1, 2, LANES)
-        march.march_lanes(rows, state, free, s, float(prepared.own[0, 0]), law, user, dt, history, out[6])
+        march.march_lanes(rows, state, free, s, float(prepared.own[0, 0]), law, user, dt, history, opening, out[6])
         _measure(history, dt, MERGE, filter_width or 0.0, out)
         found[:, scenes] = out[:, : len(scenes)]
-        if force is not None:
+        if force is not None and gap is not None:
             force[scenes, 1:] = history[:, : len(scenes)].T
+            gap[scenes] = opening[:, : len(scenes)].T
         return len(scenes)
 
     done = 0
     for size in _in_threads(run, np.arange(count), workers or _cores()):
         done += size
         progress("stepping", done / count)
-    return _batch(problem, closing, found, np.asarray(dt * np.arange(n + 1)), force, filter_width)
+    batch = _batch(problem, closing, found, np.asarray(dt * np.arange(n + 1)), force, filter_width)
+    return replace(batch, gap=gap)
 
 
 def _prepared(problem: ContactProblem, dt: float, duration: float, rule: str) -> Prepared:

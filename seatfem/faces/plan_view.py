@@ -13,6 +13,7 @@ from seatfem.faces.read_back import read_back
 from seatfem.study.method import as_stated
 from seatfem.study.planning.plan import Cost, Plan
 from seatfem.study.planning.refining import rounds_ahead
+from seatfem.study.scene.measures import all_measures, asked_name
 
 
 def choices_table(plan: Plan) -> Table:
@@ -25,7 +26,7 @@ def choices_table(plan: Plan) -> Table:
 
 def costs_table(plan: Plan) -> Table:
     """Time, memory and error of the plan, and of what would be cheaper or more accurate."""
-    table = Table("", "time", "memory", *plan.error)
+    table = Table("", "time", "memory", *map(asked_name, plan.error))
     for what, cost, error in (
         ("this plan", plan.cost, plan.error),
         *((other.what, other.cost, other.error) for other in plan.alternatives),
@@ -53,8 +54,17 @@ def shares_line(plan: Plan) -> str:
     for measure in plan.error:
         parts = {source: share.get(measure, 0.0) for source, share in plan.shares.items()}
         largest = sorted(parts.items(), key=lambda item: -item[1])
-        lines.append(f"{measure}: " + ", ".join(f"{source} {_percent(value)}" for source, value in largest))
+        lines.append(f"{asked_name(measure)}: " + ", ".join(f"{source} {_percent(value)}" for source, value in largest))
     return "; ".join(lines)
+
+
+def judged_line(plan: Plan) -> str:
+    """Return what the target of accuracy speaks of: the measures, and of which landing."""
+    accuracy = plan.scene.accuracy
+    which = getattr(accuracy, "landing", "hardest")
+    of_it = "of the whole run" if which == "run" else f"of the {which} landing on the seat"
+    names = " and ".join(all_measures()[name].words for name in accuracy.measures)
+    return f"{names} {of_it}, to {100 * accuracy.target:.3g} %"
 
 
 def stages_line(parts: Mapping[str, float]) -> str:
@@ -87,20 +97,27 @@ def plan_json(plan: Plan) -> str:
         "level": plan.level,
         "kept": plan.kept,
         "target": scene.accuracy.target,
+        "judged": judged_line(plan),
         "meets_target": plan.meets_target,
         "choices": [asdict(choice) for choice in plan.choices],
         **_cost(plan.cost),
         "rounds": asdict(rounds_ahead(plan)),
-        "error": dict(plan.error),
+        "error": _by_asked_name(plan.error),
         "shares": {source: dict(share) for source, share in plan.shares.items()},
         "alternatives": [
-            {"what": other.what, **_cost(other.cost), "error": dict(other.error)} for other in plan.alternatives
+            {"what": other.what, **_cost(other.cost), "error": _by_asked_name(other.error)}
+            for other in plan.alternatives
         ],
         "notes": list(plan.notes),
         "scene": as_stated(scene, plan.method).model_dump(mode="json"),
     }
     text = json.dumps(without_nan(data), indent=1, allow_nan=False)
     return text.replace("\x7f", "\\u007f")  # the one control character that JSON leaves as it is
+
+
+def _by_asked_name(error: Mapping[str, float]) -> dict[str, float]:
+    """Return predicted errors by the names that the scene asks for them by."""
+    return {asked_name(name): value for name, value in error.items()}
 
 
 def _cost(cost: Cost) -> dict[str, object]:

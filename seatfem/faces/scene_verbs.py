@@ -88,21 +88,22 @@ def plan(
             lines(quiet=common.quiet).print(ahead.in_words(ahead.workers()))
         return DONE
     checked = load(scene, changes)
-    from seatfem.faces.plan_view import choices_table, costs_table, plan_json, rounds_line, shares_line, stages_line
+    from seatfem.faces import plan_view
     from seatfem.faces.read_back import read_table
     from seatfem.study.planning.planner import plan_scene
 
     planned = plan_scene(checked)
     if json and not common.quiet:
-        sys.stdout.write(plan_json(planned) + "\n")
+        sys.stdout.write(plan_view.plan_json(planned) + "\n")
     elif not common.quiet:
         wide = console()
         wide.print(read_table(checked))
-        wide.print(choices_table(planned))
-        wide.print(costs_table(planned))
-        wide.print(f"predicted time: {stages_line(planned.cost.parts)}", soft_wrap=True)
-        wide.print(f"predicted rounds: {rounds_line(planned)}", soft_wrap=True)
-        wide.print(f"predicted error: {shares_line(planned)}", soft_wrap=True)
+        wide.print(plan_view.choices_table(planned))
+        wide.print(plan_view.costs_table(planned))
+        wide.print(f"judged: {plan_view.judged_line(planned)}", soft_wrap=True)
+        wide.print(f"predicted time: {plan_view.stages_line(planned.cost.parts)}", soft_wrap=True)
+        wide.print(f"predicted rounds: {plan_view.rounds_line(planned)}", soft_wrap=True)
+        wide.print(f"predicted error: {plan_view.shares_line(planned)}", soft_wrap=True)
         for note in planned.notes:
             wide.print(f"note: {note}", soft_wrap=True)
     return DONE
@@ -219,10 +220,11 @@ def demo_scene() -> Path:
 def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequence[str] = ()) -> int:
     scene = load(path, changes)
     content = path.read_bytes()
+    from seatfem.faces.landings_table import landings_of, landings_table
     from seatfem.faces.read_back import read_table
     from seatfem.faces.report.asked import keep_asked
     from seatfem.faces.result_table import result_table
-    from seatfem.faces.verdict import lasting, simpler, verdict
+    from seatfem.faces.verdict import lasting, pressed_on, simpler, verdict
     from seatfem.pictures.apart import drawing_apart
     from seatfem.study.runs.next_round import Limits
     from seatfem.study.runs.pipeline import run_scene
@@ -248,10 +250,10 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         wide.print(f"\n{title}")
         wide.print(verdict(outcome.summary), soft_wrap=True)
         wide.print(result_table(outcome.summary))
-        for words in filter(None, (simpler(outcome.summary), lasting(outcome.summary))):
+        if landings := landings_table(landings_of(outcome.summary)):
+            wide.print(landings)
+        for words in filter(None, (each(outcome.summary) for each in (pressed_on, simpler, lasting))):
             wide.print(words, soft_wrap=True)
-        if outcome.summary.get("regime_predicted_peak_error") is not None:
-            wide.print(f"regime: {outcome.summary['regime']}", soft_wrap=True)
     tell(outcome, common, kept)
     if common.quiet and outcome.met is False:  # an exit code alone explains nothing
         lines(stderr=True).print(f"seatfem: {outcome.messages[0]}")

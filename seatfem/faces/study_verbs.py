@@ -69,11 +69,14 @@ def sweep(
     states = list(table.columns["status"])
     counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
     told.print(f"{asked.heading}: {len(table)} scenes, {counts}")
-    for words in (*table.ranges(), *table.failures(), *(f"note: {gap}" for gap in gaps)):
+    out = table.left_out_in_words()
+    for words in (*([out] if out else []), *table.ranges(), *table.empty_in_words(), *table.failures()):
         told.print(words)
+    for gap in gaps:
+        told.print(f"note: {gap}")
     for file in (folder / TABLE, *filter(Path.exists, [folder / PARQUET]), *files):
         told.print(f"wrote {file}")
-    return DONE if table.has_numbers.all() else FAILED
+    return DONE if table.has_numbers.all() and not table.unanswered() else FAILED
 
 
 def optimise(
@@ -103,6 +106,8 @@ def optimise(
     numbers = found.as_json()
     counts = f"{numbers['searched']} scenes searched, {numbers['failed']} failed, {numbers['confirmed']} confirmed"
     told.print(f"{asked.heading}: {counts}")
+    if numbers["left_out"]:
+        told.print(numbers["left_out"])
     for words in found.table(found.searched).failures():
         told.print(words)
     told.print(found.in_words())

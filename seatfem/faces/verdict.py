@@ -1,4 +1,4 @@
-"""What a run means, in one sentence: whether a spring would have served in place of the seat."""
+"""What a run means, in sentences: whether anything landed, whether a spring would be enough in place of the seat."""
 
 from __future__ import annotations
 
@@ -8,10 +8,29 @@ from dataclasses import dataclass
 from typing import Final
 
 from impact.pictures.drawing import scaled
-from seatfem.study.scene.measures import all_measures, key_of
+from seatfem.faces.readings import as_number, bar_of, duration, plain
+from seatfem.faces.rows import LANDING, STATIC, asked, name_of, unit_of
+from seatfem.study.runs.outcome import WITHOUT_ZERO, is_known
+from seatfem.study.scene.measures import key_of
 
-OF_EACH_STEP: Final = ("max_seat_displacement_m",)
+OF_EACH_STEP: Final = ("max_seat_displacement_m", "landing_max_seat_displacement_m")
 """Measures in which the spring follows the force of every single step, so that its value depends on the step."""
+LANDED: Final = "landed"
+STATUS: Final[Mapping[str, str]] = {
+    "no landing": (
+        "No landing: the reed does not reach the seat in {time}, so there is nothing to judge. Remedy: a longer "
+        "run.duration, or loads and velocities that close the reed."
+    ),
+    "cut off": (
+        "Cut off: the run ends in a contact, whose impulse and duration are not complete. Remedy: a run.duration "
+        "longer than {time}."
+    ),
+    "never opened": (
+        "Never opened: the reed is closed at the start and does not open in {time}, so there is no landing to judge. "
+        'Remedy: a longer run.duration, or loads that open the reed; accuracy.landing = "run" judges the whole run.'
+    ),
+}
+"""What a run without a landing says first, by its landing_status."""
 
 
 @dataclass(frozen=True)
@@ -30,57 +49,87 @@ class Difference:
 
 
 def difference(summary: Mapping[str, object], key: str) -> Difference | None:
-    """Of one measure; ``None`` where it has no error bar, or seat or spring have no value to compare."""
+    """Return the spring's difference in one measure.
+
+    ``None`` where it has no error bar, where seat or spring have no value to compare, of instants, and of the static
+    load, which a spring bears as any seat.
+    """
     seat, spring, bar = (as_number(summary.get(name)) for name in (key, f"spring_{key}", f"error_bar_{key}"))
-    if seat is None or spring is None or bar is None or seat == 0.0 or key in OF_EACH_STEP:
+    if key in (*OF_EACH_STEP, STATIC) or key.endswith(WITHOUT_ZERO):
+        return None
+    if seat is None or spring is None or bar is None or seat == 0.0:
         return None
     off = abs(spring - seat)
     return Difference(key, spring / seat - 1, off / bar if bar > 0 else (math.inf if off > 0 else 0.0))
 
 
 def verdict(summary: Mapping[str, object]) -> str:
-    """One sentence for people, from the numbers of summary.json.
+    """Return what a run means for people, from the numbers of summary.json.
 
-    The measures that the accuracy was asked for are compared, or, where a spring has none of them, filtered peak and
-    impulse. A difference counts if it is larger than the error bar of the seat's value.
+    A run without a landing says so first. Then the measures that the accuracy was asked for are compared with those of
+    the spring baseline, or, where a spring has none of them, filtered peak and impulse. A difference counts if it is
+    larger than the error bar of the seat's value, and that leaves the value known.
     """
-    if summary.get("first_contact_s") is None and not summary.get("film_force_peak_N"):
+    state = standing(summary)
+    if state and not any(summary.get(key) for key in asked(summary)):
+        return state
+    if not state and summary.get("first_contact_s") is None and not summary.get("film_force_peak_N"):
         return "No contact within run.duration: nothing to compare."
-    if summary.get("seat_kind") == "spring":
-        return "The seat is a spring: it is its own baseline."
-    if summary.get("plan_seat_level") == "spring":
-        return _by_plan(summary)
-    found = [d for key in asked(summary) if (d := difference(summary, key)) is not None]
-    found = found or [
-        d for name in ("filtered_peak", "impulse") if (d := difference(summary, key_of(name))) is not None
-    ]
-    if not found:
+    return " ".join(filter(None, (state, _comparison(summary))))
+
+
+def is_static(summary: Mapping[str, object]) -> bool:
+    """Return whether the seat was computed as its static stiffness alone, as the baseline is."""
+    return "spring" in (summary.get("seat_kind"), summary.get("plan_seat_level"))
+
+
+def standing(summary: Mapping[str, object]) -> str:
+    """Return in words that nothing landed, or that the run ends in a contact, with the remedy; "" of a landing."""
+    status = str(summary.get("landing_status") or LANDED)
+    if status == LANDED:
         return ""
-    told = sorted((d for d in found if d.bars > 1), key=lambda d: -abs(d.relative))
-    if not told:
-        return _alike(summary, found)
-    first, *others = (
-        f"{100 * abs(d.relative):.2g} % {'high' if d.relative > 0 else 'low'} in the {name_of(d.key, summary)} here, "
-        f"{count(d.bars)} error bars"
-        for d in told
-    )
-    more = "".join(f"; and {words}" for words in others).replace(" here,", ",")
-    return f"A constant stiffness would be {first}{more}."
+    time = str(summary.get("plan_run_duration") or "run.duration")
+    return STATUS.get(status, status.capitalize() + ".").replace("{time}", time)
+
+
+def which_landing(summary: Mapping[str, object]) -> str:
+    """Return which landing on the seat the run is judged by, and its number: "hardest landing (2 of 3)"."""
+    words = "first landing" if summary.get("accuracy_landing") == "first" else "hardest landing"
+    number, number_of_all = (as_number(summary.get(f"landing_{key}")) for key in ("number", "count"))
+    if number is None or number_of_all is None:
+        return words
+    return f"{words} ({number:.0f} of {number_of_all:.0f})" if number_of_all > 1 else "landing"
+
+
+def pressed_on(summary: Mapping[str, object]) -> str:
+    """Return how hard and how long the loads alone press the reed on its seat; "" where they do not."""
+    time, load = (as_number(summary.get(f"pressed_on_{key}")) for key in ("time_s", "largest_load_N"))
+    if not time or not load:
+        return ""
+    by = "the gas" if "gas_largest_lift_m" in summary else "its loads"
+    return f"pressed on by {by}: {in_units(load, 'N')} at most, {duration(time)} in all (no landing, and not judged)"
+
+
+def judged_words(summary: Mapping[str, object]) -> str:
+    """Return what the accuracy speaks of: the judged measures, of which landing."""
+    keys = asked(summary)
+    of_landing = f" of the {which_landing(summary)}" if any(key.startswith(LANDING) for key in keys) else ""
+    return " and ".join(name_of(key, summary) for key in keys) + of_landing
 
 
 def simpler(summary: Mapping[str, object]) -> str:
-    """What simpler models would say of a contact with a film or along a lip, in one line; "" of other contacts."""
+    """Return what simpler models would say of a contact with a film or along a lip, in one line; "" of others."""
     told: list[str] = []
-    for words, name in (("one without the film", "without_film"), ("one port", "one_port"), ("a beam", "beam")):
+    for words, name in (("without the film", "without_film"), ("single contact point", "one_port"), ("beam", "beam")):
         peak, impulse = (as_number(summary.get(f"{name}_{key}")) for key in ("filtered_peak_force_N", "impulse_Ns"))
         if peak is not None and impulse is not None:
-            told.append(f"{words}{'' if told else ' would say'} {_text(peak, 'N')} and {_text(impulse, 'N s')}")
+            told.append(f"{words} {in_units(peak, 'N')} and {in_units(impulse, 'N s')}")
     over = duration(summary.get("filter_width_s"))
-    return f"simpler models: {', '.join(told)} (peak, {over} mean, and impulse)" if told else ""
+    return f"simpler models: {', '.join(told)} (peak, {over} mean, and impulse of the whole run)" if told else ""
 
 
 def lasting(summary: Mapping[str, object]) -> str:
-    """How long the reed lives, in one line with the source of its strength; "" where nobody asked."""
+    """Return how long the reed lives, in one line with the source of its strength; "" where nobody asked."""
     told = []
     if "life_margin" in summary:
         margin, cycles = as_number(summary["life_margin"]), as_number(summary.get("life_cycles"))
@@ -91,6 +140,8 @@ def lasting(summary: Mapping[str, object]) -> str:
         body = str(summary["life_at"]).partition(",")[0]
         asked_for = f"{wanted:.3g} cycles with {100 * share:.6g} % survival"
         more = "" if bar is None else f" +- {bar:.2g}"
+        if bar is not None and margin is not None and not is_known("life_margin", margin, bar):
+            more += " (not known)"
         if margin is None:
             told.append(f"no stress, however large, uses up {asked_for}")
         elif margin >= 1:
@@ -116,61 +167,78 @@ def lasting(summary: Mapping[str, object]) -> str:
     return f"fatigue: {'; '.join(told)}".replace("\n", "\\n") if told else ""
 
 
-def _text(value: float, unit: str) -> str:
+def in_units(value: float, unit: str) -> str:
+    """Return a number with three digits and its unit, in plain letters."""
+    if not unit:
+        return f"{value:.3g}"
     factor, prefixed = scaled(value, unit)
     return f"{factor * value:.3g} {plain(prefixed)}"
 
 
-def name_of(key: str, summary: Mapping[str, object]) -> str:
-    """A measure in words."""
-    names = {each.key: each.words for each in all_measures().values()} | {
-        "filtered_peak_force_N": f"peak force (mean over {duration(summary.get('filter_width_s'))})",
-        "peak_reed_stress_Pa": "reed stress",
-    }
-    return names.get(key, key)
+def count(bars: float) -> str:
+    """Return so many error bars."""
+    return "> 1000" if bars > 1000 else f"{bars:.2g}" if bars < 100 else f"{bars:.0f}"
 
 
-def duration(value: object) -> str:
-    """Seconds with their unit, in plain letters."""
-    number = as_number(value)
-    if number is None:
-        return "?"
-    factor, unit = scaled(number, "s")
-    return f"{factor * number:.3g} {plain(unit)}"
+def _comparison(summary: Mapping[str, object]) -> str:
+    if summary.get("seat_kind") == "spring":
+        return "The seat is a spring: it is its own baseline."
+    if summary.get("plan_seat_level") == "spring":
+        return _by_plan(summary)
+    found = [d for key in asked(summary) if (d := difference(summary, key)) is not None]
+    usual = [key_of(name) for name in ("filtered_peak", "impulse")] if not found else []
+    found = found or [d for key in usual if (d := difference(summary, key)) is not None]
+    counted = sorted((d for d in found if d.bars > 1 and _is_known(summary, d.key)), key=lambda d: -abs(d.relative))
+    if counted:
+        return " ".join(_instead(summary, each) for each in counted)
+    return _alike(summary, found) if found else ""
 
 
-def plain(unit: str) -> str:
-    """A unit in letters that every terminal has."""
-    return unit.replace("µ", "u")
+def _is_known(summary: Mapping[str, object], key: str) -> bool:
+    value = as_number(summary.get(key))
+    return value is not None and is_known(key, value, bar_of(summary, key))
 
 
-def as_number(value: object) -> float | None:
-    """A finite number, or nothing."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        return None
-    return float(value)
+def _instead(summary: Mapping[str, object], each: Difference) -> str:
+    """Return the spring's number in place of the seat's, and how well the seat's is known."""
+    unit, key = unit_of(each.key), each.key
+    seat, spring, bar = (as_number(summary.get(name)) for name in (key, f"spring_{key}", f"error_bar_{key}"))
+    assert seat is not None
+    assert spring is not None
+    assert bar is not None
+    (factor, prefixed), name = scaled(seat, unit) if unit else (1.0, ""), name_of(key, summary)
+    after = f" {plain(prefixed)}" if prefixed else ""
+    ours, theirs = (f"{number}{after}" for number in _apart(factor * seat, factor * spring))
+    return (
+        f"{name[:1].upper()}{name[1:]}: A spring would give {theirs} instead of {ours} ({100 * each.relative:+.2g} %). "
+        f"Uncertainty of the {ours}: {factor * bar:.2g}{after}."
+    )
 
 
-def asked(summary: Mapping[str, object]) -> tuple[str, ...]:
-    """The keys of the measures that the scene asks for."""
-    names = str(summary.get("accuracy_measures", "")).split(", ")
-    return tuple(each.key for name, each in all_measures().items() if name in names)
+def _apart(seat: float, spring: float) -> tuple[str, str]:
+    """Return both numbers with as few digits, two at least, as tell them apart."""
+    texts = [(_short(seat, digits), _short(spring, digits)) for digits in range(2, 7)]
+    return next((pair for pair in texts if pair[0] != pair[1]), texts[-1])
+
+
+def _short(value: float, digits: int) -> str:
+    """Return a number with so many digits, never in powers of ten below 10^6."""
+    places = max(digits - 1 - math.floor(math.log10(abs(value) or 1.0)), 0)
+    return f"{value:.{places}f}" if abs(value) < 1e6 else f"{value:.{digits - 1}e}"
 
 
 def _by_plan(summary: Mapping[str, object]) -> str:
-    names = " and ".join(name_of(key, summary) for key in asked(summary)) or "the measures"
-    counted = f"what the seat's waves would change in {names} is counted in the error bars."
-    serves = "Here a spring of the right stiffness serves. " if summary.get("accuracy_met") is True else ""
-    took = "The plan took the seat for its static stiffness"
-    apart = "which its arcs share, and those of the baseline do not"
+    """Return why seat and baseline are alike: both are springs."""
+    lip = "; the baseline has no coupling between the segments of the lip" if "ports" in summary else ""
     if "seat.model" in str(summary.get("plan_given", "")).split(", "):
-        alone = apart if "ports" in summary else "the spring baseline itself"
-        return f"seat.model = 'spring': the seat is its static stiffness alone, {alone}."
-    if "ports" in summary:
-        return f"{serves}{took}, {apart}: {counted} seat.model states another model."
+        return f'seat.model = "spring": the seat is its static stiffness alone, as in the baseline{lip}.'
+    names = " and ".join(name_of(key, summary) for key in asked(summary)) or "the measures"
+    stiff = "The seat is so stiff that only its static stiffness matters"
+    if summary.get("accuracy_met") is not True:
+        stiff = "The plan took the seat for its static stiffness"
     return (
-        f"{serves}{took}, a spring: {counted} Seat and spring are alike for that reason; "
-        "seat.model states another model."
+        f"{stiff}. Both columns use it{lip}. What waves in the seat would change in {names} is part of the "
+        'uncertainty. To compute waves nevertheless: seat.model = "3d".'
     )
 
 
@@ -180,12 +248,8 @@ def _alike(summary: Mapping[str, object], found: list[Difference]) -> str:
     assert bar is not None
     assert value is not None
     names = " and ".join(name_of(d.key, summary) for d in found)
-    against = f"{100 * abs(largest.relative):.2g} % against {100 * bar / abs(value):.2g} %"
-    if summary.get("accuracy_met") is False:
-        return f"Whether a spring would serve cannot be told: the difference is below a wide error bar ({against})."
-    return f"Here a spring serves: the difference in {names} is below the error bar ({against} at most)."
-
-
-def count(bars: float) -> str:
-    """So many error bars."""
-    return "> 1000" if bars > 1000 else f"{bars:.2g}" if bars < 100 else f"{bars:.0f}"
+    changes = f"it changes {names} by {100 * abs(largest.relative):.2g} % at most"
+    within = f"within the uncertainty of {100 * bar / abs(value):.2g} %"
+    if summary.get("accuracy_met") is False or not _is_known(summary, largest.key):
+        return f"Whether a spring is enough cannot be told: {changes}, {within}."
+    return f"A spring is enough here: {changes}, {within}."

@@ -48,8 +48,6 @@ SUMMARY = {
     "error_bar_filtered_peak_force_N": 0.1,
     "accuracy_measures": "filtered_peak, impulse",
     "accuracy_target": 0.02,
-    "regime": "a line about the map",
-    "regime_predicted_peak_error": None,
 }
 
 
@@ -126,25 +124,33 @@ def test_run_tells_results_notes_files_and_times(pipeline: Pipeline, capsys: pyt
     lines = [" ".join(line.replace("│", " ").split()) for line in out.splitlines()]
     assert "Flapper reed on a spring" in lines
     said = lines.index("Flapper reed on a spring") + 1
-    assert lines[said].startswith("A constant stiffness would be 8.3 % low in the peak force (mean over 1 us) here, ")
-    assert "peak, 1 us mean 12.00 ± 0.10 N 11.00 N -8.3 % 10 0.83 %, met" in lines
+    assert lines[said] == (
+        "Peak force (mean over 1 us): A spring would give 11 N instead of 12 N (-8.3 %). "
+        "Uncertainty of the 12 N: 0.1 N."
+    )
+    assert "peak force, 1 us mean 12.00 ± 0.10 N 11.00 N -8.3 % 10 0.83 %, met" in lines
     assert "first contact 653.3 us -" in lines
-    assert "contacts 3 -" in lines
+    assert "contacts 3" in lines
     assert "raw, step 10 ns" in lines
-    assert lines.index("peak 12.35 N 11 N") > lines.index("raw, step 10 ns")
-    assert "regime" not in out  # where it predicts nothing
+    assert lines.index("peak force 12.35 N 11 N") > lines.index("raw, step 10 ns")
     assert "note: pictures [skipped]" in lines
     assert "wrote somewhere/summary.json" in lines
     assert lines[-1] == "time: assembly 2.0 s, mesh 0.5 s"
     assert "stepping: 0.0 s" in err
 
 
-def test_the_regime_is_told_where_it_predicts(
+def test_landings_are_told_below_the_table(
     pipeline: Pipeline, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setitem(SUMMARY, "regime_predicted_peak_error", -0.2)
+    record = {"body": "seat", "number": 1, "time_s": 9e-3, "filtered_peak_force_N": 43.8, "excess_peak_force_N": 40.7}
+    loaded = record | {"static_load_N": 3.1, "error_bar_excess_peak_force_N": 0.8}
+    monkeypatch.setitem(SUMMARY, "landings", [loaded])
+    monkeypatch.setitem(SUMMARY, "pressed_on_time_s", 12.3e-3)
+    monkeypatch.setitem(SUMMARY, "pressed_on_largest_load_N", 72.0)
     assert run_command(["run", str(SPRING_SCENE)]) == DONE
-    assert "regime: a line about the map" in capsys.readouterr().out
+    out = " ".join(capsys.readouterr().out.split())
+    assert "seat 1 9 - 43.8 3.1 40.70 ± 0.80 - - -" in out
+    assert "pressed on by its loads: 72 N at most, 12.3 ms in all (no landing, and not judged)" in out
 
 
 def test_effort_is_handed_on(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
@@ -506,12 +512,11 @@ def test_brackets_are_no_markup_wherever_text_is_printed(
     assert f"gmsh[x]: absent [y]; {remedy}" in err
     scene = tmp_path / "scene.toml"
     scene.write_text(SPRING_SCENE.read_text(encoding="utf-8").replace("Flapper", "[red]Flapper[/red] [uff]"))
-    monkeypatch.setitem(SUMMARY, "regime", "map [red]of[/red] rods")
-    monkeypatch.setitem(SUMMARY, "regime_predicted_peak_error", 0.1)
+    monkeypatch.setitem(SUMMARY, "landing_status", "some [red]new[/red] status")
     monkeypatch.setitem(SUMMARY, "error_unknown", "mesh[/]")
     assert run_command(["run", str(scene)]) == DONE
     out = capsys.readouterr().out
-    for words in ("[red]Flapper[/red] [uff] reed", "map [red]of[/red] rods", "mesh[/]", "pictures [skipped]"):
+    for words in ("[red]Flapper[/red] [uff] reed", "Some [red]new[/red] status", "mesh[/]", "pictures [skipped]"):
         assert words in out
     pipeline.act = failing(GeometryError(remedy))
     assert run_command(["run", str(scene), "--quiet"]) == BAD_INPUT

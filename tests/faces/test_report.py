@@ -18,7 +18,7 @@ from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.faces.report.bodies import body_figure
 from seatfem.faces.report.figures import MOST, _envelope
 from seatfem.faces.report.folder import ReportError
-from seatfem.faces.report.page import report_page
+from seatfem.faces.report.page import _landings, _shares, _state, report_page
 from seatfem.faces.report.provenance import provenance
 from seatfem.faces.report.stressed import hot_spots, life_table
 from seatfem.pictures.moving import save_moving
@@ -49,14 +49,13 @@ def test_it_holds_what_was_asked_planned_and_found(folder: Path) -> None:
     assert json.loads((folder / "plan.json").read_text(encoding="utf-8"))["choices"]
     for words in (
         "kind = &quot;cantilever&quot;",
-        "accuracy of 5 % met",
+        "accuracy of 5 % met: impulse and peak force (mean over 1 us)",
         "Plan and its reasons",
         "run.time_step",
-        "lands on a lip in arcs",
+        "peak force, 1 us mean",
     ):
         assert words in page
-    assert "peak, 1 us mean" in page
-    assert "landing in motion (a reed of plate elements that lands on a lip in arcs)" in page
+    assert "Not in this folder" not in page
     assert "SHA-256" in page
     assert page.count("data:image/png;base64") >= 2
 
@@ -95,10 +94,62 @@ def test_hot_spots_and_life_are_tables() -> None:
     spot = {"von_mises_Pa": 1.25e8, "time_s": 2e-4, "at_m": [0.004, 0.001], "edge_distance_m": None}
     assert "<td>125 MPa</td><td>200 µs</td><td>4, 1</td><td></td>" in hot_spots({"seat_stress_hot_spots": [spot, 3]})
     assert hot_spots({}) == hot_spots({"seat_stress_hot_spots": "many"}) == ""
+    unknown = {"peak_seat_stress_Pa": 21.18e6, "error_bar_peak_seat_stress_Pa": 42.9e6}
+    assert "not known (21 ± 43 MPa)" in hot_spots({"seat_stress_hot_spots": [spot], **unknown})
     found = life_table({"life_margin": 1.234567, "error_bar_life_margin": 0.05, "life_at": "<b>"})
-    assert "<td>margin</td><td>1.235</td><td>0.05</td>" in found
+    assert "<td>margin</td><td>1.235 ± 0.050</td>" in found
+    assert "not known (1.20 ± 0.70)" in life_table({"life_margin": 1.2, "error_bar_life_margin": 0.7})
     assert "&lt;b&gt;" in found
     assert life_table({"peak": 1.0}) == ""
+
+
+def landings(count: int) -> list[dict[str, object]]:
+    """As summary.json lists them, each weaker than the one before."""
+    return [
+        {
+            "body": "seat",
+            "number": number,
+            "time_s": 1e-4 * number,
+            "duration_s": 2e-5,
+            "peak_time_s": 1e-4 * number + 1e-5,
+            "filtered_peak_force_N": 50.0 - number,
+            "excess_peak_force_N": 50.0 - number,
+        }
+        for number in range(1, count + 1)
+    ]
+
+
+def test_landings_are_a_table_and_all_of_them_can_be_opened() -> None:
+    assert _landings({}) == ""
+    few, many = (_landings({"landings": landings(count)}) for count in (3, 12))
+    assert few.count("<td>seat ") == 3
+    assert "<details>" not in few
+    shown, whole = many.split("<details><summary>all 12 landings</summary>")
+    assert (shown.count("<td>seat "), whole.count("<td>seat ")) == (10, 12)
+    assert "and 2 more, in landings.csv" in shown
+
+
+@pytest.mark.parametrize(
+    ("changed", "badge"),
+    [
+        ({}, 'met">accuracy of 2 % met: landing_x'),
+        ({"accuracy_met": False}, 'missed">accuracy of 2 % missed: landing_x'),
+        ({"accuracy_met": None, "landing_status": "never opened"}, 'missed">never opened<'),
+        ({"landing_status": "cut off"}, 'met">cut off; accuracy of 2 % met'),
+    ],
+)
+def test_the_badge_names_what_it_speaks_of(changed: dict[str, object], badge: str) -> None:
+    summary = {"accuracy_target": 0.02, "accuracy_met": True, "accuracy_judged_keys": "landing_x"}
+    assert badge in _state({**summary, **changed})
+
+
+def test_shares_of_a_landing_and_of_the_run_are_told_apart() -> None:
+    summary: dict[str, object] = {"filter_width_s": 5e-6}
+    for key, value in (("impulse_Ns", 1.0), ("landing_impulse_Ns", 0.5)):
+        summary |= {key: value, f"error_bar_{key}": 0.1, f"error_time_step_{key}": 0.05, f"error_mesh_{key}": 0.02}
+    assert _shares(summary) == {"time step": {"impulse": 0.05}, "mesh error": {"impulse": 0.02}}
+    of_landing = _shares({**summary, "accuracy_judged_keys": "landing_impulse_Ns"})
+    assert of_landing == {"time step": {"impulse": 0.1}, "mesh error": {"impulse": 0.04}}
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,10 @@ def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         if changed["reed.mass"] == "3 g":
             raise RuntimeError("[uff] failed\x1b[2J")
         return Outcome(
-            "done", "", 0.0, {"impulse_Ns": float(str(changed["reed.mass"])[0]), "filtered_peak_force_N": 2.0}
+            "done",
+            "",
+            0.0,
+            {"landing_impulse_Ns": float(str(changed["reed.mass"])[0]), "landing_filtered_peak_force_N": 2.0},
         )
 
     answer_here(monkeypatch)
@@ -56,7 +59,7 @@ def test_a_study_is_run_and_told(study: Path, capsys: Told) -> None:
     assert run_command(["sweep", "gaps.toml"]) == FAILED  # of one scene there are no numbers
     out, err = capsys.readouterr()
     assert "Masses [1]: 3 scenes, 2 done, 1 failed" in out
-    assert "impulse_Ns: 1 to 2, mean 1.5\n" in out
+    assert "landing_impulse_Ns: 1 to 2, mean 1.5\n" in out
     assert "scene 3 (reed.mass [g] = 3.0): failed: RuntimeError: [uff] failed\\x1b[2J" in out
     assert "wrote gaps-sweep/study.csv" in out
     assert "3 scenes: about " in err
@@ -123,7 +126,7 @@ def test_scenes_that_failed_are_tried_again_where_that_is_asked_for(
 
     def mended(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
         tried.append(changed["reed.mass"])
-        return Outcome("done", "", 0.0, {"impulse_Ns": 3.0, "filtered_peak_force_N": 2.0})
+        return Outcome("done", "", 0.0, {"landing_impulse_Ns": 3.0, "landing_filtered_peak_force_N": 2.0})
 
     monkeypatch.setattr(one, "_carried_out", mended)
     assert run_command(["sweep", "gaps.toml", "--quiet"]) == FAILED

@@ -16,6 +16,7 @@ from impact.greens.receptance import receptance
 from impact.pictures import plots
 from impact.pictures.drawing import PictureError, scaled, sheet, text
 from impact.pictures.greens_plots import error_text, lowest_excited, sampled_filter
+from impact.pictures.landing_marks import landing_marks
 from seatfem.pictures import plots as seat_plots
 from seatfem.pictures import rendering
 from seatfem.pictures.cell_grid import CellGrid
@@ -403,6 +404,37 @@ def test_pictures_enlarge_the_hardest_contact(tmp_path: Path) -> None:
     assert plots.shown_contact([result, result], 1e-6, 0.05)[0] == pytest.approx((begin, end), abs=0.06 * (end - begin))
     plots.plot_force(result, result, tmp_path / "force.svg")
     assert f"Contact {number + 1}, the hardest" in (tmp_path / "force.svg").read_text(encoding="utf-8")
+
+
+def record(number: int, excess: float, start: float, body: str = "seat") -> dict[str, object]:
+    """Of a landing, as summary.json lists it."""
+    times = {"time_s": start, "duration_s": 2e-5, "peak_time_s": start + 5e-6}
+    return {"body": body, "number": number, "filtered_peak_force_N": 20.0, "excess_peak_force_N": excess, **times}
+
+
+def test_the_hardest_landing_is_marked_and_enlarged(runs: list[impact.ImpactResult], tmp_path: Path) -> None:
+    end = float(runs[0].time[-1])
+    landings = [record(1, 2.0, 0.1 * end), record(2, 9.0, 0.6 * end), record(1, 99.0, 0.3 * end, "stopper")]
+    first, second = landing_marks(landings)
+    assert (first.number, first.hardest, second.number, second.hardest) == (2, True, 1, False)
+    window, words = plots.shown_contact(runs, 1e-6, 0.05, landings)
+    assert words == "landing 2, the hardest"
+    assert window[0] < first.start < first.end < window[1] <= end
+    assert window[0] > second.end
+    plots.plot_force(*runs, tmp_path / "force.svg", landings=landings)
+    plots.plot_motion(*runs, tmp_path / "motion.svg", landings=landings)
+    force, motion = ((tmp_path / f"{name}.svg").read_text(encoding="utf-8") for name in ("force", "motion"))
+    for picture in (force, motion):
+        assert "landing (filled: the hardest)" in picture
+        assert "anding 2, the hardest" in picture
+    assert "landing on the stopper" in motion
+    assert "landing on the stopper" not in force
+
+
+def test_landings_without_their_numbers_and_beyond_ten_are_not_marked() -> None:
+    many = [record(number, float(number), 1e-4 * number) for number in range(1, 15)]
+    assert [mark.number for mark in landing_marks(many)] == list(range(14, 4, -1))
+    assert landing_marks([record(1, 1.0, 0.0) | {"duration_s": None}, {"body": "seat"}]) == ()
 
 
 def test_powers_of_ten_at_axes_need_no_parser_of_tex(tmp_path: Path) -> None:

@@ -68,7 +68,10 @@ def test_masses_thrown_on_a_spring(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert isinstance(predicted, Ahead)
     assert (predicted.scenes, predicted.beside) == (48 - others.sum(), others.sum())
     assert set(table.columns["status"]) == {"done"}
-    for name, exact in (("impulse_Ns", 2e-3 * speed), ("filtered_peak_force_N", speed * np.sqrt(1e6 * 1e-3))):
+    for name, exact in (
+        ("landing_impulse_Ns", 2e-3 * speed),
+        ("landing_filtered_peak_force_N", speed * np.sqrt(1e6 * 1e-3)),
+    ):
         value, bar = table.numbers(name), table.numbers(BAR + name)
         assert np.all(np.abs(value - exact) <= bar + 1e-9)
         of_sample = (bar / value)[~others][5:]
@@ -79,7 +82,8 @@ def test_masses_thrown_on_a_spring(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     place = int(np.flatnonzero(others)[3])
     changed = {**beside[0]["changed"], **beside[0]["others"][3]}
     alone = carry_out(path.parent / "scene.toml", changed, 1, beside[0]["start"], once=True)
-    assert table.numbers("impulse_Ns")[place] == pytest.approx(float(str(alone.summary["impulse_Ns"])), rel=1e-9)
+    for name in table.measures:
+        assert table.numbers(name)[place] == pytest.approx(float(str(alone.summary[name])), rel=1e-9)
     before, count = rows(out), len(jobs)
     lines = (out / JOURNAL).read_text(encoding="utf-8").splitlines(keepends=True)
     (out / JOURNAL).write_text("".join(lines[:-7]), encoding="utf-8")  # as a kill leaves it
@@ -111,7 +115,7 @@ def test_scenes_that_cannot_be_marched_so_run_by_themselves(tmp_path: Path, monk
     table = run_study(load_study(path), tmp_path / "out", file=path)
     assert not sampled(table).any()
     assert "run by itself: division by zero" in table.columns["message"]
-    assert np.isfinite(table.numbers(f"{BAR}impulse_Ns")).all()
+    assert np.isfinite(table.numbers(f"{BAR}landing_impulse_Ns")).all()
 
 
 def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
@@ -123,7 +127,7 @@ def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
 
     def judged_by(target: float, unknown: str = "", what: Outcome | None = None) -> dict[str, Outcome]:
         common = {"impulse_Ns": -2.0}
-        full = {"accuracy_met": True, "accuracy_target": TIGHTER * target, "accuracy_measures": "impulse"}
+        full = {"accuracy_met": True, "accuracy_target": TIGHTER * target, "accuracy_judged_keys": "impulse_Ns"}
         found = {
             case.key: Outcome("done", "", 1.0, {**common, **full, f"{BAR}impulse_Ns": 2 * bars[case.key]})
             if case.way != "beside"

@@ -82,7 +82,8 @@ def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch:
     path = study_file(tmp_path, text)
     table = run_study(load_study(path), tmp_path / "out", file=path)
     assert table.parameters == ("reed.mass [g]", "reed.velocity [m/s]")
-    assert table.measures == ("impulse_Ns", "filtered_peak_force_N")
+    assert table.measures == ("landing_impulse_Ns", "landing_filtered_peak_force_N")
+    assert list(table.columns["landing_status"]) == ["landed"] * 4
     assert list(table.columns["status"]) == ["done"] * 4
     for mass, speed, impulse, bar, peak, peak_bar in zip(
         *(table.numbers(name) for name in list(table.columns)[1:7]), strict=True
@@ -91,7 +92,7 @@ def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch:
         assert peak == pytest.approx(-speed * (1e6 * mass * 1e-3) ** 0.5, abs=peak_bar)
     [last] = [row for row in rows(tmp_path / "out") if (row["reed.mass [g]"], row["scene"]) == ("4.0", "4")]
     alone = run_scene(load_scene(path.parent / "scene.toml", {"reed.mass": "4 g", "reed.velocity": "-2 m/s"}), tmp_path)
-    assert float(last["impulse_Ns"]) == alone.summary["impulse_Ns"]
+    assert float(last["landing_impulse_Ns"]) == alone.summary["landing_impulse_Ns"]
 
 
 def test_nothing_is_computed_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -187,7 +188,7 @@ def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pyt
     [told] = table.failures()
     assert told.startswith("scene 2 (run.duration [ms] = 0.2, seat.mesh.size [mm] = 60.0): failed: RuntimeError: no")
     assert rows(tmp_path / "out")[1]["message"] == "RuntimeError: no mesh of that kind"
-    assert rows(tmp_path / "out")[1]["impulse_Ns"] == ""
+    assert rows(tmp_path / "out")[1]["landing_impulse_Ns"] == ""
     monkeypatch.setattr(one, "_carried_out", real)
     run_study(load_study(path), tmp_path / "out")
     assert len(jobs) == 2
@@ -329,8 +330,8 @@ def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         tmp_path / "scene.toml", vary, design="latin_hypercube", number=3, measures=["restitution", "impulse_Ns"]
     )
     assert list(found) == [
-        "scene", "reed.mass [g]", "restitution", "impulse_Ns", "error_bar_impulse_Ns", "status", "wall_time_s",
-        "message",
+        "scene", "reed.mass [g]", "restitution", "impulse_Ns", "error_bar_impulse_Ns", "landing_status",
+        "status", "wall_time_s", "message",
     ]  # fmt: skip
     assert found["impulse_Ns"] == pytest.approx([2e-3 * mass for mass in found["reed.mass [g]"]], rel=5e-3)
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]

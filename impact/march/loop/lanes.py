@@ -65,8 +65,9 @@ def _advance_lanes(typing: Any, rows: Any, state: Any, force: Any, total: Any) -
 
 
 @compiled(nogil=True)
-def march_lanes(rows, state, free, scales, w0, law, user, dt, force, approach):
-    """LANES scenes of one contact; state (K + 1, 2, LANES) zero, its last row is scratch; force (n, LANES) is filled.
+def march_lanes(rows, state, free, scales, w0, law, user, dt, force, opening, approach):
+    """LANES scenes of one contact; state (K + 1, 2, LANES) zero, its last row is scratch; force (n, LANES) and
+    opening (n + 1, LANES) are filled.
 
     free (3, n + 1): gap without contact, per unit of the scales (3, LANES) after the first row, which all share with
     scales[0] as their initial gap. approach (LANES,): closing speed over the step before the first contact.
@@ -78,19 +79,21 @@ def march_lanes(rows, state, free, scales, w0, law, user, dt, force, approach):
     for i in range(LANES):
         gap[i] = scales[0, i] + free[0, 0] + free[1, 0] * scales[1, i] + free[2, 0] * scales[2, i]
     before[:] = gap
+    opening[0] = gap
     for n in range(force.shape[0]):
         _advance_lanes(rows, state, last, total)  # type: ignore[call-arg]
         base, moved, released = free[0, n + 1], free[1, n + 1], free[2, n + 1]
         for i in range(LANES):
-            opening = scales[0, i] + base + moved * scales[1, i] + released * scales[2, i] + total[i]
+            free_gap = scales[0, i] + base + moved * scales[1, i] + released * scales[2, i] + total[i]
             f = 0.0
-            if opening < 0.0 or rule != PASSIVE:
-                f = contact_force(code, rule, a, b, c, user, -opening, -gap[i], w0, w0, dt)
+            if free_gap < 0.0 or rule != PASSIVE:
+                f = contact_force(code, rule, a, b, c, user, -free_gap, -gap[i], w0, w0, dt)
             if f > 0.0 and not met[i]:
                 met[i] = True
                 if n > 0:
                     approach[i] = (before[i] - gap[i]) / dt
             before[i] = gap[i]
-            gap[i] = opening + w0 * f
+            gap[i] = free_gap + w0 * f
+            opening[n + 1, i] = gap[i]
             last[i] = f
             force[n, i] = f

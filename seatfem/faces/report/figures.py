@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -15,11 +15,13 @@ from impact.after.result import ImpactResult
 from impact.greens.base import Array, GreensFunction
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, scaled
 from impact.pictures.greens_plots import sampled_filter
+from impact.pictures.landing_marks import BODIES, COLOUR, LandingMark, landing_marks, shown_contact, value_at
 from seatfem.structures.rings import as_a_whole
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
+Landings = Sequence[Mapping[str, object]]  # as summary.json lists them
 MOST: Final = 6000  # points of a curve while a contact lasts, and as many beside: of each bin the smallest and largest
 MARGIN: Final = 0.05  # of the time of all contacts, before and after them
 CELLS: Final = 400  # of a map along time
@@ -28,34 +30,41 @@ LINES: Final[Mapping[str, tuple[str, str]]] = {"wave": ("elastic seat", BLUE), "
 SOURCES: Final = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY, "#E69F00", "#000000")
 
 
-def force_figure(runs: Mapping[str, ImpactResult], width: float) -> Figure:
-    """Contact force averaged over ``width`` [s], and raw, of seat and spring."""
-    figure, (factor, unit) = _Along(runs), scaled(_largest(runs, "force"), "N")
+def force_figure(runs: Mapping[str, ImpactResult], width: float, landings: Landings = ()) -> Figure:
+    """Draw contact force averaged over ``width`` [s], and raw, of seat and spring; the landings on the seat marked, the
+    hardest of them shown first."""
+    marks = landing_marks(landings)
+    figure, (factor, unit) = _Along(runs, width, landings), scaled(_largest(runs, "force"), "N")
     for name, (label, colour) in LINES.items():
         if name in runs:
             mean = measures.filtered_force(runs[name], width)
             figure.line(runs[name], factor * mean, f"{label}, mean over {1e6 * width:g} µs", colour)
             figure.line(runs[name], factor * runs[name].force, f"{label}, raw", colour, hidden=True)
+    figure.mark(marks, lambda mark: (mark.peak_time, factor * mark.peak))
     return figure.of(f"contact force [{unit}]")
 
 
-def motion_figure(runs: Mapping[str, ImpactResult]) -> Figure:
-    """Displacements of striker and seat, and the gap between them."""
+def motion_figure(runs: Mapping[str, ImpactResult], landings: Landings = ()) -> Figure:
+    """Draw displacements of reed and seat, and the gap between them; landings on seat and stopper marked."""
     figure, (factor, unit) = _Along(runs), scaled(_largest(runs, "striker_displacement"), "m")
     for name, (label, colour) in LINES.items():
         if name in runs:
             run = runs[name]
-            figure.line(run, factor * run.striker_displacement, f"striker, {label}", colour)
+            figure.line(run, factor * run.striker_displacement, f"reed, {label}", colour)
             figure.line(run, factor * run.gap, f"gap, {label}", colour, dash="dot", hidden=True)
     if "wave" in runs:
-        figure.line(runs["wave"], factor * runs["wave"].target_displacement, "seat", GREEN)
+        wave = runs["wave"]
+        figure.line(wave, factor * wave.target_displacement, "seat", GREEN)
+        course = factor * wave.striker_displacement
+        for body in BODIES:
+            figure.mark(landing_marks(landings, body), lambda mark: (mark.start, value_at(wave, course, mark.start)))
     return figure.of(f"displacement [{unit}]", zoomed=False)
 
 
 def energy_figure(run: ImpactResult) -> Figure:
     """Where the energy is, each term integrated by itself."""
     figure, ledger = _Along({"wave": run}), run.energy
-    terms = {"put in": ledger.input, "striker": ledger.striker, "seat": ledger.target, "dissipated": ledger.dissipated}
+    terms = {"put in": ledger.input, "reed": ledger.striker, "seat": ledger.target, "dissipated": ledger.dissipated}
     factor, unit = scaled(max(float(np.abs(term).max()) for term in terms.values()), "J")
     for (label, term), colour in zip(terms.items(), (GREY, ORANGE, BLUE, PURPLE), strict=True):
         figure.line(run, factor * term, label, colour)
@@ -63,7 +72,7 @@ def energy_figure(run: ImpactResult) -> Figure:
 
 
 def lip_figure(run: ImpactResult) -> Figure:
-    """Force on each arc of the lip over time, the mean of each interval, while anything is pressed."""
+    """Draw force on each segment of the lip over time, the mean of each interval, while anything is pressed."""
     first, last = _pressed([run])
     force, time = run.force[first:last], run.time[first:last]
     size = max(1, math.ceil(len(time) / CELLS))
@@ -76,7 +85,7 @@ def lip_figure(run: ImpactResult) -> Figure:
     colours = {"colorscale": "Cividis", "colorbar": {"title": f"force [{unit}]"}}
     figure.add_heatmap(x=_short(rate * time[:whole:size]), y=arcs, z=_short(factor * mean.T), **colours)
     figure.update_layout(hovermode="closest")
-    figure.update_yaxes(title="arc of the lip", showgrid=False)
+    figure.update_yaxes(title="segment of the lip", showgrid=False)
     return figure
 
 
@@ -105,11 +114,16 @@ def budget_figure(shares: Mapping[str, Mapping[str, float]]) -> Figure:
 
 
 class _Along:
-    """A figure along time, of runs whose contacts are shown first, and in most detail."""
+    """A figure along time, of runs whose hardest landing is shown first, and in most detail; without landings, all
+    contacts."""
 
-    def __init__(self, runs: Mapping[str, ImpactResult]) -> None:
+    def __init__(self, runs: Mapping[str, ImpactResult], width: float = 0.0, landings: Landings = ()) -> None:
         shown = [runs[name] for name in LINES if name in runs]
         self._dense = _pressed(shown)
+        if landing_marks(landings):
+            (start, end), _ = shown_contact(shown, width, MARGIN, landings)
+            first, last = np.searchsorted(shown[0].time, (start, end))
+            self._dense = (int(first), max(int(last), int(first) + 1))
         time = shown[0].time
         margin = max(MARGIN * (time[self._dense[1] - 1] - time[self._dense[0]]), 20 * shown[0].dt)
         self._window = (time[self._dense[0]] - margin, time[self._dense[1] - 1] + margin)
@@ -126,6 +140,21 @@ class _Along:
         line = {"color": colour, "dash": dash, "width": 1.6}
         shown = {"visible": "legendonly" if hidden else True, "name": name, "mode": "lines", "line": line}
         self._curves.append((run.time[kept], {"y": _short(values[kept]), **shown}))
+
+    def mark(self, marks: Sequence[LandingMark], place: Callable[[LandingMark], tuple[float, float]]) -> None:
+        """Numbered triangles at the ``place`` of each landing [s, value], the hardest filled; all of one body."""
+        for hardest in (True, False):
+            shown = [mark for mark in marks if mark.hardest is hardest]
+            if not shown:
+                continue
+            time, values = np.transpose([place(mark) for mark in shown])
+            shape = {"seat": "triangle-down", "stopper": "triangle-up"}[shown[0].body] + ("" if hardest else "-open")
+            name = ("hardest " if hardest else "") + f"landing on the {shown[0].body}"
+            texts = [f"<b>{mark.number}</b>" if hardest else f"{mark.number}" for mark in shown]
+            style: dict[str, Any] = {"mode": "markers+text", "text": texts, "textposition": "top center", "name": name}
+            look = {"symbol": shape, "size": 13 if hardest else 9, "color": COLOUR}
+            style |= {"marker": look, "textfont": {"color": COLOUR}, "cliponaxis": False}
+            self._curves.append((np.asarray(time), {"y": _short(values), **style}))
 
     def of(self, quantity: str, *, zoomed: bool = True) -> Figure:
         """The figure; ``zoomed``: on the contacts, where they are short."""

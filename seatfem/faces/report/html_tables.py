@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def html_table(table: Table) -> str:
-    """The cells of a table whose columns hold text, its sections and its caption."""
+    """Return the cells of a table whose columns hold text, its sections, its bold rows as headings, and its caption."""
     columns, attributes = [], []
     for column in table.columns:
         columns.append([str(cell) for cell in column.cells])
@@ -19,7 +19,8 @@ def html_table(table: Table) -> str:
     heads = [str(column.header) for column in table.columns]
     begins, rows = False, []
     for row, cells in zip(table.rows, zip(*columns, strict=True), strict=True):
-        rows.append(_row("td", cells, attributes, "section" if begins else ""))
+        kind = " ".join(name for name, is_so in (("section", begins), ("heading", row.style == "bold")) if is_so)
+        rows.append(_row("td", cells, attributes, kind))
         begins = row.end_section
     lines = "<br>".join(map(html.escape, str(table.caption or "").splitlines()))
     caption = f'<p class="soft">{lines}</p>' if lines else ""

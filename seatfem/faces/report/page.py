@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from impact.files.atomic import write_whole
 from impact.storage.hdf5 import load_greens, load_results
+from seatfem.faces.landings_table import landings_of, landings_table
+from seatfem.faces.readings import as_number
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
 from seatfem.faces.report.bodies import MOST_OF_BODIES, body_figure
 from seatfem.faces.report.folder import ReportError, run_summary, text_of
@@ -19,8 +21,10 @@ from seatfem.faces.report.kept_pictures import kept_pictures
 from seatfem.faces.report.provenance import provenance, versions
 from seatfem.faces.report.stressed import hot_spots, life_table
 from seatfem.faces.result_table import result_table
-from seatfem.faces.verdict import as_number, lasting, simpler, verdict
-from seatfem.pictures.moving import KEPT, absent, moving_bodies
+from seatfem.faces.rows import LANDING, asked, name_of
+from seatfem.faces.source_words import in_words
+from seatfem.faces.verdict import LANDED, judged_words, lasting, pressed_on, simpler, verdict
+from seatfem.pictures.moving import KEPT, moving_bodies
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
 
@@ -73,8 +77,9 @@ def report_page(folder: Path) -> str:
 
 
 def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    sentences = [f"<p>{html.escape(line)}</p>" for line in (simpler(summary), lasting(summary)) if line]
-    yield "Result", html_table(result_table(summary)) + "".join(sentences)
+    lines = (pressed_on(summary), simpler(summary), lasting(summary))
+    sentences = [f"<p>{html.escape(line)}</p>" for line in lines if line]
+    yield "Result", html_table(result_table(summary)) + _landings(summary) + "".join(sentences)
     figures = _figures(folder, summary)
     for name, (caption, figure) in figures.items():
         told = html.escape(caption).replace(CURVES, f'<span class="screen">{CURVES}</span>')
@@ -82,8 +87,6 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
     bodies = moving_bodies(folder)
     for name, made in bodies.items():
         yield KEPT[name], body_figure(name, made, MOST_OF_BODIES // len(bodies))
-    if missing := absent(bodies):
-        yield "Not in this folder", f'<p class="soft">{html.escape(missing)}.</p>'
     if spots := hot_spots(summary):
         yield "Hot spots of the seat", spots
     if life := life_table(summary):
@@ -97,42 +100,58 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
     yield "How it was computed", provenance(folder, summary)
 
 
+def _landings(summary: Mapping[str, Any]) -> str:
+    """Return the hardest landings as a table, and all of them to be opened where there are more."""
+    records = landings_of(summary)
+    shown, whole = landings_table(records), landings_table(records, None)
+    if shown is None or whole is None:
+        return ""
+    few = f"<h3>Landings</h3>{html_table(shown)}"
+    if len(whole.rows) == len(shown.rows):
+        return few
+    return f"{few}<details><summary>all {len(records)} landings</summary>{html_table(whole)}</details>"
+
+
 def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, Figure]]:
     from seatfem.faces.report import figures as draw
 
     found: dict[str, tuple[str, Figure]] = {}
     width = as_number(summary.get("filter_width_s")) or 1e-6
     if (folder / RESULT_FILE).is_file():
-        runs = load_results(folder / RESULT_FILE)
+        runs, landings = load_results(folder / RESULT_FILE), landings_of(summary)
         step = "The raw force follows the time step, its mean over the filter's width hardly."
-        found["Contact force"] = (CURVES + step, draw.force_figure(runs, width))
+        first = "Shown first is the hardest landing; a double-click shows the whole run. " if landings else ""
+        found["Contact force"] = (CURVES + first + step, draw.force_figure(runs, width, landings))
         if "lip" in runs:
-            words = "Each row is an arc of the lip, counted from the direction of the reed's tip."
+            words = "Each row is a segment of the lip, counted from the direction of the reed's tip."
             found["Along the lip"] = (words, draw.lip_figure(runs["lip"]))
-        found["Motion"] = (CURVES + "Positive away from the seat.", draw.motion_figure(runs))
+        found["Motion"] = (CURVES + "Positive away from the seat.", draw.motion_figure(runs, landings))
         words = "What is put in is the work of loads and releases."
         found["Energy"] = (CURVES + words, draw.energy_figure(runs["wave"]))
     if (folder / SEAT_FILE).is_file():
-        words = "Displacement of the struck patch after a unit impulse on it: what stands for the seat."
+        words = "Displacement of the contact face after a unit impulse on it: what stands for the seat."
         found["Green's function of the seat"] = (words, draw.greens_figure(load_greens(folder / SEAT_FILE), width))
     if shares := _shares(summary):
-        words = "What each part of the model may change; the error bar is made of these, with safety factors."
+        words = "What each part of the model may change; the uncertainty is made of these, with safety factors."
         found["Error budget"] = (words, draw.budget_figure(shares))
     return found
 
 
 def _shares(summary: Mapping[str, Any]) -> dict[str, dict[str, float]]:
-    """Source of error -> measure -> share of its value, of what summary.json has as error_<source>_<measure>."""
-    bars = [key.removeprefix("error_bar_") for key in summary if key.startswith("error_bar_")]
-    found: dict[str, dict[str, float]] = {}
-    for measure in bars:
-        value = as_number(summary.get(measure))
-        for key, of in summary.items():
-            source = key.removeprefix("error_").removesuffix(f"_{measure}")
-            share = as_number(of)
-            if key == f"error_{source}_{measure}" and source != "bar" and share and value:
-                found.setdefault(source.replace("_", " "), {})[measure] = abs(share / value)
-    return found
+    """Return source of error -> measure -> share of its value, of what summary.json has as error_<source>_<measure>:
+    of the landing, where the run is judged by one and its shares are there, otherwise of the whole run."""
+    bars = {key.removeprefix("error_bar_") for key in summary if key.startswith("error_bar_")}
+    found: dict[bool, dict[str, dict[str, float]]] = {True: {}, False: {}}
+    for key in summary:
+        ends = (measure for measure in bars if key.endswith(f"_{measure}") and not key.startswith("error_bar_"))
+        measure = max(ends, key=len, default="")
+        share, value = as_number(summary[key]), as_number(summary.get(measure))
+        if key.startswith("error_") and share and value:
+            source = in_words(key.removeprefix("error_").removesuffix(f"_{measure}"))
+            of_source = found[measure.startswith(LANDING)].setdefault(source, {})
+            of_source[name_of(measure, summary)] = abs(share / value)
+    by_landing = any(key.startswith(LANDING) for key in asked(summary))
+    return found[by_landing] or found[False]
 
 
 def _plan(text: str) -> Iterator[tuple[str, str]]:
@@ -152,11 +171,16 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
 
 
 def _state(summary: Mapping[str, Any]) -> str:
+    """Return the badge: whether the accuracy asked for was met, and in what; of what does not land, that alone."""
     if (target := as_number(summary.get("accuracy_target"))) is None or "accuracy_met" not in summary:
         return ""
-    met = summary["accuracy_met"] is True
-    words = f"accuracy of {100 * target:.3g} % {'met' if met else 'missed'}"
-    return f'<p class="state {"met" if met else "missed"}">{html.escape(words)}</p>'
+    met = summary["accuracy_met"]
+    if met is None:
+        return f'<p class="state missed">{html.escape(str(summary.get("landing_status") or "nothing to judge"))}</p>'
+    words = f"accuracy of {100 * target:.3g} % {'met' if met is True else 'missed'}: {judged_words(summary)}"
+    if (status := str(summary.get("landing_status") or LANDED)) != LANDED:
+        words = f"{status}; {words}"
+    return f'<p class="state {"met" if met is True else "missed"}">{html.escape(words)}</p>'
 
 
 def _div(figure: Figure, name: str) -> str:

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from impact.pictures.drawing import text
+from seatfem.faces.readings import as_number, bar_of, reading
 from seatfem.faces.report.html_tables import html_rows
-from seatfem.faces.verdict import as_number
 
 
 def hot_spots(summary: Mapping[str, Any]) -> str:
@@ -21,16 +21,19 @@ def hot_spots(summary: Mapping[str, Any]) -> str:
         if isinstance(spot, dict)
     ]
     words = "Largest von Mises stress at its places on the surface; places of a half section are r, z."
+    largest = reading(summary, "peak_seat_stress_Pa", "Pa")
+    if "error_bar_peak_seat_stress_Pa" in summary:
+        words += f" The largest with its uncertainty: {largest}; that of the others is no smaller a share."
     return html_rows(("von Mises", "time", "place [mm]", "from a sharp edge"), rows) + f'<p class="soft">{words}</p>'
 
 
 def life_table(summary: Mapping[str, Any]) -> str:
-    """All that is known of fatigue, with its error bars; "" without any."""
+    """Return all that is known of fatigue, each number with its error bar; "" without any."""
     told = [(key, value) for key, value in summary.items() if key.startswith("life_") and value is not None]
     if not told:
         return ""
-    rows = [(key.removeprefix("life_").replace("_", " "), _plain(value), _bar(summary, key)) for key, value in told]
-    return html_rows(("", "value", "error bar"), rows)
+    rows = [(key.removeprefix("life_").replace("_", " "), _plain(summary, key)) for key, _ in told]
+    return html_rows(("", "value"), rows)
 
 
 def _in(spot: Mapping[str, Any], key: str, unit: str) -> str:
@@ -43,9 +46,8 @@ def _place(spot: Mapping[str, Any]) -> str:
     return ", ".join("?" if x is None else f"{1e3 * x:.4g}" for x in numbers)
 
 
-def _plain(value: object) -> str:
+def _plain(summary: Mapping[str, Any], key: str) -> str:
+    value = summary[key]
+    if bar_of(summary, key) is not None:
+        return reading(summary, key, "")
     return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def _bar(summary: Mapping[str, Any], key: str) -> str:
-    return "" if (bar := as_number(summary.get(f"error_bar_{key}"))) is None else f"{bar:.2g}"

@@ -48,6 +48,7 @@ from seatfem.study.impacts.measures import (
     STRIKER,
     blow_of,
     landing_name,
+    stopper_values,
     values_of_landings,
 )
 from seatfem.study.impacts.touches import Touches, stopper_in
@@ -88,7 +89,7 @@ def error_budget(
       them is named beside the bars.
     - lip: of one port that a plan has chosen, what arcs in its place change, on the waves of the seat as a whole over a
       half-space, which tells the arcs from each other.
-    - stopper: the same of one that is computed, and of a beam its modes; what is met of it moves as it did.
+    - stopper: the same of one that is computed, with its patch, and of a beam its modes; twice as many of its arcs.
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``touches``, if wanted.
     """
     result = touches.seat
@@ -107,6 +108,7 @@ def error_budget(
 
     blow = blow_of(touches, width, stress, scene.accuracy.landing)
     values, finer = values_of(blow), _finer_step(scene, method, problem, touches)
+    values |= stopper_values(touches.stopper_force, result.dt, width)
     if touches.landings is not None:
         values |= values_of_landings(touches.landings)
     at_once = _at_once(len(result.force) * len(problem.contacts))
@@ -153,7 +155,7 @@ def sources_of(
     }
     if chooses_one_port(scene, method):
         found[LIP] = _of_one_port(scene, method, seat, problem)
-    beside = {STRIKER: of_striker(scene, reed, problem), STOPPER: of_stopper(scene, problem)}
+    beside = {STRIKER: of_striker(scene, reed, problem), STOPPER: of_stopper(scene, method, problem)}
     for name, parts in beside.items():
         if parts is not None:
             found[name] = [term for terms in parts.values() for term in terms or ()]

@@ -40,6 +40,7 @@ from seatfem.study.scene.measures import (
     all_measures,
     any_needs_displacement,
     any_needs_stress,
+    judged_landing,
     values_of,
 )
 
@@ -198,13 +199,16 @@ class Bench:
         prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target, *stoppers))
         stepper = _marched(prepared)
         force, displacement = force_of(stepper), displacement_of(stepper) if any_needs_displacement(asked) else None
-        stress = None
+        landings, asked_of, stress = self._landings(stepper), self.scene.accuracy.landing, None
+        judged = judged_landing(landings, asked_of)
+        since = None if judged is None else judged.start
         if any_needs_stress(asked):
             stopper = stopper_force_of(stepper)
-            stress = stress_of(self.scene, striker.body, force, dt, stepper.opening, coarsely=True, stopper=stopper)
-        line, landings = line_of(self.scene, problem, parts_of(stepper)), self._landings(stepper)
-        asked_of = self.scene.accuracy.landing
-        blow = Blow(force, dt, width, displacement, stress, line, film_of(stepper), landings, asked_of)
+            stress = stress_of(
+                self.scene, striker.body, force, dt, stepper.opening, coarsely=True, stopper=stopper, since=since
+            )
+        line, film = line_of(self.scene, problem, parts_of(stepper)), film_of(stepper)
+        blow = Blow(force, dt, width, displacement, stress, line, film, landings, asked_of, since)
         values = values_of(blow)
         names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *asked}]
         never = dict.fromkeys((prefix + name for name in names for prefix in PREFIXES.values()), 0.0)

@@ -32,7 +32,7 @@ from seatfem.structures.statics import bed
 from seatfem.study.impacts.base import check_base, on_its_base
 from seatfem.study.impacts.external import loaded
 from seatfem.study.impacts.landings import Landings, landings_of_march
-from seatfem.study.impacts.measures import values_of_landings
+from seatfem.study.impacts.measures import stopper_values, values_of_landings
 from seatfem.study.impacts.start import check_start
 from seatfem.study.impacts.touches import (
     Touches,
@@ -48,7 +48,7 @@ from seatfem.study.impacts.touches import (
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import STOPPER, films_of, gaps_of, line_of, stopper_gaps, stopper_lip
-from seatfem.study.scene.measures import Blow, values_of
+from seatfem.study.scene.measures import Blow, judged_landing, values_of
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20
@@ -282,20 +282,24 @@ def measures_of(
     flight: Callable[[impact.Body, float], Discrete] | None = None,
     like: Landings | None = None,
 ) -> Values:
-    """The measures of a run alone, of its forces as `marched`; stress only if asked for, coarsely.
+    """The measures of a run alone, of its forces as `marched`, and of its stopper; stress only if asked for, coarsely.
 
     ``like``: the landings of a neighbouring run, each of which is looked for; ``None``: of the run's own.
     """
     striker, stepper = problem.striker, marched(scene, problem, dt, flight)
-    problem = stepper.prepared.problem
+    problem, asked, width = stepper.prepared.problem, scene.accuracy.landing, scene.run.filter_width
     force, displacement = force_of(stepper), displacement_of(stepper)
-    wanted = scene.needs_stress
-    stopper = stopper_force_of(stepper)
-    stress = stress_of(scene, striker, force, dt, stepper.opening, coarsely=True, stopper=stopper) if wanted else None
-    line, width = line_of(scene, problem, parts_of(stepper)), scene.run.filter_width
     landings = landings_of_march(stepper, width, None if like is None else like.static)
-    blow = Blow(force, dt, width, displacement, stress, line, film_of(stepper), landings.seat, scene.accuracy.landing)
-    return {**values_of(blow, None if like is None else like.seat), **values_of_landings(landings, like)}
+    others, stopper = None if like is None else like.seat, stopper_force_of(stepper)
+    stress, since = None, None
+    if scene.needs_stress:
+        judged = judged_landing(landings.seat, asked, others)
+        since = None if judged is None else judged.start
+        stress = stress_of(scene, striker, force, dt, stepper.opening, coarsely=True, stopper=stopper, since=since)
+    line, film = line_of(scene, problem, parts_of(stepper)), film_of(stepper)
+    blow = Blow(force, dt, width, displacement, stress, line, film, landings.seat, asked, since)
+    of_landings, of_stopper = values_of_landings(landings, like), stopper_values(stopper, dt, width)
+    return {**values_of(blow, others), **of_landings, **of_stopper}
 
 
 def in_flight(scene: Scene, striker: impact.Body, dt: float) -> Discrete:

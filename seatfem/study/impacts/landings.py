@@ -17,6 +17,7 @@ from impact.after.static_load import StaticLoad, static_load
 from impact.brief import brief
 from impact.greens.base import Array
 from impact.march.followed import as_marched
+from impact.march.motion import Discrete
 from impact.march.problem import ContactProblem
 
 Face = Literal["seat", "stopper"]
@@ -101,6 +102,23 @@ def landings_of_march(
         return striker.stored_after(problem.directions(problem.striker) @ force[1:].T, steps) if rebound else None
 
     return _March(problem, force, solid, stepper.gap[: n + 1], dt, width).landings(load, stored, pushed)
+
+
+def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, dt: float, width: float) -> Landings:
+    """Return the landings of a run with one contact, without film or preload, by its force [N] and gap [m], (n + 1,).
+
+    Loads must not depend on the opening; ``width``: of the filter [s].
+    """
+    n = len(force) - 1
+    middles = np.asarray(dt * (np.arange(n) + 0.5), dtype=np.float64)
+    pushed = np.array([np.broadcast_to(load.amplitude(middles), n) for load in problem.striker.loads]).reshape(-1, n)
+
+    def stored(steps: Sequence[int]) -> Array | None:
+        striker = Discrete.of(problem.striker, dt, n)
+        return striker.stored_after(problem.directions(problem.striker) @ force[None, 1:], steps)
+
+    march = _March(problem, force[:, None], force[:, None], gap[:, None], dt, width)
+    return march.landings(static_load(problem, dt * n), stored, pushed)
 
 
 def static_load_of_march(stepper: impact.ContactStepper) -> StaticLoad:

@@ -6,12 +6,16 @@ import math
 from collections.abc import Collection, Mapping
 from typing import Final, Literal, get_args
 
+import numpy as np
+
 from impact.after.landings import pair_landings
+from impact.after.spectrum import largest_average
 from impact.after.stresses import ReedStress
+from impact.greens.base import Array
 from impact.runs.budget import Budget, Values
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.scene.measures import Blow, LandingChoice, key_of, values_of
+from seatfem.study.scene.measures import Blow, LandingChoice, judged_landing, key_of, values_of
 
 Source = Literal["mesh", "reduction", "time_step", "model", "patch", "striker", "stopper", "lip"]
 SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model", "patch")
@@ -35,8 +39,16 @@ def blow_of(
 ) -> Blow:
     """What the measures of a run are taken from."""
     result, landings = touches.seat, () if touches.landings is None else touches.landings.seat
-    displacement = result.target_displacement
-    return Blow(result.force, result.dt, filter_width, displacement, stress, touches.line, result.film, landings, asked)
+    force, moved, film, line = result.force, result.target_displacement, result.film, touches.line
+    since = None if stress is None else stress_since(touches, asked)
+    return Blow(force, result.dt, filter_width, moved, stress, line, film, landings, asked, since)
+
+
+def stress_since(touches: Touches, asked: LandingChoice) -> float | None:
+    """Return when the landing begins that a reed's stress is told apart by [s]; ``None`` where there is none."""
+    landings = () if touches.landings is None else touches.landings.seat
+    landing = judged_landing(landings, asked)
+    return None if landing is None else landing.start
 
 
 OF_A_LANDING: Final[Mapping[str, str]] = {
@@ -56,6 +68,11 @@ def landing_name(face: Face, number: int, key: str) -> str:
     return f"{face} {number} {key}"
 
 
+def is_of_a_landing(name: str) -> bool:
+    """Return whether a value of a run is one of `landing_name`."""
+    return name.startswith(tuple(f"{face} " for face in get_args(Face)))
+
+
 def values_of_landings(landings: Landings, like: Landings | None = None) -> dict[str, float]:
     """Return the numbers of each landing that have error bars.
 
@@ -73,12 +90,28 @@ def values_of_landings(landings: Landings, like: Landings | None = None) -> dict
     return values
 
 
+def stopper_values(force: Array | None, dt: float, filter_width: float) -> dict[str, float]:
+    """Return the numbers of the stopper's contact that have error bars, called as in summary.json; none without it.
+
+    Args:
+        force: (n + 1,) of the stopper [N]; ``None`` where there is none.
+        dt: step [s].
+        filter_width: of the run [s].
+    """
+    if force is None:
+        return {}
+    return {
+        "stopper_filtered_peak_force_N": largest_average(force[1:], dt, filter_width),
+        "stopper_impulse_Ns": float(np.sum(force[1:])) * dt,
+    }
+
+
 def bar_keys(budget: Budget, without: Collection[str] = ()) -> dict[str, object]:
     """For summary.json, flat: error_bar_KEY of each measure, and its shares error_SOURCE_KEY.
 
     The bars of the measures ``without`` one are ``None``: something is left out that no share knows.
     """
-    names = [name for name in budget.values if key_of(name) != name]
+    names = [name for name in budget.values if not is_of_a_landing(name)]
     bars: dict[str, object] = {
         f"error_bar_{key_of(name)}": None if name in without else _known(budget.bar(name)) for name in names
     }

@@ -16,6 +16,7 @@ from seatfem.structures.rings import Division, face_compliance
 from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import RunError, run_contacts, stress_of
 from seatfem.study.impacts.gas import lift_of
+from seatfem.study.impacts.measures import stress_since
 from seatfem.study.impacts.simpler import simpler_models
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.runs.round import Round
@@ -50,7 +51,8 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
         with watch("reed stress"):
             coarsely = not scene.needs_stress
             force, dt, lift, met = touches.seat.force, touches.seat.dt, lift_of(touches), touches.stopper_force
-            stress = stress_of(scene, done.striker, force, dt, lift, coarsely=coarsely, stopper=met)
+            since = stress_since(touches, scene.accuracy.landing)
+            stress = stress_of(scene, done.striker, force, dt, lift, coarsely=coarsely, stopper=met, since=since)
     simpler: Mapping[str, Touches] = {}
     if done.touches.line is not None or scene.contact.film is not None:
         with watch("simpler models"):

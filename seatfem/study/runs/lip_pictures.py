@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -16,6 +17,7 @@ from impact.after.result import ImpactResult
 from impact.after.spectrum import MOVING_AVERAGE, averaged
 from impact.greens.base import Array
 from impact.march.motion import modal_coordinates
+from impact.pictures.landing_marks import landing_marks
 from impact.pictures.lip_plots import plot_lip
 from seatfem.pictures.apart import Picture
 from seatfem.pictures.landing import Landing, animate_landing
@@ -35,8 +37,11 @@ AFTER: Final = 0.35  # and after it
 AROUND: Final = 120  # quadrilaterals of a lip, at least
 
 
-def lip_pictures(done: Round, baseline: Touches) -> list[Picture]:
-    """lip.png and, of a plate that was computed, landing.gif and .h5; none where the contact is not along a lip."""
+def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str, object]] = ()) -> list[Picture]:
+    """Return lip.png and, of a plate that was computed, landing.gif and .h5; none where the contact is not along a lip.
+
+    They show the hardest of the ``landings`` on the seat, records as in summary.json; of none, the hardest contact.
+    """
     scene, touches = done.plan.scene, done.touches
     division = Division.of(done.seat.greens)
     if touches.parts is None or touches.line is None or division.arcs < FEWEST:
@@ -46,10 +51,17 @@ def lip_pictures(done: Round, baseline: Touches) -> list[Picture]:
     lip = by_arc(touches.parts, division)
     springs = None if baseline.parts is None else by_arc(baseline.parts, division)
     title, width = scene.title or "Contact along the lip", scene.run.filter_width
-    draw = partial(plot_lip, radius=closed_line(shape), share=touches.line.share, filter_width=width, title=title)
+    draw = partial(
+        plot_lip,
+        radius=closed_line(shape),
+        share=touches.line.share,
+        filter_width=width,
+        title=title,
+        landings=landings,
+    )
     pictures: list[Picture] = [("lip.png", partial(draw, lip, springs))]
     try:
-        landing = landing_of(done, lip)
+        landing = landing_of(done, lip, landings)
     except Exception as problem:  # numbers are known already, as in `gap_of`
         return [*pictures, (LANDING, partial(raising, problem))]
     if landing is not None:
@@ -83,14 +95,17 @@ def by_arc(parts: ImpactResult, division: Division) -> ImpactResult:
     )
 
 
-def landing_of(done: Round, lip: ImpactResult) -> Landing | None:
-    """The plate over the lip during its hardest contact; ``None`` of what is no plate with its modes, of loads that
-    the march alone knows, under a preload, and without contact."""
+def landing_of(done: Round, lip: ImpactResult, landings: Sequence[Mapping[str, object]] = ()) -> Landing | None:
+    """Return the plate over the lip during its hardest landing, without ``landings`` during its hardest contact.
+
+    ``None`` of what is no plate with its modes, of loads that the march alone knows, under a preload, and without
+    contact.
+    """
     scene, reed, touches = done.plan.scene, done.reed, done.touches
-    (_, (start, end)), shape = (
-        measures.hardest_group(touches.seat, scene.run.filter_width),
-        scene.seat.lip(lip.force.shape[1]),
-    )
+    shape = scene.seat.lip(lip.force.shape[1])
+    _, (start, end) = measures.hardest_group(touches.seat, scene.run.filter_width)
+    if marks := landing_marks(landings):
+        start, end = marks[0].start, marks[0].end
     if not isinstance(scene.reed, ThinPlate) or reed is None:
         return None
     if shape is None or math.isnan(start) or scene.is_blown_by_lift or scene.contact.preload:

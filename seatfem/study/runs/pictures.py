@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -67,16 +67,18 @@ def draw_run(
     progress: Progress,
     more: Sequence[Picture] = (),
     painter: Painter | None = None,
+    landings: Sequence[Mapping[str, object]] = (),
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Force, motion, energy, Green's function, ``more``, mesh and modes; (files written, gaps in words).
+    """Draw force, motion, energy, Green's function, ``more``, mesh and modes; (files written, gaps in words).
 
-    ``painter``: has taken those of `ahead` for this seat. Mesh and modes of a seat that was computed before, whose
-    matrices are gone, come from the store.
+    ``painter``: has taken those of `ahead` for this seat. ``landings``: records as in summary.json, to be marked. Mesh
+    and modes of a seat that was computed before, whose matrices are gone, come from the store.
     """
     title, width = scene.title or "Impact", scene.run.filter_width
+    marked: dict[str, Any] = {"filter_width": width, "title": title, "landings": landings}
     pictures: list[Picture] = [
-        ("force.png", lambda path: plot_force(result, baseline, path, filter_width=width, title=title)),
-        ("motion.png", lambda path: plot_motion(result, baseline, path, filter_width=width, title=title)),
+        ("force.png", lambda path: plot_force(result, baseline, path, **marked)),
+        ("motion.png", lambda path: plot_motion(result, baseline, path, **marked)),
         ("energy.png", lambda path: plot_energy(result, path, title=title)),
         _greens_picture(scene, method, seat),
         *more,

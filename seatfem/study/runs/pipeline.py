@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from impact.after.stresses import ReedStress
 from impact.files.atomic import check_writable, write_whole
@@ -26,6 +26,7 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.afterwards import afterwards
 from seatfem.study.runs.baseline import Baseline, baseline_of, static_stiffness
 from seatfem.study.runs.ended import ended_plan, remember
+from seatfem.study.runs.landings_file import LANDINGS_FILE, landing_rows
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.outcome import RunOutcome
 from seatfem.study.runs.pictures import ahead, draw_modes, draw_run, gas_pictures
@@ -91,7 +92,7 @@ def run_scene(
     """
     start, watch = time.perf_counter(), Stopwatch()
     check_step(scene)
-    check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE)))
+    check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE, LANDINGS_FILE)))
     with watch("plan"):
         plan = plan or ended_plan(scene)
         if plan is None and painter is not None and scene.seat.is_meshed:  # the seat is likely to be new
@@ -119,6 +120,7 @@ def run_scene(
                 save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
             gas_files = _write_gas(scene, done, folder)
+            write_whole(folder / LANDINGS_FILE, landing_rows(summary["landings"]))
     remember(done)
     assert baseline is not None
 
@@ -131,22 +133,34 @@ def run_scene(
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            more = [*lip_pictures(done, baseline.touches), *gas_pictures(scene, done.touches), *later.pictures(done)]
+            of_lip = lip_pictures(done, baseline.touches, summary["landings"])
+            more = [*of_lip, *gas_pictures(scene, done.touches), *later.pictures(done)]
             results = (done.result, baseline.result)
-            drawn, gaps = draw_run(scene, done.plan.method, done.seat, *results, folder, progress, more, painter)
+            drawn, gaps = draw_run(
+                scene,
+                done.plan.method,
+                done.seat,
+                *results,
+                folder,
+                progress,
+                more,
+                painter,
+                summary["landings"],
+            )
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
         try:
             write_json(folder / SUMMARY_FILE, summary)
         except OSError as problem:
             gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
-    written = (folder / SUMMARY_FILE, *((folder / RESULT_FILE,) if histories else ()), folder / SEAT_FILE)
+    tables = (folder / SUMMARY_FILE, folder / LANDINGS_FILE)
+    written = (*tables, *((folder / RESULT_FILE,) if histories else ()), folder / SEAT_FILE)
     files = (*written, *gas_files, *later.files, *drawn)
     summary |= timing_keys(watch, start)
     messages = (*missed(done), *remarks(done), *later.notes(scene), *gaps)
     return RunOutcome(summary, messages, files, watch.stages, done.met, plan=done.plan)
 
 
-def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) -> dict[str, object]:
+def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) -> dict[str, Any]:
     width, records = scene.run.filter_width, landing_records(done.touches, done.left)
     measured = _measured(scene, done.touches, done.stress)
     return {

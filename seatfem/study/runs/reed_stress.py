@@ -83,8 +83,8 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     peaks = PlatePeaks.of(done, since)
     field, found = peaks.field, peaks.found
     told = stress_by_spans(found.spans, lambda chosen: _peak(plate, field, found.within(chosen)))
-    if not np.any(done.result.force):
-        return PlateReedStress(replace(told, after_contact=None), math.nan, field, peaks)
+    if told.after_contact is None:
+        return PlateReedStress(told, math.nan, field, peaks)
     worst = field.at(np.array([int(found.after_contact.von_mises.argmax())]))
     fewer = largest(_with_fewer_modes(worst), force, dt)
     coarser = plate_modes(plate.sheet, COARSENING)
@@ -118,7 +118,10 @@ def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
     if stress is None:
         return {}
     bar = None if math.isnan(stress.bar) else stress.bar
-    return {**reed_stress_keys(stress.found), "error_bar_peak_reed_stress_after_contact_Pa": bar}
+    landing = stress.found.after_landing
+    of_landing = {} if landing is None else {"landing_peak_reed_stress_Pa": landing.value}
+    bars = {f"error_bar_{key}": bar for key in ("peak_reed_stress_after_contact_Pa", *of_landing)}
+    return {**reed_stress_keys(stress.found), **of_landing, **bars}
 
 
 def plate_field(done: Round, striker: Body | None = None) -> StressField:

@@ -29,7 +29,7 @@ from seatfem.study.impacts.contact import (
     time_step,
 )
 from seatfem.study.impacts.gas import lift_of
-from seatfem.study.impacts.measures import LIP, STRIKER, Source
+from seatfem.study.impacts.measures import LIP, STRIKER, Source, stress_since
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
@@ -183,7 +183,8 @@ def _round(
     stress = None
     if limits.stress or scene.needs_stress or scene.stress is not None or scene.life is not None:
         with watch("reed stress"):
-            stress = stress_of(scene, striker, result.force, result.dt, lift, stopper=met)
+            since = stress_since(touches, scene.accuracy.landing)
+            stress = stress_of(scene, striker, result.force, result.dt, lift, stopper=met, since=since)
     with watch("error budget"):
         wanted_stress = stress if scene.needs_stress else None
         left = error_budget(scene, method, seat, striker, touches, wanted_stress, reed)

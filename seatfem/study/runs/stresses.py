@@ -20,6 +20,7 @@ from impact.runs.budget import Values
 from seatfem.structures.fields.recovery import StressField, largest
 from seatfem.structures.rings import Division, ring_shares
 from seatfem.study.impacts.contact import run_contacts
+from seatfem.study.impacts.measures import stress_since
 from seatfem.study.impacts.touches import parts_of, stopper_force_of
 from seatfem.study.runs.left_in import left_in
 from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress, pushes_of
@@ -73,13 +74,14 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     with these stresses for measures. A stress in the seat that half the step changes by more than `RAW` follows the raw
     force of a first touch, which has no limit without a law of contact that yields: no bar is known of it.
     """
-    seat, reed = seat_stress(done, progress), plate_reed_stress(done)
+    since = stress_since(done.touches, done.plan.scene.accuracy.landing)
+    seat, reed = seat_stress(done, progress), plate_reed_stress(done, since)
     looks: dict[str, Callable[[Forces], Values]] = {}
-    if seat is not None:
+    if seat is not None and np.any(done.result.force):
         looks[SEAT] = partial(_in_the_seat, seat)
     if reed is not None and reed.found.after_contact is not None:
         looks[REED] = partial(_in_the_reed, done, reed.largest_at)
-    if not looks or not np.any(done.result.force):
+    if not looks:
         return seat, reed
 
     def look(stepper: impact.ContactStepper) -> Values:
@@ -87,11 +89,11 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
         return {name: value for told in looks.values() for name, value in told(forces).items()}
 
     own, finer = _told(seat), _told(None)
-    if seat is not None:
+    if seat is not None and SEAT in looks:
         half = replace(done, touches=run_contacts(done.plan.scene, done.striker, done.seat.greens, done.result.dt / 2))
         finer = _told(seat_stress(half))  # whose faster pairs answer a sharper blow
     left = left_in(done, look, finer)
-    if seat is not None:
+    if seat is not None and SEAT in looks:
         raw = [math.nan if abs(finer[name] - own[name]) > RAW * own[name] else left[name] for name in (SEAT, TENSION)]
         seat = replace(seat, bar=seat.bar + raw[0], tension_bar=seat.tension_bar + raw[1])
     if REED in looks and reed is not None:

@@ -25,14 +25,22 @@ from impact.runs.budget import Budget
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.rings import Division
 from seatfem.structures.solved import Solved
-from seatfem.study.impacts.landings import Face
-from seatfem.study.impacts.measures import OF_A_LANDING, landing_name, measured
+from seatfem.study.impacts.landings import Face, Landings
+from seatfem.study.impacts.measures import OF_A_LANDING, landing_name, measured, stopper_values
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
 from seatfem.study.scene.measures import FIRST, HARDEST, LandingChoice, Line, all_measures, key_of
 from seatfem.study.scene.stopper import Stopper
 
+JUDGED: Final[Mapping[str, str]] = {
+    "filtered_peak_force_N": HARDEST + "filtered_peak",
+    "excess_peak_force_N": HARDEST + "filtered_peak",
+    "impulse_Ns": HARDEST + "impulse",
+    "duration_s": HARDEST + "contact_duration",
+    "restitution": HARDEST + "restitution",
+}
+"""Keys of the hardest landing, and the measures that they are."""
 FREQUENCIES: Final = 10  # of the striker that are told
 
 
@@ -49,7 +57,7 @@ def summarise(
     thrown_back = stopper is not None and bool(np.any(stopper.force))
     values = measured(touches, filter_width, stress, asked)
     keys = {each.key: values.get(name) for name, each in all_measures().items()}
-    return keys | _landing_keys(touches, values) | {
+    return keys | landing_keys(touches.landings, values) | {
         "peak_force_N": measures.peak_force(result),
         "filtered_peak_force_N": measures.filtered_peak_force(result, filter_width),
         "filter_width_s": filter_width,
@@ -73,9 +81,9 @@ def summarise(
     }
 
 
-def _landing_keys(touches: Touches, values: Mapping[str, float]) -> dict[str, object]:
+def landing_keys(landings: Landings | None, values: Mapping[str, float]) -> dict[str, object]:
     """Return the keys of the hardest landing on the seat, and of the first where its measures are among ``values``."""
-    if (landings := touches.landings) is None:
+    if landings is None:
         return {}
     hard = landings.hardest
     of_hardest = {f"landing_{key}": hard and getattr(hard, field) for field, key in OF_A_LANDING.items()}
@@ -116,6 +124,10 @@ def landing_records(touches: Touches, left: Budget) -> list[dict[str, object]]:
 def _landing_record(touches: Touches, face: Face, number: int, landing: Landing, left: Budget) -> dict[str, object]:
     names = {key: landing_name(face, number, key) for key in OF_A_LANDING.values()}
     bars = {key: left.bar(name) if name in left.values else math.inf for key, name in names.items()}
+    if face == "seat" and touches.landings is not None and landing is touches.landings.hardest:
+        for key, measure in JUDGED.items():  # what plans know of it is in these
+            if measure in left.values:
+                bars[key] = max(bars[key], left.bar(measure))
     place: tuple[float | None, float | None] = (None, None)
     line, parts = touches.line, touches.parts
     if face == "seat" and line is not None and parts is not None:
@@ -217,8 +229,7 @@ def stopper_keys(result: ImpactResult | None, filter_width: float) -> dict[str, 
     groups = measures.contact_groups(result)
     return {
         "stopper_peak_force_N": measures.peak_force(result),
-        "stopper_filtered_peak_force_N": measures.filtered_peak_force(result, filter_width),
-        "stopper_impulse_Ns": measures.impulse(result),
+        **stopper_values(result.force, result.dt, filter_width),
         "stopper_first_contact_s": float(groups[0, 0]) if len(groups) else None,
         "stopper_contact_count": len(groups),
     }

@@ -69,6 +69,7 @@ class Blow:
         filter_width: of the run [s].
         displacement: (n + 1,) of the seat's patch [m]; ``None``: not known.
         stress: the reed's; ``None``: not known.
+        stress_since: start of the landing that it is told apart by [s]; ``None``: of none.
         line: arc by arc, of a contact along a lip; ``None`` of others.
         film: (n + 1,) what of the force a film bears [N]; ``None``: nothing.
         landings: on the seat, in order of time.
@@ -84,6 +85,7 @@ class Blow:
     film: Array | None = None
     landings: tuple[Landing, ...] = ()
     asked: LandingChoice = "hardest"
+    stress_since: float | None = None
 
     def steps_of(self, landing: Landing) -> slice:
         """Return the recorded times of a landing, as numbers."""
@@ -251,6 +253,11 @@ class Stress(Measure):
         peak = blow.stress.after_contact if blow.stress else None
         return peak.value if peak else 0.0
 
+    def of_landing(self, blow: Blow, landing: Landing) -> float | None:
+        """The largest since it began."""
+        peak = blow.stress.after_landing if blow.stress and blow.stress_since == landing.start else None
+        return peak.value if peak else None
+
 
 class LineForce(Measure):
     """Largest force per length of a lip, averaged over a part of it and over the filter's width."""
@@ -310,6 +317,20 @@ def judged_names(names: Collection[str], landing: LandingChoice) -> tuple[str, .
     return tuple(prefix + name if name in every and every[name].landing_key else name for name in names)
 
 
+def judged_landing(
+    landings: Sequence[Landing], asked: LandingChoice, like: Sequence[Landing] | None = None
+) -> Landing | None:
+    """Return the landing that measures are asked of, of the whole run the hardest; ``None`` where there is none.
+
+    ``like``: the landings of a neighbouring run, whose own is looked for.
+    """
+    every = landings if like is None else like
+    wanted = next(iter(every), None) if asked == "first" else hardest(every)
+    if wanted is None or like is None:
+        return wanted
+    return pair_landings(like, landings)[like.index(wanted)]
+
+
 def values_of(blow: Blow, like: Sequence[Landing] | None = None) -> dict[str, float]:
     """Return the measures of a run, and those of its hardest landing, as far as they are known.
 
@@ -339,6 +360,11 @@ def in_words(name: str) -> str:
     """Return what a value of a run is, in words, its key in brackets."""
     prefix, measure = _parted(name)
     return f"{all_measures()[measure].words}{LANDING_WORDS[prefix]} ({key_of(name)})"
+
+
+def asked_name(name: str) -> str:
+    """Return by which name a scene asks for a value of a run, whichever landing it is of."""
+    return _parted(name)[1]
 
 
 def key_of(name: str) -> str:

@@ -13,8 +13,8 @@ from impact.brief import brief
 from impact.pictures.drawing import gap_of
 from seatfem.study.sweep.charts import draw_history
 from seatfem.study.sweep.goal import Optimise
+from seatfem.study.sweep.landed import BAR, LANDED, STATUS, left_out_in_words, needs_landing
 from seatfem.study.sweep.runner import StudyError
-from seatfem.study.sweep.sampled import BAR
 from seatfem.study.sweep.search import Found, changes_at, rank
 from seatfem.study.sweep.study import Study
 from seatfem.study.sweep.table import StudyTable, table_of
@@ -67,6 +67,12 @@ class Optimum:
         )
         return not abs(values[0] - values[1]) <= sum(bar for bar in bars[:2] if math.isfinite(bar))
 
+    def left_out_in_words(self) -> str:
+        """Return how many scenes of the search did not land or were cut off, and so are no optimum; "" of none."""
+        if not any(map(needs_landing, self.goal.measures)):
+            return ""
+        return left_out_in_words(each.outcome.summary.get(STATUS, LANDED) for each in self.searched)
+
     def table(self, of: Sequence[Found]) -> StudyTable:
         """A row for each point: values, measures, error bars, the margin of each limit, what became of it."""
         measures = tuple(dict.fromkeys((*self.goal.measures, *self.study.outputs.asked())))
@@ -100,13 +106,16 @@ class Optimum:
             "told_apart": self.is_told_apart,
             "searched": len(self.searched),
             "failed": sum(not each.outcome.has_numbers for each in self.searched),
+            "left_out": self.left_out_in_words(),
             "confirmed": len(self.confirmed),
         }
 
     def in_words(self) -> str:
         """One sentence, with what has to be known of it."""
         if not self.has_numbers:
-            return f"no optimum: the best points could not be confirmed: {self.best.outcome.message}"
+            outcome = self.best.outcome
+            why = outcome.message or f"landing_status is {outcome.summary.get(STATUS, LANDED)!r} at the target"
+            return f"no optimum: the best points could not be confirmed: {why}"
         goal, best = self.goal, self.best
         where = ", ".join(f"{key} = {_short(value)}" for key, value in changes_at(self.study, best.point).items())
         limits = [f"{name} = {_with_bar(best, name)} ({each})" for each in goal.constraints for name in (each.measure,)]

@@ -12,7 +12,7 @@ import numpy as np
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, SKY, sheet
 from seatfem.study.sweep.effects import CONFIDENCE, PERCENTILES, Band, Effect, Indices, drawn_rows, front, objectives
 from seatfem.study.sweep.goal import Optimise
-from seatfem.study.sweep.sampled import BAR
+from seatfem.study.sweep.landed import BAR
 from seatfem.study.sweep.table import StudyTable
 
 if TYPE_CHECKING:
@@ -20,7 +20,15 @@ if TYPE_CHECKING:
 
 MOST: Final = 6  # rows or columns of panels: the first ones are shown
 LABELS: Final = 8  # of scenes on a front
+FOOT: Final = 0.03  # of a panel's height, where scenes that do not count are marked
+HOLLOW: Final = " (hollow)"
 FEW: Final = 60  # scenes whose error bars are drawn
+
+
+def _heading(table: StudyTable, what: str, mark: str = "") -> str:
+    """Return what a picture shows, and how many scenes it leaves out; ``mark``: how these are drawn, where they are."""
+    out = table.left_out_in_words()
+    return f"{table.study.heading}: {what}" + (f"\n{out}{mark}" if out else "")
 
 
 def draw_effects(table: StudyTable, effects: Sequence[Effect], path: Path) -> None:
@@ -32,7 +40,7 @@ def draw_effects(table: StudyTable, effects: Sequence[Effect], path: Path) -> No
     parameters = list(dict.fromkeys(each.parameter for each in effects))[:MOST]
     measures = list(dict.fromkeys(each.measure for each in effects))[:MOST]
     with sheet(path, 0.8 + 2.7 * len(parameters), 0.7 + 2.1 * len(measures)) as figure:
-        figure.suptitle(f"{table.study.heading}: main effects")
+        figure.suptitle(_heading(table, "main effects", HOLLOW))
         panels = figure.subplots(len(measures), len(parameters), squeeze=False, sharex="col", sharey="row")
         for effect in effects:
             if effect.parameter in parameters and effect.measure in measures:
@@ -62,12 +70,21 @@ def _effect(axes: Axes, table: StudyTable, effect: Effect) -> None:
 
 
 def _scenes(axes: Axes, table: StudyTable, x: np.ndarray, measure: str) -> None:
-    """Every scene, with its error bar where there are few."""
-    y, bars = table.numbers(measure), table.numbers(BAR + measure)
+    """Every scene, with its error bar where there are few; one that does not count hollow, at the bottom."""
+    y, bars = table.values(measure), table.values(BAR + measure)
     size = 3.0 if len(table) <= FEW else 1.8
     if len(table) <= FEW and np.isfinite(bars).any():
         axes.errorbar(x, y, np.nan_to_num(bars), linestyle="", color=GREY, elinewidth=0.7, zorder=1.8)
     axes.plot(x, y, "o", color=GREY, markersize=size, markeredgewidth=0, alpha=0.7, zorder=1.9)
+    _left_out(axes, x[table.has_numbers & ~table.counted(measure)])
+
+
+def _left_out(axes: Axes, x: np.ndarray) -> None:
+    """Mark scenes that do not count, by where they stand across: they have no height."""
+    if not len(x):
+        return
+    axes.plot(x, np.full(len(x), FOOT), "o", color=ORANGE, markersize=4, markerfacecolor="none", zorder=2,
+              transform=axes.get_xaxis_transform())  # fmt: skip
 
 
 def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> None:
@@ -77,7 +94,7 @@ def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> Non
     columns = min(len(shown), 3)
     rows = math.ceil(len(shown) / columns)
     with sheet(path, 1.6 + 2.6 * columns, 0.9 + rows * (0.7 + 0.42 * len(places))) as figure:
-        figure.suptitle(f"{table.study.heading}: Sobol indices, {100 * CONFIDENCE:g} % confidence")
+        figure.suptitle(_heading(table, f"Sobol indices, {100 * CONFIDENCE:g} % confidence"))
         panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
         for axes, each in zip(panels.flat, shown, strict=False):
             for off, colour, label, value, interval in (
@@ -105,7 +122,7 @@ def draw_bands(table: StudyTable, bands: Sequence[Band], path: Path) -> None:
     columns = min(len(shown), 3)
     rows = math.ceil(len(shown) / columns)
     with sheet(path, 0.7 + 2.9 * columns, 0.7 + 2.5 * rows) as figure:
-        figure.suptitle(f"{table.study.heading}: tolerance bands")
+        figure.suptitle(_heading(table, "tolerance bands"))
         panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
         for axes, band in zip(panels.flat, shown, strict=False):
             count = len(band.sample)
@@ -135,10 +152,11 @@ def draw_scatter(table: StudyTable, names: Sequence[str], path: Path) -> None:
     """Every column against every other, their histograms in the diagonal."""
     shown = list(names)
     rows = drawn_rows(table) | (not table.study.is_drawn)
-    data = {name: table.numbers(name)[rows & table.has_numbers] for name in shown}
+    rows = rows & table.has_numbers & ~table.left_out
+    data = {name: table.numbers(name)[rows] for name in shown}
     n = len(shown)
     with sheet(path, 0.8 + 1.6 * n, 0.8 + 1.5 * n) as figure:
-        figure.suptitle(f"{table.study.heading}: {len(data[shown[0]])} scenes")
+        figure.suptitle(_heading(table, f"{len(data[shown[0]])} scenes"))
         panels = figure.subplots(n, n, squeeze=False, sharex="col")
         for i, below in enumerate(shown):
             for j, right in enumerate(shown):
@@ -165,9 +183,9 @@ def draw_scatter(table: StudyTable, names: Sequence[str], path: Path) -> None:
 def draw_front(table: StudyTable, path: Path) -> None:
     """Every scene by the two measures, those that none beats in both joined by a line and numbered."""
     (across, more_across), (up, more_up) = objectives(table)
-    x, y, best = table.numbers(across), table.numbers(up), front(table)
+    x, y, best = table.values(across), table.values(up), front(table)
     with sheet(path, 5.2, 4.0) as figure:
-        figure.suptitle(f"{table.study.heading}: Pareto front")
+        figure.suptitle(_heading(table, "Pareto front"))
         axes = figure.add_subplot()
         _scenes(axes, table, x, up)
         axes.plot(x[best], y[best], color=GREEN, marker="o", markersize=4.5, zorder=3, label="beaten by none")
@@ -187,15 +205,16 @@ def draw_history(
     path: Path,
 ) -> None:
     """The measure of every scene of a search, the best so far, and what was confirmed: number, value, error bar."""
-    number, value, inside = table.numbers("scene"), table.numbers(goal.measure), np.array(within)
+    number, value, inside = table.numbers("scene"), table.values(goal.measure), np.array(within)
     best = goal.sign * np.fmin.accumulate(np.where(inside, goal.sign * value, np.nan))
     with sheet(path, 5.6, 3.6) as figure:
-        figure.suptitle(f"{table.study.heading}: {'least' if goal.minimise else 'greatest'} {goal.measure}")
+        figure.suptitle(_heading(table, f"{'least' if goal.minimise else 'greatest'} {goal.measure}", HOLLOW))
         axes = figure.add_subplot()
         axes.plot(number[inside], value[inside], "o", color=GREY, markersize=3.5, label="within the limits")
         if not inside.all():
             axes.plot(number[~inside], value[~inside], "x", color=ORANGE, markersize=4.5, label="outside")
         axes.step(number, best, where="post", color=BLUE, label="best so far")
+        _left_out(axes, number[table.has_numbers & ~table.counted(goal.measure)])
         at, measured, bars = np.array(confirmed, dtype=float).T
         axes.errorbar(at, measured, np.nan_to_num(bars), linestyle="", color=GREEN, marker="D", markersize=4.5,
                       capsize=3, zorder=3, label="at the target of accuracy")  # fmt: skip

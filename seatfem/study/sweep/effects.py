@@ -27,11 +27,11 @@ def varying(table: StudyTable) -> list[str]:
 
 def told(table: StudyTable) -> list[str]:
     """Measures with several values."""
-    return [name for name in table.measures if len(set(table.numbers(name)[_known(table, name)].tolist())) > 1]
+    return [name for name in table.measures if len(set(table.values(name)[_known(table, name)].tolist())) > 1]
 
 
 def _known(table: StudyTable, name: str) -> NDArray[np.bool_]:
-    return np.isfinite(table.numbers(name))
+    return np.isfinite(table.values(name))
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Effect:
 def main_effect(table: StudyTable, parameter: str, measure: str) -> Effect:
     """By each value of the parameter, or of many values by groups of neighbours."""
     known = _known(table, measure)
-    y = table.numbers(measure)[known]
+    y = table.values(measure)[known]
     column = [value for value, there in zip(table.columns[parameter], known, strict=True) if there]
     text = table.is_text(parameter)
     values = np.array(column, dtype=object if text else float)
@@ -111,13 +111,13 @@ class Indices:
 
 
 def sobol_indices(table: StudyTable) -> list[Indices]:
-    """Of every measure; none of other designs. Blocks with a scene that failed are left out."""
+    """Of every measure; none of other designs. Blocks with a scene that failed or does not count are left out."""
     count, keys = table.study.number, len(table.parameters)
     if table.study.design != "sobol_indices" or count is None:
         return []
     found = []
     for measure in told(table):
-        blocks = table.numbers(measure).reshape(keys + 2, count)
+        blocks = table.values(measure).reshape(keys + 2, count)
         whole = np.isfinite(blocks).all(axis=0)
         if whole.sum() > 2:
             found.append(saltelli(blocks[0, whole], blocks[1, whole], blocks[2:, whole], measure, table.study.seed))
@@ -208,7 +208,7 @@ def tolerance_bands(table: StudyTable) -> list[Band]:
     found = []
     for measure in told(table):
         rows = drawn_rows(table) & _known(table, measure)
-        sample = np.sort(table.numbers(measure)[rows])
+        sample = np.sort(table.values(measure)[rows])
         if len(sample) < ENOUGH:
             continue
         interval = np.full((2, len(PERCENTILES)), np.nan)
@@ -238,7 +238,7 @@ def front(table: StudyTable) -> list[int]:
     """Rows on the Pareto front of the two measures asked for, by the first of them; none where none are."""
     if table.study.outputs.pareto is None:
         return []
-    costs = [-table.numbers(name) if more else table.numbers(name) for name, more in objectives(table)]
+    costs = [-table.values(name) if more else table.values(name) for name, more in objectives(table)]
     return list(pareto_front(costs[0].tolist(), costs[1].tolist()))
 
 

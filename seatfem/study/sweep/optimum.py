@@ -23,6 +23,7 @@ from seatfem.study.sweep.cases import Case, Cases, cases_of
 from seatfem.study.sweep.design import Changes
 from seatfem.study.sweep.effort import USUAL, Effort
 from seatfem.study.sweep.goal import CONFIRMED, Optimise
+from seatfem.study.sweep.landed import LANDED, STATUS, left_out_in_words
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import STAGE, StudyError, check_effort, crew_of, folder_of_ours, read_journal, run_cases
 from seatfem.study.sweep.search import NEAREST, Found, Level, Shift, changes_at, first_points, improve, rank
@@ -103,7 +104,8 @@ def _search(search: Level, target: Level, goal: Optimise) -> None:
         ranked = sorted(search.found.values(), key=lambda each: rank(each, goal, shift))
         if math.isinf(rank(ranked[0], goal, shift)[0]):
             first = ranked[0].outcome
-            told = first.message or f"{', '.join(goal.measures)}: not known of these scenes"
+            statuses = [each.outcome.summary.get(STATUS, LANDED) for each in search.found.values()]
+            told = first.message or left_out_in_words(statuses) or f"{', '.join(goal.measures)}: not known"
             raise StudyError(
                 f"optimise: none of {len(ranked)} scenes has the numbers that are asked for; the first: {told}"
             )

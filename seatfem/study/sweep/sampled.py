@@ -17,13 +17,15 @@ from typing import Final
 
 import numpy as np
 
+from seatfem.study.impacts.measures import OF_A_LANDING
 from seatfem.study.method import PORTS, RINGS, is_given
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.lips import lip_of
-from seatfem.study.scene.measures import all_measures, key_of
+from seatfem.study.scene.measures import PREFIXES, Measure, Restitution, all_measures, key_of
 from seatfem.study.scene.problems import Problem
 from seatfem.study.sweep.cases import Case, columns_of, key_of_case
 from seatfem.study.sweep.design import Changes
+from seatfem.study.sweep.landed import BAR, STATUS, has_landed
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.study import Study
 
@@ -31,7 +33,6 @@ SAFETY: Final = 1.25
 TIGHTER: Final = 0.6  # of accuracy.target, so that bars of others with their factor are within it
 LEAST: Final = 24  # scenes through the design
 CORNERS: Final = 32  # at most
-BAR: Final = "error_bar_"
 STRESSES: Final = ("peak_reed_stress", "peak_reed_stress_after_contact", "initial_reed_stress")
 STRESS: Final = (
     *(f"{name}_{what}" for name in STRESSES for what in ("Pa", "at_m", "time_s")),
@@ -39,6 +40,8 @@ STRESS: Final = (
     "reed_stress_before_landing_Pa",
 )
 OTHERS: Final = ("peak_force_N", "first_contact_s", "contact_count")
+OF_LANDINGS: Final = (STATUS, *(f"landing_{key}" for key in (*OF_A_LANDING.values(), "static_load_N", "count")))
+PRESSED_ON: Final = ("pressed_on_time_s", "pressed_on_largest_load_N")
 
 
 def settings(scene: Scene) -> Changes:
@@ -69,9 +72,16 @@ def divided(study: Study, cases: list[Case], scene: Scene, measures: Sequence[st
 
 def _needs(measures: Sequence[str]) -> tuple[str, ...]:
     """What these keys of summary.json take beside the force."""
-    moved = [each.key for each in all_measures().values() if each.needs_displacement]
-    asked = {"displacement": moved, "stress": STRESS}
+    every = all_measures().values()
+    moved = [key for each in every if each.needs_displacement for key in _keys(each)]
+    stressed = [key for each in every if each.needs_stress for key in _keys(each)]
+    asked = {"displacement": moved, "stress": {*stressed, *STRESS}}
     return tuple(name for name, keys in asked.items() if set(keys) & set(measures))
+
+
+def _keys(measure: Measure) -> tuple[str, ...]:
+    """Return the keys of a measure in summary.json: of the run, of the hardest and of the first landing."""
+    return tuple(key_of(prefix + measure.name) for prefix in PREFIXES.values() if not prefix or measure.landing_key)
 
 
 def _sample(study: Study, cases: list[Case]) -> set[int]:
@@ -93,13 +103,14 @@ def is_own(outcome: Outcome) -> bool:
 def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> dict[str, Outcome]:
     """The outcomes, those marched side by side with the bars of the sample, all by the target of the study's scene.
 
-    A measure that is zero has none. Nor has one of which a scene of the sample has none, nor has any where such a scene
+    A measure that is zero has none, nor has a scene that did not land or was cut off: none of the sample is like it,
+    and no target is asked of it. Nor has one of which a scene of the sample has none, nor has any where such a scene
     was not carried out: what asks for it misses.
     """
     full = [outcomes[case.key].summary for case in cases if is_own(outcomes[case.key])]
-    sample = [outcomes[case.key].summary for case in cases if case.way == "sample"]
+    sample = [each for case in cases if case.way == "sample" and has_landed(each := outcomes[case.key].summary)]
     first = next((summary for summary in full if "accuracy_target" in summary), {})
-    asked = [key_of(name) for name in str(first.get("accuracy_measures", "")).split(", ")]
+    asked = str(first.get("accuracy_judged_keys", "")).split(", ")
     target = float(first.get("accuracy_target") or math.inf) / TIGHTER
     shares = {name: [_share(each, name) for each in sample if each.get(name)] for name in {*measures, *asked}}
     lost = [case.number for case in cases if case.way == "sample" and not outcomes[case.key].has_numbers]
@@ -107,7 +118,7 @@ def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Seq
 
     def one(outcome: Outcome) -> Outcome:
         summary = dict(outcome.summary)
-        if not outcome.has_numbers:
+        if not outcome.has_numbers or not (is_own(outcome) or has_landed(summary)):
             return outcome
         if not is_own(outcome):
             values = {name: summary.get(name) for name in largest}
@@ -146,7 +157,8 @@ def _check(scene: Scene, measures: Sequence[str]) -> None:
     }
     for name in [name for name, there in words.items() if there][:1]:
         raise _wrong("error_bars", f"'sampled' marches scenes side by side, which {name} forbids; leave the key out")
-    told = {each.key for each in all_measures().values() if not each.needs_line} | {*STRESS, *OTHERS}
+    told = {key for each in all_measures().values() if not each.needs_line for key in _keys(each)}
+    told = (told | {*STRESS, *OTHERS, *OF_LANDINGS, *PRESSED_ON}) - {Restitution.key}  # of all energies of a run
     for name in [name for name in measures if name not in told][:1]:
         known = ", ".join(sorted(told))
         raise _wrong("outputs.measures", f"{name!r} takes a run in full: leave error_bars out, or ask for {known}")

@@ -19,6 +19,7 @@ from seatfem.study.scene import SceneError
 from seatfem.study.sweep.cases import Case, Cases
 from seatfem.study.sweep.design import Changes
 from seatfem.study.sweep.goal import LOOSE, Optimise
+from seatfem.study.sweep.landed import counts
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.study import Study
 
@@ -39,8 +40,9 @@ class Found:
     outcome: Outcome
 
     def value(self, measure: str) -> float:
-        """nan where it is not known."""
-        known = self.outcome.summary.get(measure) if self.outcome.has_numbers else None
+        """Return a measure; nan where it is not known, or the scene does not count for it: it did not land."""
+        counting = self.outcome.has_numbers and counts(self.outcome.summary, measure)
+        known = self.outcome.summary.get(measure) if counting else None
         return float(known) if isinstance(known, int | float) else math.nan
 
 
@@ -112,7 +114,8 @@ def improve(level: Level, goal: Optimise, shift: Shift, radius: float, most: int
     """Search from the best point of the level on, until the trust region, of ``radius`` [shares] at first, is
     `NEAREST`, or the level holds ``most`` points.
 
-    Measures are scaled by what they have differed by so far. A scene without numbers counts as the worst one so far.
+    Measures are scaled by what they have differed by so far. A scene without numbers, or that did not land,
+    counts as the worst one so far.
     """
     from scipy.optimize import NonlinearConstraint, minimize  # takes long to load
 

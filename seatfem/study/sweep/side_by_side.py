@@ -23,11 +23,12 @@ from seatfem.jobs.folders import private_folder
 from seatfem.structures.build import Cache
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import problem_of, seat_of, solved_striker, stress_of, striker_of, time_step
+from seatfem.study.impacts.landings import landings_of_one_contact
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import SEAT_FILE
-from seatfem.study.runs.summary import reed_stress_keys
+from seatfem.study.runs.summary import landing_keys, reed_stress_keys
 from seatfem.study.scene import Scene, load_scene
-from seatfem.study.scene.measures import Blow, key_of, values_of
+from seatfem.study.scene.measures import Blow, judged_landing, key_of, values_of
 from seatfem.study.sweep.outcome import Changes, Outcome, carry_out
 from seatfem.study.sweep.start import begun
 
@@ -36,12 +37,10 @@ SAME = 1e-9  # relative, of two initial states of which one is a multiple of the
 
 @dataclass(frozen=True)
 class _Scene:
-    """One of them: its striker, its gap [m], its velocity [m/s] and the multiple of the first one's initial state."""
+    """One of them: its problem of one contact, and the multiple of the first one's initial state."""
 
     scene: Scene
-    striker: Body
-    gap: float
-    velocity: float
+    problem: ContactProblem
     release: float
 
 
@@ -86,34 +85,33 @@ def _marched(
         raise ContactError("no plan to march by; give the plan that a scene of the sample ended with")
     with private_folder("sweep") as folder:
         seat = seat_of(base, Cache(folder / SEAT_FILE), method=plan.method.seat)
-    problem, target = _problem(base, plan, impact.Body(seat.greens))
+    problem = _problem(base, plan, impact.Body(seat.greens))
     dt = plan.method.time_step or time_step(base, problem.striker.greens, seat.greens)
-    known = [_beside(problem, load_scene(path, {**changed, **other}), plan, target) for other in others]
+    known = [_beside(problem, load_scene(path, {**changed, **other}), plan) for other in others]
     chosen = [each for each in known if each is not None]
     if not chosen:
         return [None] * len(others)
-    gaps, velocities, releases = np.array([(each.gap, each.velocity, each.release) for each in chosen]).T
+    gaps = [each.problem.contacts[0].gap for each in chosen]
+    velocities, releases = ([each.problem.striker.velocity for each in chosen], [each.release for each in chosen])
     held = np.isinf(problem.striker.mass)
     batch = impact.solve_many(
         problem, dt=dt, duration=base.run.duration, gaps=gaps, velocities=None if held else velocities,
         release_scales=None if problem.striker.state is None else releases, record="force",
         filter_width=base.run.filter_width, workers=1,
     )  # fmt: skip
-    made = iter(_summary(each, batch, place, target, dt, needs) for place, each in enumerate(chosen))
+    made = iter(_summary(each, batch, place, dt, needs) for place, each in enumerate(chosen))
     return [None if each is None else next(made) for each in known]
 
 
-def _problem(scene: Scene, plan: Plan, target: Body) -> tuple[ContactProblem, Body]:
-    """With the body of the seat as the contact has it."""
+def _problem(scene: Scene, plan: Plan, target: Body) -> ContactProblem:
     reed = solved_striker(scene, method=plan.method.reed)  # once in a process
     striker = striker_of(scene, plan.method.reed.n_modes, None if reed is None else reed.greens)
-    problem = problem_of(scene, striker, target)
-    return problem, problem.contacts[0].target
+    return problem_of(scene, striker, target)
 
 
-def _beside(base: ContactProblem, scene: Scene, plan: Plan, target: Body) -> _Scene | None:
+def _beside(base: ContactProblem, scene: Scene, plan: Plan) -> _Scene | None:
     """The scene, if it differs from that of ``base`` by its gap, velocity and size of its initial state alone."""
-    problem, _ = _problem(scene, plan, target)
+    problem = _problem(scene, plan, base.target)
     own, there = problem.striker, base.striker
     if len(problem.contacts) > 1 or problem.contacts[0].law != base.contacts[0].law or not _alike(own, there):
         return None
@@ -123,7 +121,7 @@ def _beside(base: ContactProblem, scene: Scene, plan: Plan, target: Body) -> _Sc
         release = float(mine @ first / (first @ first)) if np.any(first) else np.nan
         if not np.abs(mine - release * first).max() <= SAME * np.abs(mine).max():
             return None
-    return _Scene(scene, own, problem.contacts[0].gap, own.velocity, release)
+    return _Scene(scene, problem, release)
 
 
 def _alike(one: Body, other: Body) -> bool:
@@ -134,19 +132,23 @@ def _alike(one: Body, other: Body) -> bool:
     return all(np.array_equal(getattr(first, name), getattr(second, name)) for name in ("omega", "zeta", "shapes"))
 
 
-def _summary(
-    each: _Scene, batch: ImpactBatch, place: int, target: Body, dt: float, needs: Collection[str]
-) -> dict[str, Any]:
+def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Collection[str]) -> dict[str, Any]:
     """As far as summary.json has the same."""
     assert batch.force is not None
-    force, scene = batch.force[place], each.scene
-    stress = stress_of(scene, each.striker, force, dt, np.zeros(0)) if "stress" in needs else None
-    moved = _displacement(target, force, dt) if "displacement" in needs else None
-    values = values_of(Blow(force, dt, scene.run.filter_width, moved, stress))
+    assert batch.gap is not None
+    force, problem, width = batch.force[place], each.problem, each.scene.run.filter_width
+    landings = landings_of_one_contact(problem, force, batch.gap[place], dt, width)
+    asked = each.scene.accuracy.landing
+    judged = judged_landing(landings.seat, asked)
+    since = None if judged is None else judged.start
+    stress = stress_of(each.scene, problem.striker, force, dt, np.zeros(0), since=since) if "stress" in needs else None
+    moved = _displacement(problem.target, force, dt) if "displacement" in needs else None
+    values = values_of(Blow(force, dt, width, moved, stress, landings=landings.seat, asked=asked, stress_since=since))
     touched = batch.contact_count[place] > 0
     return {
         **(reed_stress_keys(stress) if "stress" in needs else {}),
         **{key_of(name): value for name, value in values.items()},
+        **landing_keys(landings, values),
         "peak_force_N": float(batch.peak_force[place]),
         "first_contact_s": float(batch.first_contact[place]) if touched else None,
         "contact_duration_s": float(batch.contact_duration[place]) if touched else None,

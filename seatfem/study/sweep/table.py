@@ -20,9 +20,10 @@ from impact.files.atomic import whole_file, write_whole
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import key_of
 from seatfem.study.sweep.cases import Case, columns_of
+from seatfem.study.sweep.landed import BAR, LANDED, STATUS, has_landed, left_out_in_words, needs_landing
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import StudyError
-from seatfem.study.sweep.sampled import BAR, is_own, judged
+from seatfem.study.sweep.sampled import is_own, judged
 from seatfem.study.sweep.study import Study
 
 Columns = Mapping[str, Sequence[object]]
@@ -37,6 +38,8 @@ class StudyTable:
         parameters: columns of what varies, as "reed.thickness [mm]", in the order of the study.
         measures: columns of what is asked; beside each that has one its error bar, "error_bar_" + its name, SI.
         columns: all of them, by scene; ``None`` where a scene tells nothing.
+
+    Means and all else that follows from the table are of `counted` scenes.
     """
 
     study: Study
@@ -54,6 +57,14 @@ class StudyTable:
         values = self.columns.get(name, [None] * len(self))
         return np.array([float(v) if isinstance(v, int | float) else np.nan for v in values])
 
+    def counted(self, name: str) -> NDArray[np.bool_]:
+        """Return (scenes,) which count for a measure: carried out, and landed where it speaks of a landing."""
+        return self.has_numbers & self.has_landed if needs_landing(name) else self.has_numbers
+
+    def values(self, name: str) -> NDArray[np.float64]:
+        """Return (scenes,) a measure; nan of scenes that do not count for it."""
+        return np.where(self.counted(name), self.numbers(name), np.nan)
+
     def is_text(self, name: str) -> bool:
         """Whether a column holds names."""
         return any(isinstance(value, str) for value in self.columns[name])
@@ -63,15 +74,54 @@ class StudyTable:
         """(scenes,) which were carried out."""
         return np.array([state in ("done", "missed") for state in self.columns["status"]])
 
+    @cached_property
+    def has_landed(self) -> NDArray[np.bool_]:
+        """(scenes,) in which the reed landed on its seat, and the end of the run did not cut that off."""
+        return np.array([status in (None, LANDED) for status in self.columns.get(STATUS, [None] * len(self))])
+
+    @property
+    def left_out(self) -> NDArray[np.bool_]:
+        """(scenes,) carried out, and left out of what follows from a measure that is asked for."""
+        asked = [name for name in self.measures if needs_landing(name)]
+        return self.has_numbers & ~self.has_landed if asked else np.zeros(len(self), dtype=np.bool_)
+
+    def left_out_in_words(self) -> str:
+        """Return how many scenes did not land or were cut off, and so count for nothing; "" of none."""
+        if not self.left_out.any():
+            return ""
+        every = zip(self.columns[STATUS], self.left_out, strict=True)
+        return left_out_in_words(status if out else LANDED for status, out in every)
+
     def ranges(self) -> list[str]:
-        """Of each measure that is a number its least, mean and largest over the scenes that were carried out [SI]."""
+        """Of each measure that is a number its least, mean and largest over the scenes that count for it [SI]."""
         told = []
         for name in self.measures:
-            values = self.numbers(name)
+            values = self.values(name)
             values = values[np.isfinite(values)]
             if values.size and not name.startswith(BAR):
                 told.append(f"{name}: {values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}")
         return told
+
+    def unanswered(self) -> tuple[str, ...]:
+        """Return the measures that are empty in all scenes that count for them."""
+        return tuple(name for name in self.measures if self.has_numbers.any() and not self._answers(name).any())
+
+    def empty_in_words(self) -> list[str]:
+        """Return which measures are empty, and in how many of the scenes that count for them."""
+        words = []
+        for name in self.measures:
+            counted = self.counted(name)
+            empty, count = int((counted & ~self._answers(name)).sum()), int(counted.sum())
+            if name in self.unanswered():
+                words.append(f"{name}: no scene has it" + (f", of {count} that landed" if count else ": none landed"))
+            elif empty:
+                words.append(f"{name}: empty in {empty} of {count} scenes that count for it")
+        return words
+
+    def _answers(self, name: str) -> NDArray[np.bool_]:
+        """(scenes,) which count for a measure and have a value of it."""
+        known = np.array([value is not None for value in self.columns[name]], dtype=np.bool_)
+        return np.asarray(self.counted(name) & known)
 
     def failures(self) -> list[str]:
         """What became of the scenes without numbers, in words."""
@@ -85,15 +135,18 @@ class StudyTable:
 
 
 def measures_of(study: Study, first: Scene) -> tuple[str, ...]:
-    """Keys of summary.json that the study asks for; where it names none those that its first scene's accuracy does."""
+    """Keys of summary.json that the study asks for; where it names none those that its first scene is judged by."""
     named = study.outputs.measures
     usual = () if named else tuple(map(key_of, first.accuracy.judged))
     return tuple(dict.fromkeys((*usual, *study.outputs.asked())))
 
 
 def check_measures(measures: Sequence[str], outcome: Outcome, table: str = "outputs") -> None:
-    """Raises `StudyError` of keys, named in a ``table`` of the study, that a scene's summary does not have."""
-    if not outcome.has_numbers:
+    """Raises `StudyError` of keys, named in a ``table`` of the study, that a scene's summary does not have.
+
+    One that did not land tells nothing of that: it may lack some.
+    """
+    if not outcome.has_numbers or not has_landed(outcome.summary):
         return
     for name in measures:
         if name not in outcome.summary:
@@ -116,6 +169,8 @@ def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], m
             columns[BAR + name] = bars
     if study.error_bars == "sampled":
         columns["error_bars"] = ["own" if is_own(outcome) else "sampled" for outcome in found]
+    if any(STATUS in outcome.summary for outcome in found):
+        columns[STATUS] = [outcome.summary.get(STATUS) for outcome in found]
     columns["status"] = [outcome.state for outcome in found]
     columns["wall_time_s"] = [outcome.wall for outcome in found]
     columns["message"] = [" ".join(outcome.message.split()) for outcome in found]

@@ -31,7 +31,7 @@ from seatfem.study.impacts.contact import (
     time_step,
 )
 from seatfem.study.impacts.gas import lift_of
-from seatfem.study.impacts.measures import measured
+from seatfem.study.impacts.measures import measured, stress_since
 from seatfem.study.impacts.simpler import simpler_bodies
 from seatfem.study.method import FIELDS, REED_BAND, RunMethod, has_key, stated_method
 from seatfem.study.scene import Scene, load_scene
@@ -157,7 +157,8 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float
     with watch("contact"):
         touches = run_contacts(scene, striker, seat.greens, step, engine=point.engine)
     result = touches.seat
-    stress = stress_of(scene, striker, result.force, result.dt, lift_of(touches), stopper=touches.stopper_force)
+    since, met = stress_since(touches, scene.accuracy.landing), touches.stopper_force
+    stress = stress_of(scene, striker, result.force, result.dt, lift_of(touches), stopper=met, since=since)
     never = dict.fromkeys(scene.accuracy.judged, 0.0)
     values = {**never, **measured(touches, scene.run.filter_width, stress, scene.accuracy.landing)}
     about: dict[str, object] = {

@@ -1,0 +1,126 @@
+"""Marks of landings in figures along time: a numbered triangle for each of the hardest, the very hardest filled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+
+from impact.after import measures
+from impact.after.result import ImpactResult
+from impact.greens.base import Array
+from impact.pictures.drawing import PURPLE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MOST: Final = 10  # that are marked, the hardest
+FEW: Final = 20  # filter widths, the least that an enlarged landing shows
+COLOUR: Final = PURPLE
+ROOM: Final = 0.12  # of the height of axes, above which numbers stand
+Body = Literal["seat", "stopper"]
+BODIES: Final[tuple[Body, ...]] = ("seat", "stopper")
+SHAPES: Final[Mapping[Body, str]] = {"seat": "v", "stopper": "^"}
+
+
+@dataclass(frozen=True)
+class LandingMark:
+    """One landing in a figure.
+
+    Attributes:
+        body: that is met: "seat" or "stopper".
+        number: among the landings on that body, from 1 on.
+        start, end: of the landing [s].
+        peak_time: of its largest averaged force [s].
+        peak: that force [N].
+        hardest: whether its force exceeds the static load most, of all on this body.
+    """
+
+    body: Body
+    number: int
+    start: float
+    end: float
+    peak_time: float
+    peak: float
+    hardest: bool
+
+
+def landing_marks(records: Sequence[Mapping[str, object]], body: Body = "seat") -> tuple[LandingMark, ...]:
+    """Return the marks of the hardest landings on a body, the hardest first.
+
+    Args:
+        records: landings as in summary.json: body, number, time_s, duration_s, peak_time_s, filtered_peak_force_N and
+            excess_peak_force_N; those of other bodies, and those without these numbers, are left out.
+        body: the body.
+    """
+    keys = ("excess_peak_force_N", "number", "time_s", "duration_s", "peak_time_s", "filtered_peak_force_N")
+    found = [tuple(_number(each.get(key)) for key in keys) for each in records if each.get("body") == body]
+    complete = sorted((row for row in found if not np.isnan(row).any()), key=lambda row: -row[0])
+    return tuple(
+        LandingMark(body, int(number), start, start + lasting, peak_time, peak, rank == 0)
+        for rank, (_, number, start, lasting, peak_time, peak) in enumerate(complete[:MOST])
+    )
+
+
+def _number(value: object) -> float:
+    return float(value) if isinstance(value, int | float) else float("nan")
+
+
+def shown_contact(
+    runs: Sequence[ImpactResult], width: float, margin: float, landings: Sequence[Mapping[str, object]] = ()
+) -> tuple[tuple[float, float], str]:
+    """Return time window [s] and name of what is enlarged: the hardest of the ``landings`` on the seat.
+
+    Without any, the group of contacts of the first run in which the mean force over ``width`` [s] is largest, and
+    groups of the others at that time, ``margin`` of it on either side; or the whole run.
+    """
+    last, marks = float(runs[0].time[-1]), landing_marks(landings)
+    if (window := _landing_window(marks, margin, width)) is not None:
+        words = f"landing {marks[0].number}, the hardest" if len(marks) > 1 else "the landing"
+        return (window[0], min(window[1], last)), words
+    number, (begin, end) = measures.hardest_group(runs[0], width)
+    if math.isnan(begin):
+        return (0.0, last), "no contact"
+    for run in runs[1:]:
+        solid = run.solid[1:].reshape(len(run.solid) - 1, -1).sum(axis=1)
+        groups = measures.merged(run.dt * measures.closed_steps(solid))
+        beside = groups[(groups[:, 0] <= end) & (groups[:, 1] >= begin)]
+        begin, end = min([begin, *beside[:, 0]]), max([end, *beside[:, 1]])
+    extra = margin * (end - begin) + 2 * runs[0].dt
+    window = max(float(begin - extra), 0.0), min(float(end + extra), last)
+    return window, "first contact" if number == 0 else f"contact {number + 1}, the hardest"
+
+
+def _landing_window(marks: Sequence[LandingMark], margin: float, width: float) -> tuple[float, float] | None:
+    """Return the time window [s] of the hardest landing, ``margin`` of its duration, and some of the ``width`` of the
+    filter [s], on either side; ``None`` without a landing."""
+    mark = next((mark for mark in marks if mark.hardest), None)
+    if mark is None:
+        return None
+    beside = max(margin * (mark.end - mark.start), (FEW * width - (mark.end - mark.start)) / 2, 2 * width)
+    return max(mark.start - beside, 0.0), mark.end + beside
+
+
+def draw_marks(axes: Axes, marks: Sequence[LandingMark], place: Callable[[LandingMark], tuple[float, float]]) -> None:
+    """Draw the ``marks`` of one body, numbered, at their ``place`` in the units of the axes; one is in the legend."""
+    label = {"seat": "landing (filled: the hardest)", "stopper": "landing on the stopper"}
+    for mark in marks:
+        shown, size = (COLOUR, 7.5) if mark.hardest and mark.body == "seat" else ("white", 5.0)
+        style: dict[str, Any] = {"marker": SHAPES[mark.body], "markeredgecolor": COLOUR, "markerfacecolor": shown}
+        name = label[mark.body] if mark.hardest else None
+        axes.plot(*place(mark), linestyle="none", markersize=size, zorder=5.0, clip_on=False, label=name, **style)
+        weight = "bold" if mark.hardest and mark.body == "seat" else "normal"
+        moved: dict[str, Any] = {"xytext": (0, 5), "textcoords": "offset points", "ha": "center", "va": "bottom"}
+        number = f"{mark.number}"
+        axes.annotate(number, place(mark), fontsize=8, color=COLOUR, fontweight=weight, zorder=5.1, **moved)
+    if marks:
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high + ROOM * (high - low))
+
+
+def value_at(run: ImpactResult, values: Array, time: float) -> float:
+    """Return one of the ``values`` (n + 1,) of a run, at the step nearest to a ``time`` [s]."""
+    return float(values[int(np.clip(np.searchsorted(run.time, time), 0, len(values) - 1))])

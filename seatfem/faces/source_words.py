@@ -1,0 +1,22 @@
+"""What an error is the error of, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+SOURCES: Final[Mapping[str, str]] = {
+    "mesh": "mesh error",
+    "reduction": "reduced model of the seat",
+    "time_step": "time step",
+    "model": "simpler model of the seat",
+    "patch": "contact face treated as one",
+    "striker": "model of the reed",
+    "stopper": "stopper",
+    "lip": "one contact point in place of the lip",
+}
+
+
+def in_words(source: str) -> str:
+    """Return a source of error of the budget in words; one that is new by its name."""
+    return SOURCES.get(source, source.replace("_", " "))

@@ -1,0 +1,239 @@
+"""What a user sees first: the landing that a run is judged by, all landings, and that nothing landed where so."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from io import StringIO
+from typing import Any
+
+import pytest
+from rich.table import Table
+
+from seatfem.faces.landings_table import landings_of, landings_table
+from seatfem.faces.result_table import result_table
+from seatfem.faces.terminal import Console
+from seatfem.faces.verdict import judged_words, pressed_on, verdict
+from seatfem.study.runs.landings_file import landing_rows
+from seatfem.study.scene.measures import Blow, Measure
+
+JUDGED = "landing_impulse_Ns, landing_filtered_peak_force_N"
+
+
+def landing(number: int, body: str = "seat", **numbers: object) -> dict[str, object]:
+    """A landing of a suction valve, as summary.json lists it."""
+    return {
+        "body": body,
+        "number": number,
+        "time_s": 9.0006e-3,
+        "place_deg": 348.75,
+        "place_m": 0.0335,
+        "closing_speed_m_per_s": 1.49,
+        "filtered_peak_force_N": 43.8,
+        "peak_time_s": 9.0056e-3,
+        "static_load_N": 3.1,
+        "excess_peak_force_N": 40.7,
+        "impulse_Ns": 230e-6,
+        "duration_s": 21e-6,
+        "restitution": 0.31,
+        "cut_off": False,
+        "error_bar_filtered_peak_force_N": 0.57,
+        "error_bar_impulse_Ns": 1.4e-6,
+        "error_bar_restitution": 0.22,
+        "error_bar_duration_s": None,
+    } | numbers
+
+
+@pytest.fixture
+def summary() -> dict[str, object]:
+    """Of the suction valve: pressed on by the gas, hit once at the stopper, two landings on the seat."""
+    records = [
+        landing(1, "stopper", excess_peak_force_N=81.0),
+        landing(1),
+        landing(2, time_s=11.2e-3, excess_peak_force_N=8.0, filtered_peak_force_N=12.0, cut_off=True),
+    ]
+    skipped = ("body", "number", "place_deg", "place_m", "peak_time_s", "cut_off")
+    hardest = {
+        key.replace("error_bar_", "error_bar_landing_") if key.startswith("error_bar_") else f"landing_{key}": value
+        for key, value in records[1].items()
+        if key not in skipped
+    }
+    return {
+        "landings": records,
+        "landing_status": "landed",
+        "landing_count": 2,
+        "landing_number": 1,
+        "accuracy_landing": "hardest",
+        **hardest,
+        "spring_landing_static_load_N": 3.1,
+        "spring_landing_filtered_peak_force_N": 35.4,
+        "spring_landing_impulse_Ns": 230.5e-6,
+        "reed_stress_before_landing_Pa": 180e6,
+        "accuracy_judged_keys": JUDGED,
+        "accuracy_measures": "impulse, filtered_peak",
+        "accuracy_target": 0.02,
+        "accuracy_met": True,
+        "filtered_peak_force_N": 72.821,
+        "error_bar_filtered_peak_force_N": 0.087,
+        "filter_width_s": 5e-6,
+        "impulse_Ns": 0.9,
+        "first_contact_s": 0.0,
+        "contact_count": 2,
+        "contact_count_raw": 7,
+        "pressed_on_time_s": 12.3e-3,
+        "pressed_on_largest_load_N": 72.0,
+        "gas_largest_lift_m": 1e-3,
+        "plan_run_duration": "20 ms",
+        "seat_kind": "annular",
+    }
+
+
+def lines_of(table: Table | None) -> list[str]:
+    assert table is not None
+    console = Console(width=200, record=True, file=StringIO())
+    console.print(table)
+    return [" ".join(line.split()) for line in console.export_text().splitlines()]
+
+
+def printed(summary: Mapping[str, object], **changed: object) -> list[str]:
+    return lines_of(result_table({**summary, **changed}))
+
+
+def test_the_hardest_landing_stands_first_and_is_what_is_judged(summary: dict[str, object]) -> None:
+    lines = printed(summary)
+    first = lines.index("hardest landing (1 of 2)")
+    assert lines[first + 1 : first + 10] == [
+        "time 9.001 ms",
+        "closing speed 1.49 m/s",
+        "peak force, 5 us mean 43.80 ± 0.57 N 35.40 N -19 % 15 1.3 %, met",
+        "above the static load 40.7 N",
+        "static load 3.1 N 3.1 N",
+        "impulse above static load 230.0 ± 1.4 uN s 230.5 uN s +0.22 % 0.36 0.61 %, met",
+        "duration 21 ± ? us",
+        "restitution not known (0.31 ± 0.22)",
+        "reed stress before landing 180 MPa",
+    ]
+    whole = lines.index("whole run")
+    assert whole > first
+    assert lines[whole + 1] == "peak force, 5 us mean 72.821 ± 0.087 N", "the load of the gas is not judged"
+    assert "first contact, reed starts closed 0 s" in lines
+    assert "contacts 2 (landings 2), touches 7" in lines
+
+
+def test_the_whole_run_stands_first_where_it_is_judged(summary: dict[str, object]) -> None:
+    lines = printed(summary, accuracy_landing="run", accuracy_judged_keys="impulse_Ns, filtered_peak_force_N")
+    assert lines.index("whole run") < lines.index("hardest landing (1 of 2)")
+    assert "peak force, 5 us mean 72.821 ± 0.087 N 0.12 %, met" in lines
+
+
+def test_the_sentence_compares_landings(summary: dict[str, object]) -> None:
+    assert verdict(summary) == (
+        "Peak force (mean over 5 us): A spring would give 35 N instead of 44 N (-19 %). "
+        "Uncertainty of the 44 N: 0.57 N."
+    )
+    static = {"spring_landing_static_load_N": 30.0, "error_bar_landing_static_load_N": 0.1}
+    asked = {"accuracy_judged_keys": "landing_static_load_N", "spring_landing_filtered_peak_force_N": 43.8}
+    assert "30 N" not in verdict({**summary, **static, **asked})
+    assert judged_words(summary) == "impulse and peak force (mean over 5 us) of the hardest landing (1 of 2)"
+    assert judged_words({**summary, "landing_count": 1}).endswith(" of the landing")
+    assert judged_words({**summary, "accuracy_landing": "first"}).endswith(" of the first landing (1 of 2)")
+
+
+@pytest.mark.parametrize(
+    ("status", "words", "remedy"),
+    [
+        ("no landing", "No landing: the reed does not reach the seat in 20 ms", "a longer run.duration"),
+        ("cut off", "Cut off: the run ends in a contact", "a run.duration longer than 20 ms"),
+        ("never opened", "Never opened: the reed is closed at the start", 'accuracy.landing = "run"'),
+    ],
+)
+def test_a_run_that_did_not_land_says_so_first(
+    summary: dict[str, object], status: str, words: str, remedy: str
+) -> None:
+    nothing = {key: None for key in summary if "landing_" in key and key != "landing_status"}
+    run = {**summary, **nothing, "landings": [], "landing_status": status, "accuracy_met": None}
+    run |= {"accuracy_judged_keys": JUDGED, "impulse_Ns": 0.0, "error_bar_impulse_Ns": 0.0}
+    assert verdict(run).startswith(words)
+    assert remedy in verdict(run)
+    lines = printed(run)
+    assert "landing" not in " ".join(lines[:6])
+    assert not [line for line in lines if line.endswith((", met", ", missed"))]
+    assert landings_table(landings_of(run)) is None
+
+
+def test_a_run_cut_off_after_a_landing_says_both(summary: dict[str, object]) -> None:
+    words = verdict({**summary, "landing_status": "cut off"})
+    assert words.startswith("Cut off: ")
+    assert "A spring would give 35 N instead of 44 N" in words
+
+
+def test_time_under_static_load_is_told_apart(summary: dict[str, object]) -> None:
+    assert pressed_on(summary) == ("pressed on by the gas: 72 N at most, 12.3 ms in all (no landing, and not judged)")
+    assert pressed_on({**summary, "pressed_on_time_s": 0.0}) == ""
+    assert pressed_on({}) == ""
+
+
+def test_landings_are_listed_the_largest_excess_first(summary: dict[str, object]) -> None:
+    lines = lines_of(landings_table(landings_of(summary)))
+    rows = [line for line in lines if line.startswith(("seat ", "stopper "))]
+    assert [row.split()[:2] for row in rows] == [["stopper", "1"], ["seat", "1"], ["seat", "2,"]]
+    assert rows[1] == ("seat 1 348.8 deg 9.001 1.49 43.80 ± 0.57 3.1 40.7 230.0 ± 1.4 21 ± ? not known (0.31 ± 0.22)")
+    assert rows[2].startswith("seat 2, cut off ")
+    assert "± ?: uncertainty not known" in lines
+
+
+def test_the_first_ten_landings_are_shown_and_the_others_counted(summary: dict[str, object]) -> None:
+    many = [landing(number, excess_peak_force_N=float(number)) for number in range(1, 14)]
+    records = landings_of({**summary, "landings": many})
+    lines = lines_of(landings_table(records))
+    assert [line.split()[1] for line in lines if line.startswith("seat ")] == [str(n) for n in range(13, 3, -1)]
+    assert any(line.endswith("; and 3 more, in landings.csv") for line in lines)
+    assert len(landings_table(records, None).rows) == 13  # type: ignore[union-attr]
+
+
+def test_without_a_static_load_nothing_is_said_of_it(summary: dict[str, object]) -> None:
+    records = [landing(1, static_load_N=0.0, excess_peak_force_N=43.8, place_deg=None, place_m=None)]
+    assert "static" not in " ".join(lines_of(landings_table(records))).partition("landings: ")[0]
+    assert "place" not in lines_of(landings_table(records))[1]
+    lines = printed(summary, landing_static_load_N=0.0, landing_excess_peak_force_N=43.8)
+    assert "impulse 230.0 ± 1.4 uN s 230.5 uN s +0.22 % 0.36 0.61 %, met" in lines
+    assert "static" not in " ".join(lines)
+
+
+def test_results_without_landings_are_shown_as_they_are() -> None:
+    assert landings_table(landings_of({})) is None
+    assert "whole run" in printed({"impulse_Ns": 1e-3})
+
+
+@pytest.fixture
+def toy() -> Iterator[None]:
+    class Square(Measure):
+        """Integral of the squared force."""
+
+        name, key, words = "toy_square", "force_squared_N2s", "squared force"
+
+        def of(self, blow: Blow) -> float:
+            return 0.0
+
+    yield
+    del Square.name
+
+
+@pytest.mark.usefixtures("toy")
+@pytest.mark.parametrize("prefix", ["", "landing_"])
+def test_a_measure_of_the_user_is_a_row(summary: dict[str, Any], prefix: str) -> None:
+    key = f"{prefix}force_squared_N2s"
+    asked = {**summary, "accuracy_measures": "toy_square", "accuracy_judged_keys": key}
+    value = {key: 12.5, f"error_bar_{key}": 0.125, f"spring_{key}": 10.0}
+    lines = printed(asked, **value)
+    assert f"squared force ({key}) 12.50 ± 0.12 10.00 -20 % 20 1 %, met" in lines
+    assert verdict({**asked, **value}).startswith("Squared force: A spring would give 10 instead of 12")
+    assert "squared force: asked for, but this run gives no value" in printed(asked)
+
+
+def test_landings_as_csv() -> None:
+    text = landing_rows([landing(1, restitution=None), landing(2, cut_off=True)]).decode().splitlines()
+    assert text[0].startswith("body,number,time_s,place_deg,")
+    first, second = (dict(zip(text[0].split(","), line.split(","), strict=True)) for line in text[1:])
+    assert float(first["time_s"]) == 9.0006e-3
+    assert (first["restitution"], first["cut_off"], second["cut_off"]) == ("", "false", "true")
+    assert landing_rows([]) == b"body,number,time_s\n"

@@ -1,0 +1,132 @@
+"""Scenes whose largest force is not their landing, and scenes that do not land: what comes first in their answers."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seatfem.faces.cli import run_command
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.runs.rounds import Limits
+from seatfem.study.scene import load_scene
+
+SEAT = """
+[seat]
+kind = "rod"
+young = "206 GPa"
+density = "7850 kg/m^3"
+length = "30 mm"
+area = "20 mm^2"
+damping_ratio = 0.05
+"""
+REED = """
+[reed]
+kind = "cantilever"
+length = "30 mm"
+width = "10 mm"
+thickness = "0.3 mm"
+material = "steel"
+damping_ratio = 0.05
+n_modes = 4
+"""
+PULSE = "time [ms],pressure [bar]\n0,-1\n0.2,-1\n0.4,0.4\n1.0,0.4\n1.4,-0.1\n3.5,-0.5\n6,-15\n8,-15\n"
+VALVE = (
+    'title = "valve"\n' + SEAT + REED + "[[load]]\n"
+    'pressure = { file = "pulse.csv" }\narea = "60 mm^2"\n'
+    '[contact]\npreload = true\n[run]\nduration = "8 ms"\nfilter_width = "10 us"\n[accuracy]\ntarget = "20 %"\n'
+)
+MASS = SEAT + '[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-1 m/s"\n[contact]\ngap = "0.1 mm"\n'
+
+
+def run(tmp_path: Path, text: str, **changed: object) -> tuple[dict[str, Any], bool | None]:
+    path = tmp_path / "scene.toml"
+    path.write_text(text)
+    (tmp_path / "pulse.csv").write_text(PULSE)
+    changes = {name.replace("__", "."): value for name, value in changed.items()}
+    outcome = run_scene(load_scene(path, changed=changes), tmp_path / "out", pictures=False, limits=Limits(rounds=1))
+    return json.loads((tmp_path / "out" / "summary.json").read_text()), outcome.met
+
+
+def test_the_landing_of_a_valve_is_not_the_gas_that_presses_it(tmp_path: Path) -> None:
+    """15 bar on 60 mm2 press the closed valve with 90 N; what is judged is the blow with which it closes before."""
+    summary, _ = run(tmp_path, VALVE)
+    assert summary["landing_status"] == "landed"
+    assert summary["filtered_peak_force_N"] == pytest.approx(90.0, rel=0.05)
+    assert summary["pressed_on_largest_load_N"] == pytest.approx(90.0, rel=0.05)
+    assert summary["landing_filtered_peak_force_N"] < 0.8 * 90.0
+    assert 0.4e-3 < summary["landing_time_s"] < 6e-3
+    assert summary["landing_closing_speed_m_per_s"] > 0.1
+    assert summary["landing_excess_peak_force_N"] == pytest.approx(
+        summary["landing_filtered_peak_force_N"] - summary["landing_static_load_N"], rel=1e-9
+    )
+    assert summary["accuracy_judged_keys"] == "landing_impulse_Ns, landing_filtered_peak_force_N"
+    assert summary["error_bar_landing_filtered_peak_force_N"] > 0
+    assert summary["spring_landing_filtered_peak_force_N"] > 0
+    # what the gas presses before and after is in the impulse of the run, and in no landing
+    of_landings = sum(each["impulse_Ns"] for each in summary["landings"])
+    assert summary["impulse_Ns"] > 2 * of_landings > 0
+    hardest = max(summary["landings"], key=lambda each: each["excess_peak_force_N"])
+    assert hardest["time_s"] == summary["landing_time_s"]
+    rows = list(csv.DictReader((tmp_path / "out" / "landings.csv").read_text().splitlines()))
+    assert [float(row["time_s"]) for row in rows] == [each["time_s"] for each in summary["landings"]]
+
+
+def test_first_and_run_speak_of_the_first_landing_and_of_the_run(tmp_path: Path) -> None:
+    first, _ = run(tmp_path, VALVE, accuracy__landing="first")
+    assert first["accuracy_judged_keys"] == "first_landing_impulse_Ns, first_landing_filtered_peak_force_N"
+    assert first["first_landing_impulse_Ns"] == next(
+        each["impulse_Ns"] for each in first["landings"] if each["body"] == "seat"
+    )
+    assert first["error_bar_first_landing_impulse_Ns"] > 0
+    whole, _ = run(tmp_path, VALVE, accuracy__landing="run")
+    assert whole["accuracy_judged_keys"] == "impulse_Ns, filtered_peak_force_N"
+
+
+def test_with_one_landing_and_no_load_both_agree(tmp_path: Path) -> None:
+    summary, met = run(tmp_path, MASS + '[run]\nduration = "0.3 ms"\n[accuracy]\ntarget = "5 %"\n')
+    assert met
+    for key, of_landing in (
+        ("impulse_Ns", "landing_impulse_Ns"),
+        ("filtered_peak_force_N", "landing_filtered_peak_force_N"),
+        ("contact_duration_s", "landing_duration_s"),
+        ("restitution", "landing_restitution"),
+        ("max_seat_displacement_m", "landing_max_seat_displacement_m"),
+    ):
+        assert summary[of_landing] == pytest.approx(summary[key], rel=1e-9), key
+    for key in ("impulse_Ns", "filtered_peak_force_N", "closing_speed_m_per_s", "restitution", "time_s", "duration_s"):
+        assert summary[f"error_bar_landing_{key}"] is not None
+    assert summary["landing_closing_speed_m_per_s"] == pytest.approx(1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "status"),
+    [
+        (MASS + '[run]\nduration = "0.05 ms"\n', "no landing"),
+        (MASS + '[run]\nduration = "0.11 ms"\n', "cut off"),
+        (VALVE.replace("pulse.csv", "pressed.csv"), "never opened"),
+    ],
+)
+def test_scenes_that_do_not_land_are_neither_met_nor_failed(
+    tmp_path: Path, text: str, status: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(text)
+    (tmp_path / "pressed.csv").write_text("time [ms],pressure [bar]\n0,-1\n8,-2\n")
+    code = run_command(["run", str(path), "-o", str(tmp_path / "out"), "--no-pictures", "--rounds", "1"])
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["landing_status"] == status
+    if status == "cut off":
+        assert summary["landings"][0]["cut_off"]
+        return
+    assert code == 0
+    assert summary["accuracy_met"] is None
+    assert summary["landings"] == []
+    assert summary["landing_impulse_Ns"] is None
+    said = capsys.readouterr().out
+    assert said.index("No landing" if status == "no landing" else "Never opened") < said.index("whole run")
+    assert " 0 ± 0" not in said
+    assert ", met" not in said

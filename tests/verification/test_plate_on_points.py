@@ -1,0 +1,192 @@
+"""The independent program for tilted landings: its plate, seat and march against closed forms, and its committed table.
+
+benchmarks/points, plate_on_points.py and plate_on_points_product.py; the landings themselves are not run here.
+"""
+
+import ast
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import plate_on_points
+import plate_on_points_product
+import pytest
+from points.landing import lip_points
+from points.march import Law, Modes, PointForces, filtered_peak, impulse, march_landing
+from points.mesh import Block, mesh_blocks
+from points.outlines import Sheet
+from points.plate import SHEAR_FACTOR, Material, Plate
+from points.seat import Meridian, Seat, modes_below
+
+SIDE, THICKNESS = 1.0, 0.2
+STUFF = Material(1e9, 0.3, 1000.0)
+
+
+def supported_frequency() -> float:
+    """Lowest circular frequency of a square Mindlin plate on simple supports that hold the rotation along the edge.
+
+    w = W sin sin and a = A grad(sin sin)/k with k^2 = 2 (pi/a)^2 leave two equations for W and A.
+    """
+    wave = math.sqrt(2) * math.pi / SIDE
+    shear, inertia = SHEAR_FACTOR * STUFF.shear * THICKNESS, STUFF.density * THICKNESS**3 / 12
+    rigidity = STUFF.young * THICKNESS**3 / (12 * (1 - STUFF.poisson**2))
+    mass = STUFF.density * THICKNESS
+    matrix = [[shear * wave**2 / mass, -shear * wave / mass], [-shear * wave / inertia, 0.0]]
+    matrix[1][1] = (rigidity * wave**2 + shear) / inertia
+    return math.sqrt(np.linalg.eigvals(np.array(matrix)).min())
+
+
+def supported_plate(order: int, parts: int) -> Plate:
+    ends = np.linspace(0, 1, parts + 1)
+    mesh = mesh_blocks([Block(lambda s, t: np.stack([SIDE * s, SIDE * (t - 0.5)], axis=-1), ends, ends)], order)
+    x, y = mesh.points.T
+    sides = np.flatnonzero((x < 1e-9) | (x > SIDE - 1e-9))
+    ends_of_y = np.flatnonzero(np.abs(y) > SIDE / 2 - 1e-9)
+    held = np.unique(np.concatenate([3 * sides, 3 * sides + 2, 3 * ends_of_y, 3 * ends_of_y + 1]))
+    return Plate(mesh, STUFF, THICKNESS, held)
+
+
+@pytest.mark.parametrize("order", [2, 3])
+def test_frequencies_of_a_supported_plate_converge_with_twice_the_order(order: int) -> None:
+    exact = supported_frequency()
+    errors = [abs(supported_plate(order, parts).modes(2)[0][0] / exact - 1) for parts in (4, 8)]
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(2 * order, abs=0.35)
+    assert errors[1] < 2e-4
+
+
+def test_a_thin_cantilever_has_the_frequencies_of_kirchhoff() -> None:
+    """By graded Argyris elements, good to 2e-4: 3.4710, 8.5066, ...; a thousandth in thickness changes 5e-4 at most."""
+    mesh = mesh_blocks(Sheet(1.0, 1.0, 0.5).blocks(0.25), 7)
+    clamped = np.flatnonzero(mesh.points[:, 0] < 1e-9)
+    plate = Plate(mesh, STUFF, 1e-3, (3 * clamped[:, None] + np.arange(3)).ravel())
+    values = plate.modes(6)[0] * math.sqrt(STUFF.density * 1e-3 / plate.rigidity)
+    np.testing.assert_allclose(values, [3.4710, 8.5066, 21.285, 27.199, 30.956, 54.186], rtol=3e-4)
+
+
+COLUMN = Seat(3e-3, 1e-3, 0.0, 4e-3, 2.5e-3, Material(1e9, 0.0, 1000.0), 0.0)
+
+
+@pytest.mark.parametrize("order", [2, 3])
+def test_a_seat_without_lateral_strain_is_a_rod(order: int) -> None:
+    """Its statics are l/(E A); its second longitudinal mode, at 3 c/(4 l), converges with twice the order."""
+    length, area = COLUMN.thickness + COLUMN.lip_height, math.pi * (4e-3**2 - 3e-3**2)
+    errors = []
+    for size in (0.5e-3, 0.25e-3):
+        meridian = Meridian(COLUMN, order, size)
+        stiffness, mass = meridian.harmonic(0)
+        mean = meridian.means(np.array([3e-3, 4e-3]), 0)
+        static = (mean.T @ np.linalg.solve(stiffness.toarray(), mean))[0, 0] / (2 * math.pi)
+        assert static == pytest.approx(length / (1e9 * area), rel=1e-9)
+        squares, vectors = modes_below(stiffness, mass, 2 * math.pi * 320e3)
+        amplitudes = np.abs(mean.T @ vectors)[0]
+        second = squares[amplitudes > 0.9 * amplitudes.max()].max()
+        errors.append(math.sqrt(second) / (2 * math.pi) / (0.75 * 1e3 / length) - 1)
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(2 * order, abs=0.35)
+    assert abs(errors[1]) < 1e-3
+
+
+def test_harmonics_have_the_energy_of_uniform_strains() -> None:
+    """A translation and a rotation (m = 1) strain nothing; u_x = x, u_y = -y (m = 2) stores 2 mu per volume."""
+    seat = Seat(3e-3, 1e-3, 0.0, 6e-3, 2e-3, STUFF, 0.0)
+    meridian = Meridian(seat, 4, 1e-3)
+    radius, z = meridian.mesh.points.T
+    one, none = np.ones_like(radius), np.zeros_like(radius)
+
+    def energy(m: int, *parts: np.ndarray) -> float:
+        motion = np.stack(parts, axis=1).ravel()
+        return float(motion @ (meridian.stiffness(m) @ motion))
+
+    volume = (6e-3**2 - 3e-3**2) * 2e-3
+    stretch = energy(2, radius, -radius, none)
+    assert stretch == pytest.approx(4 * STUFF.shear * volume, rel=1e-9)
+    assert abs(energy(1, one, -one, none)) < 1e-9 * STUFF.shear * 6e-3
+    assert abs(energy(1, -z, z, radius)) < 1e-9 * STUFF.shear * 6e-3**3
+
+
+def test_the_residual_of_the_seats_modes_is_a_compliance() -> None:
+    """With the modes it adds up to the same statics, and no load takes energy from it."""
+    seat = Seat(3e-3, 1e-3, 0.5e-3, 6e-3, 2e-3, STUFF, 0.0)
+    borders = lip_points(3.5e-3, 1e-3, 8, 2).borders
+    with_modes, without = (Meridian(seat, 3, 1.5e-3).response(borders, 8, band) for band in (200e3, 0.0))
+    assert len(with_modes.omega) > 10
+    dynamic = (with_modes.shapes / with_modes.omega**2) @ with_modes.shapes.T
+    statics = without.residual
+    np.testing.assert_allclose(with_modes.residual + dynamic, statics, rtol=0, atol=1e-9 * statics.max())
+    assert np.linalg.eigvalsh(with_modes.residual).min() > 0
+
+
+SPRINGS, YIELDING, STRIKER, SPEED = np.full(4, 2e6), np.diag(np.full(4, 1e-7)), 2e-4, 1.5
+
+
+def bounce(power: float, dt: float, duration: float) -> np.ndarray:
+    """Force of a rigid mass on four points of a yielding bed."""
+    modes = Modes(np.zeros(1), np.zeros(1), np.full((4, 1), 1 / math.sqrt(STRIKER)))
+    forces = PointForces(Law(SPRINGS, power), YIELDING)
+    return march_landing(modes, np.full(4, 1e-6), np.array([-SPEED * math.sqrt(STRIKER)]), forces, dt, duration)
+
+
+def test_a_mass_on_springs_bounces_with_second_order() -> None:
+    """Its largest mean over T is v sqrt(k m) sin(x)/x, x = sqrt(k/m) T/2, 1/k that of law and bed together."""
+    stiffness, width = 4 / (1 / 2e6 + 1e-7), 5e-6
+    mean = np.sinc(math.sqrt(stiffness / STRIKER) * width / 2 / math.pi)
+    exact = SPEED * math.sqrt(stiffness * STRIKER) * mean
+    errors = [abs(filtered_peak(bounce(1.0, dt, 2e-4), dt, width) / exact - 1) for dt in (8e-7, 1e-7)]
+    assert math.log(errors[0] / errors[1], 8) > 1.7
+    assert errors[1] < 1e-4
+
+
+@pytest.mark.parametrize(("power", "duration"), [(1.0, 2e-4), (1.5, 4e-4)])
+def test_a_mass_leaves_as_fast_as_it_came(power: float, duration: float) -> None:
+    assert impulse(bounce(power, 1e-7, duration), 1e-7) == pytest.approx(2 * STRIKER * SPEED, rel=1e-5)
+
+
+@pytest.mark.parametrize("power", [1.0, 1.5])
+def test_forces_and_penetrations_of_points_agree(power: float) -> None:
+    """x + R N(x) = -opening at every point, closed or not, N(x) = k max(x, 0)^p; both occur."""
+    rng = np.random.default_rng(3)
+    root = rng.normal(size=(12, 12))
+    residual, stiffness = 1e-8 * root @ root.T + 1e-8 * np.eye(12), rng.uniform(1e6, 1e8, 12)
+    openings = rng.normal(size=12) * 1e-6
+    force = PointForces(Law(stiffness, power), residual).solve(openings)
+    own = -openings - residual @ force
+    assert 0 < (force > 0).sum() < 12
+    np.testing.assert_allclose(force, stiffness * np.maximum(own, 0) ** power, rtol=1e-6, atol=1e-9 * force.max())
+
+
+def modules() -> list[Path]:
+    folder = Path(plate_on_points.__file__).parent
+    return [*sorted((folder / "points").glob("*.py")), folder / "plate_on_points.py"]
+
+
+@pytest.mark.parametrize("module", modules(), ids=lambda path: path.stem)
+def test_the_reference_imports_numpy_and_scipy_alone(module: Path) -> None:
+    names = set()
+    for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level
+            names.add((node.module or "").partition(".")[0])
+    assert names - set(sys.stdlib_module_names) <= {"numpy", "scipy", "points"}
+
+
+REFERENCES = plate_on_points.read_references()
+ROWS = plate_on_points_product.read_rows()
+
+
+def test_the_table_is_of_the_landings_drawn_today() -> None:
+    """A change of the draw without new runs must not pass."""
+    assert len(REFERENCES) > plate_on_points.DRAWN
+    for number, (scene, _) in REFERENCES.items():
+        assert scene == plate_on_points.as_text(plate_on_points.draw_landing(number))
+    for row in ROWS:
+        numbers = REFERENCES[row.number][1]
+        assert row.reference == pytest.approx(getattr(numbers, row.measure), rel=1e-5)
+
+
+def test_the_landings_cover_reeds_seats_and_laws() -> None:
+    drawn = [plate_on_points.draw_landing(number) for number in REFERENCES if number > 0]
+    assert {type(landing.outline).__name__ for landing in drawn} == {"Sheet", "Flapper", "RingPlate"}
+    assert {landing.law for landing in drawn} == set(plate_on_points.LAWS)
+    assert {landing.seat.material for landing in drawn if landing.seat} == set(plate_on_points.SEATS.values())
