@@ -10,8 +10,9 @@ from typing import Any
 
 import coverage_of_scenes
 import pytest
-from drawn_scenes import SEATS, draw_scene
+from drawn_scenes import SEATS, STRIKERS, draw_scene
 from finer_scenes import FINEST, LADDER, Finer, finer_in_every_key
+from scenes_summary import ends, in_target, is_inside, is_known, kind_of, share, table, width
 
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.drawn import Drawn
@@ -22,6 +23,7 @@ from seatfem.study.scene import Scene, load_scene
 
 ROWS = coverage_of_scenes.read_rows()
 JUDGED = [row for row in ROWS if row.outcome == "judged"]
+of_the_table = pytest.mark.skipif(not ROWS, reason="the table is being made: benchmarks/coverage_of_scenes.py")
 TRIED = 4  # a seed that nothing was held out of
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -141,3 +143,45 @@ def test_the_true_error_is_inside_the_bar(index: int) -> None:
     rows = coverage_of_scenes.judge(index, TRIED)
     assert {row.outcome for row in rows} == {"judged"}
     assert [row.measure for row in rows if row.inside == "False"] == []
+
+
+@of_the_table
+def test_enough_scenes_were_judged() -> None:
+    """Of all kinds of seats and strikers."""
+    scenes = {(row.seed, row.index): row for row in JUDGED}
+    assert len(scenes) >= 120
+    assert {row.seat for row in scenes.values()} == set(SEATS)
+    assert {row.reed for row in scenes.values()} == set(STRIKERS)
+
+
+@of_the_table
+def test_true_errors_are_inside_the_bars() -> None:
+    known = [row for row in JUDGED if row.asked and is_known(row)]
+    assert share(known, is_inside) >= 0.97
+
+
+@of_the_table
+@pytest.mark.parametrize(("measure", "most"), [("impulse", 7), ("filtered_peak", 7), ("stress", 10)])
+def test_bars_are_no_wider_than_they_need_be(measure: str, most: float) -> None:
+    assert width([row for row in JUDGED if row.asked and kind_of(row) == measure]) <= most
+
+
+@of_the_table
+def test_bars_are_within_the_target() -> None:
+    asked = [row for row in JUDGED if row.asked == "measures"]
+    assert share(asked, in_target) >= 0.8
+
+
+@of_the_table
+def test_the_page_has_the_table() -> None:
+    """Nobody writes its numbers by hand."""
+    page = coverage_of_scenes.PAGE.read_text(encoding="utf-8")
+    assert [line for line in (ends(ROWS), *table(ROWS)) if line not in page] == []
+
+
+@of_the_table
+def test_the_table_is_of_the_scenes_drawn_today() -> None:
+    """A change of the draw without new runs must not pass."""
+    for row in {(row.seed, row.index): row for row in ROWS}.values():
+        drawn = draw_scene(row.index, row.seed)
+        assert (drawn.seat, drawn.reed, drawn.about) == (row.seat, row.reed, row.about)
