@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 from impact.bodies.body import Body, ModalState
 from impact.greens.modal import ModalGreens, Residual
 from impact.march.problem import ContactProblem
-from impact.runs.budget import Budget, Values, changes, larger, times, total
+from impact.runs.budget import Budget, Values, changes, is_time, larger, times, total
 
 FINE: Final = 16  # steps per filter width from which on coarser steps tell enough
 NARROWER: Final = 1.6  # ratio of bandwidths behind the share of the modes left out
@@ -53,7 +53,7 @@ def budget_of(
 ) -> Budget:
     """What the time step and the ``sources`` leave in ``values``, the measures of ``problem`` at the step ``dt`` [s].
 
-    The step's share is `left_by_step`, or ``finer`` where that is more. A contact's duration is known to a step at
+    The step's share is `left_by_step`, or ``finer`` where that is more. Times of contacts are known to a step at
     best. The sources are compared at the doubled step, if it resolves the filter.
 
     Args:
@@ -84,7 +84,7 @@ def budget_of(
     of_step = left_by_step(dt, filter_width, between)
     of_step = {name: max(value, (finer or {}).get(name, 0.0)) for name, value in of_step.items()}
     for name in of_step:
-        if name.startswith("contact_duration") and values[name] > 0:
+        if is_time(name) and values[name] > 0:
             of_step[name] = max(of_step[name], dt)
     parts: dict[str, Values] = {}
     for source, terms in sources.items():
