@@ -65,8 +65,8 @@ def gain_advice(problem: ContactProblem, force: Array, gap: Array) -> Iterator[A
             f"energy that the law of contact {number} gave back over what it took",
             1 + gained[worst] / took[worst] if took[worst] > 0 else np.inf,
             1 + GAIN_LIMIT,
-            f"it put {gained[worst]:.3g} J into the bodies in one touch and {max(gained.sum(), 0.0):.3g} J in all, which "
-            "no contact without a source of energy does; the ledger counts it as a negative loss",
+            f"it put {gained[worst]:.3g} J into the bodies in one touch, which no contact without a source of energy "
+            "does; the ledger counts it as a negative loss",
             "let the law bear no more at any penetration while the bodies part than while they close; if it does not, "
             "make its force rise with the penetration, which is what keeps a step from gaining energy",
         )

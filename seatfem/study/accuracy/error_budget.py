@@ -31,11 +31,12 @@ from seatfem.structures.rings import (
 from seatfem.structures.statics import with_start
 from seatfem.study.accuracy.other_bodies import of_stopper, of_striker, other_modes
 from seatfem.study.accuracy.prerun import Bench, window_of
+from seatfem.study.accuracy.record_end import CLOCK, LastTouch, clock_off, with_end, without_clock
 from seatfem.study.accuracy.seat_waves import waves_beside
 from seatfem.study.impacts.contact import (
     STEP_BYTES,
+    blow_in,
     in_flight,
-    measures_of,
     problem_of,
     solved_striker,
     stopper_of,
@@ -91,19 +92,38 @@ def error_budget(
 
     def flight(body: impact.Body, dt: float) -> Discrete:
         if (id(body), dt) not in known:
-            known[id(body), dt] = body, in_flight(scene, body, dt)
+            known[id(body), dt] = body, in_flight(body, dt, scene.run.duration)
         return known[id(body), dt][1]
 
-    def run(varied: ContactProblem, dt: float) -> Values:
-        return measures_of(scene, varied, dt, flight)
-
     blow = blow_of(touches, width, stress)
-    values, finer = values_of(blow), _finer_step(scene, method, problem, result, stopper)
+    last = LastTouch.of(blow)
+
+    def told(blow: Blow) -> Values:
+        return {**values_of(blow), CLOCK: last.time(blow)}
+
+    def run(varied: ContactProblem, dt: float) -> Values:
+        return told(blow_in(scene, varied, dt, flight))
+
+    finer = _finer_step(scene, method, problem, result, stopper)
     at_once = _at_once(len(result.force) * len(problem.contacts))
-    left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer, threads=at_once)
+    left = budget_of(run, problem, told(blow), result.dt, found, filter_width=width, finer=finer, threads=at_once)
+    left = _with_end(scene, problem, left, result.dt)
+    values = values_of(blow)
     names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP) if name in found))
     known_parts = {str(s): left.parts[s] for s in names if s in left.parts}
     return with_jumps(Budget(values, known_parts, (*names, *unknown)), blow)
+
+
+def _with_end(scene: Scene, problem: ContactProblem, left: Budget, dt: float) -> Budget:
+    """With what the end of the record cuts off; where g is not known beyond it, of touches before it alone."""
+    duration, known = scene.run.duration, min(body.greens.valid_for for body in (problem.striker, *problem.targets))
+    off = min(clock_off(left), duration / 2)
+    if off > 0:
+        dt = 2 * dt if 4 * dt <= scene.run.filter_width else dt
+        longest = max(duration, min(duration + off, known))
+        beyond = blow_in(scene, problem, dt, duration=longest, stresses=False)
+        left = with_end(left, beyond, duration, off)
+    return without_clock(left)
 
 
 def with_jumps(left: Budget, blow: Blow) -> Budget:

@@ -254,18 +254,20 @@ def marched(
     problem: impact.ContactProblem,
     dt: float,
     flight: Callable[[impact.Body, float], Discrete] | None = None,
+    duration: float | None = None,
 ) -> impact.ContactStepper:
     """A run of a problem of a scene for its forces alone, a fraction of the cost of one with energies.
 
-    ``flight``: the striker `in_flight` at a step [s], which several runs may share.
+    ``flight``: the striker `in_flight` at a step [s], which several runs may share; ``duration``: in place of the
+    scene's [s].
     """
-    striker = problem.striker
+    striker, duration = problem.striker, scene.run.duration if duration is None else duration
     for body in problem.targets:
         if not body.loads:
             problem = with_body(problem, body, impact.Body(body.greens.forces_only(), base=body.base))
-    flown = in_flight(scene, striker, dt) if flight is None else flight(striker, dt)
+    flown = in_flight(striker, dt, duration) if flight is None else flight(striker, dt)
     targets = (Discrete.of(body, dt, flown.loads.shape[1]) for body in problem.targets)
-    prepared = impact.prepare(problem, dt, scene.run.duration, bodies=(flown, *targets))
+    prepared = impact.prepare(problem, dt, duration, bodies=(flown, *targets))
     stepper = impact.ContactStepper(prepared, flying=True)
     stepper.advance(prepared.steps)
     return stepper
@@ -278,19 +280,32 @@ def measures_of(
     flight: Callable[[impact.Body, float], Discrete] | None = None,
 ) -> Values:
     """The measures of a run alone, of its forces as `marched`; stress only if asked for, coarsely."""
-    striker, stepper = problem.striker, marched(scene, problem, dt, flight)
+    return values_of(blow_in(scene, problem, dt, flight))
+
+
+def blow_in(
+    scene: Scene,
+    problem: impact.ContactProblem,
+    dt: float,
+    flight: Callable[[impact.Body, float], Discrete] | None = None,
+    duration: float | None = None,
+    *,
+    stresses: bool = True,
+) -> Blow:
+    """What `measures_of` takes the measures from; as `marched`. ``stresses``: whether with those that are asked for."""
+    striker, stepper = problem.striker, marched(scene, problem, dt, flight, duration)
     problem = stepper.prepared.problem
     force, displacement = force_of(stepper), displacement_of(stepper)
-    wanted = scene.needs_stress
+    wanted = stresses and scene.needs_stress
     stopper = stopper_force_of(stepper)
     stress = stress_of(scene, striker, force, dt, stepper.opening, coarsely=True, stopper=stopper) if wanted else None
     line = line_of(scene, problem, parts_of(stepper))
-    return values_of(Blow(force, dt, scene.run.filter_width, displacement, stress, line, film_of(stepper)))
+    return Blow(force, dt, scene.run.filter_width, displacement, stress, line, film_of(stepper))
 
 
-def in_flight(scene: Scene, striker: impact.Body, dt: float) -> Discrete:
-    """A striker over the run, its motion without contact known."""
-    discrete = Discrete.of(striker, dt, step_count(dt, scene.run.duration))
+def in_flight(striker: impact.Body, dt: float, duration: float) -> Discrete:
+    """A striker over ``duration`` [s], its motion without contact known."""
+    discrete = Discrete.of(striker, dt, step_count(dt, duration))
     return replace(discrete, free=discrete.free_motion()) if discrete.moves_by_itself else discrete
 
 
