@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
 import numpy as np
@@ -103,6 +104,34 @@ def stopper_values(force: Array | None, dt: float, filter_width: float) -> dict[
     return {
         "stopper_filtered_peak_force_N": largest_average(force[1:], dt, filter_width),
         "stopper_impulse_Ns": float(np.sum(force[1:])) * dt,
+    }
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """What the values of one run are taken from.
+
+    Attributes:
+        blow: of the seat.
+        landings: of the run; ``None``: not looked for.
+        stopper: (n + 1,) force of the stopper [N]; ``None`` where there is none.
+    """
+
+    blow: Blow
+    landings: Landings | None = None
+    stopper: Array | None = None
+
+
+def values_of_record(record: RunRecord, like: Landings | None = None) -> Values:
+    """Return all values of a run that have error bars, by name.
+
+    ``like``: the landings of a neighbouring run, each of which is looked for; ``None``: of the run's own.
+    """
+    blow, landings = record.blow, record.landings
+    return {
+        **values_of(blow, None if like is None else like.seat),
+        **({} if landings is None else values_of_landings(landings, like)),
+        **stopper_values(record.stopper, blow.dt, blow.filter_width),
     }
 
 
