@@ -271,11 +271,12 @@ def advanced(body: Body, time: float) -> Body:
 
 
 def relative_changes(one: Values, other: Values) -> Mapping[str, float]:
-    """|other - one|/|one|, measure by measure; 0 where both are 0."""
-    return {
-        name: abs(other[name] - one[name]) / abs(one[name]) if one[name] else (0.0 if not other[name] else math.inf)
-        for name in one
-    }
+    """|other - one|/|one|, measure by measure; 0 where both are 0, infinite where the other has no value."""
+
+    def change(value: float, changed: float) -> float:
+        return abs(changed - value) / abs(value) if value else (0.0 if not changed else math.inf)
+
+    return {name: change(value, other.get(name, math.inf)) for name, value in one.items()}
 
 
 def _marched(prepared: Prepared) -> impact.ContactStepper:
