@@ -44,6 +44,10 @@ MUCH_SHORTER: Final = 8  # a stated step over the shortest that it is compared w
 OF_MODES: Final = ((1.6, 0.65), (2.56, 0.3))
 """By ratio, the error of a plate's modes over what those above that part of the highest change: of second order (0.64
 and 0.18), and more of the second: the first alone was too small for three of 108 measures of seed 403."""
+FELT: Final = 0.03
+"""Of the largest amplitude at a contact, what a mode has there at least if it is felt: a thousandth in compliance."""
+BEYOND: Final = (1.0, 2.0)
+"""Over the highest mode, where one may lie that nothing tells of: its blow may miss the reed's at one of the two."""
 OPENING: Final = 0.1
 """By how much an opening that ends a group of contacts, and one that does not, may be off: at most, and ..."""
 OF_IMPULSE: Final = 10.0  # ... so many times what the impulse is off
