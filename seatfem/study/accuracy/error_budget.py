@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -45,7 +46,7 @@ from seatfem.study.impacts.contact import (
 from seatfem.study.impacts.measures import LIP, SOURCES, STOPPER, STRIKER, blow_of, values_of
 from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.method import RunMethod, chooses_one_port
-from seatfem.study.safety import ONE_PORT_BAR, SHEAR_SHARE, SHORT
+from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS, ONE_PORT_BAR, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of
 from seatfem.study.scene.measures import Blow, all_measures
@@ -111,7 +112,20 @@ def error_budget(
     values = values_of(blow)
     names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP) if name in found))
     known_parts = {str(s): left.parts[s] for s in names if s in left.parts}
-    return with_jumps(Budget(values, known_parts, (*names, *unknown)), blow)
+    floors = {source: least for source, least in FLOORS.items() if found[source]}
+    if method.seat.level == "spring":
+        floors["model"] = FLOOR_OF_SPRING
+    return with_jumps(with_floors(Budget(values, known_parts, (*names, *unknown)), floors), blow)
+
+
+def with_floors(left: Budget, floors: Mapping[str, float]) -> Budget:
+    """With no part of a source below what its model can know, relative to the measure, as `seatfem.study.safety` has
+    it."""
+    raised = {
+        source: {name: max(value, floors.get(source, 0.0) * abs(left.values[name])) for name, value in part.items()}
+        for source, part in left.parts.items()
+    }
+    return replace(left, parts=raised)
 
 
 def _with_end(scene: Scene, problem: ContactProblem, left: Budget, dt: float) -> Budget:
