@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -50,12 +51,13 @@ from seatfem.study.impacts.measures import (
     STRIKER,
     RunRecord,
     blow_of,
+    is_time,
     landing_name,
     values_of_record,
 )
 from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.method import RunMethod, chooses_one_port
-from seatfem.study.safety import ONE_PORT_BAR, SHEAR_SHARE, SHORT
+from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS, ONE_PORT_BAR, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of
 from seatfem.study.scene.measures import FIRST, HARDEST, Blow, ContactDuration, all_measures
@@ -122,7 +124,23 @@ def error_budget(
     left = _with_end(scene, problem, left, result.dt, like)
     names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP) if name in found))
     known_parts = {str(s): left.parts[s] for s in names if s in left.parts}
-    return with_jumps(Budget(left.values, known_parts, (*names, *unknown)), blow)
+    floors = {source: least for source, least in FLOORS.items() if found[source]}
+    if method.seat.level == "spring":
+        floors["model"] = FLOOR_OF_SPRING
+    return with_jumps(with_floors(Budget(left.values, known_parts, (*names, *unknown)), floors), blow)
+
+
+def with_floors(left: Budget, floors: Mapping[str, float]) -> Budget:
+    """With no part of a source below what its model can know, relative to the measure, as `seatfem.study.safety` has
+    it; but of when a landing begins, which a share of the time before it says nothing of."""
+    raised = {
+        source: {
+            name: value if is_time(name) else max(value, floors.get(source, 0.0) * abs(left.values[name]))
+            for name, value in part.items()
+        }
+        for source, part in left.parts.items()
+    }
+    return replace(left, parts=raised)
 
 
 def _with_end(scene: Scene, problem: ContactProblem, left: Budget, dt: float, like: Landings | None) -> Budget:

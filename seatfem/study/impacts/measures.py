@@ -74,6 +74,11 @@ def is_of_a_landing(name: str) -> bool:
     return name.startswith(tuple(f"{face} " for face in get_args(Face)))
 
 
+def is_time(name: str) -> bool:
+    """Return whether a value of a run is when a landing begins."""
+    return is_of_a_landing(name) and name.endswith(f" {OF_A_LANDING['start']}")
+
+
 def values_of_landings(landings: Landings, like: Landings | None = None) -> dict[str, float]:
     """Return the numbers of each landing that have error bars.
 
