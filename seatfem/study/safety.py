@@ -44,11 +44,22 @@ MUCH_SHORTER: Final = 8  # a stated step over the shortest that it is compared w
 OF_MODES: Final = ((1.6, 0.65), (2.56, 0.3))
 """By ratio, the error of a plate's modes over what those above that part of the highest change: of second order (0.64
 and 0.18), and more of the second: the first alone was too small for three of 108 measures of seed 403."""
+FELT: Final = 0.03
+"""Of the largest amplitude at a contact, what a mode has there at least if it is felt: a thousandth in compliance."""
+BEYOND: Final = (1.0, 2.0)
+"""Over the highest mode, where one may lie that nothing tells of: its blow may miss the reed's at one of the two."""
 OPENING: Final = 0.1
 """By how much an opening that ends a group of contacts, and one that does not, may be off: at most, and ..."""
 OF_IMPULSE: Final = 10.0  # ... so many times what the impulse is off
 SHORT: Final = 0.3  # part of the run up to which an impact is marched again with half the step
 SHEAR_SHARE: Final = 0.05  # of the target, from which on the shear of the reed counts
+
+# What no bar is below, of a source that can err: relative, by its name.
+FLOORS: Final = {"mesh": 1e-4, "reduction": 1e-4, "patch": 1e-4}
+"""Squares of 1 %, to which g is known in the band at best. A measure may not follow g to first order, as the plateau of
+a rod's force on a seat that hardly yields, ``rho c A v``: then no coarser run changes it, the second order is left."""
+FLOOR_OF_SPRING: Final = 1e-3
+"""The same of a spring in place of waves: the square of 3 %, to which a surrogate or a first velocity knows them."""
 
 # How much finer a round is than the one before, and what it may take.
 LEAST_FINER: Final = 1.6  # factor by which a source is made smaller at least: less is not worth a round ...

@@ -23,7 +23,7 @@ from seatfem.study.impacts.simpler import ONE_PORT
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS, SEAT_MODES, SIZE, TOLERANCE, is_given
 from seatfem.study.planning.costs import coarser_elements, finite_elements
 from seatfem.study.planning.seen import RING_NUMBERS, Seen
-from seatfem.study.safety import DOUBT, DOUBT_OF_ARCS, FEWER_POLES, MESH_BAR, MESH_BAR_OF_ARCS
+from seatfem.study.safety import DOUBT, DOUBT_OF_ARCS, FEWER_POLES, FLOOR_OF_SPRING, MESH_BAR, MESH_BAR_OF_ARCS
 
 COARSEST_OF_ARCS: Final = 0.1  # error of g by a mesh for a lip in arcs: coarser ones cost a round more than they save
 REDUCTION: Final = 1e-6  # time of a reduction over its band, of a body whose modes cannot be counted yet [s/Hz]
@@ -121,7 +121,7 @@ def _levels(seen: Seen, without: tuple[str, ...]) -> Iterator[SeatOption]:
 def _spring(seen: Seen, seat: Method) -> Iterator[SeatOption]:
     """The static compliance, by finite elements; waves are left out."""
     doubt = DOUBT if seen.arcs is None else DOUBT_OF_ARCS
-    left = {name: doubt * value for name, value in seen.sensitivity.spring.items()}
+    left = {name: max(doubt * value, FLOOR_OF_SPRING) for name, value in seen.sensitivity.spring.items()}
     why = f"a spring in place of waves changes the measures by {seen.sensitivity.worst(left):.1g} at most"
     for error, mesh in _meshes(seen, seen.lowest_band):
         elements = _elements(seen, seat, seen.lowest_band, error)

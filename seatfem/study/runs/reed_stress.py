@@ -83,8 +83,8 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     peaks = PlatePeaks.of(done, since)
     field, found = peaks.field, peaks.found
     told = stress_by_spans(found.spans, lambda chosen: _peak(plate, field, found.within(chosen)))
-    if not np.any(done.result.force):
-        return PlateReedStress(replace(told, after_contact=None), math.nan, field, peaks)
+    if told.after_contact is None:
+        return PlateReedStress(told, math.nan, field, peaks)
     worst = field.at(np.array([int(found.after_contact.von_mises.argmax())]))
     fewer = largest(_with_fewer_modes(worst), force, dt)
     coarser = plate_modes(plate.sheet, COARSENING)
