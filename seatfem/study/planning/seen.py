@@ -16,6 +16,7 @@ from seatfem.structures.estimates.patch import Patch
 from seatfem.structures.estimates.surrogate import Surrogate
 from seatfem.structures.method import Method
 from seatfem.structures.rings import share_left
+from seatfem.structures.store import Store
 from seatfem.study.accuracy.prerun import Bench, first_look, stand_in_of
 from seatfem.study.accuracy.seat_waves import lowest_band
 from seatfem.study.accuracy.sensitivity import Changes, Sensitivity
@@ -65,6 +66,7 @@ class Seen:
         machine: that will compute it.
         arcs: of the seat's lip; ``None``: it is struck as a whole.
         one_port: what that leaves, where it was chosen in place of arcs; ``None``: it was not.
+        store: of seats, coarse ones among them.
         band: of a plate that strikes; ``None`` of other strikers.
         simpler: by the name of a simpler model of the striker, what it would change.
     """
@@ -78,6 +80,7 @@ class Seen:
     band: PlateBand | None = None
     simpler: Mapping[str, Changes] = field(default_factory=dict)
     one_port: Changes | None = None
+    store: Store = field(default_factory=Store.default)
 
     @staticmethod
     def of(
@@ -86,6 +89,7 @@ class Seen:
         machine: Machine,
         progress: Progress = silent,
         without: tuple[str, ...] = (),
+        store: Store | None = None,
     ) -> Seen:
         """With pre-runs down to what the tightest target looked at asks for; ``without``: `ONE_PORT`, or levels."""
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
@@ -110,7 +114,8 @@ class Seen:
             bench = _bench(asked, surrogate, stopper, progress)
         sensitivity = Sensitivity(bench, scene.accuracy.measures, finest, exact=surrogate.exact)
         method = stated_method(asked)
-        return Seen(scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port)
+        kept = Store.default() if store is None else store
+        return Seen(scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port, kept)
 
     @property
     def patch(self) -> Patch | None:
