@@ -13,9 +13,10 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import signal
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from time import perf_counter
 
@@ -33,15 +34,20 @@ from seatfem.structures.statics import at_once, spring_of
 from seatfem.study.accuracy.prerun import relative_changes
 from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solved_striker, striker_of
 from seatfem.study.method import RunMethod, as_stated
+from seatfem.study.planning.coarse_seat import without_waves
+from seatfem.study.planning.deciding import Choices
 from seatfem.study.planning.planner import plan_scene
+from seatfem.study.planning.seen import Seen
 
-SEED, SCENES = 71, 56
+SEED, SCENES = 71, 40
 FILE = Path(__file__).parent / "results" / "decisions_of_springs.jsonl"
+TABLE = FILE.with_suffix(".csv")
+ABOUT = ("seed", "index", "seat", "material", "striker", "ports", "target")
 SEATS = ("annular", "conical", "lip", "block", "annular", "plate", "lip", "stopper")
 MATERIALS = ("steel", "grey cast iron", "aluminium", "PEEK")
 MEASURES = ("impulse", "filtered_peak", "contact_duration")
 WIDER, STRICTER, MORE_MODES, SHORTER = 1.6, 2.0, 1.6, 2.0
-LONGEST = 120  # s for a scene
+LONGEST = 120  # processor seconds for a scene
 
 
 @dataclass(frozen=True)
@@ -154,7 +160,7 @@ def judge(index: int, seed: int = SEED) -> Truth:
         seed=seed,
         index=index,
         seat=scene.seat.kind,
-        material=str(scene.seat.material.name or ""),
+        material=scene.seat.material.name or "",
         striker=scene.reed.kind,
         ports=method.ports or 1,
         target=scene.accuracy.target,
@@ -196,28 +202,112 @@ def read() -> list[Truth]:
     return sorted(found, key=lambda truth: (truth.seed, truth.index))
 
 
+@dataclass(frozen=True)
+class Row:
+    """What plans say of a scene, and what is true: relative changes over the target; processor seconds.
+
+    ``before``: whether a plan by estimates takes a spring; ``planned``: the same of one with a coarse seat; ``after``:
+    whether that one says that a spring is enough, also where waves on a coarser mesh take less time.
+    """
+
+    seed: int
+    index: int
+    seat: str
+    material: str
+    striker: str
+    ports: int
+    target: float
+    true: float
+    estimated: float
+    measured: float | None
+    enough: bool
+    before: bool
+    planned: bool
+    after: bool
+    plan_s: float
+    look_s: float
+
+
+def decide(truth: Truth) -> Row:
+    """One scene, planned by estimates alone and by a coarse real seat."""
+    with written(draw_scene(truth.index, truth.seed)) as (scene, _):
+        start, target = _processor(), scene.accuracy.target
+        seen = Seen.of(scene, scene.seat.surrogate(scene.run.duration, scene.reed.face), Machine())
+        before = Choices(replace(seen, look=0.0)).cheapest(target).level
+        planned = _processor()
+        found = without_waves(seen)
+        looked = _processor()
+        after = Choices(seen).cheapest(target).level
+    worst, asked = seen.sensitivity.worst, {key: value for key, value in vars(truth).items() if key in ABOUT}
+    return Row(
+        **asked,
+        true=truth.worst / target,
+        estimated=worst(seen.sensitivity.spring) / target,
+        measured=worst(found.changes) / target if found.measured else None,
+        enough=truth.enough,
+        before=before == "spring",
+        planned=after == "spring",
+        after=after == "spring" or found.enough(target),
+        plan_s=planned - start,
+        look_s=looked - planned,
+    )
+
+
+def _processor() -> float:
+    """Seconds of this process and of the mesher."""
+    return sum(os.times()[:4])
+
+
+def write_table(rows: Sequence[Row]) -> None:
+    """A line for each."""
+    with TABLE.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, [field.name for field in fields(Row)], lineterminator="\n")
+        writer.writeheader()
+        for row in rows:
+            cells = {key: "" if value is None else value for key, value in asdict(row).items()}
+            writer.writerow({k: f"{value:.3g}" if isinstance(value, float) else value for k, value in cells.items()})
+
+
+def counts(rows: Sequence[Row]) -> str:
+    """Said and true, before and after, as a table in Markdown."""
+    lines = [
+        "| plan | enough, rightly | enough, wrongly | waves, rightly | waves, needlessly |",
+        "|---|---|---|---|---|",
+    ]
+    for name, words in (("before", "by estimates"), ("after", "with a coarse seat")):
+        said = [(getattr(row, name), row.enough) for row in rows]
+        cells = (said.count(each) for each in ((True, True), (True, False), (False, False), (False, True)))
+        lines.append(f"| {words} | {' | '.join(map(str, cells))} |")
+    looks = sorted(row.look_s for row in rows if row.measured is not None)
+    middle = f", {looks[len(looks) // 2]:.2f} s each (median; {looks[-1]:.2f} s at most)" if looks else ""
+    return "\n".join([*lines, "", f"{len(rows)} scenes; coarse seats made for {len(looks)} of them{middle}"])
+
+
 def main() -> None:
-    """March what is missing."""
+    """March what is missing, plan all, write the table, print the counts."""
     seed, numbers = chosen(SEED, SCENES)
     there = {(truth.seed, truth.index) for truth in read()}
-    signal.signal(signal.SIGALRM, stop)
+    signal.signal(signal.SIGPROF, stop)
     for index in numbers:
         if (seed, index) in there:
             continue
-        signal.alarm(LONGEST)
+        signal.setitimer(signal.ITIMER_PROF, LONGEST)
         try:
             truth = judge(index, seed)
         except TooLong:
-            print(f"{index:3d} stopped: it takes more than {LONGEST} s", flush=True)  # noqa: T201
+            print(f"{index:3d} stopped: it takes more than {LONGEST} processor seconds", flush=True)  # noqa: T201
             continue
         except ConvergenceError as refusal:
             print(f"{index:3d} without a truth: {refusal}", flush=True)  # noqa: T201
             continue
         finally:
-            signal.alarm(0)
+            signal.setitimer(signal.ITIMER_PROF, 0)
         with FILE.open("a", encoding="utf-8") as file:
             file.write(json.dumps(asdict(truth)) + "\n")
         print(f"{index:3d} {truth.worst:.2g} of {truth.target:.2g}; {truth.seconds:.0f} s", flush=True)  # noqa: T201
+    rows = [decide(truth) for truth in read() if truth.seed == seed and truth.index in numbers]
+    write_table(rows)
+    print(counts(rows))  # noqa: T201
 
 
 if __name__ == "__main__":

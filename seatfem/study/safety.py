@@ -11,6 +11,7 @@ from typing import Final
 AIM: Final = 0.8  # part of the target that a plan may use up: predictions are not exact, a second round costs more
 SPARE: Final = 1.3  # where the target is out of reach: the least error, times this, is aimed at
 FREE: Final = 0.1  # part of the cost that may be spent on an error of nothing instead of all that is allowed
+SIMPLER: Final = 1.5  # cost of a seat without waves over that of one with them, up to which it is taken
 ENDLESS: Final = 1e9  # bar in place of an infinite one, of a measure that a model makes vanish: they can be compared
 STEP_UP: Final = 2.5  # ratio of the targets of the alternatives to the target
 FINEST: Final = 0.05  # part of the tightest target looked at that the finest rungs of a ladder must reach

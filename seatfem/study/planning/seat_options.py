@@ -16,7 +16,7 @@ from seatfem.structures.estimates.costs import (
     seat_seconds,
 )
 from seatfem.structures.estimates.mesh_size import ERRORS, mesh_error
-from seatfem.structures.method import MOST_MODES, Applicability, Method
+from seatfem.structures.method import MOST_MODES, Method
 from seatfem.study.accuracy.other_bodies import other_modes
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.impacts.simpler import ONE_PORT
@@ -28,6 +28,8 @@ from seatfem.study.safety import FEWER_POLES, MESH_BAR, MESH_BAR_OF_ARCS
 
 COARSEST_OF_ARCS: Final = 0.1  # error of g by a mesh for a lip in arcs: coarser ones cost a round more than they save
 REDUCTION: Final = 1e-6  # time of a reduction over its band, of a body whose modes cannot be counted yet [s/Hz]
+
+CHEAPER: Final = ": a spring is enough (seat.model = 'spring'), but would ask for a finer mesh or shorter steps"
 
 
 @dataclass(frozen=True)
@@ -107,15 +109,13 @@ def _divided(option: SeatOption, left: Mapping[int, Changes]) -> Iterator[SeatOp
 
 def _levels(seen: Seen, without: tuple[str, ...]) -> Iterator[SeatOption]:
     """A stated level alone; else a spring, a closed form that leaves something out, and waves by finite elements."""
-    stated, waves = seen.stated.seat, seen.scene.seat.level(0.0)
-    if stated.lip is not None and waves.level == "sector":
-        waves = Applicability("3d", True, 0.0, "struck along a lip: no sectors are alike")
+    stated, waves = seen.stated.seat, seen.waves
     asked = stated.level if is_given(seen.scene, MODEL) else None
     why = waves.reason
     if asked in (None, "spring") and "spring" not in without:
-        spring = without_waves(seen, replace(stated, level=waves.level))
+        spring = without_waves(seen)
         yield from _spring(seen, replace(stated, level="spring"), spring)
-        why = f"{why}; {spring.words}"
+        why = f"{why}; {spring.words}{CHEAPER if spring.enough(seen.scene.accuracy.target) else ''}"
     if asked in (None, "rod") and "rod" not in without:
         yield from _rod(seen, replace(stated, level="rod"))
     if asked not in ("spring", "rod"):
