@@ -14,7 +14,7 @@ from impact.greens.base import Array, GreensFunction
 from impact.march.film import NO_FILM, SqueezeFilm
 from impact.march.laws import Law, Parameters, Signorini
 
-MOST_CONTACTS: Final = 257
+MOST_CONTACTS: Final = 2048
 """Of a problem: a lip in 256 parts, and a stopper."""
 
 

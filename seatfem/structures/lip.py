@@ -129,6 +129,14 @@ class AnyLip(ABC):
         left, right = self.cuts(self.places_in_arcs.ravel())
         return np.asarray((left + right) / 2).reshape(self.arcs, -1, 2)
 
+    def lines(self) -> Array:
+        """(arcs, rings, n, 2) points of the centre lines of the parts, from the centre [m]: of one ring, of the lip."""
+        left, right = self.cuts(self.places_in_arcs.ravel())
+        inner, outer = self.edge_lines(len(left))
+        borders = _of_the_cut(ring_borders(self.rings)[:, None], widening(inner, outer))  # (rings + 1, n)
+        points = left + ((borders[:-1] + borders[1:]) / 2)[..., None] * (right - left)
+        return points.reshape(self.rings, self.arcs, -1, 2).transpose(1, 0, 2, 3)
+
     @property
     def places_in_arcs(self) -> Array:
         """(arcs, n) places of `line`."""

@@ -23,7 +23,7 @@ from impact.greens.base import Array, GreensFunction, GreensFunctionError
 CONTACT: Final = "contact"
 ARC: Final = "arc"
 MOST_RINGS = 16
-MOST_PORTS: Final = 256  # parts of a patch
+MOST_PORTS: Final = 1024  # parts of a patch
 OF_TWICE: Final = 4 / 3  # error of so many arcs, over what twice as many change: of second order
 ENOUGH = 4  # rings of the patch behind the error of fewer than three
 _STRIP = 5.2  # p^2 times the error of p rings over that of one, of a strip, p -> infinity

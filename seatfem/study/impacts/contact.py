@@ -215,7 +215,7 @@ def problem_of(
     other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own, where it has
     one."""
     law, division, seat = scene.contact.law, Division.of(seat.greens), on_its_base(scene, "seat", seat)
-    gaps, films = np.repeat(gaps_of(scene, division.arcs), division.rings), films_of(scene, division.arcs)
+    gaps, films = gaps_of(scene, division), films_of(scene, division.arcs)
     contacts = [
         impact.Contact(
             seat,
@@ -239,7 +239,7 @@ def problem_of(
                 impact.Contact(
                     target,
                     port=k if len(target.greens.ports) > 1 else 0,
-                    gap=float(above[k // parts.rings]),
+                    gap=float(above[k]),
                     law=scene.stopper.law.law(float(share)),
                     side=-1,
                     striker_port=here if here in striker.greens.ports else beyond,
