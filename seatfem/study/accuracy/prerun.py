@@ -25,6 +25,7 @@ from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from impact.runs.variations import narrower
 from seatfem.structures.kinds.roles import in_role
+from seatfem.structures.rings import Division, divided_less, parts_joined
 from seatfem.study.impacts.base import on_its_base
 from seatfem.study.impacts.contact import problem_of, solved_striker, stress_of, striker_of
 from seatfem.study.impacts.measures import values_of
@@ -141,6 +142,11 @@ class Bench:
     )
     _seats: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
     _stoppers: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def divided(self, division: Division) -> Bench:
+        """With the lip of both bodies in fewer parts."""
+        striker = None if self.striker is None else parts_joined(self.striker, Division.of(self.seat), division)
+        return replace(self, seat=divided_less(self.seat, division), striker=striker)
 
     def affords(self, dt: float) -> bool:
         """Whether a pre-run with this step [s] is cheap."""

@@ -7,8 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
-import numpy as np
-
 import impact
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction

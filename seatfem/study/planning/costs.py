@@ -182,7 +182,7 @@ def with_striker(
     """The same march with the scene's striker; ``known``: what stands for one that has to be computed."""
     poles = striker_poles(scene, method, dt, model.steps, known)
     reed = _weights(model.steps) if poles is None else float(poles)
-    return replace(model, reed=reed, bends=method.reed.n_modes is not None, ports=method.ports or 1)
+    return replace(model, reed=reed, bends=method.reed.n_modes is not None, ports=method.seat.division.count)
 
 
 def _poles(greens: GreensFunction, dt: float, steps: float) -> float:

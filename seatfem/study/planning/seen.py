@@ -15,7 +15,7 @@ from seatfem.structures.estimates.mesh_size import Sizes, sizes_for
 from seatfem.structures.estimates.patch import Patch
 from seatfem.structures.estimates.surrogate import Surrogate
 from seatfem.structures.method import Method
-from seatfem.structures.rings import share_left
+from seatfem.structures.rings import Division, share_left
 from seatfem.study.accuracy.prerun import Bench, first_look, stand_in_of
 from seatfem.study.accuracy.seat_waves import lowest_band
 from seatfem.study.accuracy.sensitivity import Changes, Sensitivity
@@ -36,7 +36,7 @@ from seatfem.study.method import (
     is_given,
     stated_method,
 )
-from seatfem.study.planning.lips import Arcs, in_more_arcs, in_some_arcs, of_simpler, one_port_in_place, with_ports
+from seatfem.study.planning.lips import Arcs, in_more_arcs, in_some_arcs, of_simpler, one_port_in_place, with_parts
 from seatfem.study.planning.plate_band import PlateBand, in_a_band
 from seatfem.study.safety import FINEST, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
@@ -106,7 +106,7 @@ class Seen:
         if arcs is not None and band is not None and ONE_PORT not in without:
             one_port = one_port_in_place(scene, arcs, simpler, band.left)
         if one_port is not None:
-            arcs, asked, surrogate = None, with_ports(asked, 1), whole
+            arcs, asked, surrogate = None, with_parts(asked, Division(1, scene.contact.rings)), whole
             bench = _bench(asked, surrogate, stopper, progress)
         sensitivity = Sensitivity(bench, scene.accuracy.measures, finest, exact=surrogate.exact)
         method = stated_method(asked)

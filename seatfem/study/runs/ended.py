@@ -18,7 +18,7 @@ from impact.files.input_files import read_text
 from seatfem.machine.code import cache_folder, code_version
 from seatfem.structures.method import AnyLevel
 from seatfem.structures.store import content_key
-from seatfem.study.method import FIELDS, MODEL, PORTS, REDUCTION, RunMethod, stated_method
+from seatfem.study.method import FIELDS, MODEL, PORTS, REDUCTION, RINGS, RunMethod, stated_method
 from seatfem.study.planning.plan import Alternative, Choice, Cost, Plan
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Scene
@@ -87,8 +87,8 @@ def _method(scene: Scene, values: Mapping[str, object]) -> RunMethod:
     for value in numbers.values():
         if value is not None and (isinstance(value, bool) or not isinstance(value, int | float) or not _sound(value)):
             raise ValueError(f"{value!r} must be a positive number")
-    ports = numbers.pop(PORTS)
-    along = stated.along(scene, ports) if isinstance(ports, int) else stated
+    ports, rings = numbers.pop(PORTS), numbers[RINGS]
+    along = stated.along(scene, ports, rings) if isinstance(ports, int) and isinstance(rings, int) else stated
     return along.replaced({MODEL: values[MODEL], **numbers})
 
 

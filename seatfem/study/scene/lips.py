@@ -14,7 +14,7 @@ from impact.march.film import SqueezeFilm
 from impact.march.problem import ContactProblem
 from seatfem.fields import KeyProblem
 from seatfem.structures.lip import AnyLip
-from seatfem.structures.rings import MOST_PORTS, Division
+from seatfem.structures.rings import FEWEST_ARCS, MOST_PORTS, Division, across_behind
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import Problem
@@ -36,13 +36,13 @@ def usual_ports(scene: Scene) -> int:
     return min(USUAL, MOST_PORTS // scene.contact.rings) if many else 1
 
 
-def lip_of(scene: Scene, ports: int | None = None) -> AnyLip | None:
-    """The seat's lip in so many arcs, by default those that the scene states, or the usual number of them.
+def lip_of(scene: Scene, ports: int | None = None, rings: int | None = None) -> AnyLip | None:
+    """The seat's lip in so many arcs and rings, by default those that the scene states, or the usual number of arcs.
 
     ``None`` where the patch is not divided around, or no ring is struck. A face that is no ring of a body of revolution
     is struck as ``contact.ports`` says alone. Raises `ModelError` of a face of a file that is no lip.
     """
-    arcs, rings = ports or scene.contact.ports or usual_ports(scene), scene.contact.rings
+    arcs, rings = ports or scene.contact.ports or usual_ports(scene), rings or scene.contact.rings
     as_it_states = scene.contact.ports is None and (scene.reed.states_contact or scene.seat.struck_ring is None)
     if arcs == 1 and (as_it_states or not scene.reed.meets_lips):
         return None
@@ -51,6 +51,19 @@ def lip_of(scene: Scene, ports: int | None = None) -> AnyLip | None:
     if stated or found is None or arcs == 1 or (whole := found.whole(arcs)) == arcs:
         return found
     return scene.seat.lip(whole, rings)
+
+
+def arcs_behind_rings(scene: Scene, division: Division) -> int:
+    """Arcs in which rings across them are compared: half of those there are, where they are whole and enough."""
+    half = division.arcs // 2
+    lip = scene.seat.lip(half) if half >= FEWEST_ARCS and 2 * half == division.arcs else None
+    return half if lip is not None and lip.whole(half) == half else division.arcs
+
+
+def across_of(scene: Scene) -> int:
+    """Rings across the arcs of a lip that tell what the scene's own leave; a film knows none."""
+    rings = scene.contact.rings
+    return rings if scene.contact.film is not None else max(rings, across_behind(rings)[0])
 
 
 def on_the_reed(scene: Scene, lip: AnyLip | None) -> AnyLip | None:
