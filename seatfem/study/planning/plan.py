@@ -76,10 +76,10 @@ class Plan:
         error: predicted relative error of each measure asked for.
         alternatives: cheaper and more accurate plans.
         shares: by source, then measure, the predicted relative error that it leaves.
-        parts: by key, then measure, what arcs and rings of a lip leave of the patch's share.
         kept: whether the seat's Green's function is there already.
         notes: what is worth telling, such as a target out of reach.
         without: levels of the seat, or `ONE_PORT`, that were found too coarse before.
+        parts: by key, then measure, what arcs and rings of a lip leave of the patch's share.
     """
 
     scene: Scene
@@ -89,10 +89,10 @@ class Plan:
     error: Mapping[str, float]
     alternatives: tuple[Alternative, ...] = ()
     shares: Mapping[Source, Mapping[str, float]] = field(default_factory=dict)
-    parts: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     kept: bool = False
     notes: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
+    parts: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def level(self) -> AnyLevel:

@@ -115,19 +115,20 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
 
 def _in_more_parts(plan: Plan, factor: float, machine: Machine | None) -> Plan | None:
     """With more rings across the arcs of the lip, or twice as many arcs, by what is predicted to leave more; ``None``
-    where neither is open, or that is more than can be."""
+    where the file states that, or it is more than can be."""
     division, asked = plan.method.seat.division, plan.scene.accuracy.measures
     more = {PORTS: Division(2 * division.arcs, division.rings)}
     if division.arcs > 1 and not rings_refused(plan.scene):
-        more |= {RINGS: Division(division.arcs, rings) for rings in ACROSS[::-1] if rings > division.rings}
-    open_keys = [key for key, parts in more.items() if plan.is_open(key) and parts.count <= MOST_PORTS]
-    if not open_keys:
-        return None
+        rings = next((number for number in ACROSS if number > division.rings), None)
+        more |= {} if rings is None else {RINGS: Division(division.arcs, rings)}
 
     def left_by(key: str) -> float:
         return max((safety(name) * plan.parts.get(key, {}).get(name, 0.0) for name in asked), default=0.0)
 
-    key = max(open_keys, key=left_by)
+    open_keys = [key for key, division in more.items() if plan.is_open(key) and division.count <= MOST_PORTS]
+    key = max((PORTS, RINGS), key=left_by) if plan.parts else next(iter(open_keys), PORTS)
+    if key not in open_keys:
+        return None
     method = plan.method.along(plan.scene, more[key].arcs, more[key].rings)
     reason = f"made finer: the patch's share of the error was {factor:.2g} times too large"
     choices = tuple(

@@ -44,13 +44,13 @@ def plan_told(scene: Scene, found: Mapping[str, Any], note: str) -> Plan | None:
         cost = Cost(**found["cost"])
         alternatives = tuple(Alternative(**{**each, "cost": Cost(**each["cost"])}) for each in found["alternatives"])
         choices = tuple(Choice(**choice) for choice in found["choices"])
-        error, shares = dict(found["error"]), dict(found["shares"])
-        if not all(set(scene.accuracy.measures) <= set(part) for part in (error, *shares.values())):
+        error, shares, parts = (dict(found[name]) for name in ("error", "shares", "parts"))
+        if not all(set(scene.accuracy.measures) <= set(each) for each in (error, *shares.values(), *parts.values())):
             return None
         notes, without = map(str, found["notes"]), tuple(found["without"])
     except UNSOUND:
         return None
-    return Plan(scene, method, choices, cost, error, alternatives, shares, False, (*notes, note), without)
+    return Plan(scene, method, choices, cost, error, alternatives, shares, False, (*notes, note), without, parts)
 
 
 def told(plan: Plan) -> dict[str, Any]:
@@ -64,6 +64,7 @@ def told(plan: Plan) -> dict[str, Any]:
         "shares": {str(source): dict(part) for source, part in plan.shares.items()},
         "notes": [note for note in plan.notes if note != NOTE],
         "without": list(plan.without),
+        "parts": {key: dict(left) for key, left in plan.parts.items()},
     }
 
 

@@ -24,6 +24,7 @@ NO_ANGLES: Final = (
     "remove the key, or strike one ring that each ray from its centroid crosses once"
 )
 STOPPER: Final = "stopper_"  # what the names of ports begin with that a stopper meets
+MOST_BESIDE: Final = 256  # parts of a lip behind the error of its rings: more take longer than the run
 USUAL: Final = 32  # arcs, where nothing else is known
 
 
@@ -54,10 +55,15 @@ def lip_of(scene: Scene, ports: int | None = None, rings: int | None = None) -> 
 
 
 def arcs_behind_rings(scene: Scene, division: Division) -> int:
-    """Arcs in which rings across them are compared: half of those there are, where they are whole and enough."""
-    half = division.arcs // 2
-    lip = scene.seat.lip(half) if half >= FEWEST_ARCS and 2 * half == division.arcs else None
-    return half if lip is not None and lip.whole(half) == half else division.arcs
+    """Arcs in which rings across them are compared: half of those there are, or fewer where that makes more than
+    `MOST_BESIDE` parts, as far as they are whole and enough."""
+    arcs, most = division.arcs, max(division.rings, across_behind(division.rings)[0])
+    while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS and (arcs == division.arcs or arcs * most > MOST_BESIDE):
+        lip = scene.seat.lip(arcs // 2)
+        if lip is None or lip.whole(arcs // 2) != arcs // 2:
+            break
+        arcs //= 2
+    return arcs
 
 
 def across_of(scene: Scene) -> int:
