@@ -68,7 +68,7 @@ def plan_scene(
     if not at_hand:
         decision = choices.within_means(wanted, target)
         method = decision.method
-    check_length(scene, decision.contact.dt)
+    check_length(scene, decision.contact.dt, method.seat.division.count)
     progress("planning", 0.9)
     plan = Plan(
         scene=scene,

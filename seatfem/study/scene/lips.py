@@ -14,7 +14,7 @@ from impact.march.film import SqueezeFilm
 from impact.march.problem import ContactProblem
 from seatfem.fields import KeyProblem
 from seatfem.structures.lip import AnyLip
-from seatfem.structures.rings import FEWEST_ARCS, MOST_PORTS, Division, across_behind
+from seatfem.structures.rings import FEWEST_ARCS, MOST_PORTS, MOST_TWICE, Division, across_behind
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import Problem
@@ -24,7 +24,6 @@ NO_ANGLES: Final = (
     "remove the key, or strike one ring that each ray from its centroid crosses once"
 )
 STOPPER: Final = "stopper_"  # what the names of ports begin with that a stopper meets
-MOST_BESIDE: Final = 256  # parts of a lip behind the error of its rings: more take longer than the run
 USUAL: Final = 32  # arcs, where nothing else is known
 
 
@@ -56,9 +55,9 @@ def lip_of(scene: Scene, ports: int | None = None, rings: int | None = None) -> 
 
 def arcs_behind_rings(scene: Scene, division: Division) -> int:
     """Arcs in which rings across them are compared: half of those there are, or fewer where that makes more than
-    `MOST_BESIDE` parts, as far as they are whole and enough."""
+    `MOST_TWICE` parts, as far as they are whole and enough."""
     arcs, most = division.arcs, max(division.rings, across_behind(division.rings)[0])
-    while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS and (arcs == division.arcs or arcs * most > MOST_BESIDE):
+    while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS and (arcs == division.arcs or arcs * most > MOST_TWICE):
         lip = scene.seat.lip(arcs // 2)
         if lip is None or lip.whole(arcs // 2) != arcs // 2:
             break
