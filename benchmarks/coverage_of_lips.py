@@ -3,8 +3,9 @@
     python benchmarks/coverage_of_lips.py [seed [first [last]]]
 
 appends a line per scene to results/coverage_of_lips.jsonl, leaving out those that are there, then writes
-results/coverage_of_lips.csv, a row per scene and measure. The reference has four times the ports (256 at most), 1.6
-times the plate's band, 1.6 times the seat's on a mesh 1.6 times as fine, and a quarter of the step.
+results/coverage_of_lips.csv, a row per scene and measure. The reference is finer in every key: twice the arcs, or four
+times where they are fewer than 64, with three or twice the parts across, 1.6 times the plate's band, 1.6 times the
+seat's on a mesh 1.6 times as fine to half the tolerance, and a quarter of the step.
 """
 
 from __future__ import annotations
@@ -13,19 +14,19 @@ import json
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
+from typing import Final
 
 import numpy as np
-from coverage_of_runs import Verdict, chosen, cover, written
+from coverage_of_runs import Verdict, check_finer, chosen, cover, written
 
 import impact
 from impact.progress import silent
 from impact.runs.budget import Values
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.lip import MOST_PORTS
 from seatfem.structures.method import COARSENING
+from seatfem.structures.rings import FEWEST_ARCS, Division, across_behind
 from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solved_striker, striker_of
-from seatfem.study.method import REED_BAND, as_stated
-from seatfem.study.planning.lips import FEWEST
+from seatfem.study.method import REED_BAND, STEP, as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Limits, Round, rounds
 
@@ -33,9 +34,10 @@ SEED, SCENES = 404, 32
 FILE = Path(__file__).parent / "results" / "coverage_of_lips.jsonl"
 MEASURES = ("impulse", "filtered_peak", "contact_duration", "line_force", "line_impulse")
 ROUNDS = 2
-MORE_PORTS, MORE_MODES, WIDER, SHORTER = 4, 1.6, 1.6, 4
+MORE_MODES, WIDER, SHORTER = 1.6, 1.6, 4
+MOST_ARCS: Final = 64  # of the reference, unless the run itself has more than half as many
 WIDEST = 600e3  # Hz, of the seat in references: its modes grow with the cube; wider ones are taken 1.2 times as wide
-LONGEST = 150  # s for a scene and its reference
+LONGEST = 600  # s for a scene and its reference
 
 
 def draw_scene(index: int, seed: int = SEED) -> str:
@@ -89,7 +91,7 @@ def judge(index: int, seed: int) -> Verdict:
 def reference(done: Round) -> Values:
     """The measures with more ports and modes, a finer mesh, a wider band and a shorter step."""
     method, scene = done.plan.method, done.plan.scene
-    ports = min(MOST_PORTS, MORE_PORTS * max(FEWEST, method.ports or 1))
+    parts = finer_parts(method.seat.division)
     spec = scene.seat.mesh_spec(method.seat)
     band = method.seat.bandwidth
     assert band is not None
@@ -100,15 +102,24 @@ def reference(done: Round) -> Values:
         bandwidth=max(1.2 * band, min(WIDER * band, WIDEST)),
         size=spec.size / COARSENING,
         contact_size=spec.patch_size / COARSENING,
+        tolerance=method.seat.tolerance / 2,
     )
-    finer = replace(method, seat=seat).along(scene, ports)
-    finer = finer.replaced({REED_BAND: MORE_MODES * method.reed.bandwidth})
+    finer = replace(method, seat=seat).along(scene, parts.arcs, parts.rings)
+    finer = finer.replaced({REED_BAND: MORE_MODES * method.reed.bandwidth, STEP: done.result.dt / SHORTER})
+    check_finer(method, finer)
     asked = as_stated(scene, finer)
     target = seat_of(asked, method=finer.seat, mesh_error=False)
     reed = solved_striker(asked, method=finer.reed, mesh_error=False)
     assert reed is not None
     problem = problem_of(asked, striker_of(asked, greens=reed.greens), impact.Body(target.greens))
-    return measures_of(asked, problem, done.result.dt / SHORTER)
+    assert finer.time_step is not None
+    return measures_of(asked, problem, finer.time_step)
+
+
+def finer_parts(division: Division) -> Division:
+    """Of the lip in a reference; a number of rings is a multiple of that of the run, so that their borders agree."""
+    arcs = max(2 * division.arcs, min(MOST_ARCS, 4 * max(FEWEST_ARCS, division.arcs)))
+    return Division(arcs, max(across_behind(division.rings)[0], 2 * division.rings - 1))
 
 
 def main() -> None:

@@ -34,10 +34,11 @@ from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.method import COARSENING
 from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.structures.rings import MOST_RINGS
+from seatfem.structures.rings import MOST_RINGS, across_behind
 from seatfem.structures.store import VARIABLE
+from seatfem.study.accuracy.finer_keys import not_finer
 from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, stopper_of, striker_of
-from seatfem.study.method import MODES, as_stated, has_key, is_given
+from seatfem.study.method import MODES, REED_BAND, RINGS, STEP, RunMethod, as_stated, has_key, is_given
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Round, rounds
 from seatfem.study.scene import Scene, load_scene
@@ -377,7 +378,8 @@ def finer_step(done: Round) -> float:
 def finer_scene(done: Round, wider: float, stricter: float, method: str = "auto", rings: int | None = None) -> Scene:
     """The scene of a run with the seat, its patch in so many ``rings``, and the striker of its reference."""
     scene = as_stated(done.plan.scene, done.plan.method)
-    changed: dict[str, object] = {}
+    changed: dict[str, object] = {STEP: finer_step(done)}
+    division = done.plan.method.seat.division
     if isinstance(scene.seat, Drawn):
         level = {"spring": "axisymmetric", "rod": "sector"}.get(scene.seat.model, scene.seat.model)
         spec = scene.seat.mesh_spec(replace(done.plan.method.seat, level=level))
@@ -392,10 +394,23 @@ def finer_scene(done: Round, wider: float, stricter: float, method: str = "auto"
         changed["seat.greens.tolerance"] = greens.tolerance / stricter
     if has_key(scene, MODES):
         changed[MODES] = min(400, max(60, round(MORE_MODES * scene.reed.n_modes)))
-    finer = as_stated(scene, done.plan.method.replaced(changed))
+    method = done.plan.method.replaced(changed)
+    if division.arcs > 1:
+        method = method.along(scene, 2 * division.arcs, across_behind(division.rings)[0])
+    if REED_BAND not in changed and done.plan.method.reed.lip is not None:
+        method = method.replaced({REED_BAND: wider * (method.reed.bandwidth or 0.0)})
+    check_finer(done.plan.method, method, () if rings is None else (RINGS,))
+    finer = as_stated(scene, method)
     if isinstance(finer.reed, Drawn):
         finer = finer.model_copy(update={"reed": _finer_reed(finer.reed, wider, stricter)})
     return finer
+
+
+def check_finer(method: RunMethod, reference: RunMethod, kept: Sequence[str] = ()) -> None:
+    """Raise `ValueError` of a reference that is as coarse as the run in any key but those ``kept``: it would not see
+    what that leaves."""
+    if coarse := [key for key in not_finer(method, reference) if key not in kept]:
+        raise ValueError(f"the reference is not finer in {', '.join(coarse)}")
 
 
 def _finer_reed(reed: Drawn, wider: float, stricter: float) -> Drawn:

@@ -24,7 +24,7 @@ CONTACT: Final = "contact"
 ARC: Final = "arc"
 MOST_RINGS = 16
 MOST_PORTS: Final = 4096  # parts of a patch, whose compliances fill a matrix of 0.13 GB; time and memory allow fewer
-MOST_TWICE: Final = 256  # parts that twice as many arcs are taken in: of more, half as many tell what they leave
+MOST_CHOSEN: Final = 256  # parts that are taken unless more are stated; also behind error bars
 OF_TWICE: Final = 4 / 3  # error of so many arcs, or rings, over what twice as many change: of second order
 FEWEST_ARCS: Final = 16  # of a lip: fewer tell nothing of how they converge
 ACROSS: Final = (1, 3, 6)  # rings of the arcs of a lip to choose from: each number's borders are among the next one's
@@ -131,7 +131,7 @@ def parts_behind(division: Division) -> Division:
     or `rings_behind` rings."""
     if division.arcs > 1:
         twice = Division(2 * division.arcs, division.rings)
-        return twice if twice.count <= MOST_TWICE else division
+        return twice if twice.count <= MOST_CHOSEN else division
     return Division(1, rings_behind(division.rings))
 
 

@@ -15,6 +15,7 @@ from seatfem.structures.estimates.surrogate import Surrogate
 from seatfem.structures.rings import (
     ACROSS,
     FEWEST_ARCS,
+    MOST_CHOSEN,
     OF_TWICE,
     Division,
     across_behind,
@@ -33,7 +34,6 @@ from seatfem.study.scene.lips import arcs_behind_rings, lip_of
 from seatfem.study.scene.measures import all_measures
 
 MOST: Final = 64  # arcs that are chosen without being asked for
-MOST_CHOSEN: Final = 256  # the same of arcs times rings
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from impact.march.film import SqueezeFilm
 from impact.march.problem import ContactProblem
 from seatfem.fields import KeyProblem
 from seatfem.structures.lip import AnyLip
-from seatfem.structures.rings import FEWEST_ARCS, MOST_PORTS, MOST_TWICE, Division, across_behind
+from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, across_behind
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import Problem
@@ -33,7 +33,7 @@ def usual_ports(scene: Scene) -> int:
     touches = scene.reed.meets_lips and not scene.reed.states_contact
     uneven = scene.contact.uneven or scene.reed.is_curved or any(scene.contact.offset)
     many = (touches and scene.seat.struck_ring is not None) or uneven
-    return min(USUAL, MOST_PORTS // scene.contact.rings) if many else 1
+    return min(USUAL, MOST_CHOSEN // scene.contact.rings) if many else 1
 
 
 def lip_of(scene: Scene, ports: int | None = None, rings: int | None = None) -> AnyLip | None:
@@ -55,9 +55,9 @@ def lip_of(scene: Scene, ports: int | None = None, rings: int | None = None) -> 
 
 def arcs_behind_rings(scene: Scene, division: Division) -> int:
     """Arcs in which rings across them are compared: half of those there are, or fewer where that makes more than
-    `MOST_TWICE` parts, as far as they are whole and enough."""
+    `MOST_CHOSEN` parts, as far as they are whole and enough."""
     arcs, most = division.arcs, max(division.rings, across_behind(division.rings)[0])
-    while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS and (arcs == division.arcs or arcs * most > MOST_TWICE):
+    while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS and (arcs == division.arcs or arcs * most > MOST_CHOSEN):
         lip = scene.seat.lip(arcs // 2)
         if lip is None or lip.whole(arcs // 2) != arcs // 2:
             break
