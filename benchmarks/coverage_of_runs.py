@@ -73,7 +73,7 @@ COLUMNS = (
 )
 MORE_MODES, SHORTER = 2.5, 4
 FINEST_FIRST = ((1.6**2, 5.0), (1.6**2, 2.0), (1.6, 2.0))  # band, tolerance
-RINGS = 8  # of the reference's patch at least, and twice those of the run
+LEAST_RINGS = 8  # of the reference's patch at least, and twice those of the run
 MOST_STEPS = 1_500_000
 LONGEST = 240  # s for a scene and its reference
 
@@ -388,7 +388,7 @@ def finer_scene(done: Round, wider: float, stricter: float, method: str = "auto"
         changed |= {"seat.model": level, **sizes}
     if isinstance(scene.seat, Elastic):
         greens = scene.seat.greens
-        changed["contact.rings"] = rings or min(MOST_RINGS, max(RINGS, 2 * scene.contact.rings))
+        changed["contact.rings"] = rings or min(MOST_RINGS, max(LEAST_RINGS, 2 * scene.contact.rings))
         changed["seat.greens.bandwidth"] = wider * greens.bandwidth
         changed["seat.greens.method"] = method
         changed["seat.greens.tolerance"] = greens.tolerance / stricter

@@ -149,6 +149,7 @@ def reference(done: Round) -> Round:
 
 
 def _finer_round(done: Round, method: str) -> Round:
+    """With as many rings: finer ones press ever more on the rim, where the stress of a rigid face has no limit."""
     scene = finer_scene(done, WIDER, STRICTER, method, Division.of(done.seat.greens).rings)
     if isinstance(plate := scene.reed, ThinPlate):
         size = plate.sheet().element_size / FINER

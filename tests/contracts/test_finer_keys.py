@@ -1,4 +1,4 @@
-"""Every key that has a finer value is in the error budget, or a reason says why not; references are finer in every key."""
+"""Every key with a finer value is in the error budget, or a reason says why not; references are finer in every key."""
 
 from __future__ import annotations
 
