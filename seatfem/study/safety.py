@@ -17,6 +17,7 @@ STEP_UP: Final = 2.5  # ratio of the targets of the alternatives to the target
 FINEST: Final = 0.05  # part of the tightest target looked at that the finest rungs of a ladder must reach
 MODES_SHARE: Final = 0.5  # the same of the modes of a plate that strikes
 ARCS_SHARE: Final = 0.5  # part of the target that the arcs of a lip may use up
+ACROSS_SHARE: Final = 0.25  # the same of the rings across them
 LIP_SHARE: Final = 0.25  # the same of one port in their place: with 0.5, arcs after it cost more than arcs at once
 LEVEL_SHARE: Final = 4  # without a plan: the part of the target that a level may use up by itself
 

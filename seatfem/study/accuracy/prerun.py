@@ -26,6 +26,7 @@ from impact.march.prepared import Prepared, step_count
 from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from seatfem.structures.kinds.roles import in_role
+from seatfem.structures.rings import Division, divided_less, parts_joined
 from seatfem.study.impacts.base import on_its_base
 from seatfem.study.impacts.contact import problem_of, solved_striker, stress_of, striker_of
 from seatfem.study.impacts.landings import landings_of_march, static_load_of_march
@@ -178,6 +179,11 @@ class Bench:
     _seats: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
     _stoppers: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
     _loads: list[StaticLoad] = field(default_factory=list, init=False, repr=False, compare=False)
+
+    def divided(self, division: Division) -> Bench:
+        """With the lip of both bodies in fewer parts."""
+        striker = None if self.striker is None else parts_joined(self.striker, Division.of(self.seat), division)
+        return replace(self, seat=divided_less(self.seat, division), striker=striker)
 
     def affords(self, dt: float) -> bool:
         """Whether a pre-run with this step [s] is cheap."""

@@ -7,8 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
-import numpy as np
-
 import impact
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
@@ -56,6 +54,9 @@ GAS_PER_DEGREE = 2
 LEAST_STEPS_PER_FILTER = 2  # fewer do not resolve the filtered force
 MAX_STEPS = 20_000_000
 STEP_BYTES = 530  # of the histories that a run holds at once, for each step, and of their file while it is put together
+CONTACT_BYTES = 48  # the same for each further contact
+PAIR_TIME = 6e-9  # s of a step for each pair of contacts, by spring laws; rigid ones take a quarter
+LONGEST_MARCH = 86400.0  # s that contacts may be predicted to take
 
 
 class RunError(ValueError):
@@ -219,7 +220,7 @@ def problem_of(
     other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own, where it has
     one."""
     law, division, seat = scene.contact.law, Division.of(seat.greens), on_its_base(scene, "seat", seat)
-    gaps, films = np.repeat(gaps_of(scene, division.arcs), division.rings), films_of(scene, division.arcs)
+    gaps, films = gaps_of(scene, division), films_of(scene, division.arcs)
     contacts = [
         impact.Contact(
             seat,
@@ -243,7 +244,7 @@ def problem_of(
                 impact.Contact(
                     target,
                     port=k if len(target.greens.ports) > 1 else 0,
-                    gap=float(above[k // parts.rings]),
+                    gap=float(above[k]),
                     law=scene.stopper.law.law(float(share)),
                     side=-1,
                     striker_port=here if here in striker.greens.ports else beyond,
@@ -368,9 +369,13 @@ def check_step(scene: Scene) -> None:
         )
 
 
-def check_length(scene: Scene, dt: float) -> None:
-    """Refuse more steps than can be stored, or than memory holds."""
+def check_length(scene: Scene, dt: float, parts: int | None = None) -> None:
+    """Refuse more steps than can be stored, or than memory holds, and more contacts than these and time allow.
+
+    ``parts``: of the seat's lip; ``None``: as far as the scene states them.
+    """
     steps = scene.run.duration / dt
+    _check_contacts(scene, steps, parts or (scene.contact.ports or 1) * scene.contact.rings)
     most = min(MAX_STEPS, available_memory() / STEP_BYTES)
     if steps > most:
         chosen = "run.time_step" if scene.run.time_step else "the step that both bodies and run.filter_width need"
@@ -378,4 +383,17 @@ def check_length(scene: Scene, dt: float) -> None:
             f"run.duration = {scene.run.duration:g} s takes {steps:.2g} steps of {dt:.2g} s ({chosen}), at most "
             f"{most:.2g} are stored: shorten run.duration, widen run.filter_width, keep fewer modes "
             "(reed.n_modes), or give a longer run.time_step"
+        )
+
+
+def _check_contacts(scene: Scene, steps: float, parts: int) -> None:
+    contacts = parts + (0 if scene.stopper is None else scene.stopper.parts.count)
+    memory, room = CONTACT_BYTES * (contacts - 1) * steps, available_memory()
+    seconds = PAIR_TIME * contacts**2 * steps
+    if contacts > 1 and (memory > room or seconds > LONGEST_MARCH):
+        raise RunError(
+            f"contact.ports and contact.rings with [stopper] make {contacts} contacts over {steps:.2g} steps: "
+            f"predicted {memory / 1e9:.2g} GB of histories and {seconds / 3600:.2g} h, at most {room / 1e9:.2g} GB are "
+            f"available and {LONGEST_MARCH / 3600:g} h are taken: state fewer contact.ports or contact.rings, shorten "
+            "run.duration, or give a longer run.time_step"
         )

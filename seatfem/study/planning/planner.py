@@ -17,7 +17,7 @@ from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import check_length, check_step
 from seatfem.study.impacts.simpler import ONE_PORT
 from seatfem.study.impacts.validity import stopper_notes, validity_advice
-from seatfem.study.method import BAND, PORTS, TOLERANCE, RunMethod, is_given
+from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Alternative, Plan
@@ -69,7 +69,7 @@ def plan_scene(
     if not at_hand:
         decision = choices.within_means(wanted, target)
         method = decision.method
-    check_length(scene, decision.contact.dt)
+    check_length(scene, decision.contact.dt, method.seat.division.count)
     progress("planning", 0.9)
     plan = Plan(
         scene=scene,
@@ -79,6 +79,7 @@ def plan_scene(
         error=decision.error,
         alternatives=_alternatives(choices, decision, compiling),
         shares=decision.shares,
+        parts={key: left for key, left in decision.changes.items() if key in (PORTS, RINGS)},
         kept=bool(at_hand),
         without=without,
     )

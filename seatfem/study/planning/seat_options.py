@@ -62,7 +62,8 @@ def seat_options(seen: Seen, without: tuple[str, ...] = ()) -> tuple[SeatOption,
         return (SeatOption(seen.stated.seat, f"seat.{seen.scene.seat.level(0.0).reason}", _left_by_modes(seen)),)
     waves = _levels(seen, without) if seen.drawn else _waves(seen, seen.stated.seat, seen.scene.seat.level(0.0).reason)
     if seen.arcs is not None:
-        return tuple(replace(option, changes={**option.changes, PORTS: seen.arcs.left}) for option in waves)
+        parts = {PORTS: seen.arcs.left} | ({RINGS: seen.arcs.across} if seen.arcs.across else {})
+        return tuple(replace(option, changes={**option.changes, **parts}) for option in waves)
     left = _left_by_rings(seen) if seen.patch is not None else {}
     if seen.one_port is not None:
         waves = (replace(option, changes={**option.changes, ONE_PORT: seen.one_port}) for option in waves)

@@ -15,8 +15,9 @@ from seatfem.structures.estimates.mesh_size import Sizes, sizes_for
 from seatfem.structures.estimates.patch import Patch
 from seatfem.structures.estimates.surrogate import Surrogate
 from seatfem.structures.method import Applicability, Method
-from seatfem.structures.rings import share_left
+from seatfem.structures.rings import Division, share_left
 from seatfem.structures.store import Store
+from seatfem.study.accuracy.finer_keys import OF_THE_METHOD
 from seatfem.study.accuracy.prerun import Bench, first_look, stand_in_of
 from seatfem.study.accuracy.seat_waves import lowest_band
 from seatfem.study.accuracy.sensitivity import Changes, Sensitivity
@@ -24,28 +25,18 @@ from seatfem.study.impacts.measures import Source
 from seatfem.study.impacts.simpler import ONE_PORT
 from seatfem.study.method import (
     BAND,
-    MODEL,
-    MODES,
     PORTS,
-    REED_BAND,
-    RINGS,
-    SEAT_MODES,
-    SIZE,
-    STEP,
     TOLERANCE,
     RunMethod,
     is_given,
     stated_method,
 )
-from seatfem.study.planning.lips import Arcs, in_more_arcs, in_some_arcs, of_simpler, one_port_in_place, with_ports
+from seatfem.study.planning.lips import Arcs, in_more_arcs, in_some_arcs, of_simpler, one_port_in_place, with_parts
 from seatfem.study.planning.plate_band import PlateBand, in_a_band
 from seatfem.study.safety import FINEST, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
 
-BEHIND: Final[Mapping[str, Source]] = {
-    MODEL: "model", BAND: "reduction", TOLERANCE: "reduction", SIZE: "mesh", MODES: "model", STEP: "time_step",
-    RINGS: "patch", PORTS: "patch", SEAT_MODES: "model", REED_BAND: "striker", ONE_PORT: "lip",
-}  # fmt: skip
+BEHIND: Final[Mapping[str, Source]] = {**OF_THE_METHOD, ONE_PORT: "lip"}
 """The source of error that a key is behind, or a model."""
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
 """Band edges that are chosen from [Hz]: five a decade, so that different contact scenes share a seat."""
@@ -112,7 +103,7 @@ class Seen:
         if arcs is not None and band is not None and ONE_PORT not in without:
             one_port = one_port_in_place(scene, arcs, simpler, band.left)
         if one_port is not None:
-            arcs, asked, surrogate = None, with_ports(asked, 1), whole
+            arcs, asked, surrogate = None, with_parts(asked, Division(1, scene.contact.rings)), whole
             bench = _bench(asked, surrogate, stopper, progress)
         sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact)
         method = stated_method(asked)
