@@ -3,38 +3,28 @@
     python benchmarks/coverage_of_lips.py [seed [first [last]]]
 
 appends a line per scene to results/coverage_of_lips.jsonl, leaving out those that are there, then writes
-results/coverage_of_lips.csv, a row per scene and measure. The reference has four times the ports (256 at most), 1.6
-times the plate's band, 1.6 times the seat's on a mesh 1.6 times as fine, and a quarter of the step.
+results/coverage_of_lips.csv, a row per scene and measure. The reference is `finer_scenes.finest_reference`.
 """
 
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from coverage_of_runs import Verdict, chosen, cover, written
+from coverage_of_runs import Verdict, bare_values, chosen, cover, written
+from finer_scenes import finest_reference
 
-import impact
 from impact.progress import silent
-from impact.runs.budget import Values
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.lip import MOST_PORTS
-from seatfem.structures.method import COARSENING
-from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solved_striker, striker_of
-from seatfem.study.method import REED_BAND, as_stated
-from seatfem.study.planning.lips import FEWEST
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.rounds import Limits, Round, rounds
+from seatfem.study.runs.rounds import Limits, rounds
 
 SEED, SCENES = 404, 32
 FILE = Path(__file__).parent / "results" / "coverage_of_lips.jsonl"
 MEASURES = ("impulse", "filtered_peak", "contact_duration", "line_force", "line_impulse")
 ROUNDS = 2
-MORE_PORTS, MORE_MODES, WIDER, SHORTER = 4, 1.6, 1.6, 4
-WIDEST = 600e3  # Hz, of the seat in references: its modes grow with the cube; wider ones are taken 1.2 times as wide
 LONGEST = 150  # s for a scene and its reference
 
 
@@ -80,35 +70,10 @@ def judge(index: int, seed: int) -> Verdict:
     with written(draw_scene(index, seed)) as (scene, folder):
         limits = Limits(rounds=ROUNDS)
         *_, done = rounds(plan_scene(scene), folder, Stopwatch(), silent, limits=limits)
-        exact = reference(done)
-    values = {name: value for name, value in done.left.values.items() if name not in done.without_bar}
+        exact = finest_reference(done)[1].values
+    values = {name: value for name, value in bare_values(done).items() if name not in done.without_bar}
     bars, seconds = {name: done.left.bar(name) for name in values}, perf_counter() - start
     return Verdict.of(done, (seed, index), values, bars, exact, seconds=seconds)
-
-
-def reference(done: Round) -> Values:
-    """The measures with more ports and modes, a finer mesh, a wider band and a shorter step."""
-    method, scene = done.plan.method, done.plan.scene
-    ports = min(MOST_PORTS, MORE_PORTS * max(FEWEST, method.ports or 1))
-    spec = scene.seat.mesh_spec(method.seat)
-    band = method.seat.bandwidth
-    assert band is not None
-    assert method.reed.bandwidth is not None
-    seat = replace(
-        method.seat,
-        level="axisymmetric",
-        bandwidth=max(1.2 * band, min(WIDER * band, WIDEST)),
-        size=spec.size / COARSENING,
-        contact_size=spec.patch_size / COARSENING,
-    )
-    finer = replace(method, seat=seat).along(scene, ports)
-    finer = finer.replaced({REED_BAND: MORE_MODES * method.reed.bandwidth})
-    asked = as_stated(scene, finer)
-    target = seat_of(asked, method=finer.seat, mesh_error=False)
-    reed = solved_striker(asked, method=finer.reed, mesh_error=False)
-    assert reed is not None
-    problem = problem_of(asked, striker_of(asked, greens=reed.greens), impact.Body(target.greens))
-    return measures_of(asked, problem, done.result.dt / SHORTER)
 
 
 def main() -> None:

@@ -3,7 +3,7 @@
     python benchmarks/coverage_of_models.py [seed [first [last]]]
 
 draws flappers on lips, flat or tilted by 0.02 to 0.5 degrees, and judges the first round of each, as it was planned,
-against arcs and waves stated and finer (`coverage_of_lips.reference`); scenes that were planned with arcs and waves at
+against `finer_scenes.finest_reference`, in arcs and with waves; scenes that were planned with arcs and waves at
 once are left out, and from the twelfth on those with arcs. It appends a line per scene to
 results/coverage_of_models.jsonl, leaving out those that are there, then writes results/coverage_of_models.csv, a row
 per scene and measure. What one port and a beam would change by the pre-runs of every scene goes to
@@ -22,8 +22,8 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from coverage_of_lips import reference
-from coverage_of_runs import Verdict, chosen, cover, written
+from coverage_of_runs import Verdict, bare_values, chosen, cover, written
+from finer_scenes import finest_reference
 
 from impact.progress import silent
 from seatfem.machine.rates import Machine
@@ -89,8 +89,8 @@ def judge(index: int, seed: int) -> Verdict:
         if ports > 1 and (level != "spring" or index >= ALL):
             raise Several(f"{ports} ports, {level}")
         *_, done = rounds(plan, folder, Stopwatch(), silent, limits=Limits(rounds=1))
-        exact = reference(done)
-    values = {name: value for name, value in done.left.values.items() if name not in done.without_bar}
+        exact = finest_reference(done)[1].values
+    values = {name: value for name, value in bare_values(done).items() if name not in done.without_bar}
     bars, seconds = {name: done.left.bar(name) for name in values}, perf_counter() - start
     striker = f"{scene.reed.kind}, {ports} port{'s'[: ports > 1]}"
     return Verdict.of(done, (seed, index), values, bars, exact, striker=striker, seconds=seconds)

@@ -17,30 +17,25 @@ import signal
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, replace
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from coverage_of_seats import FINER, KINDS, Case, draw_case
+from coverage_of_seats import KINDS, Case, draw_case
+from finer_scenes import finest_reference
 
-import impact
 from impact.progress import silent
 from impact.runs.budget import Values
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.kinds import Cad
-from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.method import COARSENING
 from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.store import VARIABLE
-from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, stopper_of, striker_of
-from seatfem.study.method import MODES, as_stated, has_key, is_given
+from seatfem.study.method import MODES, is_given
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Round, rounds
 from seatfem.study.scene import Scene, load_scene
+from seatfem.study.scene.measures import all_measures
 
 SEED, FROM_FILES_ON, EVERY_STRIKER_ON, SCENES = 5, 211, 300, 48
 FILE = Path(__file__).parent / "results" / "coverage_of_runs.jsonl"
@@ -70,10 +65,6 @@ COLUMNS = (
     *("seed", "index", "seat", "level", "striker", "target", "met", "rounds"),
     *("measure", "value", "bar", "true", "inside"),
 )
-MORE_MODES, SHORTER = 2.5, 4
-FINEST_FIRST = ((1.6**2, 5.0), (1.6**2, 2.0), (1.6, 2.0))  # band, tolerance
-RINGS = 8  # of the reference's patch at least, and twice those of the run
-MOST_STEPS = 1_500_000
 LONGEST = 240  # s for a scene and its reference
 
 
@@ -331,9 +322,9 @@ def judge(index: int, seed: int = SEED) -> Verdict:
     start = perf_counter()
     with written(draw_scene(index, seed)) as (scene, folder):
         *_, done = rounds(plan_scene(scene), folder, Stopwatch(), silent)
-        exact = reference(done)
+        exact = finest_reference(done)[1].values
     stated = is_given(scene, MODES) or scene.seat.kind in ("bar", "block", "cad", "mesh")
-    values, seconds = done.left.values, perf_counter() - start
+    values, seconds = bare_values(done), perf_counter() - start
     bars = {name: done.left.bar(name) for name in values}
     return Verdict.of(done, (seed, index), values, bars, exact, stated=stated, seconds=seconds)
 
@@ -348,62 +339,9 @@ def written(text: str) -> Iterator[tuple[Scene, Path]]:
         yield load_scene(path), Path(folder)
 
 
-def reference(done: Round) -> Values:
-    """The measures with a mesh two levels finer, a wider band, rings, more modes and a quarter of the step.
-
-    The mesh of a CAD part is one level finer, that of a file as it is.
-
-    Where the Krylov space has no room for all of that, the next finest that it has room for; in the end the modes
-    themselves.
-    """
-    for wider, stricter in FINEST_FIRST:
-        with suppress(ConvergenceError):
-            return _finer_run(done, wider, stricter)
-    return _finer_run(done, 1.6, 2.0, "modes")
-
-
-def _finer_run(done: Round, wider: float, stricter: float, method: str = "auto") -> Values:
-    finer = finer_scene(done, wider, stricter, method)
-    seat = seat_of(finer, mesh_error=False)
-    problem = problem_of(finer, striker_of(finer), impact.Body(seat.greens), stopper_of(finer))
-    return measures_of(finer, problem, finer_step(done))
-
-
-def finer_step(done: Round) -> float:
-    """Of the reference [s]."""
-    return max(done.result.dt / SHORTER, done.plan.scene.run.duration / MOST_STEPS)
-
-
-def finer_scene(done: Round, wider: float, stricter: float, method: str = "auto", rings: int | None = None) -> Scene:
-    """The scene of a run with the seat, its patch in so many ``rings``, and the striker of its reference."""
-    scene = as_stated(done.plan.scene, done.plan.method)
-    changed: dict[str, object] = {}
-    if isinstance(scene.seat, Drawn):
-        level = {"spring": "axisymmetric", "rod": "sector"}.get(scene.seat.model, scene.seat.model)
-        spec = scene.seat.mesh_spec(replace(done.plan.method.seat, level=level))
-        finer = COARSENING if isinstance(scene.seat, Cad) else FINER
-        sizes = {"seat.mesh.size": spec.size / finer, "seat.mesh.contact_size": spec.patch_size / finer}
-        changed |= {"seat.model": level, **sizes}
-    if isinstance(scene.seat, Elastic):
-        greens = scene.seat.greens
-        changed["contact.rings"] = rings or min(MOST_RINGS, max(RINGS, 2 * scene.contact.rings))
-        changed["seat.greens.bandwidth"] = wider * greens.bandwidth
-        changed["seat.greens.method"] = method
-        changed["seat.greens.tolerance"] = greens.tolerance / stricter
-    if has_key(scene, MODES):
-        changed[MODES] = min(400, max(60, round(MORE_MODES * scene.reed.n_modes)))
-    finer = as_stated(scene, done.plan.method.replaced(changed))
-    if isinstance(finer.reed, Drawn):
-        finer = finer.model_copy(update={"reed": _finer_reed(finer.reed, wider, stricter)})
-    return finer
-
-
-def _finer_reed(reed: Drawn, wider: float, stricter: float) -> Drawn:
-    """A striker of finite elements, two levels finer, with a wider band and a stricter reduction."""
-    spec = reed.mesh_spec(reed.stated())
-    mesh = reed.mesh.model_copy(update={"size": spec.size / FINER, "contact_size": spec.patch_size / FINER})
-    aims = {"bandwidth": wider * reed.greens.bandwidth, "tolerance": reed.greens.tolerance / stricter}
-    return reed.model_copy(update={"mesh": mesh, "greens": reed.greens.model_copy(update=aims)})
+def bare_values(done: Round) -> Values:
+    """The measures of a whole run, whatever landings it has."""
+    return {name: value for name, value in done.left.values.items() if name in all_measures()}
 
 
 def read(path: Path = FILE) -> list[Verdict]:
@@ -445,12 +383,12 @@ def line(v: Verdict) -> str:
     return head + ", ".join(one(name) for name in v.values) + f"; {v.seconds:.0f} s"
 
 
-class _TooLong(BaseException):
+class TooLong(BaseException):
     """Not to be caught by what runs."""
 
 
-def _stop(signum: int, frame: object) -> None:
-    raise _TooLong
+def stop(signum: int, frame: object) -> None:
+    raise TooLong
 
 
 def cover(
@@ -466,7 +404,7 @@ def cover(
     ``refused``: what a scene that is not to be judged ends with; by default, stated band, tolerance and duration that
     no Krylov space holds.
     """
-    signal.signal(signal.SIGALRM, _stop)
+    signal.signal(signal.SIGALRM, stop)
     done = {(v.seed, v.index) for v in read(path)}
     for index in indices:
         if (seed, index) not in done:
@@ -476,7 +414,7 @@ def cover(
             except refused as refusal:
                 print(f"{index:3d} refused: {refusal}", flush=True)  # noqa: T201
                 continue
-            except _TooLong:
+            except TooLong:
                 print(f"{index:3d} stopped: it or its reference takes more than {longest} s", flush=True)  # noqa: T201
                 continue
             finally:

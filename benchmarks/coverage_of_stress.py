@@ -3,32 +3,26 @@
     python benchmarks/coverage_of_stress.py [seed [first [last]]]
 
 appends a line per scene to results/coverage_of_stress.jsonl, leaving out those that are there, then writes
-results/coverage_of_stress.csv, a row per scene and measure. The reference has both meshes two levels finer (in space
-one), a wider band, more modes and a quarter of the step, under the same law of contact; its stress is recovered on its
-own meshes from its own force. The struck patch has as many rings as in the run: how a face spreads its force is model.
+results/coverage_of_stress.csv, a row per scene and measure. The reference is `finer_scenes.finest_reference`, finer in
+every key but one: the struck patch has as many parts as in the run, for how a face spreads its force is model. Its
+stress is recovered on its own meshes from its own force.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from coverage_of_runs import Verdict, chosen, cover, finer_scene, finer_step, written
-from coverage_of_seats import FINER, annular, bar, block, conical
+from coverage_of_runs import Verdict, chosen, cover, written
+from coverage_of_seats import annular, bar, block, conical
+from finer_scenes import LADDER, finer_round, finest_reference
 
 from impact.progress import silent
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.kinds.thin_plate import ThinPlate
-from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import run_contacts, seat_of, stress_of, striker_of
-from seatfem.study.impacts.gas import lift_of
-from seatfem.study.method import REED_BAND, as_stated, stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.reed_stress import plate_reed_stress
 from seatfem.study.runs.rounds import Limits, Round, rounds
@@ -40,7 +34,7 @@ FILE = Path(__file__).parent / "results" / "coverage_of_stress.jsonl"
 SEATS = ("annular", "conical", "annular", "rod", "bar", "conical", "annular", "block")
 DRAW = {"annular": annular, "conical": conical, "bar": bar, "block": block}
 SOLIDS = ("bar", "block")
-WIDER, STRICTER = 1.6, 2.0
+SAME_PATCH = tuple(replace(by, divides=False) for by in LADDER)
 LONGEST = 240  # s for a scene and its reference
 
 
@@ -120,7 +114,8 @@ def judge(index: int, seed: int) -> Verdict:
     start = perf_counter()
     with written(draw_scene(index, seed)) as (scene, folder):
         *_, done = rounds(plan_scene(scene), folder, Stopwatch(), silent, limits=Limits(rounds=1))
-        (values, bars), (exact, _) = told(done), told(reference(done), bare=True)
+        _, reference = finest_reference(done, ladder=SAME_PATCH)
+        (values, bars), (exact, _) = told(done), told(finer_round(done, reference), bare=True)
     stated, seconds = scene.seat.kind in SOLIDS, perf_counter() - start
     return Verdict.of(done, (seed, index), values, bars, exact, stated=stated, seconds=seconds)
 
@@ -138,30 +133,6 @@ def told(done: Round, *, bare: bool = False) -> tuple[Mapping[str, float], Mappi
     elif done.stress is not None and done.stress.after_contact is not None:
         values[REED], bars[REED] = done.stress.after_contact.value, done.left.bar(REED)
     return {name: value for name, value in values.items() if not math.isnan(bars[name])}, bars
-
-
-def reference(done: Round) -> Round:
-    """The same impact, both bodies two levels finer."""
-    for method in ("auto", "modes"):
-        with suppress(ConvergenceError):
-            return _finer_round(done, method)
-    raise ConvergenceError("no reference")
-
-
-def _finer_round(done: Round, method: str) -> Round:
-    scene = finer_scene(done, WIDER, STRICTER, method, Division.of(done.seat.greens).rings)
-    if isinstance(plate := scene.reed, ThinPlate):
-        size = plate.sheet().element_size / FINER
-        changed = scene.reed.model_copy(update={"mesh": plate.mesh.model_copy(update={"size": size})})
-        scene = scene.model_copy(update={"reed": changed})
-        finer = done.plan.method.replaced({REED_BAND: WIDER * plate.greens.bandwidth})
-        scene = as_stated(scene, replace(stated_method(scene), reed=replace(finer.reed, size=size)))
-    seat = seat_of(scene)
-    striker = striker_of(scene)
-    touches = run_contacts(scene, striker, seat.greens, finer_step(done))
-    stress = stress_of(scene, striker, touches.seat.force, touches.seat.dt, lift_of(touches))
-    plan = replace(done.plan, scene=scene, method=stated_method(scene))
-    return replace(done, plan=plan, seat=seat, striker=striker, touches=touches, stress=stress)
 
 
 def main() -> None:

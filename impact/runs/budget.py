@@ -71,6 +71,11 @@ def safety(measure: str) -> float:
     return STRESS_SAFETY if measure.endswith("stress") else SAFETY
 
 
+def is_time(measure: str) -> bool:
+    """Return whether a measure is a time that is read off the steps of a run: of a contact, of a landing."""
+    return "duration" in measure or measure.endswith("time_s")
+
+
 def changes(one: Values, other: Values) -> Values:
     """|one - other|, measure by measure; infinite where either has no such value, or no finite one."""
     return {name: _apart(value, other.get(name, math.inf)) for name, value in one.items()}

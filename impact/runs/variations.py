@@ -15,10 +15,12 @@ from threadpoolctl import threadpool_limits
 from impact.bodies.body import Body, ModalState
 from impact.greens.modal import ModalGreens, Residual
 from impact.march.problem import ContactProblem
-from impact.runs.budget import Budget, Values, changes, larger, times, total
+from impact.runs.budget import Budget, Values, changes, is_time, larger, times, total
 
 FINE: Final = 16  # steps per filter width from which on coarser steps tell enough
 NARROWER: Final = 1.6  # ratio of bandwidths behind the share of the modes left out
+AT_ONCE: Final = 0.01  # of what lies above the modes, where it is taken for one that rings
+ROUND_OFF: Final = 1e-12  # of a compliance: what is less is no way that a body yields
 
 Run = Callable[[ContactProblem, float], Values]
 """The measures of a problem, marched with a step [s]."""
@@ -53,7 +55,7 @@ def budget_of(
 ) -> Budget:
     """What the time step and the ``sources`` leave in ``values``, the measures of ``problem`` at the step ``dt`` [s].
 
-    The step's share is `left_by_step`, or ``finer`` where that is more. A contact's duration is known to a step at
+    The step's share is `left_by_step`, or ``finer`` where that is more. Times of contacts are known to a step at
     best. The sources are compared at the doubled step, if it resolves the filter.
 
     Args:
@@ -84,7 +86,7 @@ def budget_of(
     of_step = left_by_step(dt, filter_width, between)
     of_step = {name: max(value, (finer or {}).get(name, 0.0)) for name, value in of_step.items()}
     for name in of_step:
-        if name.startswith("contact_duration") and values[name] > 0:
+        if is_time(name) and values[name] > 0:
             of_step[name] = max(of_step[name], dt)
     parts: dict[str, Values] = {}
     for source, terms in sources.items():
@@ -171,6 +173,38 @@ def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
         state = ModalState(state.displacement[kept], state.velocity[kept])
     loads = tuple(replace(load, shape=load.shape[kept]) for load in body.loads)
     return replace(body, greens=narrowed(g, highest), state=state, loads=loads)
+
+
+def ringing_on(body: Body, ratio: float = 1.0) -> Body | None:
+    """The body with what lies above its modes as modes at ``ratio`` times the highest, one for each way it yields.
+
+    A residual yields and does not ring; what it stands for rings, at the highest frequency or anywhere above. A part of
+    it, `AT_ONCE`, stays as it was, so that rigid contacts meet what yields at once. ``None`` where a body has no modes,
+    or nothing above them but mass.
+    """
+    g = body.greens.modal
+    if g is None or not np.any(g.omega):
+        return None
+    flexible = g.residual.static()
+    if not (np.all(np.isfinite(flexible)) and np.any(flexible)):
+        return None
+    last = int(np.argmax(g.omega))
+    values, ways = np.linalg.eigh((1 - AT_ONCE) * flexible)
+    kept = values > ROUND_OFF * values[-1]
+    omega = ratio * g.omega[last]
+    shapes = omega * (ways[:, kept] * np.sqrt(values[kept])).T
+    ringing = replace(
+        g,
+        omega=np.concatenate([g.omega, np.full(len(shapes), omega)]),
+        zeta=np.concatenate([g.zeta, np.full(len(shapes), g.zeta[last])]),
+        shapes=np.vstack([g.shapes, shapes]),
+        residual=g.residual.scaled(AT_ONCE),
+    )
+    at_rest, state = np.zeros(len(shapes)), body.state
+    if state is not None:
+        state = ModalState(*(np.concatenate([part, at_rest]) for part in (state.displacement, state.velocity)))
+    loads = tuple(replace(load, shape=np.concatenate([load.shape, at_rest])) for load in body.loads)
+    return replace(body, greens=ringing, state=state, loads=loads)
 
 
 def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:

@@ -36,6 +36,7 @@ greens = { bandwidth = "4 kHz" }
 """
 THROWN = REED + 'release = { velocity = "-2 m/s" }\n'
 RUN = '[run]\nduration = "{} ms"\ntime_step = "2 us"\nfilter_width = "20 us"\n[accuracy]\ntarget = 0.9\n'
+FINER = RUN.format(1.5).replace("2 us", "1 us")
 LIFE = '[life]\nstrength = "strength.toml"\ncriterion = "swt"\ncycles = 4.5e9\n'
 
 
@@ -73,14 +74,17 @@ def test_a_plate_in_free_flight_fails_where_and_when_its_stress_says(
     assert (keys["life_multiaxial_criterion"], keys["life_multiaxial_cycles"]) == ("crossland", 1e7)
     assert str(keys["life_at"]).startswith("reed, root, (")
     assert keys["error_bar_life_margin"] is None
+    assert keys["error_bar_life_multiaxial_margin"] is None
     assert "the reed endures 1e+07 cycles under" in in_words(keys)
 
 
 def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No less than the largest von Mises stress of any difference of two states, and no more than sqrt 5 times it."""
-    keys, (done,) = run(tmp_path, SPRING + THROWN + RUN.format(0.4) + LIFE, monkeypatch)
+    text = SPRING + THROWN + RUN.format(0.4) + LIFE + 'multiaxial = "crossland"\n'
+    keys, (done,) = run(tmp_path, text, monkeypatch)
     stress, bar = (keys[f"{of}peak_reed_stress_after_contact_Pa"] for of in ("", "error_bar_"))
-    assert keys["error_bar_life_margin"] == pytest.approx(left_of(keys["life_margin"], bar / stress))  # type: ignore[operator,arg-type]
+    for name in ("life_margin", "life_multiaxial_margin"):
+        assert keys[f"error_bar_{name}"] == pytest.approx(left_of(keys[name], bar / stress))  # type: ignore[operator,arg-type]
     field = plate_field(done)
     some = field.at(np.arange(0, len(field.points), 40))
     ranges = mises_range(some, done.result.force, done.result.dt)
@@ -92,6 +96,18 @@ def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monke
     chosen = hottest(ranges, regions, 2)
     assert sorted(regions[chosen]) == ["a", "a", "b", "b"]
     assert ranges.max() == ranges[chosen].max()
+
+
+def test_a_plate_that_meets_its_stopper_alone_has_a_bar(tmp_path: Path) -> None:
+    """What half the step changes of stress and margin is within the bars, as it is of the stopper's force."""
+    bent = REED + 'release = { deflection = "-1 mm" }\n[contact]\ngap = "1.5 mm"\n'
+    stopper = '[stopper]\nkind = "spring"\nstiffness = "0.02 N/um"\ngap = "50 um"\n'
+    keys, finer = (run(tmp_path, SPRING + bent + stopper + each + LIFE)[0] for each in (RUN.format(1.5), FINER))
+    assert keys["peak_force_N"] == 0.0
+    stress = "peak_reed_stress_after_contact_Pa"
+    for name in (stress, "life_margin", "stopper_filtered_peak_force_N", "stopper_impulse_Ns"):
+        value, bar, other = (float(of[key]) for of, key in ((keys, name), (keys, f"error_bar_{name}"), (finer, name)))  # type: ignore[arg-type]
+        assert 0 < abs(other - value) < bar < 0.7 * value, name
 
 
 def test_margin_over_speed_is_the_allowed_speed_over_it(tmp_path: Path) -> None:

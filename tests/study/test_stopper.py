@@ -23,6 +23,7 @@ from seatfem.structures.statics import bed
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.accuracy.prerun import Bench, Window, first_look, window_of
 from seatfem.study.impacts.contact import measures_of, problem_of, run_contacts, stopper_of, striker_of
+from seatfem.study.impacts.measures import stopper_values
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
@@ -233,6 +234,9 @@ def test_a_stopper_that_is_read_is_told_of(tmp_path: Path) -> None:
     stated = bounced(scene_of(tmp_path, SEAT + MASS + STOPPER + RUN), 1e-7).stopper
     assert stated is not None
     assert outcome.summary["stopper_impulse_Ns"] == pytest.approx(measures.impulse(stated), rel=1e-12)
+    for key in ("stopper_impulse_Ns", "stopper_filtered_peak_force_N"):
+        assert 0 < outcome.summary[f"error_bar_{key}"] < 0.05 * outcome.summary[key]  # type: ignore[operator]
+    assert "stopper's patch" in str(outcome.summary["error_unknown"])
 
 
 CUT = '[run]\nduration = "{} ms"\n[accuracy]\ntarget = "5 %"\n'
@@ -268,6 +272,17 @@ def test_an_error_of_the_stopper_is_in_the_bars(tmp_path: Path) -> None:
     assert set(exact.parts["stopper"].values()) == {0.0}
 
 
+def test_an_error_of_the_stopper_is_in_the_bars_of_its_forces(tmp_path: Path) -> None:
+    """g larger by e bears a peak smaller by 1 - 1/sqrt(1 + e) and the same impulse 2 m v, which the bars know."""
+    peak, impulse = "stopper_filtered_peak_force_N", "stopper_impulse_Ns"
+    left = stopper_share(read_stopper(tmp_path, 0.1), 1e-8)[1]
+    largest, error = SPEED * math.sqrt(4e6 * MASS_KG), 1 - 1 / math.sqrt(1.1)
+    assert left.parts["stopper"][peak] == pytest.approx(error * largest, rel=0.01)
+    assert left.parts["stopper"][impulse] < 1e-4 * MASS_KG * SPEED
+    assert left.values[peak] == pytest.approx(largest, rel=1e-3)
+    assert abs(left.values[impulse] - 2 * MASS_KG * SPEED) < left.bar(impulse) < 1e-2 * MASS_KG * SPEED
+
+
 def test_a_stopper_that_is_exact_is_no_source(tmp_path: Path) -> None:
     left = stopper_share(scene_of(tmp_path, SEAT + MASS + STOPPER + CUT.format(0.3)))[1]
     assert "stopper" not in left.parts
@@ -276,21 +291,29 @@ def test_a_stopper_that_is_exact_is_no_source(tmp_path: Path) -> None:
 
 def test_what_is_not_known_of_a_stopper_is_named(tmp_path: Path) -> None:
     """An error that a file does not state is in no bar, and is said to be missing."""
-    assert stopper_share(read_stopper(tmp_path, None))[1].unknown == ("stopper's mesh",)
+    assert stopper_share(read_stopper(tmp_path, None))[1].unknown == ("stopper's mesh", "stopper's patch")
 
 
-def test_the_mesh_of_a_stopper_is_in_the_bars(tmp_path: Path) -> None:
-    """A steel disc of coarse elements throws the mass back to the seat: what elements half as large change of the
-    impulse by the end is within the stopper's share of its error."""
+def test_the_mesh_and_the_patch_of_a_stopper_are_in_the_bars(tmp_path: Path) -> None:
+    """A steel disc of coarse elements, whose patch moves as its mean, throws the mass back to the seat: what elements
+    half as large change by the end, and with four rings in the patch, is within the stopper's share of the errors."""
     disc = (
         '[stopper]\nkind = "stopper"\nradius = "8 mm"\nthickness = "3 mm"\ncontact_radius = "2 mm"\n'
         'material = "steel"\ndamping_ratio = 0.02\ngap = "0.05 mm"\nmesh = {{ size = "{} mm" }}\n'
     )
     near = SEAT + MASS.replace("0.1 mm", "0.05 mm")
     coarse, fine = (scene_of(tmp_path, near + disc.format(size) + CUT.format(0.4)) for size in (0.7, 0.35))
+    assert fine.stopper is not None
+    rings = fine.stopper.model_copy(update={"arcs": 1, "rings": 8})  # which no file asks of a rigid mass
+    divided = fine.model_copy(update={"stopper": rings})
     touches, left = stopper_share(coarse)
-    off = abs(measures.impulse(bounced(fine, 1e-7).seat) - measures.impulse(touches.seat))
-    assert 1e-6 < off < left.parts["stopper"]["impulse"] < 30 * off
+    share, seat = left.parts["stopper"]["impulse"], measures.impulse(touches.seat)
+    of_mesh, of_both = (abs(measures.impulse(bounced(each, 1e-7).seat) - seat) for each in (fine, divided))
+    assert 1e-6 < of_mesh < of_both < share < 3 * of_both
+    peak = "stopper_filtered_peak_force_N"
+    truth = stopper_values(bounced(divided, 1e-7).stopper_force, 1e-7, coarse.run.filter_width)[peak]
+    off = abs(truth - left.values[peak])
+    assert 0.01 * truth < off < SAFETY * left.parts["stopper"][peak] < 4 * off
 
 
 def test_the_modes_of_a_stopper_that_is_a_beam_are_in_the_bars(tmp_path: Path) -> None:

@@ -11,11 +11,16 @@ import pytest
 import impact
 from impact import measures
 from impact.march.motion import modal_coordinates
+from impact.runs.budget import SAFETY
 from seatfem.structures.errors import ModelError
 from seatfem.structures.lip import Lip
 from seatfem.structures.rings import Division, as_a_whole
+from seatfem.structures.solved import Solved
+from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import problem_of, run_contacts, solved_striker, stopper_of, striker_of
+from seatfem.study.impacts.measures import stopper_values
 from seatfem.study.impacts.touches import Touches, on_the_ports
+from seatfem.study.method import stated_method
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.files import check_files
@@ -192,3 +197,26 @@ def test_a_stopper_of_a_file_without_a_face_in_arcs(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, f'kind = "cad"\nfile = "{file}"\n{STEEL}arcs = 8\n')
     with pytest.raises(SceneError, match=r"stopper\.arcs: .*stopper\.step: a struck face without a hole is only 1\.3"):
         check_files(scene)
+
+
+@pytest.mark.parametrize("more", ["", 'tilt = "0.3 deg"\n'], ids=["flat", "tilted"])
+def test_what_few_arcs_leave_is_in_the_bars_of_the_stopper_s_force(more: str, tmp_path: Path) -> None:
+    """Of 8 arcs, against 64: within their share of the peak, which is not much larger."""
+    peak = "stopper_filtered_peak_force_N"
+    few, many = (scene_of(tmp_path, f"{SPRING}arcs = {arcs}\n{more}") for arcs in (8, 64))
+    touches, truth = struck(few, 4e-7), struck(many, 4e-7).stopper_force
+    seat = Solved(impact.spring(stiffness=5e7), plane=True)
+    left = error_budget(few, stated_method(few), seat, striker_of(few), touches)
+    off = abs(left.values[peak] - stopper_values(truth, 4e-7, few.run.filter_width)[peak])
+    assert 1e-3 * left.values[peak] < off < SAFETY * left.parts["stopper"][peak] < 4 * off
+
+
+def test_a_stopper_of_one_ring_is_compared_with_several(tmp_path: Path) -> None:
+    """Its disc as a whole, and in two and in four rings on the same reed: each has a share, and less of more rings."""
+    peak, seat, shares = "stopper_filtered_peak_force_N", Solved(impact.spring(stiffness=5e7), plane=True), []
+    for rings in (2, 4):
+        scene = scene_of(tmp_path, f"{DISC}arcs = 1\nrings = {rings}\n")
+        left = error_budget(scene, stated_method(scene), seat, striker_of(scene), struck(scene, 4e-7))
+        assert left.unknown == ()
+        shares.append(left.parts["stopper"][peak] / left.values[peak])
+    assert 0 < shares[1] < shares[0]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from impact import measures
-from seatfem.faces.cli import run_command
+from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.study.impacts.contact import seat_of, striker_of
 from seatfem.study.impacts.simpler import BEAM, ONE_PORT, simpler_models
 from seatfem.study.method import stated_method
@@ -20,7 +20,7 @@ from seatfem.study.trade import runner, trade
 from seatfem.study.trade.ladder import BY_HAND, RATIO, centre_of, ladder, reference_point
 from seatfem.study.trade.point import ALL_OPEN, Outcome, Point, carry_out, scene_with
 from seatfem.study.trade.runner import run_point, run_points
-from seatfem.study.trade.table import summary_of
+from seatfem.study.trade.table import in_words, summary_of
 from seatfem.study.trade.trade import PLANNED, Trade, cost_excess, pareto_front
 from tests.flapper_scene import FLAPPER
 
@@ -386,6 +386,42 @@ def test_a_lucky_guess_is_no_rival_but_is_told():
     assert summary_of(found)["planner_excess_with_guesses"] == 3.0
 
 
+def test_a_point_that_does_not_land_has_no_error_of_a_landing():
+    """It is no rival of those that land, and the words count it; of the whole run it has one."""
+    found = trade_of([1.0, 2.0, 3.0], [0.0, 1.1, 1.05], [0.0, 1.1, 1.05])
+    found.outcomes["0"].about["landing_status"] = "no landing"  # type: ignore[index]
+    found.outcomes["1"].about["landing_status"] = "landed"  # type: ignore[index]
+    assert found.front() == ("0", "1", PLANNED)
+    assert found.left_out_in_words() == ""
+    of_landings = {
+        name: replace(each, values={f"landing_{key}": value for key, value in each.values.items()})
+        for name, each in found.outcomes.items()
+    }
+    measures = tuple(f"landing_{name}" for name in found.measures)
+    found = replace(found, measures=measures, outcomes=of_landings, floor=dict.fromkeys(measures, 1e-3))
+    assert math.isnan(found.error("0", "landing_impulse"))
+    assert found.front() == ("1", PLANNED)
+    assert in_words(found).splitlines()[1] == "1 of 3 points left out: 1 no landing"
+
+
+@pytest.mark.parametrize(("duration", "status"), [("10 us", "cut off"), ("40 us", "no landing")])
+def test_no_trade_without_a_landing(
+    duration: str, status: str, small: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    """Whether the run ends in it or before it; a part of a contact is compared where the whole run is asked of."""
+    monkeypatch.setattr(runner, "run_point", in_this_process)
+    monkeypatch.setattr(trade, "run_point", in_this_process)
+    gap = 'contact = { gap = "0.1 mm" }\n' if status == "no landing" else ""
+    text = SMALL.replace("0.1 ms", duration) + gap
+    small.write_text(text, encoding="utf-8")
+    assert run_command(["trade", str(small), "-o", str(small.parent / "out"), "--quick"]) == BAD_INPUT
+    told = " ".join(capsys.readouterr().err.split())
+    assert "no landing to compare" in told
+    assert f"{status}; lengthen run.duration = {float(duration.split()[0]) * 1e-6:g} s" in told
+    small.write_text(SMALL.replace("0.1 ms", "10 us").replace('"2 %",', '"2 %", landing = "run",'), encoding="utf-8")
+    assert run_command(["trade", str(small), "-o", str(small.parent / "whole"), "--quick", "--quiet"]) == DONE
+
+
 def in_this_process(scene: Path, point: Point, limit: float) -> Outcome:
     return carry_out(scene, point)
 
@@ -404,12 +440,12 @@ def test_the_program_end_to_end(small: Path, monkeypatch: pytest.MonkeyPatch, ca
     with (folder / "trade.csv").open(newline="", encoding="utf-8") as file:
         rows = {row["name"]: row for row in csv.DictReader(file)}
     assert {p["name"] for p in data["points"]} == set(rows)
-    assert float(rows["spring, E A/L"]["error_impulse"]) > 0.02  # waves count here: mass 20 g, rod 39 g
-    coarse, fine = (float(rows[f"{n} steps per filter"]["error_filtered_peak"]) for n in (2, 32))
+    assert float(rows["spring, E A/L"]["error_landing_impulse"]) > 0.02  # waves count here: mass 20 g, rod 39 g
+    coarse, fine = (float(rows[f"{n} steps per filter"]["error_landing_filtered_peak"]) for n in (2, 32))
     assert fine < coarse / 4  # first order or better over a factor of 16
     assert data["planner_state"] == "done"
     assert data["planner_excess"] >= 1.0
-    assert 0 < data["floor"]["filtered_peak"] < 0.02
+    assert 0 < data["floor"]["landing_filtered_peak"] < 0.02
     assert (folder / "trade.png").read_bytes().startswith(b"\x89PNG")
     assert not [p for p in folder.iterdir() if p.name.startswith(".")]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -31,31 +32,35 @@ from seatfem.structures.rings import (
 from seatfem.structures.statics import with_start
 from seatfem.study.accuracy.other_bodies import of_stopper, of_striker, other_modes
 from seatfem.study.accuracy.prerun import Bench, window_of
+from seatfem.study.accuracy.record_end import CLOCK, LastTouch, clock_off, with_end, without_clock
 from seatfem.study.accuracy.seat_waves import waves_beside
 from seatfem.study.impacts.contact import (
     STEP_BYTES,
     in_flight,
-    measures_of,
     problem_of,
+    record_of,
     solved_striker,
     stopper_of,
     striker_of,
 )
+from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.measures import (
     LIP,
     SOURCES,
     STOPPER,
     STRIKER,
+    RunRecord,
     blow_of,
+    is_time,
     landing_name,
-    values_of_landings,
+    values_of_record,
 )
 from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.method import RunMethod, chooses_one_port
-from seatfem.study.safety import ONE_PORT_BAR, SHEAR_SHARE, SHORT
+from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS, ONE_PORT_BAR, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of
-from seatfem.study.scene.measures import FIRST, HARDEST, Blow, ContactDuration, all_measures, values_of
+from seatfem.study.scene.measures import FIRST, HARDEST, Blow, ContactDuration, all_measures
 
 if TYPE_CHECKING:
     from seatfem.structures.solved import Solved
@@ -88,7 +93,7 @@ def error_budget(
       them is named beside the bars.
     - lip: of one port that a plan has chosen, what arcs in its place change, on the waves of the seat as a whole over a
       half-space, which tells the arcs from each other.
-    - stopper: the same of one that is computed, and of a beam its modes; what is met of it moves as it did.
+    - stopper: the same of one that is computed, with its patch, and of a beam its modes; twice as many of its arcs.
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``touches``, if wanted.
     """
     result = touches.seat
@@ -99,21 +104,55 @@ def error_budget(
 
     def flight(body: impact.Body, dt: float) -> Discrete:
         if (id(body), dt) not in known:
-            known[id(body), dt] = body, in_flight(scene, body, dt)
+            known[id(body), dt] = body, in_flight(body, dt, scene.run.duration)
         return known[id(body), dt][1]
 
-    def run(varied: ContactProblem, dt: float) -> Values:
-        return measures_of(scene, varied, dt, flight, touches.landings)
-
     blow = blow_of(touches, width, stress, scene.accuracy.landing)
-    values, finer = values_of(blow), _finer_step(scene, method, problem, touches)
-    if touches.landings is not None:
-        values |= values_of_landings(touches.landings)
+    last, like = LastTouch.of(blow), touches.landings
+    own = RunRecord(blow, like, touches.stopper_force)
+
+    def values_with_clock(record: RunRecord) -> Values:
+        return {**values_of_record(record, like), CLOCK: last.time(record.blow)}
+
+    def run(varied: ContactProblem, dt: float) -> Values:
+        return values_with_clock(record_of(scene, varied, dt, flight, like))
+
+    finer = _finer_step(scene, method, problem, touches)
     at_once = _at_once(len(result.force) * len(problem.contacts))
+    values = values_with_clock(own)
     left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer, threads=at_once)
+    left = _with_end(scene, problem, left, result.dt, like)
     names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP) if name in found))
     known_parts = {str(s): left.parts[s] for s in names if s in left.parts}
-    return with_jumps(Budget(values, known_parts, (*names, *unknown)), blow)
+    floors = {source: least for source, least in FLOORS.items() if found[source]}
+    if method.seat.level == "spring":
+        floors["model"] = FLOOR_OF_SPRING
+    return with_jumps(with_floors(Budget(left.values, known_parts, (*names, *unknown)), floors), blow)
+
+
+def with_floors(left: Budget, floors: Mapping[str, float]) -> Budget:
+    """With no part of a source below what its model can know, relative to the measure, as `seatfem.study.safety` has
+    it; but of when a landing begins, which a share of the time before it says nothing of."""
+    raised = {
+        source: {
+            name: value if is_time(name) else max(value, floors.get(source, 0.0) * abs(left.values[name]))
+            for name, value in part.items()
+        }
+        for source, part in left.parts.items()
+    }
+    return replace(left, parts=raised)
+
+
+def _with_end(scene: Scene, problem: ContactProblem, left: Budget, dt: float, like: Landings | None) -> Budget:
+    """With what the end of the record cuts off; where g is not known beyond it, of touches before it alone."""
+    duration, known = scene.run.duration, min(body.greens.valid_for for body in (problem.striker, *problem.targets))
+    off = min(clock_off(left), duration / 2)
+    if off > 0:
+        dt = 2 * dt if 4 * dt <= scene.run.filter_width else dt
+        longest = max(duration, min(duration + off, known))
+        record = record_of(scene, problem, dt, like=like, duration=longest, stresses=False)
+        left = with_end(left, record.blow, duration, off)
+    return without_clock(left)
 
 
 def with_jumps(left: Budget, blow: Blow) -> Budget:
@@ -153,7 +192,7 @@ def sources_of(
     }
     if chooses_one_port(scene, method):
         found[LIP] = _of_one_port(scene, method, seat, problem)
-    beside = {STRIKER: of_striker(scene, reed, problem), STOPPER: of_stopper(scene, problem)}
+    beside = {STRIKER: of_striker(scene, reed, problem), STOPPER: of_stopper(scene, method, problem)}
     for name, parts in beside.items():
         if parts is not None:
             found[name] = [term for terms in parts.values() for term in terms or ()]

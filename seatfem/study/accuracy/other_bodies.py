@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from impact.bodies.body import Body
 from impact.greens.base import GreensFunction
 from impact.march.problem import ContactProblem
-from impact.runs.variations import Terms, Variation, narrower, of_g, with_body
-from seatfem.study.impacts.contact import solved_stopper, striker_of
+from impact.runs.variations import Terms, Variation, narrower, of_g, ringing_on, with_body
+from seatfem.structures.rings import OF_TWICE, Division, divided_less, face_compliance, left_by, parts_behind
+from seatfem.structures.statics import bed
+from seatfem.study.impacts.contact import problem_of, solved_stopper, solved_striker, striker_of
 from seatfem.study.impacts.touches import stopper_in
-from seatfem.study.safety import FEW, FEWER, HALF, MANY, OF_MODES
+from seatfem.study.method import RunMethod
+from seatfem.study.safety import BEYOND, FELT, FEW, FEWER, HALF, MANY, OF_MODES
 from seatfem.study.scene import Scene
+from seatfem.study.scene.lips import behind_the_reed
 
 if TYPE_CHECKING:
     from seatfem.structures.solved import Solved
@@ -30,18 +36,64 @@ def of_striker(scene: Scene, reed: Solved | None, problem: ContactProblem) -> Pa
     return _of_solved(problem, problem.striker, reed, lambda greens: striker_of(scene, greens=greens), modes=modes)
 
 
-def of_stopper(scene: Scene, problem: ContactProblem) -> Parts | None:
-    """Of a stopper that is computed, and the modes of one that is a beam; ``None`` of what is exact."""
+def of_stopper(scene: Scene, method: RunMethod, problem: ContactProblem) -> Parts | None:
+    """Of a stopper that is computed, the modes of one that is a beam, and its arcs; ``None`` of what is exact."""
     body = stopper_in(problem)
     if scene.stopper is None or body is None:
         return None
     if (solved := solved_stopper(scene)) is not None:
         modes = scene.stopper.body.is_meshed
-        return _of_solved(problem, body, solved, lambda greens: replace(body, greens=greens), modes=modes)
+        known = _of_solved(problem, body, solved, lambda greens: replace(body, greens=greens), modes=modes)
+        return {**known, "patch": _of_parts(scene, method, problem, body, solved)}
+    if scene.stopper.parts != Division():
+        return {"patch": _of_parts(scene, method, problem, body, None)}
     if (number := scene.stopper.body.stated().n_modes) is None:
         return None
     less = ((scene.stopper.body.body(None, other).greens, weight) for other, weight in other_modes(number))
     return {"modes": (tuple(Variation(with_body(problem, body, replace(body, greens=g)), w) for g, w in less),)}
+
+
+def _of_parts(
+    scene: Scene, method: RunMethod, problem: ContactProblem, body: Body, solved: Solved | None
+) -> Terms | None:
+    """What the parts change in which a stopper is met: `_beside` names those that they are compared with; ``None``
+    where the body is not known in these."""
+    assert scene.stopper is not None
+    division = scene.stopper.parts
+    other, weight = _beside(division)
+    if solved is None:  # springs side by side, or a body that moves as a whole
+        springs = len(body.greens.ports) > 1
+        here, there = body.greens, bed(other, 1 / face_compliance(body.greens)) if springs else body.greens
+    else:
+        models = [each for each in (solved.in_rings, solved.greens) if each is not None]
+        model = next((each for each in models if _holds(each, division) and _holds(each, other)), None)
+        if model is None:
+            return () if solved.plane else None
+        here, there = divided_less(model, division), divided_less(model, other)
+    stopper = scene.stopper.model_copy(update={"arcs": other.arcs, "rings": other.rings})
+    changed, striker = scene.model_copy(update={"stopper": stopper}), problem.striker
+    if scene.reed.meets_lips and (lip := behind_the_reed(scene)) is not None:
+        how = replace(method.reed, behind=replace(lip, arcs=other.arcs, rings=other.rings))  # type: ignore[type-var]
+        reed = solved_striker(changed, method=how, mesh_error=False)
+        striker = striker_of(changed, greens=None if reed is None else reed.greens)
+    same = problem if here is body.greens else with_body(problem, body, replace(body, greens=here))
+    varied = problem_of(changed, striker, problem.target, replace(body, greens=there))
+    return ((Variation(varied, weight, same),),)
+
+
+def _beside(division: Division) -> tuple[Division, float]:
+    """The parts that others are compared with, and the share of what they change that is left: twice as many arcs, half
+    as many where no more can be; several rings in place of one or two, one in place of more."""
+    other = parts_behind(division)
+    if division.arcs == 1:
+        return (Division(), left_by(division.rings)) if division.rings > 2 else (other, 1 + left_by(other.rings))
+    return (Division(division.arcs // 2, division.rings), OF_TWICE - 1) if other == division else (other, OF_TWICE)
+
+
+def _holds(greens: GreensFunction, division: Division) -> bool:
+    """Whether the parts of a patch make those of a coarser division."""
+    known = Division.of(greens)
+    return known.arcs % division.arcs == 0 and known.rings % division.rings == 0
 
 
 def _of_solved(
@@ -55,12 +107,30 @@ def _of_solved(
         mesh = ((Variation(coarser, 1 / (solved.refinement - 1)),),)
     reduction = of_g(problem, body, stated.reduction)
     if reduction is not None and modes:
-        fewer = ((narrower(body, ratio), share) for ratio, share in OF_MODES)
-        reduction = (
-            *reduction,
-            tuple(Variation(with_body(problem, body, each), w) for each, w in fewer if each is not None),
-        )
+        others = (Variation(with_body(problem, body, each), share) for each, share in with_other_modes(body))
+        reduction = (*reduction, tuple(others))
     return {"mesh": mesh, "reduction": reduction, "level": of_g(problem, body, solved.level_error)}
+
+
+def with_other_modes(body: Body) -> Iterator[tuple[Body, float]]:
+    """A plate with other modes than its own, and the error of these over what each changes: without its highest, as
+    `OF_MODES` says.
+
+    Where the contact feels none of those, as a ring all around feels only the few modes that are alike there, nothing
+    tells how the next ones go on: then also with all that lies beyond the last as one mode, at each of `BEYOND`.
+    """
+    for ratio, share in OF_MODES:
+        if (fewer := narrower(body, ratio)) is not None:
+            yield fewer, share
+    modal = body.greens.modal
+    if modal is None or not np.any(modal.omega):
+        return
+    amplitude = np.abs(modal.shapes).max(axis=1)
+    above = modal.omega > modal.omega.max() / OF_MODES[-1][0]
+    if not np.any(amplitude[above] > FELT * amplitude.max()):
+        for ratio in BEYOND:
+            if (ringing := ringing_on(body, ratio)) is not None:
+                yield ringing, 1.0
 
 
 def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:

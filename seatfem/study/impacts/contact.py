@@ -32,7 +32,7 @@ from seatfem.structures.statics import bed
 from seatfem.study.impacts.base import check_base, on_its_base
 from seatfem.study.impacts.external import loaded
 from seatfem.study.impacts.landings import Landings, landings_of_march
-from seatfem.study.impacts.measures import values_of_landings
+from seatfem.study.impacts.measures import RunRecord, values_of_record
 from seatfem.study.impacts.start import check_start
 from seatfem.study.impacts.touches import (
     Touches,
@@ -48,7 +48,7 @@ from seatfem.study.impacts.touches import (
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import STOPPER, films_of, gaps_of, line_of, stopper_gaps, stopper_lip
-from seatfem.study.scene.measures import Blow, judged_landing, values_of
+from seatfem.study.scene.measures import Blow, judged_landing
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20
@@ -258,18 +258,20 @@ def marched(
     problem: impact.ContactProblem,
     dt: float,
     flight: Callable[[impact.Body, float], Discrete] | None = None,
+    duration: float | None = None,
 ) -> impact.ContactStepper:
     """A run of a problem of a scene for its forces alone, a fraction of the cost of one with energies.
 
-    ``flight``: the striker `in_flight` at a step [s], which several runs may share.
+    ``flight``: the striker `in_flight` at a step [s], which several runs may share; ``duration``: in place of the
+    scene's [s].
     """
-    striker = problem.striker
+    striker, duration = problem.striker, scene.run.duration if duration is None else duration
     for body in problem.targets:
         if not body.loads:
             problem = with_body(problem, body, impact.Body(body.greens.forces_only(), base=body.base))
-    flown = in_flight(scene, striker, dt) if flight is None else flight(striker, dt)
+    flown = in_flight(striker, dt, duration) if flight is None else flight(striker, dt)
     targets = (Discrete.of(body, dt, flown.loads.shape[1]) for body in problem.targets)
-    prepared = impact.prepare(problem, dt, scene.run.duration, bodies=(flown, *targets))
+    prepared = impact.prepare(problem, dt, duration, bodies=(flown, *targets))
     stepper = impact.ContactStepper(prepared, flying=True)
     stepper.advance(prepared.steps)
     return stepper
@@ -282,28 +284,45 @@ def measures_of(
     flight: Callable[[impact.Body, float], Discrete] | None = None,
     like: Landings | None = None,
 ) -> Values:
-    """The measures of a run alone, of its forces as `marched`; stress only if asked for, coarsely.
+    """The measures of a run alone, of its forces as `marched`, and of its stopper; stress only if asked for, coarsely.
 
     ``like``: the landings of a neighbouring run, each of which is looked for; ``None``: of the run's own.
     """
-    striker, stepper = problem.striker, marched(scene, problem, dt, flight)
+    return values_of_record(record_of(scene, problem, dt, flight, like), like)
+
+
+def record_of(
+    scene: Scene,
+    problem: impact.ContactProblem,
+    dt: float,
+    flight: Callable[[impact.Body, float], Discrete] | None = None,
+    like: Landings | None = None,
+    duration: float | None = None,
+    *,
+    stresses: bool = True,
+) -> RunRecord:
+    """Return what the measures of a run are taken from, of its forces as `marched`.
+
+    ``stresses``: whether with those that are asked for.
+    """
+    striker, stepper = problem.striker, marched(scene, problem, dt, flight, duration)
     problem, asked, width = stepper.prepared.problem, scene.accuracy.landing, scene.run.filter_width
     force, displacement = force_of(stepper), displacement_of(stepper)
     landings = landings_of_march(stepper, width, None if like is None else like.static)
-    others = None if like is None else like.seat
+    others, stopper = None if like is None else like.seat, stopper_force_of(stepper)
     stress, since = None, None
-    if scene.needs_stress:
-        judged, stopper = judged_landing(landings.seat, asked, others), stopper_force_of(stepper)
+    if stresses and scene.needs_stress:
+        judged = judged_landing(landings.seat, asked, others)
         since = None if judged is None else judged.start
         stress = stress_of(scene, striker, force, dt, stepper.opening, coarsely=True, stopper=stopper, since=since)
     line, film = line_of(scene, problem, parts_of(stepper)), film_of(stepper)
     blow = Blow(force, dt, width, displacement, stress, line, film, landings.seat, asked, since)
-    return {**values_of(blow, others), **values_of_landings(landings, like)}
+    return RunRecord(blow, landings, stopper)
 
 
-def in_flight(scene: Scene, striker: impact.Body, dt: float) -> Discrete:
-    """A striker over the run, its motion without contact known."""
-    discrete = Discrete.of(striker, dt, step_count(dt, scene.run.duration))
+def in_flight(striker: impact.Body, dt: float, duration: float) -> Discrete:
+    """A striker over ``duration`` [s], its motion without contact known."""
+    discrete = Discrete.of(striker, dt, step_count(dt, duration))
     return replace(discrete, free=discrete.free_motion()) if discrete.moves_by_itself else discrete
 
 

@@ -133,7 +133,7 @@ def life_keys(lasting: Lasting) -> dict[str, object]:
 
 
 def asked_keys(scene: Scene, lasting: Lasting, bars: Mapping[str, float]) -> dict[str, object]:
-    """What was asked of the life, by which numbers, and the error bar of its margin, that of the stress.
+    """What was asked of the life, by which numbers, and the error bars of its margins, those of the stress.
 
     Margins are inversely proportional to stress: `impact.life.places.left_of`.
 
@@ -150,15 +150,20 @@ def asked_keys(scene: Scene, lasting: Lasting, bars: Mapping[str, float]) -> dic
             keys[f"life_{name}_criterion"] = criterion
             keys[f"life_{name}_cycles"] = found[1].limit_cycles
             keys["life_strength_source"] = found[1].source
+
+    def bar(margin: float, place: str | None) -> float | None:
+        return _finite(left_of(margin, bars.get(body_of(place or ""), math.inf)))
+
+    if (several := lasting.of_several_axes) is not None and several[0].tensor_margin is not None:
+        keys["error_bar_life_multiaxial_margin"] = bar(several[0].tensor_margin, several[0].tensor_at)
     if (worst := lasting.of_one_axis) is not None and worst[0].life is not None:
-        bar = bars.get(body_of(worst[0].at or ""), math.inf)
         keys |= {
             "life_criterion": scene.life.criterion,
             "life_survival": worst[0].life.survival,
             "life_design_cycles": scene.life.blocks,
             "life_block": scene.life.block,
             "life_strength_source": worst[1].source,
-            "error_bar_life_margin": _finite(left_of(worst[0].life.margin, bar)),
+            "error_bar_life_margin": bar(worst[0].life.margin, worst[0].at),
         }
     if lasting.speed is not None:
         keys |= {"life_speed_limit_m_per_s": lasting.speed.allowed, "life_speed_source": lasting.speed.source}

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
+import numpy as np
+
 from impact.after.landings import pair_landings
+from impact.after.spectrum import largest_average
 from impact.after.stresses import ReedStress
+from impact.greens.base import Array
 from impact.runs.budget import Budget, Values
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import Touches
@@ -64,6 +69,16 @@ def landing_name(face: Face, number: int, key: str) -> str:
     return f"{face} {number} {key}"
 
 
+def is_of_a_landing(name: str) -> bool:
+    """Return whether a value of a run is one of `landing_name`."""
+    return name.startswith(tuple(f"{face} " for face in get_args(Face)))
+
+
+def is_time(name: str) -> bool:
+    """Return whether a value of a run is when a landing begins."""
+    return is_of_a_landing(name) and name.endswith(f" {OF_A_LANDING['start']}")
+
+
 def values_of_landings(landings: Landings, like: Landings | None = None) -> dict[str, float]:
     """Return the numbers of each landing that have error bars.
 
@@ -81,12 +96,56 @@ def values_of_landings(landings: Landings, like: Landings | None = None) -> dict
     return values
 
 
+def stopper_values(force: Array | None, dt: float, filter_width: float) -> dict[str, float]:
+    """Return the numbers of the stopper's contact that have error bars, called as in summary.json; none without it.
+
+    Args:
+        force: (n + 1,) of the stopper [N]; ``None`` where there is none.
+        dt: step [s].
+        filter_width: of the run [s].
+    """
+    if force is None:
+        return {}
+    return {
+        "stopper_filtered_peak_force_N": largest_average(force[1:], dt, filter_width),
+        "stopper_impulse_Ns": float(np.sum(force[1:])) * dt,
+    }
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """What the values of one run are taken from.
+
+    Attributes:
+        blow: of the seat.
+        landings: of the run; ``None``: not looked for.
+        stopper: (n + 1,) force of the stopper [N]; ``None`` where there is none.
+    """
+
+    blow: Blow
+    landings: Landings | None = None
+    stopper: Array | None = None
+
+
+def values_of_record(record: RunRecord, like: Landings | None = None) -> Values:
+    """Return all values of a run that have error bars, by name.
+
+    ``like``: the landings of a neighbouring run, each of which is looked for; ``None``: of the run's own.
+    """
+    blow, landings = record.blow, record.landings
+    return {
+        **values_of(blow, None if like is None else like.seat),
+        **({} if landings is None else values_of_landings(landings, like)),
+        **stopper_values(record.stopper, blow.dt, blow.filter_width),
+    }
+
+
 def bar_keys(budget: Budget, without: Collection[str] = ()) -> dict[str, object]:
     """For summary.json, flat: error_bar_KEY of each measure, and its shares error_SOURCE_KEY.
 
     The bars of the measures ``without`` one are ``None``: something is left out that no share knows.
     """
-    names = [name for name in budget.values if key_of(name) != name]
+    names = [name for name in budget.values if not is_of_a_landing(name)]
     bars: dict[str, object] = {
         f"error_bar_{key_of(name)}": None if name in without else _known(budget.bar(name)) for name in names
     }

@@ -62,9 +62,10 @@ def plan_scene(
     compiling = compilation(machine)  # before the plan itself marches
     surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
     progress("planning", 0.1)
-    choices = Choices(Seen.of(scene, surrogate, machine, progress, without), without)
+    store = Store.default() if store is None else store
+    choices = Choices(Seen.of(scene, surrogate, machine, progress, without, store), without)
     wanted = decision = choices.cheapest(target)
-    method, at_hand = _at_hand(wanted, folder, Store.default() if store is None else store)
+    method, at_hand = _at_hand(wanted, folder, store)
     if not at_hand:
         decision = choices.within_means(wanted, target)
         method = decision.method

@@ -129,11 +129,7 @@ def _most(changes: Changes) -> str:
 
 
 def _level(decision: Decision, method: RunMethod) -> str:
-    """Of a lip that has been looked at in arcs, also what the other of statics and waves would change."""
-    seen = decision.seen
-    looked_at = seen.simpler and seen.drawn and decision.level != "spring" and not is_given(seen.scene, MODEL)
-    changes = {name: seen.sensitivity.spring[name] for name in seen.scene.accuracy.judged} if looked_at else {}
-    return decision.seat.why + (f"; statics in place of waves, {_most(changes)}" if changes else "")
+    return decision.seat.why
 
 
 def _band(decision: Decision, method: RunMethod) -> str:

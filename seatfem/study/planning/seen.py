@@ -14,8 +14,9 @@ from seatfem.machine.rates import Machine
 from seatfem.structures.estimates.mesh_size import Sizes, sizes_for
 from seatfem.structures.estimates.patch import Patch
 from seatfem.structures.estimates.surrogate import Surrogate
-from seatfem.structures.method import Method
+from seatfem.structures.method import Applicability, Method
 from seatfem.structures.rings import share_left
+from seatfem.structures.store import Store
 from seatfem.study.accuracy.prerun import Bench, first_look, stand_in_of
 from seatfem.study.accuracy.seat_waves import lowest_band
 from seatfem.study.accuracy.sensitivity import Changes, Sensitivity
@@ -38,7 +39,7 @@ from seatfem.study.method import (
 )
 from seatfem.study.planning.lips import Arcs, in_more_arcs, in_some_arcs, of_simpler, one_port_in_place, with_ports
 from seatfem.study.planning.plate_band import PlateBand, in_a_band
-from seatfem.study.safety import FINEST, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
+from seatfem.study.safety import FINEST, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
 
 BEHIND: Final[Mapping[str, Source]] = {
@@ -65,6 +66,8 @@ class Seen:
         machine: that will compute it.
         arcs: of the seat's lip; ``None``: it is struck as a whole.
         one_port: what that leaves, where it was chosen in place of arcs; ``None``: it was not.
+        store: of seats, coarse ones among them.
+        look: what a coarse real seat may take, predicted [s]; 0: none is made.
         band: of a plate that strikes; ``None`` of other strikers.
         simpler: by the name of a simpler model of the striker, what it would change.
     """
@@ -78,6 +81,8 @@ class Seen:
     band: PlateBand | None = None
     simpler: Mapping[str, Changes] = field(default_factory=dict)
     one_port: Changes | None = None
+    store: Store = field(default_factory=Store.default)
+    look: float = LONGEST_LOOK
 
     @staticmethod
     def of(
@@ -86,6 +91,7 @@ class Seen:
         machine: Machine,
         progress: Progress = silent,
         without: tuple[str, ...] = (),
+        store: Store | None = None,
     ) -> Seen:
         """With pre-runs down to what the tightest target looked at asks for; ``without``: `ONE_PORT`, or levels."""
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
@@ -110,7 +116,8 @@ class Seen:
             bench = _bench(asked, surrogate, stopper, progress)
         sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact)
         method = stated_method(asked)
-        return Seen(scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port)
+        kept = Store.default() if store is None else store
+        return Seen(scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port, kept)
 
     @property
     def patch(self) -> Patch | None:
@@ -126,6 +133,14 @@ class Seen:
     def drawn(self) -> bool:
         """Whether a mesh is made for the run."""
         return self.scene.seat.is_drawn
+
+    @property
+    def waves(self) -> Applicability:
+        """How much of the seat is modelled where its waves count."""
+        found = self.scene.seat.level(0.0)
+        if self.stated.seat.lip is not None and found.level == "sector":
+            return Applicability("3d", True, 0.0, "struck along a lip: no sectors are alike")
+        return found
 
     @property
     def lowest_band(self) -> float:

@@ -47,9 +47,12 @@ class PlatePeaks:
     found: LargestStress
 
     @staticmethod
-    def of(done: Round, since: float | None = None) -> PlatePeaks:
-        """Of a round whose striker is a plate; ``since``: the time at which a landing begins [s]."""
+    def of(done: Round, since: float | None = None) -> PlatePeaks | None:
+        """Of a round whose striker is a plate, ``None`` where all of that lies beside what has no stress; ``since``:
+        the time at which a landing begins [s]."""
         field = plate_field(done)
+        if not len(field.points):
+            return None
         return PlatePeaks(field, largest(field, plate_pushes(done, done.touches), done.result.dt, since=since))
 
 
@@ -66,8 +69,8 @@ class PlateReedStress:
 
 def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStress | None:
     """The largest von Mises stress in the faces of the plate that strikes, ``at`` the distance from its root, or of a
-    free one from its centre; ``None`` where neither [stress] nor its life is asked for, and of strikers that are no
-    plates.
+    free one from its centre; ``None`` where neither [stress] nor its life is asked for, of strikers that are no
+    plates, and of one so narrow that no place of it has a stress.
 
     Within one thickness of sharp corners, of the ends of the clamp and of what touches no stress is told: a plate has
     none there. The bar is the sum of what the coarser mesh behind the error of its Green's function changes at any
@@ -80,11 +83,12 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
         return None
     assert isinstance(reed, ThinPlate)
     plate, force, dt = reed.plate(done.striker.greens), plate_pushes(done, done.touches), done.result.dt
-    peaks = PlatePeaks.of(done, since)
+    if (peaks := PlatePeaks.of(done, since)) is None:
+        return None
     field, found = peaks.field, peaks.found
     told = stress_by_spans(found.spans, lambda chosen: _peak(plate, field, found.within(chosen)))
-    if not np.any(done.result.force):
-        return PlateReedStress(replace(told, after_contact=None), math.nan, field, peaks)
+    if told.after_contact is None:
+        return PlateReedStress(told, math.nan, field, peaks)
     worst = field.at(np.array([int(found.after_contact.von_mises.argmax())]))
     fewer = largest(_with_fewer_modes(worst), force, dt)
     coarser = plate_modes(plate.sheet, COARSENING)

@@ -15,12 +15,12 @@ from impact.after.stresses import ReedStress
 from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.seat_waves import tells_waves
-from seatfem.study.impacts.measures import LIP, STOPPER, STRIKER
+from seatfem.study.impacts.measures import LIP, STOPPER, STRIKER, is_of_a_landing
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import film_notes, stopper_notes, validity_advice
 from seatfem.study.method import MODES, STEP
 from seatfem.study.planning.plan import Plan
-from seatfem.study.scene.measures import asked_name, key_of
+from seatfem.study.scene.measures import all_measures, asked_name
 from seatfem.study.scene.measures import in_words as spoken
 
 REMEDIES: Final[Mapping[str, str]] = {
@@ -97,7 +97,7 @@ class Round:
         if self.plan.level != "spring" or tells_waves(self.plan.scene, self.plan.method):
             return ()
         looked_at = {*self.plan.scene.accuracy.judged, *self.plan.shares.get("model", {})}
-        return tuple(name for name in self.left.values if name not in looked_at and key_of(name) != name)
+        return tuple(name for name in self.left.values if name not in looked_at and not is_of_a_landing(name))
 
 
 def missed(done: Round) -> tuple[str, ...]:
@@ -178,9 +178,10 @@ def _advice(done: Round) -> tuple[str, ...]:
 def _no_bar(done: Round) -> tuple[str, ...]:
     if not done.without_bar:
         return ()
-    words = ", ".join(map(spoken, done.without_bar))
-    names = ", ".join(dict.fromkeys(map(asked_name, done.without_bar)))
+    asked_for = list(dict.fromkeys(asked_name(name) for name in done.without_bar if asked_name(name) in all_measures()))
+    words = ", ".join(spoken(name) if asked_name(name) in asked_for else name for name in done.without_bar)
+    remedy = f"add {', '.join(asked_for)} to accuracy.measures" if asked_for else "state seat.model"
     return (
         f"{words}: no error bar: the plan took the seat for a spring, which serves the measures asked for, and what "
-        f"that leaves out of others is not known; add {names} to accuracy.measures",
+        f"that leaves out of others is not known; {remedy}",
     )

@@ -206,7 +206,7 @@ def _of_beam(done: Round, stride: int) -> list[History]:
 def _of_plate(done: Round, plate: PlatePeaks, stride: int) -> list[History]:
     """Where von Mises' stress is the largest in each part of a plate, in the face away from the seat."""
     parts = parts_of_plate(done, plate.field.points)
-    peak = plate.found.after_contact if np.any(done.result.force) else plate.found.initial
+    peak = plate.found.after_contact if math.isfinite(plate.found.spans.touch) else plate.found.initial
     own = [np.flatnonzero(parts == part) for part in np.unique(parts)]
     chosen = np.array([which[peak.von_mises[which].argmax()] for which in own])
     some, force, dt = plate.field.at(chosen), plate_pushes(done, done.touches), done.result.dt

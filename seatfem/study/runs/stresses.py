@@ -77,11 +77,11 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     since = stress_since(done.touches, done.plan.scene.accuracy.landing)
     seat, reed = seat_stress(done, progress), plate_reed_stress(done, since)
     looks: dict[str, Callable[[Forces], Values]] = {}
-    if seat is not None:
+    if seat is not None and np.any(done.result.force):
         looks[SEAT] = partial(_in_the_seat, seat)
     if reed is not None and reed.found.after_contact is not None:
         looks[REED] = partial(_in_the_reed, done, reed.largest_at)
-    if not looks or not np.any(done.result.force):
+    if not looks:
         return seat, reed
 
     def look(stepper: impact.ContactStepper) -> Values:
@@ -89,11 +89,11 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
         return {name: value for told in looks.values() for name, value in told(forces).items()}
 
     own, finer = _told(seat), _told(None)
-    if seat is not None:
+    if seat is not None and SEAT in looks:
         half = replace(done, touches=run_contacts(done.plan.scene, done.striker, done.seat.greens, done.result.dt / 2))
         finer = _told(seat_stress(half))  # whose faster pairs answer a sharper blow
     left = left_in(done, look, finer)
-    if seat is not None:
+    if seat is not None and SEAT in looks:
         raw = [math.nan if abs(finer[name] - own[name]) > RAW * own[name] else left[name] for name in (SEAT, TENSION)]
         seat = replace(seat, bar=seat.bar + raw[0], tension_bar=seat.tension_bar + raw[1])
     if REED in looks and reed is not None:

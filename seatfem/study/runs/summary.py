@@ -26,7 +26,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.rings import Division
 from seatfem.structures.solved import Solved
 from seatfem.study.impacts.landings import Face, Landings
-from seatfem.study.impacts.measures import OF_A_LANDING, landing_name, measured
+from seatfem.study.impacts.measures import OF_A_LANDING, landing_name, measured, stopper_values
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
@@ -229,8 +229,7 @@ def stopper_keys(result: ImpactResult | None, filter_width: float) -> dict[str, 
     groups = measures.contact_groups(result)
     return {
         "stopper_peak_force_N": measures.peak_force(result),
-        "stopper_filtered_peak_force_N": measures.filtered_peak_force(result, filter_width),
-        "stopper_impulse_Ns": measures.impulse(result),
+        **stopper_values(result.force, result.dt, filter_width),
         "stopper_first_contact_s": float(groups[0, 0]) if len(groups) else None,
         "stopper_contact_count": len(groups),
     }

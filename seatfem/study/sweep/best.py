@@ -11,9 +11,9 @@ from typing import Any
 
 from impact.brief import brief
 from impact.pictures.drawing import gap_of
+from seatfem.study.impacts.landed import BAR, LANDED, STATUS, left_out_in_words, needs_landing
 from seatfem.study.sweep.charts import draw_history
 from seatfem.study.sweep.goal import Optimise
-from seatfem.study.sweep.landed import BAR, LANDED, STATUS, left_out_in_words, needs_landing
 from seatfem.study.sweep.runner import StudyError
 from seatfem.study.sweep.search import Found, changes_at, rank
 from seatfem.study.sweep.study import Study

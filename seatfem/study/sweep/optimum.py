@@ -14,6 +14,7 @@ from impact.files.atomic import write_whole
 from impact.progress import Progress, Tell, silent, untold
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.libraries import require_gmsh_libraries
+from seatfem.study.impacts.landed import LANDED, STATUS, left_out_in_words
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import SceneError, load_scene, located
 from seatfem.study.scene.problems import Problem
@@ -23,7 +24,6 @@ from seatfem.study.sweep.cases import Case, Cases, cases_of
 from seatfem.study.sweep.design import Changes
 from seatfem.study.sweep.effort import USUAL, Effort
 from seatfem.study.sweep.goal import CONFIRMED, Optimise
-from seatfem.study.sweep.landed import LANDED, STATUS, left_out_in_words
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import STAGE, StudyError, check_effort, crew_of, folder_of_ours, read_journal, run_cases
 from seatfem.study.sweep.search import NEAREST, Found, Level, Shift, changes_at, first_points, improve, rank

@@ -17,6 +17,7 @@ from typing import Final
 
 import numpy as np
 
+from seatfem.study.impacts.landed import BAR, STATUS, has_landed
 from seatfem.study.impacts.measures import OF_A_LANDING
 from seatfem.study.method import PORTS, RINGS, is_given
 from seatfem.study.scene import Scene, SceneError
@@ -25,7 +26,6 @@ from seatfem.study.scene.measures import PREFIXES, Measure, Restitution, all_mea
 from seatfem.study.scene.problems import Problem
 from seatfem.study.sweep.cases import Case, columns_of, key_of_case
 from seatfem.study.sweep.design import Changes
-from seatfem.study.sweep.landed import BAR, STATUS, has_landed
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.study import Study
 

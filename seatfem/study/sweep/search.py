@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatfem.study.impacts.contact import RunError
+from seatfem.study.impacts.landed import counts
 from seatfem.study.scene import SceneError
 from seatfem.study.sweep.cases import Case, Cases
 from seatfem.study.sweep.design import Changes
 from seatfem.study.sweep.goal import LOOSE, Optimise
-from seatfem.study.sweep.landed import counts
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.study import Study
 

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from impact.brief import brief
 from impact.files.atomic import whole_file, write_whole
+from seatfem.study.impacts.landed import BAR, LANDED, STATUS, has_landed, left_out_in_words, needs_landing
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import key_of
 from seatfem.study.sweep.cases import Case, columns_of
-from seatfem.study.sweep.landed import BAR, LANDED, STATUS, has_landed, left_out_in_words, needs_landing
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import StudyError
 from seatfem.study.sweep.sampled import is_own, judged

@@ -31,6 +31,7 @@ from seatfem.study.impacts.contact import (
     time_step,
 )
 from seatfem.study.impacts.gas import lift_of
+from seatfem.study.impacts.landed import LANDED, STATUS
 from seatfem.study.impacts.measures import measured, stress_since
 from seatfem.study.impacts.simpler import simpler_bodies
 from seatfem.study.method import FIELDS, REED_BAND, RunMethod, has_key, stated_method
@@ -110,7 +111,7 @@ class Outcome:
         memory: largest of the process [bytes].
         start: seconds from the start of the process to the beginning of the computation.
         values: measures [SI] by name.
-        about: level, unknowns, poles, step and such.
+        about: whether it landed, level, unknowns, poles, step and such.
     """
 
     state: Literal["done", "stopped", "failed"]
@@ -162,6 +163,7 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float
     never = dict.fromkeys(scene.accuracy.judged, 0.0)
     values = {**never, **measured(touches, scene.run.filter_width, stress, scene.accuracy.landing)}
     about: dict[str, object] = {
+        STATUS: LANDED if touches.landings is None else touches.landings.status,
         "seat_model": seat.about.get("seat_model", ""),
         "seat_dof": seat.about.get("seat_dof", 0),
         "seat_poles": seat.greens.marched_poles(step, scene.run.duration / step) or 0,

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from impact.files.atomic import whole_file
 from impact.files.table import without_nan, write_rows
+from seatfem.study.impacts.landed import STATUS
 from seatfem.study.scene.measures import key_of
 from seatfem.study.trade.trade import AS_FILED, PLANNED, Trade
 
@@ -25,6 +26,7 @@ def rows_of(trade: Trade) -> list[dict[str, object]]:
             "family": point.family,
             "varied": point.varied,
             "state": outcome.state,
+            STATUS: outcome.about.get(STATUS, ""),
             "processor_s": outcome.processor,
             "wall_s": outcome.wall,
             "start_s": outcome.start,
@@ -80,6 +82,7 @@ def in_words(trade: Trade) -> str:
     ended = len(trade.done())
     floors = ", ".join(f"{m.replace('_', ' ')} {trade.floor[m]:.1e}" for m in trade.measures)
     lines = [f"{ended} of {len(trade.points)} points ended; the reference itself is uncertain by: {floors}"]
+    lines += [out] if (out := trade.left_out_in_words()) else []
     lines.append("Pareto front, processor time and worst relative error:")
     lines += [f"  {trade.cost(n):9.3g} s  {trade.trusted_error(n):8.1e}  {n}" for n in trade.front()]
     for name in (PLANNED, AS_FILED):
@@ -93,6 +96,8 @@ def _place(trade: Trade, name: str) -> str:
     if outcome.state != "done":
         return f"{name}: {outcome.state}, {outcome.reason}"
     error, excess = trade.trusted_error(name), trade.excess(name)
+    if math.isnan(error):
+        return f"{name}: {outcome.processor:.3g} s, no error: {outcome.about.get(STATUS, 'a measure has no value')}"
     verdict = "meets" if error <= trade.target else "misses"
     return (
         f"{name}: {outcome.processor:.3g} s, error {error:.1e}, {verdict} the target {trade.target:g}; "

@@ -13,10 +13,12 @@ from impact.brief import brief
 from impact.files.atomic import check_writable
 from impact.progress import Progress, silent
 from seatfem.structures.store import Store
+from seatfem.study.impacts.landed import LANDED, STATUS, has_landed, left_out_in_words
 from seatfem.study.method import FIELDS, is_given
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import Scene, load_scene
+from seatfem.study.scene.measures import FIRST, HARDEST
 from seatfem.study.trade.ladder import BY_HAND, RATIO, centre_of, finer_rung, ladder, reference_point
 from seatfem.study.trade.point import ALL_OPEN, Outcome, Point, scene_with, stated_choices
 from seatfem.study.trade.runner import TIME_LIMIT, run_point, run_points
@@ -63,15 +65,22 @@ class Trade:
         """The points that ended."""
         return tuple(point for point in self.points if self.outcomes[point.name].state == "done")
 
+    def left_out_in_words(self) -> str:
+        """Return how many of the points that ended did not land or were cut off, and so have no error; "" of none."""
+        ended = [self.outcomes[point.name] for point in self.done()]
+        statuses = [LANDED if _answers(outcome, self.measures) else outcome.about[STATUS] for outcome in ended]
+        return left_out_in_words(statuses, "points")
+
     def cost(self, name: str) -> float:
         """Processor seconds of a point; not a number where it did not end."""
         outcome = self.outcomes[name]
         return outcome.processor if outcome.state == "done" else math.nan
 
     def error(self, name: str, measure: str) -> float:
-        """|value - reference|/|reference| of a point; not a number where it did not end, or does not tell."""
+        """|value - reference|/|reference| of a point; not a number where it did not end, or does not tell: a measure of
+        a landing where it did not land, or was cut off."""
         outcome, exact = self.outcomes[name], self.outcomes[self.reference].values[measure]
-        if outcome.state != "done" or measure not in outcome.values:
+        if outcome.state != "done" or measure not in outcome.values or not _answers(outcome, [measure]):
             return math.nan
         return _relative(outcome.values[measure] - exact, exact)
 
@@ -146,6 +155,7 @@ def measure_trade(
         for point in {p.family: p for p in reversed(rungs) if p.varied == "diagonal"}.values():
             run_point(path, point, LONGER * time_limit)
     runs.carry_out(rungs, progress=progress)
+    runs.check_landed([point.name for point in rungs])
     runs.carry_out(planned, LONGER)
     finer = _finer(runs, 1 if quick else FINEST)
     exact, back = _reference(runs, len(finer), rings, lambda _, done: progress("reference", done))
@@ -173,6 +183,17 @@ class _Runs:
         self.found = run_points(
             self.path, points, self.journal, time_limit=limit, known=self.found, cluster=self.cluster, progress=progress
         )
+
+    def check_landed(self, names: Sequence[str]) -> None:
+        """Raise `TradeError` where the scene asks for a landing, and each of these points that ended has none."""
+        ended = [each for name in names if (each := self.found.get(name)) is not None and each.state == "done"]
+        asked = self.scene.accuracy.judged
+        if ended and not any(_answers(each, asked) for each in ended):
+            why = left_out_in_words((each.about[STATUS] for each in ended), "points")
+            raise TradeError(
+                f"{self.path}: no landing to compare: {why}; lengthen run.duration = {self.scene.run.duration:g} s, "
+                'or ask for the whole run by accuracy.landing = "run"'
+            )
 
     def seconds(self, top: int, notches: int) -> float:
         """Predicted for a mesh that many notches finer than the rung ``top`` of the diagonal; infinite if unknown."""
@@ -220,9 +241,16 @@ def _reference(runs: _Runs, top: int, rings: int, progress: Progress) -> tuple[s
         runs.carry_out(pair, LONGER, progress)
         failed = [point.name for point in pair if runs.found[point.name].state != "done"]
         if not failed:
+            runs.check_landed([pair[0].name])
+            runs.check_landed([pair[1].name])
             return pair[0].name, pair[1].name
         tried += [f"{name}: {runs.found[name].reason}" for name in failed]
     raise TradeError(f"{runs.path}: no reference ended ({'; '.join(tried)}); give each point more time (--limit)")
+
+
+def _answers(outcome: Outcome, measures: Sequence[str]) -> bool:
+    """Whether a point has what these measures speak of: landings, or its whole run."""
+    return has_landed(outcome.about) or not any(name.startswith((HARDEST, FIRST)) for name in measures)
 
 
 def _relative(difference: float, exact: float) -> float:

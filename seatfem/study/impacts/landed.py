@@ -1,4 +1,4 @@
-"""Which scenes of a study count: those in which the reed lands on its seat within the run.
+"""Which scenes of a study, and points of a trade, count: those in which the reed lands on its seat within the run.
 
 A scene without a landing, or one that the end of the run cuts off in its landing, has numbers, but no answer: an
 impulse of zero, or the part of a peak that there was time for. Beside others they would bend every mean. They count for
@@ -33,11 +33,11 @@ def counts(summary: Mapping[str, object], key: str) -> bool:
     return has_landed(summary) or not needs_landing(key)
 
 
-def left_out_in_words(statuses: Iterable[object]) -> str:
-    """Return how many of the scenes with these landing statuses are left out, and why; "" of none."""
+def left_out_in_words(statuses: Iterable[object], what: str = "scenes") -> str:
+    """Return how many of the ``what`` with these landing statuses are left out, and why; "" of none."""
     every = list(statuses)
     why = Counter(str(status) for status in every if status != LANDED)
     if not why:
         return ""
     reasons = ", ".join(f"{count} {status}" for status, count in sorted(why.items(), key=lambda each: -each[1]))
-    return f"{why.total()} of {len(every)} scenes left out: {reasons}"
+    return f"{why.total()} of {len(every)} {what} left out: {reasons}"

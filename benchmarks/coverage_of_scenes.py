@@ -1,0 +1,246 @@
+"""Do the error bars cover the true errors? Whole scenes over all of the scene language, finer in every key.
+
+    python benchmarks/coverage_of_scenes.py [--seed N] [--scenes N] [--first N] [--short] [--file CSV]
+    python benchmarks/coverage_of_scenes.py --summary | --document
+
+appends rows to results/coverage_of_scenes.csv as scenes end, one for each measure, or one that says why a scene has
+none; scenes that are in the file are not run again; ``--short`` runs twenty scenes. ``--summary`` tells what the file
+holds and runs nothing, ``--document`` writes its table into docs/coverage.md, too. The reference of a run is
+`finer_scenes.finest_reference`: finer in every key.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import math
+import os
+import re
+import signal
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import astuple, dataclass, fields, replace
+from pathlib import Path
+from typing import Final
+
+from coverage_of_stress import told
+from drawn_scenes import DrawnScene, draw_scene
+from finer_scenes import REFUSALS, NoReference, Reference, finer_round, finest_reference
+from scenes_summary import document, summary
+
+from impact.progress import silent
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.store import VARIABLE
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.rounds import Limits, Round, rounds
+from seatfem.study.scene import load_scene
+
+SEED, SCENES, SHORT = 70127, 140, 20
+FILE: Final = Path(__file__).parent / "results" / "coverage_of_scenes.csv"
+PAGE: Final = Path(__file__).parents[1] / "docs" / "coverage.md"
+RUN_SECONDS: Final = 120.0  # for the rounds of a run, as of ``--max-time``
+LONGEST = 60  # s of processor time for a scene and its reference
+DEAR, LESS_FINE = 20.0, 2  # s of it that a run has taken, from which on references begin with this rung
+LEFT_OUT: Final = re.compile(r"first_landing_|seat \d+ (filtered|impulse|duration|restitution)|\w+ ([1-9]|\d\d) ")
+"""What is no row of its own unless asked for: values of the first landing on the seat that are measures, and those of
+later ones."""
+ROUND_OFF: Final = 1e-9  # relative: what a true error may be without any source
+
+
+@dataclass(frozen=True)
+class Row:
+    """One measure of a scene, or why a scene has none.
+
+    Attributes:
+        seed, index, seat, reed, about, stated: of the scene, as it was drawn.
+        outcome: "judged", "no landing", "never opened", "refused", "no reference", "stopped" or "failed"; with the
+            ``reason``; of a judged one, why no further round followed.
+        status: of the landings of the run.
+        level, target, met, rounds, rung: of the run, and which of the references was computed.
+        measure: by name.
+        asked: "measures" of [accuracy], "table" of its own, or "" where nobody asked for it.
+        value, bar, true: SI; ``bar`` is nan where it is not known.
+        inside: whether the true error is within the bar; "" where that is not known.
+        seconds: of processor time, of the scene and its reference.
+    """
+
+    seed: int
+    index: int
+    seat: str
+    reed: str
+    about: str
+    stated: bool
+    outcome: str
+    reason: str = ""
+    status: str = ""
+    level: str = ""
+    target: float = math.nan
+    met: str = ""
+    rounds: int = 0
+    rung: int = -1
+    measure: str = ""
+    asked: str = ""
+    value: float = math.nan
+    bar: float = math.nan
+    true: float = math.nan
+    inside: str = ""
+    seconds: float = math.nan
+
+
+class TooLong(BaseException):
+    """A scene has taken longer than it may; nothing that runs catches it."""
+
+
+def judge(index: int, seed: int, longest: float = LONGEST) -> list[Row]:
+    """The rows of one scene: run as planned, and compared with its reference."""
+    start, drawn = spent(), draw_scene(index, seed)
+    head = Row(seed, index, drawn.seat, drawn.reed, drawn.about, drawn.stated, "judged")
+    rows: list[Row]
+    try:
+        with limited(longest), stored() as folder:
+            rows = list(_judged(head, drawn, folder))
+    except TooLong:
+        rows = [replace(head, outcome="stopped", reason=f"it or its reference takes more than {longest:g} s")]
+    except NoReference as problem:
+        rows = [replace(head, outcome="no reference", reason=str(problem))]
+    except REFUSALS as problem:
+        rows = [replace(head, outcome="refused", reason=f"{type(problem).__name__}: {problem}".replace("\n", "; "))]
+    except Exception as problem:  # what is no refusal in words is a defect, told in the table
+        rows = [replace(head, outcome="failed", reason=f"{type(problem).__name__}: {problem}".replace("\n", "; "))]
+    return [replace(row, seconds=spent() - start) for row in rows]
+
+
+def _judged(head: Row, drawn: DrawnScene, folder: Path) -> Iterator[Row]:
+    start, scene = spent(), load_scene(drawn.write(folder))
+    *_, done = rounds(plan_scene(scene), folder, Stopwatch(), silent, limits=Limits(seconds=RUN_SECONDS))
+    assert done.touches.landings is not None
+    status = done.touches.landings.status
+    head = replace(head, level=done.plan.level, target=scene.accuracy.target, rounds=done.number, status=status)
+    if not done.landed:
+        yield replace(head, outcome=status, reason="there is nothing to judge")
+        return
+    rung, reference = finest_reference(done, LESS_FINE if spent() - start > DEAR else 0)
+    head = replace(head, met=str(done.met), rung=rung, reason=done.stopped)
+    for name, value in done.left.values.items():
+        if name in done.judged or not LEFT_OUT.match(name):
+            bar = math.nan if name in done.without_bar else done.left.bar(name)
+            asked = "measures" if name in done.judged else ""
+            yield _row(replace(head, measure=name, asked=asked), value, bar, reference.values.get(name, math.inf))
+    for name, (value, bar, exact) in _stresses(done, reference).items():
+        yield _row(replace(head, measure=name, asked="table"), value, bar, exact)
+
+
+def _row(head: Row, value: float, bar: float, exact: float) -> Row:
+    true = abs(value - exact)  # infinite of a landing that the reference has not
+    known = math.isfinite(bar)
+    inside = str(true <= bar + ROUND_OFF * abs(value)) if known else ""
+    return replace(head, value=value, bar=bar if known else math.nan, true=true, inside=inside)
+
+
+def _stresses(done: Round, reference: Reference) -> Mapping[str, tuple[float, float, float]]:
+    """Value, bar and reference of the largest stresses that [stress] and [life] ask for, where they have bars."""
+    scene = done.plan.scene
+    if scene.stress is None and (scene.life is None or not scene.reed.has_surface_stress):
+        return {}
+    (values, bars), (exact, _) = told(done), told(finer_round(done, reference), bare=True)
+    return {name: (value, bars[name], exact[name]) for name, value in values.items() if name not in done.left.values}
+
+
+@contextmanager
+def stored() -> Iterator[Path]:
+    """A folder for one scene, and in it a store of its own."""
+    before = os.environ.get(VARIABLE)
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ[VARIABLE] = f"{folder}/store"
+        try:
+            yield Path(folder)
+        finally:
+            os.environ.pop(VARIABLE)
+            if before is not None:
+                os.environ[VARIABLE] = before
+
+
+@contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """`TooLong` after so many seconds of processor time: other programs do not count."""
+
+    def stop(signum: int, frame: object) -> None:
+        raise TooLong
+
+    signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+
+
+def spent() -> float:
+    """Processor time of this process and of those that it has waited for [s]."""
+    return sum(os.times()[:4])
+
+
+def read_rows(path: Path = FILE) -> list[Row]:
+    """The rows so far, by scene."""
+    if not path.exists():
+        return []
+    kinds = {"int": int, "float": float, "str": str, "bool": lambda text: text == "True"}
+    with path.open(newline="", encoding="utf-8") as file:
+        lines = list(csv.DictReader(file))
+    rows = [Row(**{each.name: kinds[str(each.type)](line[each.name]) for each in fields(Row)}) for line in lines]
+    return sorted(rows, key=lambda row: (row.seed, row.index))
+
+
+def append(rows: Sequence[Row], path: Path) -> None:
+    """Rows at the end of a table, its head where it is new."""
+    new = not path.exists()
+    with path.open("a", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        if new:
+            writer.writerow([each.name for each in fields(Row)])
+        writer.writerows([f"{v:.6g}" if isinstance(v, float) else v for v in astuple(row)] for row in rows)
+
+
+def line(rows: Sequence[Row]) -> str:
+    """A scene for the log."""
+    one = rows[0]
+    head = f"{one.index:3d} {one.seat}/{one.level} {one.reed} ({one.about}) "
+    if one.outcome != "judged":
+        return f"{head}{one.outcome}: {one.reason}; {one.seconds:.0f} s"
+    parts = []
+    for row in rows:
+        scale = abs(row.value) or 1.0
+        mark = {"True": "", "False": " OUT", "": " ?"}[row.inside] + "*" * bool(row.asked)
+        parts.append(f"{row.measure} {row.true / scale:.1e}/{row.bar / scale:.1e}{mark}")
+    tail = f"target {one.target:.2g} met {one.met} {one.rounds}, rung {one.rung}: "
+    return f"{head}{tail}{', '.join(parts)}; {one.seconds:.0f} s"
+
+
+def main(given: Sequence[str] | None = None) -> None:
+    """Run what is missing of a seed, and tell what the table holds."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else "")
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--scenes", type=int, default=SCENES)
+    parser.add_argument("--longest", type=float, default=LONGEST, help="seconds of processor time for a scene")
+    parser.add_argument("--file", type=Path, default=FILE)
+    parser.add_argument("--short", action="store_true", help=f"the first {SHORT} scenes")
+    parser.add_argument("--summary", action="store_true", help="run nothing")
+    parser.add_argument("--document", action="store_true", help="run nothing, write the table into docs/coverage.md")
+    asked = parser.parse_args(given)
+    count = 0 if asked.summary or asked.document else min(asked.scenes, SHORT) if asked.short else asked.scenes
+    there = {(row.seed, row.index) for row in read_rows(asked.file)}
+    for index in range(asked.first, asked.first + count):
+        if (asked.seed, index) not in there:
+            rows = judge(index, asked.seed, asked.longest)
+            append(rows, asked.file)
+            print(line(rows), flush=True)  # noqa: T201
+    rows = [row for row in read_rows(asked.file) if row.seed == asked.seed]
+    print(summary(rows))  # noqa: T201
+    if asked.document:
+        document(rows, PAGE)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,219 @@
+"""Scenes that are finer in every key: the references of all scripts that ask whether error bars hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import impact
+from impact.runs.budget import Values
+from seatfem.structures.kinds import Structure
+from seatfem.structures.kinds.beam import Beam
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.kinds.reduced import Reduced
+from seatfem.structures.kinds.thin_plate import ThinPlate
+from seatfem.structures.method import Method
+from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.rings import MOST_PORTS, MOST_RINGS, Division
+from seatfem.structures.solved import Solved
+from seatfem.study.impacts.contact import (
+    measures_of,
+    problem_of,
+    run_contacts,
+    seat_of,
+    solved_striker,
+    stress_of,
+    striker_of,
+)
+from seatfem.study.impacts.gas import lift_of
+from seatfem.study.impacts.landings import Landings
+from seatfem.study.method import RunMethod, as_stated
+from seatfem.study.planning.lips import FEWEST
+from seatfem.study.runs.rounds import Round
+from seatfem.study.scene import Scene
+
+LEAST_MODES, MOST_MODES = 60, 400  # of a beam in a reference
+MOST_STEPS: Final = 1_000_000
+REFUSALS: Final = (ValueError, ArithmeticError, ConvergenceError)
+"""What the program ends with in words where it cannot do what is asked."""
+
+
+@dataclass(frozen=True)
+class Finer:
+    """By how much a reference is finer than a run.
+
+    Attributes:
+        mesh, band, stricter, modes, step: factors of element sizes, bands, tolerances, numbers of modes, and of the
+            step.
+        arcs: factor of the arcs of a lip.
+        across: more parts of each arc.
+        rings: of a patch that is struck as a whole, at least.
+        reduction: by name.
+        divides: whether a patch and a lip are in more parts than those of the run.
+    """
+
+    mesh: float = 1.6**2
+    band: float = 2.5
+    stricter: float = 5.0
+    modes: float = 2.5
+    step: float = 4.0
+    arcs: int = 4
+    across: int = 2
+    rings: int = 8
+    reduction: str = "auto"
+    divides: bool = True
+
+
+FINEST: Final = Finer()
+LADDER: Final = (
+    FINEST,
+    Finer(band=1.6, stricter=2.0, arcs=2),
+    Finer(mesh=1.6, band=1.6, stricter=2.0, arcs=2),
+    Finer(mesh=1.6, band=1.6, stricter=2.0, arcs=2, reduction="modes"),
+    Finer(mesh=1.6, band=1.25, stricter=1.5, arcs=2, rings=4),
+)
+"""From the finest to what dear scenes can be compared with; every key is finer in each of them."""
+
+
+def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> tuple[Scene, RunMethod]:
+    """A scene and the method that a run of it had, finer in all that they state or leave to the plan.
+
+    ``method.time_step`` is that of the run [s]. A seat taken for a spring or a rod has finite elements, a single port
+    in place of a lip the lip's arcs, and whatever strikes or limits the lift is finer by its own keys.
+    """
+    scene = as_stated(scene, method)
+    assert method.time_step is not None
+    step = max(method.time_step / by.step, scene.run.duration / MOST_STEPS)
+    seat, rings = _finer_seat(scene, method.seat, by), scene.contact.rings
+    divided = by.divides and (scene.seat.is_meshed or method.ports is not None)
+    arcs = by.arcs * max(FEWEST, method.ports) if by.divides and method.ports is not None else method.ports
+    if divided:
+        rings = max(by.rings, 2 * rings) if arcs is None else rings + by.across
+        rings = min(MOST_RINGS, rings)
+    if by.divides and arcs is not None:
+        while arcs * rings > MOST_PORTS and arcs >= 4 * (method.ports or 1):
+            arcs //= 2
+        rings = min(rings, max(1, MOST_PORTS // arcs))
+    changed: dict[str, object] = {"reed": finer_body(scene.reed, by)}
+    changed["contact"] = scene.contact.model_copy(update={"rings": rings})
+    changed["run"] = scene.run.model_copy(update={"time_step": step})
+    if scene.stopper is not None:
+        parts = scene.stopper.parts
+        more = {} if parts == Division() else {"arcs": min(2 * parts.arcs, MOST_PORTS // parts.rings)}
+        changed["stopper"] = scene.stopper.model_copy(update={"body": finer_body(scene.stopper.body, by), **more})
+    scene = scene.model_copy(update=changed)
+    reed = replace(method.reed, n_modes=scene.reed.beam_modes, **_band_and_size(scene.reed))
+    seat = replace(seat, rings=rings) if divided else seat
+    finer = RunMethod(seat, reed, step).along(scene, arcs)
+    return as_stated(scene, finer), finer
+
+
+def _finer_seat(scene: Scene, method: Method, by: Finer) -> Method:
+    """How the seat of a reference is computed."""
+    seat, changed = scene.seat, dict[str, Any]()
+    if method.n_modes is not None:
+        changed["n_modes"] = _more_modes(method.n_modes, by)
+    if isinstance(seat, Reduced):
+        assert method.bandwidth is not None
+        changed |= {"bandwidth": by.band * method.bandwidth, "tolerance": method.tolerance / by.stricter}
+        changed |= {"reduction": by.reduction, "level": "3d"}
+    if isinstance(seat, Drawn):
+        level = seat.discrete(method.level)
+        spec = seat.mesh_spec(replace(method, level=level))
+        changed |= {"level": level, "size": spec.size / by.mesh, "contact_size": spec.patch_size / by.mesh}
+        changed["order"] = max(2, method.order)
+    return replace(method, **changed)
+
+
+def finer_body(body: Structure, by: Finer) -> Structure:
+    """A striker or a stopper with all keys of its own finer; what is exact as it is."""
+    changed: dict[str, object] = {}
+    if isinstance(body, Beam):
+        changed["n_modes"] = _more_modes(body.n_modes, by)
+    if isinstance(body, ThinPlate):
+        changed["greens"] = body.greens.model_copy(update={"bandwidth": min(1.6, by.band) * body.greens.bandwidth})
+        changed["mesh"] = body.mesh.model_copy(update={"size": body.sheet().element_size / by.mesh})
+    if isinstance(body, Reduced):
+        aims = {"bandwidth": by.band * body.greens.bandwidth, "tolerance": body.greens.tolerance / by.stricter}
+        changed["greens"] = body.greens.model_copy(update={**aims, "method": by.reduction})
+    if isinstance(body, Drawn):
+        how = body.stated()
+        level = body.discrete(how.level)
+        spec = body.mesh_spec(replace(how, level=level))
+        sizes = {"size": spec.size / by.mesh, "contact_size": spec.patch_size / by.mesh, "order": max(2, how.order)}
+        changed |= {"model": level, "mesh": body.mesh.model_copy(update=sizes)}
+    return body.model_copy(update=changed)
+
+
+def _more_modes(number: int, by: Finer) -> int:
+    return max(number, min(MOST_MODES, max(LEAST_MODES, round(by.modes * number))))
+
+
+def _band_and_size(body: Structure) -> Mapping[str, Any]:
+    """What a plate states of these."""
+    how = body.stated()
+    return {"bandwidth": how.bandwidth, "size": how.size, "contact_size": how.contact_size, "tolerance": how.tolerance}
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A finer scene and its bodies.
+
+    Attributes:
+        scene, method: as `finer_in_every_key` has them.
+        seat, reed: computed; ``reed`` is ``None`` of a closed form.
+        striker: of the scene.
+        values: the measures.
+    """
+
+    scene: Scene
+    method: RunMethod
+    seat: Solved
+    reed: Solved | None
+    striker: impact.Body
+    values: Values
+
+
+def run_reference(scene: Scene, method: RunMethod, by: Finer = FINEST, landings: Landings | None = None) -> Reference:
+    """The same impact, finer in every key; ``method.time_step`` is that of the run [s].
+
+    ``landings``: of the run, each of which is looked for in the reference, above its own quasi-static load.
+    """
+    finer, how = finer_in_every_key(scene, method, by)
+    assert how.time_step is not None
+    seat = seat_of(finer, method=how.seat, mesh_error=False)
+    reed = solved_striker(finer, method=how.reed, mesh_error=False)
+    striker = striker_of(finer, how.reed.n_modes, None if reed is None else reed.greens)
+    problem = problem_of(finer, striker, impact.Body(seat.greens))
+    like = None if landings is None else replace(landings, static=None)  # type: ignore[arg-type]
+    values = measures_of(finer, problem, how.time_step, like=like)
+    return Reference(finer, how, seat, reed, striker, values)
+
+
+class NoReference(Exception):
+    """A run is there, and none of the references can be computed."""
+
+
+def finest_reference(done: Round, first: int = 0, ladder: Sequence[Finer] = LADDER) -> tuple[int, Reference]:
+    """The finest of a ladder from the ``first`` on that can be computed, and its number."""
+    problem: Exception | None = None
+    method = replace(done.plan.method, time_step=done.result.dt)
+    for rung, by in enumerate(ladder[first:], first):
+        try:
+            return rung, run_reference(done.plan.scene, method, by, done.touches.landings)
+        except REFUSALS as refusal:
+            problem = refusal
+    raise NoReference(f"{type(problem).__name__}: {problem}".replace("\n", "; "))
+
+
+def finer_round(done: Round, reference: Reference) -> Round:
+    """The reference as a round, for what is recovered from one, such as stresses in the bodies."""
+    scene, step = reference.scene, reference.method.time_step
+    assert step is not None
+    touches = run_contacts(scene, reference.striker, reference.seat.greens, step)
+    force, lift = touches.seat.force, lift_of(touches)
+    stress = stress_of(scene, reference.striker, force, step, lift, stopper=touches.stopper_force)
+    plan = replace(done.plan, scene=scene, method=reference.method)
+    bodies = {"seat": reference.seat, "striker": reference.striker, "reed": reference.reed}
+    return replace(done, plan=plan, touches=touches, stress=stress, **bodies)  # type: ignore[arg-type]

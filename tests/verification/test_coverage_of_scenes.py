@@ -1,0 +1,187 @@
+"""Error bars of whole scenes against references that are finer in every key: benchmarks/coverage_of_scenes.py.
+
+Two cheap scenes are run here; those of the committed table are only read.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import coverage_of_scenes
+import pytest
+from drawn_scenes import SEATS, STRIKERS, draw_scene
+from finer_scenes import FINEST, LADDER, Finer, finer_in_every_key
+from scenes_summary import ends, in_target, is_inside, is_known, kind_of, share, table, width
+
+from seatfem.structures.kinds import Structure
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.method import Method
+from seatfem.study import method as keys
+from seatfem.study.method import RunMethod, stated_method
+from seatfem.study.scene import Scene, load_scene
+
+ROWS = coverage_of_scenes.read_rows()
+JUDGED = [row for row in ROWS if row.outcome == "judged"]
+of_the_table = pytest.mark.skipif(not ROWS, reason="the table is being made: benchmarks/coverage_of_scenes.py")
+TRIED = 4  # a seed that nothing was held out of
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def less(old: Any, new: Any) -> bool:
+    """Whether a number is smaller than before."""
+    return bool(new < old)
+
+
+def more(old: Any, new: Any) -> bool:
+    """Whether a number is larger than before."""
+    return bool(new > old)
+
+
+def no_less(old: Any, new: Any) -> bool:
+    """Whether a number is not smaller than before."""
+    return bool(new >= old)
+
+
+def of_waves(old: Any, new: Any) -> bool:
+    """Whether neither a spring nor a rod stands for a body."""
+    return new not in ("spring", "rod")
+
+
+HOW: Mapping[str, Callable[[Any, Any], bool] | None] = {
+    keys.MODEL: of_waves,
+    keys.SIZE: less,
+    keys.CONTACT_SIZE: less,
+    keys.ORDER: no_less,
+    keys.BAND: more,
+    keys.TOLERANCE: less,
+    keys.REDUCTION: None,
+    keys.SEAT_MODES: more,
+    keys.MODES: more,
+    keys.STEP: less,
+    keys.RINGS: more,
+    keys.PORTS: more,
+    keys.REED_BAND: more,
+}
+"""What is finer of each key that a plan may choose; ``None``: which of several ways leads to the same."""
+
+
+def sized(seat: Structure, method: Method) -> Method:
+    """With the sizes of elements that a method leaves to the band."""
+    if not isinstance(seat, Drawn) or method.exact:
+        return method
+    spec = seat.mesh_spec(replace(method, level=seat.discrete(method.level)))
+    return replace(method, size=spec.size, contact_size=spec.patch_size)
+
+
+def coarser_keys(scene: Scene, method: RunMethod, by: Finer) -> list[str]:
+    """Keys that a reference has no finer than a run by the method."""
+    finer, how = finer_in_every_key(scene, method, by)
+    if scene.seat.is_meshed and method.seat.level in ("spring", "rod"):
+        method = replace(method, seat=replace(method.seat, level=scene.seat.discrete(method.seat.level)))  # type: ignore[attr-defined]
+    before = replace(method, seat=sized(scene.seat, method.seat))
+    unlike = [key for key, finer_than in HOW.items() if finer_than and _is_chosen(scene, before, key)]
+    bad = [key for key in unlike if not HOW[key](before.value(key), how.value(key))]  # type: ignore[misc]
+    pairs = {"reed": (scene.reed, finer.reed)}
+    if scene.stopper is not None and finer.stopper is not None:
+        pairs["stopper"] = (scene.stopper.body, finer.stopper.body)
+    for role, (body, other) in pairs.items():
+        old, new = sized(body, body.stated()), sized(other, other.stated())
+        for name, finer_than in {"size": less, "contact_size": less, "tolerance": less, "n_modes": more}.items():
+            is_of_it = name != "tolerance" or hasattr(getattr(body, "greens", None), "tolerance")
+            if is_of_it and getattr(old, name) is not None and not finer_than(getattr(old, name), getattr(new, name)):
+                bad.append(f"{role}.{name}")
+        if old.bandwidth is not None and not more(old.bandwidth, new.bandwidth):
+            bad.append(f"{role}.bandwidth")
+    return bad
+
+
+def _is_chosen(scene: Scene, method: RunMethod, key: str) -> bool:
+    """Whether the key says anything of a run of the scene."""
+    if method.value(key) is None:
+        return False
+    if key == keys.RINGS:
+        return scene.seat.is_meshed
+    has_band = method.seat.bandwidth is not None
+    return has_band if key in (keys.MODEL, keys.TOLERANCE, keys.ORDER) else True
+
+
+def test_every_key_that_a_plan_may_choose_is_looked_at() -> None:
+    assert set(HOW) == set(keys.FIELDS)
+
+
+@pytest.mark.parametrize("index", range(len(SEATS)))
+def test_references_are_finer_in_every_key(index: int, tmp_path: Path) -> None:
+    scene = load_scene(draw_scene(index, TRIED).write(tmp_path))
+    for by in (LADDER[0], LADDER[-1]):
+        assert coarser_keys(scene, replace(stated_method(scene), time_step=1e-7), by) == []
+
+
+@pytest.mark.parametrize("name", ["life_of_a_flapper", "flapper_on_stopper", "kidney_landing", "mass_on_meshed_seat"])
+def test_references_of_examples_are_finer_in_every_key(name: str) -> None:
+    scene = load_scene(EXAMPLES / f"{name}.toml")
+    assert coarser_keys(scene, replace(stated_method(scene), time_step=1e-7), FINEST) == []
+
+
+@pytest.mark.parametrize("name", [each.name for each in fields(Finer) if each.name != "reduction"])
+def test_a_key_that_is_not_finer_is_seen(name: str, tmp_path: Path) -> None:
+    scenes = (EXAMPLES / "life_of_a_flapper.toml", EXAMPLES / "flapper_on_stopper.toml", EXAMPLES / "ball_on_seat.toml")
+    same = replace(FINEST, **{name: 0 if name in ("rings", "across") else 1})
+    seen = [
+        coarser_keys(scene, replace(stated_method(scene), time_step=1e-7), same) for scene in map(load_scene, scenes)
+    ]
+    if name == "modes":
+        same = replace(same, modes=0.0)
+        modes = replace(stated_method(load_scene(scenes[1])), time_step=1e-7)
+        modes = replace(modes, reed=replace(modes.reed, n_modes=70))
+        seen.append(coarser_keys(load_scene(scenes[1]), modes, same))
+    assert any(seen)
+
+
+@pytest.mark.parametrize("index", [13, 18])
+def test_the_true_error_is_inside_the_bar(index: int) -> None:
+    rows = coverage_of_scenes.judge(index, TRIED)
+    assert {row.outcome for row in rows} == {"judged"}
+    assert [row.measure for row in rows if row.inside == "False"] == []
+
+
+@of_the_table
+def test_enough_scenes_were_judged() -> None:
+    """Of all kinds of seats and strikers."""
+    scenes = {(row.seed, row.index): row for row in JUDGED}
+    assert len(scenes) >= 120
+    assert {row.seat for row in scenes.values()} == set(SEATS)
+    assert {row.reed for row in scenes.values()} == set(STRIKERS)
+
+
+@of_the_table
+def test_true_errors_are_inside_the_bars() -> None:
+    known = [row for row in JUDGED if row.asked and is_known(row)]
+    assert share(known, is_inside) >= 0.97
+
+
+@of_the_table
+@pytest.mark.parametrize(("measure", "most"), [("impulse", 7), ("filtered_peak", 7), ("stress", 10)])
+def test_bars_are_no_wider_than_they_need_be(measure: str, most: float) -> None:
+    assert width([row for row in JUDGED if row.asked and kind_of(row) == measure]) <= most
+
+
+@of_the_table
+def test_bars_are_within_the_target() -> None:
+    asked = [row for row in JUDGED if row.asked == "measures"]
+    assert share(asked, in_target) >= 0.8
+
+
+@of_the_table
+def test_the_page_has_the_table() -> None:
+    """Nobody writes its numbers by hand."""
+    page = coverage_of_scenes.PAGE.read_text(encoding="utf-8")
+    assert [line for line in (ends(ROWS), *table(ROWS)) if line not in page] == []
+
+
+@of_the_table
+def test_the_table_is_of_the_scenes_drawn_today() -> None:
+    """A change of the draw without new runs must not pass."""
+    for row in {(row.seed, row.index): row for row in ROWS}.values():
+        drawn = draw_scene(row.index, row.seed)
+        assert (drawn.seat, drawn.reed, drawn.about) == (row.seat, row.reed, row.about)
