@@ -34,7 +34,8 @@ class Row:
     Attributes:
         key: in summary.json [SI]; the spring baseline's has the prefix spring_.
         words: before it; {width} is the filter's, {closed} says whether the reed starts closed, {above} whether the
-            impulse of a landing is that above a static load.
+            impulse of a landing is that above a static load, {touch} what comes first: a landing, of a reed that starts
+            closed a contact.
         unit: SI, without prefix.
         group: of rows, in the order of `HEADINGS`.
     """
@@ -65,9 +66,9 @@ ROWS: Final = (
     Row("restitution", "  restitution", "", "run"),
     Row("contact_count", "contacts", "", "run"),
     Row("max_seat_displacement_m", "seat displacement", "m", "run"),
-    Row("peak_reed_stress_after_contact_Pa", "reed stress after 1st landing", "Pa", "run"),
+    Row("peak_reed_stress_after_contact_Pa", "reed stress after 1st {touch}", "Pa", "run"),
     Row("peak_reed_stress_over_rho_c0_v", "  over rho c v (plane wave: 1)", "", "run"),
-    Row("initial_reed_stress_Pa", "reed stress before 1st landing", "Pa", "run"),
+    Row("initial_reed_stress_Pa", "reed stress before 1st {touch}", "Pa", "run"),
     Row("reed_stress_at_start_Pa", "reed stress at the start", "Pa", "run"),
     Row("peak_reed_stress_Pa", "reed stress, largest", "Pa", "run"),
     Row("stopper_filtered_peak_force_N", "peak force, {width} mean", "N", "stopper"),
@@ -158,8 +159,9 @@ def _shown(summary: Mapping[str, object], group: Group, rows: list[Row], judged:
         value = summary.get(row.key)
         needless = row.key == "peak_reed_stress_Pa" and "peak_reed_stress_after_contact_Pa" in summary
         needless = needless or (row.key in OF_STATIC and not is_loaded(summary, LANDING))
+        needless = needless or (row.key == "initial_reed_stress_Pa" and summary.get("first_contact_s") == 0)
         elsewhere = group == "lip" and row.key.endswith("_at_deg" if by_length else "_at_m")
-        empty = value is None and (row.unit == "Pa" or group == "landing")
+        empty = value is None and (row.unit == "Pa" or group in ("landing", "run"))
         if row.key in judged or (row.key in summary and not (needless or elsewhere or empty)):
             yield row
 
@@ -186,6 +188,7 @@ def words_of(row: Row, summary: Mapping[str, object]) -> str:
     replaced = {
         "{width}": duration(summary.get("filter_width_s")),
         "{closed}": ", reed starts closed" if summary.get("first_contact_s") == 0 else "",
+        "{touch}": "contact" if summary.get("first_contact_s") == 0 else "landing",
         "{above}": " above static load" if is_loaded(summary, LANDING) else "",
     }
     words = row.words
