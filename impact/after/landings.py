@@ -2,8 +2,8 @@
 
 A *landing* begins at the first touch after an approach; a release at no gap, with a speed, counts, a preload does not.
 It ends when the bodies part for `MERGE`, or when the force averaged over the filter first stays within `BAND` of the
-quasi-static load for one contact time: the time for which the force around its peak exceeds that load. What follows in
-the same contact is *pressed on*, as is all contact that no approach began.
+quasi-static load for one contact time: the time for which the force around its peak exceeds that load by more. What
+follows in the same contact is *pressed on*, as is all contact that no approach began.
 
 A touch whose averaged force never exceeds the quasi-static load by `BAND` of it is the trembling of a pressed reed and
 no landing: it would end by the same band in which it began. Nor is one below `FAINT` of the record's largest, where
@@ -243,7 +243,7 @@ def _calm_from(mean: Array, static: Array, peak: int, reach: int, band: float) -
     """
     if not np.any(static > 0):
         return None
-    above = mean > static
+    above = mean > (1 + BAND) * static
     before, after = np.flatnonzero(~above[:peak]), np.flatnonzero(~above[peak:])
     start = int(before[-1]) + 1 if before.size else 0
     stop = peak + int(after[0]) if after.size else len(mean)

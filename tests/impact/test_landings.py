@@ -134,13 +134,14 @@ def test_a_hertzian_contact_presses_by_its_secant() -> None:
 
 def test_a_landing_ends_where_a_decaying_force_stays_within_the_band() -> None:
     """N = S (1 + A exp(-t/T) cos wt): from the end on, and not before, it is in the band for a quarter of a swing."""
-    dt, load, share, decay, swing = 1e-6, 10.0, 0.9, 300e-6, 2 * math.pi / 100e-6
+    dt, load, share, decay, swing = 1e-6, 10.0, 0.9, 200e-6, 2 * math.pi / 100e-6
     time = dt * np.arange(4000)
     force = np.where(time > 0, load * (1 + share * np.exp(-time / decay) * np.cos(swing * time)), 0.0)
     (landing,) = find_landings(record(force, np.full(len(time), load)))
     fine = np.arange(0, 1000e-6, 1e-7)
     within = np.abs(share * np.exp(-fine / decay) * np.cos(swing * fine)) <= BAND
-    lasts = np.convolve(within, np.ones(250), "valid") == 250  # the force is above the load for a quarter of a swing
+    first = int(np.argmin(share * np.exp(-fine / decay) * np.cos(swing * fine) > BAND))  # how long it is above it
+    lasts = np.convolve(within, np.ones(first), "valid") == first
     assert landing.end == pytest.approx(float(fine[np.argmax(lasts)]), abs=3 * dt)
     assert landing.pressed_on
     assert landing.excess_peak == pytest.approx(share * load, rel=0.01)

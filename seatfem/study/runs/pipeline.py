@@ -161,7 +161,7 @@ def run_scene(
 
 
 def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) -> dict[str, Any]:
-    width, records = scene.run.filter_width, landing_records(done.touches, done.left)
+    width, records = scene.run.filter_width, landing_records(done.touches, done.left, done.without_bar)
     measured = _measured(scene, done.touches, done.stress)
     return {
         "title": scene.title,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Final, get_args
 
@@ -106,28 +106,33 @@ def landing_keys(landings: Landings | None, values: Mapping[str, float]) -> dict
     }
 
 
-def landing_records(touches: Touches, left: Budget) -> list[dict[str, object]]:
+def landing_records(touches: Touches, left: Budget, without: Collection[str] = ()) -> list[dict[str, object]]:
     """Return all landings on seat and stopper in the order of time, with the error bars of their numbers.
 
-    A place is the middle of the first part of the seat's lip to touch; ``None`` of other contacts.
+    A place is the middle of the first part of the seat's lip to touch; ``None`` of other contacts. The bars of the
+    measures ``without`` one are ``None``.
     """
     if (landings := touches.landings) is None:
         return []
     records = [
-        _landing_record(touches, face, number, landing, left)
+        _landing_record(touches, face, number, landing, left, without)
         for face in get_args(Face)
         for number, landing in enumerate(landings.on(face))
     ]
     return sorted(records, key=lambda record: record["time_s"])  # type: ignore[arg-type, return-value]
 
 
-def _landing_record(touches: Touches, face: Face, number: int, landing: Landing, left: Budget) -> dict[str, object]:
+def _landing_record(
+    touches: Touches, face: Face, number: int, landing: Landing, left: Budget, without: Collection[str]
+) -> dict[str, object]:
     names = {key: landing_name(face, number, key) for key in OF_A_LANDING.values()}
     bars = {key: left.bar(name) if name in left.values else math.inf for key, name in names.items()}
     if face == "seat" and touches.landings is not None and landing is touches.landings.hardest:
         for key, measure in JUDGED.items():  # what plans know of it is in these
             if measure in left.values:
                 bars[key] = max(bars[key], left.bar(measure))
+    unknown = {key for key, measure in JUDGED.items() if measure in without and face == "seat"}
+    bars |= dict.fromkeys(unknown, math.inf)
     place: tuple[float | None, float | None] = (None, None)
     line, parts = touches.line, touches.parts
     if face == "seat" and line is not None and parts is not None:

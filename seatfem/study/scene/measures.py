@@ -183,8 +183,15 @@ class ContactDuration(Measure):
 
     def jump_of_landing(self, blow: Blow, landing: Landing, share: float) -> float:
         """The same of a landing after which the bodies part; of another one, by which its end moves with the band."""
-        solid = np.where(np.arange(len(blow.force)) > round(landing.start / blow.dt), _solid(blow), 0.0)
-        return landing.end_doubt if landing.pressed_on else self._jump(blow, solid, share)
+        if landing.pressed_on:
+            return landing.end_doubt
+        solid = _solid(blow)
+        groups = measures.merged(blow.dt * measures.closed_steps(solid[1:]))
+        beside = groups[(groups[:, 0] > landing.start) & (groups[:, 0] < landing.end + (1 + OPENING) * measures.MERGE)]
+        end = max([landing.end, *beside[:, 1]])  # of what an opening near the limit may join
+        time = blow.dt * np.arange(len(solid))
+        own = (time > landing.start + blow.dt / 2) & (time < end + blow.dt / 2)
+        return self._jump(blow, np.where(own, solid, 0.0), share)
 
     @staticmethod
     def _jump(blow: Blow, solid: Array, share: float) -> float:
