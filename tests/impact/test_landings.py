@@ -144,7 +144,7 @@ def test_a_landing_ends_where_a_decaying_force_stays_within_the_band() -> None:
     lasts = np.convolve(within, np.ones(first), "valid") == first
     assert landing.end == pytest.approx(float(fine[np.argmax(lasts)]), abs=3 * dt)
     assert landing.pressed_on
-    assert landing.excess_peak == pytest.approx(share * load, rel=0.01)
+    assert landing.excess_peak == pytest.approx(share * load, rel=0.02)  # the filter takes 1 %
     damped = np.exp(-landing.end / decay) * (swing * np.sin(swing * landing.end) - np.cos(swing * landing.end) / decay)
     integral = share * load * (damped + 1 / decay) / (swing**2 + 1 / decay**2)
     assert landing.impulse == pytest.approx(integral, abs=load * dt)  # known to a step

@@ -35,6 +35,7 @@ from seatfem.study.method import MODES, has_key, value_of
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import line_of
 from seatfem.study.scene.measures import (
+    HARDEST,
     PREFIXES,
     Blow,
     all_measures,
@@ -214,7 +215,8 @@ class Bench:
         blow = Blow(force, dt, width, displacement, stress, line, film, landings, asked_of, since)
         values = values_of(blow)
         names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *asked}]
-        never = dict.fromkeys((prefix + name for name in names for prefix in PREFIXES.values()), 0.0)
+        prefixes = {HARDEST, PREFIXES[asked_of]}
+        never = dict.fromkeys((prefix + name for name in names for prefix in prefixes), 0.0)
         return {**never, **values}
 
     def _landings(self, stepper: impact.ContactStepper) -> tuple[Landing, ...]:
