@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, get_args
 
 import impact
 from impact.after.landings import hardest
@@ -45,7 +45,7 @@ from seatfem.study.impacts.contact import (
     stopper_of,
     striker_of,
 )
-from seatfem.study.impacts.landings import Landings
+from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.measures import (
     LIP,
     SOURCES,
@@ -62,10 +62,14 @@ from seatfem.study.method import RunMethod, chooses_one_port
 from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS, ONE_PORT_BAR, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import across_of, arcs_behind_rings, lip_of
-from seatfem.study.scene.measures import FIRST, HARDEST, Blow, ContactDuration, all_measures
+from seatfem.study.scene.measures import FIRST, HARDEST, Blow, ContactDuration, FilteredPeak, Impulse, all_measures
 
 if TYPE_CHECKING:
     from seatfem.structures.solved import Solved
+
+
+CUT: Final = ("impulse_Ns", "duration_s")
+"""Numbers of a landing that its end takes part in."""
 
 
 def error_budget(
@@ -130,7 +134,30 @@ def error_budget(
     floors = {source: least for source, least in FLOORS.items() if found[source]}
     if method.seat.level == "spring":
         floors["model"] = FLOOR_OF_SPRING
-    return with_jumps(with_floors(Budget(left.values, known_parts, (*names, *unknown)), floors), blow)
+    left = with_floors(Budget(left.values, known_parts, (*names, *unknown)), floors)
+    return with_cut_landings(with_jumps(left, blow), like)
+
+
+def with_cut_landings(left: Budget, landings: Landings | None) -> Budget:
+    """With nothing known of how long the landings last that the end of the record cuts, nor of their whole impulse, nor of
+    the peak of one that has hardly passed it."""
+    if landings is None or not left.parts:
+        return left
+    cut = [
+        landing_name(face, number, key)
+        for face in get_args(Face)
+        for number, landing in enumerate(landings.on(face))
+        for key in CUT
+        if landing.cut_off
+    ]
+    for prefix, judged in ((HARDEST, landings.hardest), (FIRST, next(iter(landings.seat), None))):
+        if judged is not None and judged.cut_off:
+            cut += [prefix + Impulse.name, prefix + ContactDuration.name]
+            rises = judged.end - judged.peak_time < judged.duration / 10
+            cut += [prefix + FilteredPeak.name] if rises else []
+    source = left.dominant("impulse")
+    unknown = {name: math.inf for name in cut if name in left.values}
+    return replace(left, parts={**left.parts, source: {**left.parts[source], **unknown}})
 
 
 def with_floors(left: Budget, floors: Mapping[str, float]) -> Budget:

@@ -29,6 +29,7 @@ AT_ITS_END: Final[Mapping[str, str]] = {
     STRIKER: "its band is stated, or ends where its theory does",
     STOPPER: "it is computed as its own keys state",
 }
+CUT_OFF: Final = "the end of the run cuts the landing that is judged; a longer run.duration has all of it"
 AFTER: Final = ("spring baseline", "files")  # of a round, as far off as its contact
 
 
@@ -93,6 +94,8 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
         done = replace(done, paces={})
     if done.number >= limits.rounds:
         return None, f"{limits.rounds} round{'s'[: limits.rounds > 1]} at most"
+    if done.touches.landings is not None and done.touches.landings.status == "cut off":
+        return None, CUT_OFF
     accuracy, left = done.plan.scene.accuracy, done.left
     missing = [name for name in done.judged if left.relative(name) > accuracy.target]
     reasons = []

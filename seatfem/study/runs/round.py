@@ -105,7 +105,9 @@ def missed(done: Round) -> tuple[str, ...]:
     target = done.plan.scene.accuracy.target
     found = []
     for name in done.judged:
-        if (bar := done.left.relative(name)) > target:
+        if math.isinf(bar := done.left.relative(name)):
+            found.append(f"{spoken(name)} is not known to any accuracy: {UNKNOWN}")
+        elif bar > target:
             source = done.left.dominant(name)
             remedy = REMEDIES.get(source, "")
             if source == "patch" and done.plan.method.ports is not None:
@@ -130,7 +132,7 @@ def in_words(done: Round) -> str:
     """The bar of each measure asked for, time and memory."""
     accuracy, left = done.plan.scene.accuracy, done.left
     each = ((asked_name(name).replace("_", " "), 100 * left.relative(name)) for name in done.judged)
-    bars = ", ".join(f"{words} +-{percent:.2g} %" for words, percent in each)
+    bars = ", ".join(f"{words} {f'+-{bar:.2g} %' if math.isfinite(bar) else 'not known'}" for words, bar in each)
     memory = "" if math.isnan(done.memory) else f", {done.memory / 1e9:.2g} GB"
     if done.met is None:
         return f"round {done.number}: no landing to judge; {sum(done.spent.values()):.3g} s{memory}"
@@ -138,6 +140,7 @@ def in_words(done: Round) -> str:
     return f"round {done.number}: {bars} ({verdict}); {sum(done.spent.values()):.3g} s{memory}"
 
 
+UNKNOWN: Final = "the end of the run cuts this landing, or neighbouring runs have no such landing"
 NO_VALUE: Final = (
     "a landing after which the reed stays pressed on, or that the end of the run cuts, has no restitution; a seat that "
     "is no modal body may not tell its displacement"
