@@ -27,6 +27,7 @@ from coverage_of_seats import KINDS
 import impact
 from impact.greens.base import GreensFunction
 from seatfem.machine.rates import Machine
+from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.method import COARSENING
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.rings import Division
@@ -145,6 +146,7 @@ def judge(index: int, seed: int = SEED) -> Truth:
     """The impact of one scene on a seat with waves, and on its statics alone."""
     start = perf_counter()
     with written(draw_scene(index, seed)) as (scene, _):
+        assert isinstance(scene.seat, Elastic)
         method = _finer(plan_scene(scene, without=("spring", "rod")).method)
         stated = as_stated(scene, method)
         seat = seat_of(scene, method=method.seat, mesh_error=False).greens
