@@ -44,7 +44,7 @@ COLUMNS = (
     *(f"{model}_{name}" for model in (ONE_PORT, BEAM) for name in MEASURES),
     *(f"{what}{where}" for where in ("", "_in_arcs") for what in ("seconds", "rounds", "met")),
 )
-LONGEST = 150  # s for a scene and its reference
+LONGEST = 600  # s for a scene and its reference
 
 
 class Several(Exception):

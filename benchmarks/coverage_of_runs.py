@@ -383,12 +383,12 @@ def line(v: Verdict) -> str:
     return head + ", ".join(one(name) for name in v.values) + f"; {v.seconds:.0f} s"
 
 
-class _TooLong(BaseException):
+class TooLong(BaseException):
     """Not to be caught by what runs."""
 
 
-def _stop(signum: int, frame: object) -> None:
-    raise _TooLong
+def stop(signum: int, frame: object) -> None:
+    raise TooLong
 
 
 def cover(
@@ -404,7 +404,7 @@ def cover(
     ``refused``: what a scene that is not to be judged ends with; by default, stated band, tolerance and duration that
     no Krylov space holds.
     """
-    signal.signal(signal.SIGALRM, _stop)
+    signal.signal(signal.SIGALRM, stop)
     done = {(v.seed, v.index) for v in read(path)}
     for index in indices:
         if (seed, index) not in done:
@@ -414,7 +414,7 @@ def cover(
             except refused as refusal:
                 print(f"{index:3d} refused: {refusal}", flush=True)  # noqa: T201
                 continue
-            except _TooLong:
+            except TooLong:
                 print(f"{index:3d} stopped: it or its reference takes more than {longest} s", flush=True)  # noqa: T201
                 continue
             finally:

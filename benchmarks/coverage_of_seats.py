@@ -59,7 +59,8 @@ class Case:
     reduction: str = "auto"
 
     def finer(self, stricter: float, reduction: str = "auto") -> Case:
-        """The reference: two levels finer, the tolerance divided by ``stricter``."""
+        """The reference: two levels finer, the tolerance divided by ``stricter``; the band is what is judged, and the
+        rings are the port whose g it is."""
         size, contact_size, tolerance = self.size / FINER, self.contact_size / FINER, self.tolerance / stricter
         return replace(self, size=size, contact_size=contact_size, tolerance=tolerance, reduction=reduction)
 

@@ -15,7 +15,7 @@ from seatfem.structures.kinds.reduced import Reduced
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.method import Method
 from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.structures.rings import MOST_PORTS, MOST_RINGS, Division
+from seatfem.structures.rings import FEWEST_ARCS, MOST_RINGS, Division
 from seatfem.structures.solved import Solved
 from seatfem.study.impacts.contact import (
     measures_of,
@@ -29,12 +29,12 @@ from seatfem.study.impacts.contact import (
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.method import RunMethod, as_stated
-from seatfem.study.planning.lips import FEWEST
 from seatfem.study.runs.rounds import Round
 from seatfem.study.scene import Scene
 
 LEAST_MODES, MOST_MODES = 60, 400  # of a beam in a reference
 MOST_STEPS: Final = 1_000_000
+MOST_PORTS: Final = 512  # of a lip in a reference: more take longer than they tell
 REFUSALS: Final = (ValueError, ArithmeticError, ConvergenceError)
 """What the program ends with in words where it cannot do what is asked."""
 
@@ -87,7 +87,7 @@ def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> t
     step = max(method.time_step / by.step, scene.run.duration / MOST_STEPS)
     seat, rings = _finer_seat(scene, method.seat, by), scene.contact.rings
     divided = by.divides and (scene.seat.is_meshed or method.ports is not None)
-    arcs = by.arcs * max(FEWEST, method.ports) if by.divides and method.ports is not None else method.ports
+    arcs = by.arcs * max(FEWEST_ARCS, method.ports) if by.divides and method.ports is not None else method.ports
     if divided:
         rings = max(by.rings, 2 * rings) if arcs is None else rings + by.across
         rings = min(MOST_RINGS, rings)

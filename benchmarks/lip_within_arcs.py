@@ -119,20 +119,22 @@ def touched(seat: ModalGreens, striker: impact.Body, gaps: Array, laws: list[Law
 def in_arcs(lips: Lips, arcs: int, case: tuple[str, str]) -> tuple[float, ...]:
     """By as many ports as contacts."""
     seat, striker, _ = lips.bodies(arcs)
-    return touched(seat, striker, gaps_of(lips.scene(arcs, *case), arcs), [impact.Signorini()] * arcs)
+    return touched(seat, striker, gaps_of(lips.scene(arcs, *case), Division(arcs)), [impact.Signorini()] * arcs)
 
 
 def in_parts(lips: Lips, case: tuple[str, str], parts: int, degree: int | None) -> tuple[float, ...]:
     """By interpolation."""
     seat, striker = divided(lips, parts, degree)
     contacts = FEW * parts
-    return touched(seat, striker, gaps_of(lips.scene(contacts, *case), contacts), [impact.Signorini()] * contacts)
+    return touched(
+        seat, striker, gaps_of(lips.scene(contacts, *case), Division(contacts)), [impact.Signorini()] * contacts
+    )
 
 
 def pressed_in_part(lips: Lips, case: tuple[str, str], share: float) -> tuple[float, ...]:
     """An arc of rise r takes k (x + r/2)^2/(2 r) at the mean penetration x, k a ``share`` of the seat's stiffness."""
     seat, striker, _ = lips.bodies(FEW)
-    fine = gaps_of(lips.scene(8 * FEW, *case), 8 * FEW).reshape(FEW, 8)
+    fine = gaps_of(lips.scene(8 * FEW, *case), Division(8 * FEW)).reshape(FEW, 8)
     rises = np.ptp(fine, axis=1) * 8 / 7
     stiffness = share / float(np.diag(seat.static_compliance()).mean())
     laws: list[Law] = [impact.HuntCrossley(stiffness / (2 * r), 0.0, 2.0) if r else impact.Signorini() for r in rises]

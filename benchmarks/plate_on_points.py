@@ -3,8 +3,9 @@
     python benchmarks/plate_on_points.py [first [last]]
 
 computes the landings that results/points_reference.csv lacks and appends a line for each: the scene as JSON, its grid,
-impulse and largest mean force with their doubts. Number 0 is stated, the others are drawn. Nothing of `impact` or
-`seatfem` is imported, here or in `points`.
+impulse and largest mean force with their doubts. Number 0 is stated, the others are drawn. Then landing 0 is computed
+with less said across the land, results/points_across.csv. Nothing of `impact` or `seatfem` is imported, here or in
+`points`.
 """
 
 from __future__ import annotations
@@ -17,12 +18,14 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
-from points.landing import Doubted, Grid, Landing, solve_with_doubt
+from points.landing import Doubted, Grid, Landing, solve_with_doubt, total_force
+from points.march import filtered_peak, impulse
 from points.outlines import Flapper, Outline, RingPlate, Sheet
 from points.plate import Material
 from points.seat import Seat
 
 FILE = Path(__file__).parent / "results" / "points_reference.csv"
+ACROSS = FILE.with_name("points_across.csv")
 SEED, DRAWN = 906, 12
 LONGEST = 300e-6  # s
 STEEL_REED = Material(206e9, 0.3, 7800.0)
@@ -125,6 +128,30 @@ def read_references() -> dict[int, tuple[str, Doubted]]:
         }
 
 
+def write_across() -> None:
+    """Write impulse [N s] and peak [N] of landing 0 with other points, and with less said across the land."""
+    landing, grid = stated_landing(), grid_of(stated_landing())
+    variants = {
+        "points": grid,
+        "other points": replace(grid, around=grid.around // 2, across=5),
+        "one opening across": replace(grid, level=True),
+        "one contact across": replace(grid, joined=True),
+    }
+    with ACROSS.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["variant", "around", "across", "impulse_Ns", "peak_N"])
+        for name, each in variants.items():
+            force = total_force(landing, each)
+            values = impulse(force, each.dt), filtered_peak(force, each.dt, landing.filter_width)
+            writer.writerow([name, each.around, each.across, *(f"{value:.6g}" for value in values)])
+
+
+def read_across() -> dict[str, tuple[float, float]]:
+    """Return impulse [N s] and peak [N] of landing 0 by variant."""
+    with ACROSS.open(newline="") as file:
+        return {row["variant"]: (float(row["impulse_Ns"]), float(row["peak_N"])) for row in csv.DictReader(file)}
+
+
 def main(first: int = 0, last: int = DRAWN) -> None:
     """Compute what is missing."""
     for number in range(first, last + 1):
@@ -140,6 +167,8 @@ def main(first: int = 0, last: int = DRAWN) -> None:
                 writer.writerow(FIELDS)
             values = (f"{value:.7g}" for value in asdict(numbers).values())
             writer.writerow([number, as_text(landing), json.dumps(asdict(grid)), *values])
+    if not ACROSS.is_file():
+        write_across()
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@
 runs the landings that results/points_reference.csv holds, as the product chooses, and writes results/points.csv, a row
 per landing and measure; numbers given are run again, the other rows stay. With --rings the scenes state as many parts
 across the land, and the table is results/points_with_N_rings.csv. A ratio is |difference| over bar plus doubt.
+`plate_on_points_page.py` then writes the page.
 """
 
 from __future__ import annotations

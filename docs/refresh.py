@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -20,6 +19,8 @@ import tempfile
 from pathlib import Path
 
 import first_picture
+import ring_valve_page
+from markers import between
 
 from impact.files.atomic import whole_file
 from seatfem.faces.cli import demo_scene, run_command
@@ -55,6 +56,7 @@ def main() -> None:
         run_scene(load_scene(ROOT / "examples" / f"{example}.toml"), made)
         copied(made, pictures)
     first_picture.main([])
+    ring_valve_page.main()
     in_python()
     part = Path(shutil.copyfile(ROOT / "meshes" / "valve_body.step", Path(tempfile.mkdtemp()) / "part.step"))
     run_command(["faces", str(part), "-o", str(ROOT / "docs" / "images" / "tutorial_faces.png"), "--quiet"])
@@ -131,14 +133,6 @@ def plan_table(plan: Plan) -> str:
     errors = ", ".join(f"{name.replace('_', ' ')} {100 * error:.2g} %" for name, error in plan.error.items())
     lines.append(f"\nPredicted: {plan.cost.seconds:.2g} s, {plan.cost.memory / 1e9:.2g} GB, error bars: {errors}.")
     return "\n".join(lines)
-
-
-def between(text: str, name: str, content: str) -> str:
-    """``text`` with what stands between the markers of ``name`` replaced."""
-    pattern = rf"(<!-- {name} -->\n).*?(<!-- /{name} -->)"
-    if not re.search(pattern, text, flags=re.DOTALL):
-        raise ValueError(f"README.md: no markers <!-- {name} --> ... <!-- /{name} -->")
-    return re.sub(pattern, lambda m: m[1] + content + "\n" + m[2], text, flags=re.DOTALL)
 
 
 def write(path: Path, text: str) -> None:

@@ -16,6 +16,7 @@ from impact.march.problem import ContactProblem
 FEWEST_STEPS = 10  # of a contact that counts as resolved; the impulse of shorter ones is off by a per cent and more
 UNRESOLVED_LIMIT = 0.1  # of the impulse
 DIGITS_LIMIT = 1e-6  # of the way that a contact yields
+GAIN_LIMIT = 1e-6  # of the energy that a law took: what round-off of the gap may pretend, as by `DIGITS_LIMIT`
 
 
 def contact_advice(force: Array, dt: float) -> Iterator[Advice]:
@@ -41,6 +42,34 @@ def contact_advice(force: Array, dt: float) -> Iterator[Advice]:
         "the step does not resolve them: their force and rebound are set by the step",
         f"use dt <= {dt * shortest / (2 * FEWEST_STEPS):.2g} s",
     )
+
+
+def gain_advice(problem: ContactProblem, force: Array, gap: Array) -> Iterator[Advice]:
+    """Contact laws that give back more work than they took while they were closed; force (n, p), gap (n + 1, p).
+
+    A contact that is closed at the start or at the end of the record is left out, as part of its work is not in it. So
+    is a rigid one, which bears its force at gap 0 alone and does no work there.
+    """
+    for number, contact in enumerate(problem.contacts):
+        if isinstance(contact.law, Signorini):
+            continue
+        work, inside = force[:, number] * np.diff(gap[:, number]), gap[:, number] < 0
+        closed = closed_steps(inside[:-1] | inside[1:] | (force[:, number] > 0))
+        whole = [(a, b) for a, b in closed if not (inside[a] or inside[b])]
+        took = np.array([-np.minimum(work[a:b], 0.0).sum() for a, b in whole])
+        gained = np.array([work[a:b].sum() for a, b in whole])
+        if not np.any(gained > GAIN_LIMIT * took.max(initial=0.0)):
+            continue
+        worst = int(np.argmax(gained))
+        yield Advice(
+            f"energy that the law of contact {number} gave back over what it took",
+            1 + gained[worst] / took[worst] if took[worst] > 0 else np.inf,
+            1 + GAIN_LIMIT,
+            f"it put {gained[worst]:.3g} J into the bodies in one touch, which no contact without a source of energy "
+            "does; the ledger counts it as a negative loss",
+            "let the law bear no more at any penetration while the bodies part than while they close; if it does not, "
+            "make its force rise with the penetration, which is what keeps a step from gaining energy",
+        )
 
 
 def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float) -> Iterator[Advice]:

@@ -14,6 +14,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impact.after.result import ImpactResult, of_contacts
 from impact.after.spectrum import MOVING_AVERAGE, Window, averaged, largest_average, transform
@@ -152,7 +153,7 @@ def contact_intervals(result: ImpactResult, *, contact: int | None = None) -> Ar
     return result.dt * closed_steps(of_contact(result, contact).solid[1:])
 
 
-def closed_steps(force: Array) -> Array:
+def closed_steps(force: Array | NDArray[np.bool_]) -> Array:
     """(n, 2) first step and the step after the last of each maximal run of steps with ``force`` > 0, (steps,) [N]."""
     closed = np.concatenate([[False], force > 0, [False]])
     return np.asarray(np.flatnonzero(np.diff(closed.astype(np.int8))).reshape(-1, 2))

@@ -177,9 +177,9 @@ class CompiledLaw:
     """Any law, at full speed: ``force(pen, pen_start, dt)`` [m, m, s -> N], written so that numba can compile it.
 
     It is called for pen > 0 and clipped at zero. Passive rule only, and passive if it does not decrease with pen and
-    its elastic part has a convex potential; the user answers for that, and the energy ledger shows it:
-    ``contact_loss`` must never fall below zero by more than round-off. All its work is booked as lost, as it declares
-    no potential.
+    its elastic part has a convex potential; the user answers for that, the energy ledger shows it, as ``contact_loss``
+    must never fall below zero by more than round-off, and a run advises where a touch gives energy. All its work is
+    booked as lost, as it declares no potential.
 
     Attributes:
         compiled: the law as a numba C callback, made by `compiled_law`.

@@ -20,6 +20,7 @@ from impact.march.motion import Discrete
 from impact.march.problem import ContactError, ContactProblem
 
 RULES = {"passive": PASSIVE, "conserving": CONSERVING, "blended": BLENDED}
+MOST_WEIGHTS = 8e9  # bytes of the step weights between all contacts
 MOST_STEPS = 2e8  # histories of a run: some 10 arrays of this length
 
 
@@ -141,12 +142,24 @@ def _memory(
             (marched if by_poles else turned).append((body.kernel.modal, turn))
         if body.kernel.weights is not None:
             found.append(np.einsum("ic,ijn,jd->cdn", turn, body.kernel.weights, turn, optimize=True))
+    if turned or found:
+        _refuse_weights(p, n, dt)
     if turned:
         found.append(history.Poles.of(turned, dt, p).weights(own, n))
     weights = np.ascontiguousarray(sum(found[1:], start=found[0])) if found else np.zeros((p, p, 0))
     if found:
         weights[:, :, 0] = own
     return history.Poles.of([*marched, *((part.free, part.turn) for part in flying)], dt, p), weights
+
+
+def _refuse_weights(contacts: int, steps: int, dt: float) -> None:
+    """Of bodies that are no sums of poles."""
+    need = 8.0 * contacts**2 * steps
+    if need > MOST_WEIGHTS:
+        raise ContactError(
+            f"{contacts} contacts over {steps} steps of {dt:g} s take {need / 1e9:.3g} GB of step weights (limit "
+            f"{MOST_WEIGHTS / 1e9:g} GB): use fewer contacts or longer steps, or bodies that are sums of poles"
+        )
 
 
 def _preloaded(

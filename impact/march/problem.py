@@ -14,8 +14,8 @@ from impact.greens.base import Array, GreensFunction
 from impact.march.film import NO_FILM, SqueezeFilm
 from impact.march.laws import Law, Parameters, Signorini
 
-MOST_CONTACTS: Final = 257
-"""Of a problem: a lip in 256 parts, and a stopper."""
+MOST_CONTACTS: Final = 8192
+"""Of a problem: what each yields to every other is kept in memory, 0.5 GB of so many."""
 
 
 class ContactError(ValueError):
@@ -99,7 +99,10 @@ class ContactProblem:
             body = as_body(target)
             contacts = (Contact(body, target_port or 0, gap or 0.0, law or Signorini(), 1, striker_port or 0, film),)
         if len(contacts) > MOST_CONTACTS:
-            raise ContactError(f"{len(contacts)} contacts: at most {MOST_CONTACTS} are solved together")
+            raise ContactError(
+                f"{len(contacts)} contacts: at most {MOST_CONTACTS} are solved together, whose compliances with each "
+                f"other take {8e-9 * MOST_CONTACTS**2:.2g} GB; join some of them"
+            )
         for contact in contacts:
             striker.greens.port_index(contact.striker_port)
         own = [c.law.compiled for c in contacts if hasattr(c.law, "compiled")]

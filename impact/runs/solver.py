@@ -7,7 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from impact.advice import Advice
-from impact.after.advice import contact_advice, digits_advice, direction_advice, overlap_advice, unsolved_advice
+from impact.after.advice import (
+    contact_advice,
+    digits_advice,
+    direction_advice,
+    gain_advice,
+    overlap_advice,
+    unsolved_advice,
+)
 from impact.after.result import EnergyLedger, ImpactResult, ledger
 from impact.greens.base import Array
 from impact.march.engines import Engine
@@ -94,6 +101,7 @@ def collect(stepper: ContactStepper) -> ImpactResult:
             *_advice(s, energy),
             *overlap_advice(s.problem, solid, gap, s.dt),
             *digits_advice(deflection, force, gap, s.own),
+            *gain_advice(s.problem, solid, gap),
             *contact_advice(solid, s.dt),
             *direction_advice(s.problem, whole),
         ),

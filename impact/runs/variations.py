@@ -19,6 +19,8 @@ from impact.runs.budget import Budget, Values, changes, is_time, larger, times, 
 
 FINE: Final = 16  # steps per filter width from which on coarser steps tell enough
 NARROWER: Final = 1.6  # ratio of bandwidths behind the share of the modes left out
+AT_ONCE: Final = 0.01  # of what lies above the modes, where it is taken for one that rings
+ROUND_OFF: Final = 1e-12  # of a compliance: what is less is no way that a body yields
 
 Run = Callable[[ContactProblem, float], Values]
 """The measures of a problem, marched with a step [s]."""
@@ -171,6 +173,38 @@ def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
         state = ModalState(state.displacement[kept], state.velocity[kept])
     loads = tuple(replace(load, shape=load.shape[kept]) for load in body.loads)
     return replace(body, greens=narrowed(g, highest), state=state, loads=loads)
+
+
+def ringing_on(body: Body, ratio: float = 1.0) -> Body | None:
+    """The body with what lies above its modes as modes at ``ratio`` times the highest, one for each way it yields.
+
+    A residual yields and does not ring; what it stands for rings, at the highest frequency or anywhere above. A part of
+    it, `AT_ONCE`, stays as it was, so that rigid contacts meet what yields at once. ``None`` where a body has no modes,
+    or nothing above them but mass.
+    """
+    g = body.greens.modal
+    if g is None or not np.any(g.omega):
+        return None
+    flexible = g.residual.static()
+    if not (np.all(np.isfinite(flexible)) and np.any(flexible)):
+        return None
+    last = int(np.argmax(g.omega))
+    values, ways = np.linalg.eigh((1 - AT_ONCE) * flexible)
+    kept = values > ROUND_OFF * values[-1]
+    omega = ratio * g.omega[last]
+    shapes = omega * (ways[:, kept] * np.sqrt(values[kept])).T
+    ringing = replace(
+        g,
+        omega=np.concatenate([g.omega, np.full(len(shapes), omega)]),
+        zeta=np.concatenate([g.zeta, np.full(len(shapes), g.zeta[last])]),
+        shapes=np.vstack([g.shapes, shapes]),
+        residual=g.residual.scaled(AT_ONCE),
+    )
+    at_rest, state = np.zeros(len(shapes)), body.state
+    if state is not None:
+        state = ModalState(*(np.concatenate([part, at_rest]) for part in (state.displacement, state.velocity)))
+    loads = tuple(replace(load, shape=np.concatenate([load.shape, at_rest])) for load in body.loads)
+    return replace(body, greens=ringing, state=state, loads=loads)
 
 
 def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:

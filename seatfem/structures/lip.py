@@ -129,6 +129,14 @@ class AnyLip(ABC):
         left, right = self.cuts(self.places_in_arcs.ravel())
         return np.asarray((left + right) / 2).reshape(self.arcs, -1, 2)
 
+    def lines(self) -> Array:
+        """(arcs, rings, n, 2) points of the centre lines of the parts, from the centre [m]: of one ring, of the lip."""
+        left, right = self.cuts(self.places_in_arcs.ravel())
+        inner, outer = self.edge_lines(len(left))
+        borders = _of_the_cut(ring_borders(self.rings)[:, None], widening(inner, outer))  # (rings + 1, n)
+        points = left + ((borders[:-1] + borders[1:]) / 2)[..., None] * (right - left)
+        return points.reshape(self.rings, self.arcs, -1, 2).transpose(1, 0, 2, 3)
+
     @property
     def places_in_arcs(self) -> Array:
         """(arcs, n) places of `line`."""
@@ -252,7 +260,8 @@ def check_parts(lip: AnyLip) -> None:
     """Raise `ModelError` of numbers of parts below one, or above `MOST_PORTS` together."""
     if not (lip.arcs >= 1 and lip.rings >= 1 and lip.arcs * lip.rings <= MOST_PORTS):
         raise ModelError(
-            f"a lip of {lip.arcs} arcs by {lip.rings} rings: each at least 1, together at most {MOST_PORTS}"
+            f"a lip of {lip.arcs} arcs by {lip.rings} rings: each at least 1, together at most {MOST_PORTS}: take "
+            "fewer contact.ports or contact.rings"
         )
 
 

@@ -23,8 +23,12 @@ from impact.greens.base import Array, GreensFunction, GreensFunctionError
 CONTACT: Final = "contact"
 ARC: Final = "arc"
 MOST_RINGS = 16
-MOST_PORTS: Final = 256  # parts of a patch
-OF_TWICE: Final = 4 / 3  # error of so many arcs, over what twice as many change: of second order
+MOST_PORTS: Final = 4096  # parts of a patch, whose compliances fill a matrix of 0.13 GB; time and memory allow fewer
+MOST_CHOSEN: Final = 256  # parts that are taken unless more are stated; also behind error bars
+OF_TWICE: Final = 4 / 3  # error of so many arcs, or rings, over what twice as many change: of second order
+FEWEST_ARCS: Final = 16  # of a lip: fewer tell nothing of how they converge
+ACROSS: Final = (1, 3, 6)  # rings of the arcs of a lip to choose from: each number's borders are among the next one's
+OF_ONE: Final = 1.5  # error of one ring across an arc, over what three change: of five landings, at most 1.45
 ENOUGH = 4  # rings of the patch behind the error of fewer than three
 _STRIP = 5.2  # p^2 times the error of p rings over that of one, of a strip, p -> infinity
 
@@ -64,6 +68,11 @@ class Division:
     def names(self) -> tuple[str, ...]:
         """Of the ports."""
         return _names(self)
+
+    @property
+    def count(self) -> int:
+        """Of the parts."""
+        return self.arcs * self.rings
 
     @property
     def shares(self) -> Array:
@@ -122,17 +131,23 @@ def parts_behind(division: Division) -> Division:
     or `rings_behind` rings."""
     if division.arcs > 1:
         twice = Division(2 * division.arcs, division.rings)
-        return twice if len(twice.names) <= MOST_PORTS else division
+        return twice if twice.count <= MOST_CHOSEN else division
     return Division(1, rings_behind(division.rings))
 
 
-def arcs_joined(greens: GreensFunction, there: Division, arcs: int) -> GreensFunction:
-    """A body that other ports stand before the parts of a lip in ``there``, with these in fewer arcs; it itself where
+def across_behind(rings: int) -> tuple[int, float]:
+    """Rings across each arc that tell what ``rings`` leave, more of them or one, and that over what these change."""
+    if rings == 1:
+        return ACROSS[1], OF_ONE
+    return (2 * rings, OF_TWICE) if 2 * rings <= MOST_RINGS else (1, left_by(rings))
+
+
+def parts_joined(greens: GreensFunction, there: Division, less: Division) -> GreensFunction:
+    """A body that other ports stand before the parts of a lip in ``there``, with these in fewer parts; it itself where
     it has no such parts."""
     before = len(greens.ports) - len(there.names)
-    if before < 0 or greens.ports[before:] != there.names:
+    if less == there or before < 0 or greens.ports[before:] != there.names:
         return greens
-    less = Division(arcs, there.rings)
     weights: Array = np.eye(len(greens.ports), before + len(less.names))
     weights[before:, before:] = _joining(there, less)
     return greens.combined(weights, (*greens.ports[:before], *less.names))

@@ -65,9 +65,10 @@ class RunMethod:
         """Arcs of the seat's lip; ``None`` where it is struck as a whole."""
         return None if self.seat.lip is None else self.seat.lip.arcs
 
-    def along(self, scene: Scene, ports: int | None) -> RunMethod:
-        """With the lip in so many arcs; sectors of the seat have none."""
-        lip = lip_of(scene, ports)
+    def along(self, scene: Scene, ports: int | None, rings: int | None = None) -> RunMethod:
+        """With the lip in so many arcs and rings, by default those that the scene states; sectors of the seat have
+        none."""
+        lip = lip_of(scene, ports, rings)
         rings = self.seat.rings if lip is None else lip.rings
         level: AnyLevel = "3d" if lip is not None and self.seat.level == "sector" else self.seat.level
         seat = replace(self.seat, level=level, lip=lip, rings=rings)

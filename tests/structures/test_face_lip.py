@@ -193,7 +193,7 @@ def test_a_face_that_is_no_strip_is_refused() -> None:
 
 def test_too_many_parts_are_refused() -> None:
     with pytest.raises(ModelError, match=f"together at most {MOST_PORTS}"):
-        FaceLip(SLOT, 200, 2)
+        FaceLip(SLOT, 2100, 2)
 
 
 # Lips that are no rings about their middles

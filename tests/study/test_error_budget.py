@@ -1,23 +1,25 @@
 """Error bars of measures: how the runs behind them are made, and that they hold."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import impact
-from impact.greens.base import GreensFunctionError
+from impact.greens.base import ErrorEstimate, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.sums import ScaledGreens
 from impact.runs.budget import SAFETY, Budget, safety
 from impact.runs.variations import narrowed
 from seatfem.structures.solved import Solved
-from seatfem.study.accuracy.error_budget import error_budget, with_jumps
+from seatfem.study.accuracy.error_budget import error_budget, with_floors, with_jumps
 from seatfem.study.impacts.contact import run_contacts, striker_of
 from seatfem.study.impacts.measures import SOURCES, bar_keys, measured
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import stated_method
+from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import Blow, ContactDuration, Impulse, all_measures
 
@@ -112,6 +114,27 @@ def test_a_budget_adds_up_and_names_what_dominates() -> None:
         Budget(dict.fromkeys(all_measures(), 0.0), {"mesh": dict.fromkeys(all_measures(), 0.1)}).relative("impulse")
         == math.inf
     )
+
+
+def test_no_part_is_below_what_its_model_can_know() -> None:
+    """A measure that g does not move has the floors of what can err, and nothing of what cannot."""
+    parts = {"mesh": {"impulse": 1e-9}, "time_step": {"impulse": 1e-9}, "model": {"impulse": 0.5}}
+    found = with_floors(Budget({"impulse": 10.0}, parts, SOURCES), {"mesh": 1e-4, "model": 1e-3})
+    assert found.parts == {"mesh": {"impulse": 1e-3}, "time_step": {"impulse": 1e-9}, "model": {"impulse": 0.5}}
+
+
+def test_a_seat_taken_for_a_spring_has_its_floor(scene: Scene) -> None:
+    """The impulse of a mass on a spring is 2 m V whatever its stiffness: the floor alone knows of waves."""
+    striker, seat = striker_of(scene), impact.spring(stiffness=40e6)
+    result, method = run_contacts(scene, striker, seat, 1e-8).seat, stated_method(scene)
+    as_spring = replace(method, seat=replace(method.seat, level="spring"))
+    solved = Solved(seat.with_error(ErrorEstimate(1e-3, 1e-3), {}), plane=True)
+    found = error_budget(scene, as_spring, solved, striker, Touches(result))
+    floors = {**FLOORS, "model": FLOOR_OF_SPRING, "patch": 0.0}
+    for source in ("model", "mesh", "reduction"):
+        assert found.parts[source]["impulse"] >= floors[source] * found.values["impulse"] > 0
+    exact = error_budget(scene, method, Solved(seat, plane=True), striker, Touches(result))
+    assert all(exact.parts[source]["impulse"] == 0 for source in ("model", "mesh", "reduction"))
 
 
 def touches(*pieces: tuple[int, float]) -> Blow:

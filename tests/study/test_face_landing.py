@@ -77,7 +77,7 @@ def test_a_tilt_opens_a_slot_by_a_plane(tmp_path: Path, axis: float, slopes: tup
     scene = scene_of(tmp_path, SLOT, f'ports = 48\ntilt = "0.3 deg"\ntilt_axis = "{axis} deg"\n')
     lip = scene.seat.lip(48)
     assert lip is not None
-    gaps, rise = gaps_of(scene, 48), math.tan(math.radians(0.3))
+    gaps, rise = gaps_of(scene, Division(48)), math.tan(math.radians(0.3))
     (mean, *found) = best_plane(gaps[None], closed_line(lip))[0]
     np.testing.assert_allclose(found, rise * np.array(slopes), atol=1e-6 * rise)
     if axis in (0.0, 90.0):

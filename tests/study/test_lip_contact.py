@@ -122,7 +122,7 @@ def test_a_tilt_opens_as_a_sine(tmp_path: Path, axis: float, lowest: float) -> N
     """R tan(tilt) (1 + sin(th - axis)), its mean over arcs of 2 pi/N that times sinc(1/N) in its sine; 128 midpoints of
     each arc leave (pi/4096)^2/6, 1e-7. Roll lets the side at 270 deg touch first, pitch the tip."""
     arcs = 32
-    gaps = gaps_of(scene_of(tmp_path, keys(arcs, ("0.3 deg", f"{axis} deg"))), arcs)
+    gaps = gaps_of(scene_of(tmp_path, keys(arcs, ("0.3 deg", f"{axis} deg"))), Division(arcs))
     th = 2 * np.pi * (np.arange(arcs) + 0.5) / arcs
     rise = RADIUS * math.tan(math.radians(0.3))
     expected = GAP + rise * (1 + np.sinc(1 / arcs) * np.sin(th - math.radians(axis)))
@@ -130,7 +130,7 @@ def test_a_tilt_opens_as_a_sine(tmp_path: Path, axis: float, lowest: float) -> N
     down = th[np.argmin(gaps)]
     assert abs(math.remainder(down - math.radians(lowest), 2 * np.pi)) < 1.001 * np.pi / arcs
     assert gaps.min() > GAP  # a mean over an arc; of ever more arcs it is the gap
-    many = gaps_of(scene_of(tmp_path, keys(256, ("0.3 deg", f"{axis} deg"))), 256)
+    many = gaps_of(scene_of(tmp_path, keys(256, ("0.3 deg", f"{axis} deg"))), Division(256))
     assert many.min() == pytest.approx(GAP, abs=2e-4 * rise)  # (pi/256)^2 (1/6 + 1/2)
 
 
@@ -138,22 +138,22 @@ def test_joined_arcs_open_by_their_mean(tmp_path: Path) -> None:
     scene = scene_of(
         tmp_path, keys(64, ROLL, 'waviness = [["10 deg", "0 um"], ["130 deg", "7 um"], ["200 deg", "2 um"]]\n')
     )
-    fine, coarse = gaps_of(scene, 64), gaps_of(scene, 16)
+    fine, coarse = gaps_of(scene, Division(64)), gaps_of(scene, Division(16))
     np.testing.assert_allclose(fine.reshape(16, 4).mean(axis=1), coarse, rtol=1e-12)
-    assert np.all(gaps_of(scene_of(tmp_path, keys(64)), 64) == GAP)
+    assert np.all(gaps_of(scene_of(tmp_path, keys(64)), Division(64)) == GAP)
 
 
 def test_waviness_is_linear_between_its_angles(tmp_path: Path) -> None:
     """A tent from 0 at 0 deg to 8 um at 90 deg and back at 180 deg, with 4 arcs: means 4, 4, 0, 0 um; tilted the other
     way by negative heights, the smallest is where it dips."""
     tent = 'waviness = [["0 deg", "0 um"], ["90 deg", "8 um"], ["180 deg", "0 um"]]\n'
-    gaps = gaps_of(scene_of(tmp_path, keys(4, FLAT, tent)), 4)
+    gaps = gaps_of(scene_of(tmp_path, keys(4, FLAT, tent)), Division(4))
     np.testing.assert_allclose(gaps, GAP + np.array([4e-6, 4e-6, 0, 0]), atol=1e-9)
-    dip = gaps_of(scene_of(tmp_path, keys(4, FLAT, tent.replace("8 um", "-8 um"))), 4)
+    dip = gaps_of(scene_of(tmp_path, keys(4, FLAT, tent.replace("8 um", "-8 um"))), Division(4))
     np.testing.assert_allclose(dip, GAP + np.array([4e-6, 4e-6, 8e-6, 8e-6]), atol=8e-9)
     around = 'waviness = [["-45 deg", "0 um"], ["135 deg", "8 um"]]\n'  # and on to 315 deg, which is -45 deg
     np.testing.assert_allclose(
-        gaps_of(scene_of(tmp_path, keys(4, FLAT, around)), 4), GAP + 1e-6 * np.array([4, 7, 4, 1]), atol=1e-8
+        gaps_of(scene_of(tmp_path, keys(4, FLAT, around)), Division(4)), GAP + 1e-6 * np.array([4, 7, 4, 1]), atol=1e-8
     )
 
 

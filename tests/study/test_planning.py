@@ -18,21 +18,24 @@ from impact.runs.budget import SAFETY
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.machine.rates import Machine
 from seatfem.structures import cache
+from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.mesh_size import Sizes, mesh_error, sizes_for
 from seatfem.structures.kinds import Annular
 from seatfem.structures.method import LevelError
 from seatfem.structures.store import Store
 from seatfem.study.accuracy.prerun import Bench, advanced, first_look
 from seatfem.study.accuracy.sensitivity import Rung, Sensitivity, no_better_than_finer
-from seatfem.study.impacts.contact import RunError, measures_of, problem_of, striker_of
+from seatfem.study.impacts.contact import RunError, measures_of, problem_of, seat_of, striker_of
 from seatfem.study.impacts.measures import SOURCES
 from seatfem.study.method import BAND, STEP, RunMethod, as_stated, is_given, stated_method
+from seatfem.study.planning import coarse_seat
+from seatfem.study.planning.coarse_seat import changes_on, coarse_method, without_waves
 from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
 from seatfem.study.planning.seen import BANDS, Seen
-from seatfem.study.safety import AIM, FREE
+from seatfem.study.safety import AIM, DOUBT_OF_COARSE, FREE
 from seatfem.study.scene import Scene
 
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
@@ -386,10 +389,11 @@ class TestSeatsAtHand:
     @pytest.mark.parametrize("target", ["1 %", "5 %"])
     def test_a_seat_at_least_as_fine_is_used(self, target: str, tmp_path: Path) -> None:
         store = Store(tmp_path / "kept")
-        fine = plan_scene(scene_of(ANNULAR, REED, accuracy__target="1 %"), store=store)
+        waves = {"seat__model": "axisymmetric"}
+        fine = plan_scene(scene_of(ANNULAR, REED, accuracy__target="1 %", **waves), store=store)
         assert not fine.kept
         self.keep(fine, store)
-        again = plan_scene(scene_of(ANNULAR, REED, accuracy__target=target), store=store)
+        again = plan_scene(scene_of(ANNULAR, REED, accuracy__target=target, **waves), store=store)
         assert again.kept
         assert key_of(again) == key_of(fine)
         assert again.cost.seconds < fine.cost.seconds
@@ -462,6 +466,114 @@ class TestPreRuns:
         assert ring is not None
         assert arc is not None
         assert ring.area == pytest.approx(6 * arc.area)
+
+
+BENT = f"""
+[seat]
+kind = "block"
+damping_ratio = 0.0022
+width = "9.93 mm"
+depth = "9.02 mm"
+thickness = "7.33 mm"
+patch_width = "3.58 mm"
+patch_depth = "2.70 mm"
+{STEEL}
+[reed]
+kind = "cantilever"
+length = "36.4 mm"
+width = "5.71 mm"
+thickness = "0.364 mm"
+damping_ratio = 0.0066
+release = {{ tip_deflection = "0.274 mm" }}
+[contact]
+gap = "0.0422 mm"
+law = {{ kind = "spring", stiffness = "185 N/um" }}
+[run]
+duration = "1.66 ms"
+filter_width = "1.66 us"
+[accuracy]
+target = "1.4 %"
+"""
+CONE = """
+[seat]
+kind = "conical"
+material = "grey cast iron"
+damping_ratio = 0.0034
+half_angle = "32.6 deg"
+bore_radius = "4.27 mm"
+face_width = "1.82 mm"
+contact_width = "1.52 mm"
+outer_radius = "8.36 mm"
+thickness = "6.87 mm"
+[reed]
+kind = "rigid_mass"
+mass = "26.4 g"
+velocity = "-0.39 m/s"
+[run]
+duration = "0.18 ms"
+filter_width = "6.9 us"
+[accuracy]
+target = "8 %"
+"""
+
+
+class TestWithoutWaves:
+    """Where the surrogate leaves open whether a spring is enough, a coarse real seat tells."""
+
+    @staticmethod
+    def seen(*parts: str) -> Seen:
+        scene = scene_of(*parts)
+        return Seen.of(scene, scene.seat.surrogate(scene.run.duration, scene.reed.face), Machine())
+
+    @staticmethod
+    def level(seen: Seen) -> str:
+        return Choices(seen).cheapest(seen.scene.accuracy.target).level
+
+    def test_a_spring_is_said_to_be_enough_that_estimates_leave_open(self) -> None:
+        seen = self.seen(BENT)
+        found = without_waves(seen)
+        assert found.measured
+        assert found.enough(seen.scene.accuracy.target)
+        assert self.level(replace(seen, look=0.0)) != "spring"
+        assert self.level(seen) == "spring"
+
+    def test_a_seat_whose_waves_count_keeps_them(self) -> None:
+        """What a spring changes is the target itself: 1.0 of it, on a fine seat, too."""
+        seen = self.seen(CONE)
+        found = without_waves(seen)
+        assert found.measured
+        assert not found.enough(seen.scene.accuracy.target)
+        assert self.level(seen) == "axisymmetric"
+
+    def test_a_coarse_seat_changes_as_much_as_a_fine_one(self) -> None:
+        """Of a mesh twice as fine and a band twice as wide, within the doubt that plans have."""
+        seen = self.seen(CONE)
+        method = coarse_method(seen)
+        assert method.size is not None
+        assert method.contact_size is not None
+        assert method.bandwidth is not None
+        twice = replace(
+            method, size=method.size / 2, contact_size=method.contact_size / 2, bandwidth=2 * method.bandwidth
+        )
+        coarse, fine = (
+            changes_on(seen, seat_of(seen.scene, method=each, mesh_error=False).greens) for each in (method, twice)
+        )
+        assert fine["filtered_peak"] > 0.01
+        assert 1 / DOUBT_OF_COARSE < coarse["filtered_peak"] / fine["filtered_peak"] < DOUBT_OF_COARSE
+
+    def test_a_seat_that_cannot_be_made_is_the_run_s_to_tell_of(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        def impossible(*args: object, **more: object) -> None:
+            raise ModelError("no mesh")
+
+        monkeypatch.setattr(coarse_seat, "seat_of", impossible)
+        found = without_waves(self.seen(BENT))
+        assert not found.measured
+
+    def test_the_plan_tells_by_what_it_knows(self) -> None:
+        reason = plan_scene(scene_of(CONE), Machine()).choice("seat.model").reason
+        assert "without waves" in reason
+        assert "measured on a coarse mesh of the seat" in reason
+        assert "enough" not in reason
 
 
 class TestChoosing:

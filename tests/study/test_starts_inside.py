@@ -47,7 +47,8 @@ def test_the_gap_that_is_asked_for_serves_and_no_less(tmp_path: Path) -> None:
     assert greens.modal is not None
     assert state is not None
     bent = greens.modal.shapes.T @ state.displacement
-    openings = gaps_of(scene, 16) + bent[[greens.port_index(contact.striker_port) for contact in found.contacts]]
+    openings = gaps_of(scene, Division(16))
+    openings = openings + bent[[greens.port_index(contact.striker_port) for contact in found.contacts]]
     assert openings.min() == pytest.approx(0.01e-6, abs=0.03e-6)
     with pytest.raises(SceneError, match="begin inside it"):
         problem(tmp_path, "-40 um", tilt.format(1 + 0.97 * more))
@@ -69,4 +70,4 @@ def test_arcs_of_a_tilted_stopper(tmp_path: Path) -> None:
 def test_nothing_is_asked_of_what_starts_flat(tmp_path: Path) -> None:
     scene, found = problem(tmp_path, "0.1 mm", 'gap = "0 um"')
     check_start(scene, impact.Body(found.striker.greens), found.contacts)
-    assert np.all(gaps_of(scene, 16) == 0)
+    assert np.all(gaps_of(scene, Division(16)) == 0)

@@ -18,6 +18,7 @@ from impact.storage.hdf5 import load_results
 from seatfem.structures.elements.mindlin import average
 from seatfem.structures.lip import AnyLip, Patch
 from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.rings import Division
 from seatfem.structures.sheets import Sheet, model_of, plate_modes
 from seatfem.study.impacts.contact import seat_of
 from seatfem.study.runs.next_round import Limits
@@ -94,7 +95,16 @@ def case(folder: Path, law: str) -> Case:
     assert done.plan is not None
     result, method = load_results(folder / "out" / "result.h5")["lip"], done.plan.method
     seat, sheet, lip = seat_of(scene, method=method.seat, mesh_error=False).model, scene.reed.sheet(), method.reed.lip
-    return Case(done.summary, result.force[1:], result.dt, sheet, lip, model_of(sheet, (lip,)), seat, gaps_of(scene, 8))
+    return Case(
+        done.summary,
+        result.force[1:],
+        result.dt,
+        sheet,
+        lip,
+        model_of(sheet, (lip,)),
+        seat,
+        gaps_of(scene, Division(8)),
+    )
 
 
 def thrown(sheet: Sheet, reed: SecondOrderModel) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -21,42 +22,47 @@ from seatfem.structures.estimates.arcs import on_its_patch
 from seatfem.structures.rings import (
     OF_TWICE,
     Division,
+    across_behind,
     as_a_whole,
     divided_less,
     left_by,
     parts_behind,
+    parts_joined,
     rings_of,
     with_fewer_rings,
 )
 from seatfem.structures.statics import with_start
 from seatfem.study.accuracy.other_bodies import of_stopper, of_striker, other_modes
 from seatfem.study.accuracy.prerun import Bench, window_of
+from seatfem.study.accuracy.record_end import CLOCK, LastTouch, clock_off, with_end, without_clock
 from seatfem.study.accuracy.seat_waves import waves_beside
 from seatfem.study.impacts.contact import (
     STEP_BYTES,
     in_flight,
-    measures_of,
     problem_of,
+    record_of,
     solved_striker,
     stopper_of,
     striker_of,
 )
+from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.measures import (
     LIP,
     SOURCES,
     STOPPER,
     STRIKER,
+    RunRecord,
     blow_of,
+    is_time,
     landing_name,
-    stopper_values,
-    values_of_landings,
+    values_of_record,
 )
 from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.method import RunMethod, chooses_one_port
-from seatfem.study.safety import ONE_PORT_BAR, SHEAR_SHARE, SHORT
+from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS, ONE_PORT_BAR, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import lip_of
-from seatfem.study.scene.measures import FIRST, HARDEST, Blow, ContactDuration, all_measures, values_of
+from seatfem.study.scene.lips import across_of, arcs_behind_rings, lip_of
+from seatfem.study.scene.measures import FIRST, HARDEST, Blow, ContactDuration, all_measures
 
 if TYPE_CHECKING:
     from seatfem.structures.solved import Solved
@@ -84,7 +90,8 @@ def error_budget(
       (`Structure.beyond`); a thick reed's shear.
     - patch: a patch that moves as its mean is softer than under the striker's face. In place of one ring or two, the
       patch in `ENOUGH` of them, on the coarser mesh; of more, what one ring in their place changes, times
-      `seatfem.structures.rings.left_by`. A rod or spring has no patch, and of a function from a file it is not known.
+      `seatfem.structures.rings.left_by`. Of a lip in arcs, what twice as many arcs change, and what more rings across
+      them do, both on both bodies. A rod or spring has no patch, and of a function from a file it is not known.
     - striker: mesh, reduction and level of one that was computed (``reed``), as those of the seat; what is not known of
       them is named beside the bars.
     - lip: of one port that a plan has chosen, what arcs in its place change, on the waves of the seat as a whole over a
@@ -100,22 +107,55 @@ def error_budget(
 
     def flight(body: impact.Body, dt: float) -> Discrete:
         if (id(body), dt) not in known:
-            known[id(body), dt] = body, in_flight(scene, body, dt)
+            known[id(body), dt] = body, in_flight(body, dt, scene.run.duration)
         return known[id(body), dt][1]
 
-    def run(varied: ContactProblem, dt: float) -> Values:
-        return measures_of(scene, varied, dt, flight, touches.landings)
-
     blow = blow_of(touches, width, stress, scene.accuracy.landing)
-    values, finer = values_of(blow), _finer_step(scene, method, problem, touches)
-    values |= stopper_values(touches.stopper_force, result.dt, width)
-    if touches.landings is not None:
-        values |= values_of_landings(touches.landings)
+    last, like = LastTouch.of(blow), touches.landings
+    own = RunRecord(blow, like, touches.stopper_force)
+
+    def values_with_clock(record: RunRecord) -> Values:
+        return {**values_of_record(record, like), CLOCK: last.time(record.blow)}
+
+    def run(varied: ContactProblem, dt: float) -> Values:
+        return values_with_clock(record_of(scene, varied, dt, flight, like))
+
+    finer = _finer_step(scene, method, problem, touches)
     at_once = _at_once(len(result.force) * len(problem.contacts))
+    values = values_with_clock(own)
     left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer, threads=at_once)
+    left = _with_end(scene, problem, left, result.dt, like)
     names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP) if name in found))
     known_parts = {str(s): left.parts[s] for s in names if s in left.parts}
-    return with_jumps(Budget(values, known_parts, (*names, *unknown)), blow)
+    floors = {source: least for source, least in FLOORS.items() if found[source]}
+    if method.seat.level == "spring":
+        floors["model"] = FLOOR_OF_SPRING
+    return with_jumps(with_floors(Budget(left.values, known_parts, (*names, *unknown)), floors), blow)
+
+
+def with_floors(left: Budget, floors: Mapping[str, float]) -> Budget:
+    """With no part of a source below what its model can know, relative to the measure, as `seatfem.study.safety` has
+    it; but of when a landing begins, which a share of the time before it says nothing of."""
+    raised = {
+        source: {
+            name: value if is_time(name) else max(value, floors.get(source, 0.0) * abs(left.values[name]))
+            for name, value in part.items()
+        }
+        for source, part in left.parts.items()
+    }
+    return replace(left, parts=raised)
+
+
+def _with_end(scene: Scene, problem: ContactProblem, left: Budget, dt: float, like: Landings | None) -> Budget:
+    """With what the end of the record cuts off; where g is not known beyond it, of touches before it alone."""
+    duration, known = scene.run.duration, min(body.greens.valid_for for body in (problem.striker, *problem.targets))
+    off = min(clock_off(left), duration / 2)
+    if off > 0:
+        dt = 2 * dt if 4 * dt <= scene.run.filter_width else dt
+        longest = max(duration, min(duration + off, known))
+        record = record_of(scene, problem, dt, like=like, duration=longest, stresses=False)
+        left = with_end(left, record.blow, duration, off)
+    return without_clock(left)
 
 
 def with_jumps(left: Budget, blow: Blow) -> Budget:
@@ -227,7 +267,8 @@ def _of_patch(scene: Scene, method: RunMethod, seat: Solved, problem: ContactPro
     division, model = Division.of(seat.greens), seat.in_rings
     rings = division.rings
     if division.arcs > 1:
-        return _of_arcs(scene, method, seat, problem)
+        along, across = _of_arcs(scene, method, seat, problem), of_rings_across(scene, method, seat, problem)
+        return None if along is None or across is None else (*along, *across)
     if rings > 2:
         return ((_with_seat(scene, problem, with_fewer_rings(seat.greens, 1), left_by(rings)),),)
     if model is None:
@@ -244,31 +285,62 @@ def _of_arcs(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProb
         return None
     if other == division:
         other, weight = Division(division.arcs // 2, division.rings), OF_TWICE - 1
-    striker = _along(scene, method, other.arcs) if scene.reed.meets_lips else problem.striker
+    striker = _along(scene, method, other) if scene.reed.meets_lips else problem.striker
     stopper, same = stopper_in(problem), impact.Body(divided_less(finer, division))
     as_before = problem_of(scene, problem.striker, same, stopper)
     varied = problem_of(scene, striker, impact.Body(divided_less(finer, other)), stopper)
     return ((Variation(varied, weight, as_before),),)
 
 
+def of_rings_across(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:
+    """What more rings across the arcs of the lip change, on both bodies, each part open by the height of its own.
+
+    On the seat as a whole over a half-space, which tells the parts from each other; the rings hardly depend on the
+    arcs, of which half as many serve. A film knows no rings.
+    """
+    division = Division.of(seat.greens)
+    rings, weight = across_behind(division.rings)
+    arcs, most = arcs_behind_rings(scene, division), max(rings, division.rings)
+    lip, surrogate = lip_of(scene, arcs, most), scene.seat.surrogate(scene.run.duration, scene.reed.face)
+    whole = as_a_whole(seat.greens).modal or surrogate.greens.modal
+    if scene.contact.film is not None:
+        return ()
+    if lip is None or whole is None or surrogate.patch is None:
+        return None
+    many, there = on_its_patch(whole, lip, surrogate.patch), Division(arcs, most)
+    plate = _greens_along(scene, method, there) if scene.reed.meets_lips else None
+
+    def struck(division: Division) -> ContactProblem:
+        striker = problem.striker if plate is None else striker_of(scene, greens=parts_joined(plate, there, division))
+        return problem_of(scene, striker, impact.Body(divided_less(many, division)), stopper_in(problem))
+
+    return ((Variation(struck(Division(arcs, rings)), weight, struck(Division(arcs, division.rings))),),)
+
+
 def _of_one_port(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:
-    """`ONE_PORT_BAR` times what as many arcs as a scene has by default change, against one port on the same
-    half-space, and as it was run: one change may be small by accident."""
-    lip, surrogate = lip_of(scene), scene.seat.surrogate(scene.run.duration, scene.reed.face)
+    """`ONE_PORT_BAR` times what as many arcs as a scene has by default, each with rings across, change, against one
+    port on the same half-space, and as it was run: one change may be small by accident."""
+    lip, surrogate = lip_of(scene, None, across_of(scene)), scene.seat.surrogate(scene.run.duration, scene.reed.face)
     whole = as_a_whole(seat.greens).modal or surrogate.greens.modal
     if lip is None or whole is None or surrogate.patch is None:
         return None
     many, stopper = on_its_patch(whole, lip, surrogate.patch), stopper_in(problem)
-    one = divided_less(many, Division(1, lip.rings))
+    one = divided_less(many, Division(1, scene.contact.rings))
     as_before = problem_of(scene, problem.striker, impact.Body(one), stopper)
-    varied = problem_of(scene, _along(scene, method, lip.arcs), impact.Body(many), stopper)
+    varied = problem_of(scene, _along(scene, method, lip.division), impact.Body(many), stopper)
     return ((Variation(varied, ONE_PORT_BAR, as_before), Variation(varied, ONE_PORT_BAR)),)
 
 
-def _along(scene: Scene, method: RunMethod, arcs: int) -> impact.Body:
-    """The plate with the lip in so many arcs."""
-    solved = solved_striker(scene, method=method.along(scene, arcs).reed, mesh_error=False)
-    return striker_of(scene, greens=None if solved is None else solved.greens)
+def _along(scene: Scene, method: RunMethod, parts: Division) -> impact.Body:
+    """The plate with the lip in these parts."""
+    return striker_of(scene, greens=_greens_along(scene, method, parts))
+
+
+def _greens_along(scene: Scene, method: RunMethod, parts: Division) -> GreensFunction | None:
+    """Of the plate with the lip in these parts."""
+    along = method.along(scene, parts.arcs, parts.rings)
+    solved = solved_striker(scene, method=along.reed, mesh_error=False)
+    return None if solved is None else solved.greens
 
 
 def _with_seat(scene: Scene, problem: ContactProblem, greens: GreensFunction, weight: float = 1.0) -> Variation:

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from impact.bodies.body import Body
 from impact.greens.base import GreensFunction
 from impact.march.problem import ContactProblem
-from impact.runs.variations import Terms, Variation, narrower, of_g, with_body
+from impact.runs.variations import Terms, Variation, narrower, of_g, ringing_on, with_body
 from seatfem.structures.rings import OF_TWICE, Division, divided_less, face_compliance, left_by, parts_behind
 from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import problem_of, solved_stopper, solved_striker, striker_of
 from seatfem.study.impacts.touches import stopper_in
 from seatfem.study.method import RunMethod
-from seatfem.study.safety import FEW, FEWER, HALF, MANY, OF_MODES
+from seatfem.study.safety import BEYOND, FELT, FEW, FEWER, HALF, MANY, OF_MODES
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import behind_the_reed
 
@@ -105,12 +107,30 @@ def _of_solved(
         mesh = ((Variation(coarser, 1 / (solved.refinement - 1)),),)
     reduction = of_g(problem, body, stated.reduction)
     if reduction is not None and modes:
-        fewer = ((narrower(body, ratio), share) for ratio, share in OF_MODES)
-        reduction = (
-            *reduction,
-            tuple(Variation(with_body(problem, body, each), w) for each, w in fewer if each is not None),
-        )
+        others = (Variation(with_body(problem, body, each), share) for each, share in with_other_modes(body))
+        reduction = (*reduction, tuple(others))
     return {"mesh": mesh, "reduction": reduction, "level": of_g(problem, body, solved.level_error)}
+
+
+def with_other_modes(body: Body) -> Iterator[tuple[Body, float]]:
+    """A plate with other modes than its own, and the error of these over what each changes: without its highest, as
+    `OF_MODES` says.
+
+    Where the contact feels none of those, as a ring all around feels only the few modes that are alike there, nothing
+    tells how the next ones go on: then also with all that lies beyond the last as one mode, at each of `BEYOND`.
+    """
+    for ratio, share in OF_MODES:
+        if (fewer := narrower(body, ratio)) is not None:
+            yield fewer, share
+    modal = body.greens.modal
+    if modal is None or not np.any(modal.omega):
+        return
+    amplitude = np.abs(modal.shapes).max(axis=1)
+    above = modal.omega > modal.omega.max() / OF_MODES[-1][0]
+    if not np.any(amplitude[above] > FELT * amplitude.max()):
+        for ratio in BEYOND:
+            if (ringing := ringing_on(body, ratio)) is not None:
+                yield ringing, 1.0
 
 
 def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:

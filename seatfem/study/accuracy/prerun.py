@@ -25,8 +25,8 @@ from impact.march.motion import Discrete
 from impact.march.prepared import Prepared, step_count
 from impact.progress import Progress, silent
 from impact.runs.budget import Values
-from impact.runs.variations import narrower
 from seatfem.structures.kinds.roles import in_role
+from seatfem.structures.rings import Division, divided_less, parts_joined
 from seatfem.study.impacts.base import on_its_base
 from seatfem.study.impacts.contact import problem_of, solved_striker, stress_of, striker_of
 from seatfem.study.impacts.landings import landings_of_march, static_load_of_march
@@ -164,7 +164,6 @@ class Bench:
         window: the part of the run that they march.
         striker: of a body that has to be computed, its Green's function or what stands for it; ``None`` of others.
         stopper: of a scene that has one.
-        narrower: the striker without its highest modes, down to this ratio below the last; ``None``: with all.
         other: in place of the scene's striker.
     """
 
@@ -173,7 +172,6 @@ class Bench:
     window: Window
     striker: GreensFunction | None = None
     stopper: Body | None = None
-    narrower: float | None = None
     other: Body | None = None
     _strikers: dict[tuple[float, int | None], Discrete] = field(
         default_factory=dict, init=False, repr=False, compare=False
@@ -181,6 +179,11 @@ class Bench:
     _seats: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
     _stoppers: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
     _loads: list[StaticLoad] = field(default_factory=list, init=False, repr=False, compare=False)
+
+    def divided(self, division: Division) -> Bench:
+        """With the lip of both bodies in fewer parts."""
+        striker = None if self.striker is None else parts_joined(self.striker, Division.of(self.seat), division)
+        return replace(self, seat=divided_less(self.seat, division), striker=striker)
 
     def affords(self, dt: float) -> bool:
         """Whether a pre-run with this step [s] is cheap."""
@@ -230,7 +233,6 @@ class Bench:
         if (dt, n_modes) not in self._strikers:
             start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
             body = advanced(self.other or striker_of(self.scene, n_modes, self.striker), start)
-            body = (narrower(body, self.narrower) if self.narrower else None) or body
             discrete = Discrete.of(body, dt, step_count(dt, self.window.duration))
             self._strikers[dt, n_modes] = replace(discrete, free=discrete.free_motion())
         return self._strikers[dt, n_modes]
@@ -271,11 +273,12 @@ def advanced(body: Body, time: float) -> Body:
 
 
 def relative_changes(one: Values, other: Values) -> Mapping[str, float]:
-    """|other - one|/|one|, measure by measure; 0 where both are 0."""
-    return {
-        name: abs(other[name] - one[name]) / abs(one[name]) if one[name] else (0.0 if not other[name] else math.inf)
-        for name in one
-    }
+    """|other - one|/|one|, measure by measure; 0 where both are 0, infinite where the other has no value."""
+
+    def change(value: float, changed: float) -> float:
+        return abs(changed - value) / abs(value) if value else (0.0 if not changed else math.inf)
+
+    return {name: change(value, other.get(name, math.inf)) for name, value in one.items()}
 
 
 def _marched(prepared: Prepared) -> impact.ContactStepper:

@@ -55,12 +55,16 @@ class Sensitivity:
         asked: measures that count; changes are told of all that a pre-run knows.
         finest: relative change below which no ladder is followed further.
         exact: whether the seat of the bench is the scene's own.
+        per_filter: steps per filter width of the pre-runs that compare models.
+        reed_modes: of the pre-runs that compare seats.
     """
 
     bench: Bench
     asked: tuple[str, ...]
     finest: float
     exact: bool = False
+    per_filter: int = COARSE
+    reed_modes: int = MODES
     _runs: dict[tuple[int, float], Values] = field(default_factory=dict, init=False, repr=False, compare=False)
     _steps: dict[float, Values] = field(default_factory=dict, init=False, repr=False, compare=False)
     _cuts: dict[int, Values] = field(default_factory=dict, init=False, repr=False, compare=False)
@@ -69,14 +73,14 @@ class Sensitivity:
     @property
     def step(self) -> float:
         """[s] of the pre-runs that compare models."""
-        return self.bench.affordable(self.bench.scene.run.filter_width / COARSE)
+        return self.bench.affordable(self.bench.scene.run.filter_width / self.per_filter)
 
     @property
     def n_modes(self) -> int | None:
         """Reed modes of the pre-runs that compare seats; ``None`` for a rigid mass."""
         if not has_key(self.bench.scene, REED_MODES):
             return None
-        return MODES if self._stated_modes is None else min(MODES, self._stated_modes)
+        return self.reed_modes if self._stated_modes is None else min(self.reed_modes, self._stated_modes)
 
     @property
     def _stated_modes(self) -> int | None:

@@ -7,8 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
-import numpy as np
-
 import impact
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
@@ -32,7 +30,7 @@ from seatfem.structures.statics import bed
 from seatfem.study.impacts.base import check_base, on_its_base
 from seatfem.study.impacts.external import loaded
 from seatfem.study.impacts.landings import Landings, landings_of_march
-from seatfem.study.impacts.measures import stopper_values, values_of_landings
+from seatfem.study.impacts.measures import RunRecord, values_of_record
 from seatfem.study.impacts.start import check_start
 from seatfem.study.impacts.touches import (
     Touches,
@@ -48,7 +46,7 @@ from seatfem.study.impacts.touches import (
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import STOPPER, films_of, gaps_of, line_of, stopper_gaps, stopper_lip
-from seatfem.study.scene.measures import Blow, judged_landing, values_of
+from seatfem.study.scene.measures import Blow, judged_landing
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20
@@ -56,6 +54,9 @@ GAS_PER_DEGREE = 2
 LEAST_STEPS_PER_FILTER = 2  # fewer do not resolve the filtered force
 MAX_STEPS = 20_000_000
 STEP_BYTES = 530  # of the histories that a run holds at once, for each step, and of their file while it is put together
+CONTACT_BYTES = 48  # the same for each further contact
+PAIR_TIME = 6e-9  # s of a step for each pair of contacts, by spring laws; rigid ones take a quarter
+LONGEST_MARCH = 86400.0  # s that contacts may be predicted to take
 
 
 class RunError(ValueError):
@@ -219,7 +220,7 @@ def problem_of(
     other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own, where it has
     one."""
     law, division, seat = scene.contact.law, Division.of(seat.greens), on_its_base(scene, "seat", seat)
-    gaps, films = np.repeat(gaps_of(scene, division.arcs), division.rings), films_of(scene, division.arcs)
+    gaps, films = gaps_of(scene, division), films_of(scene, division.arcs)
     contacts = [
         impact.Contact(
             seat,
@@ -243,7 +244,7 @@ def problem_of(
                 impact.Contact(
                     target,
                     port=k if len(target.greens.ports) > 1 else 0,
-                    gap=float(above[k // parts.rings]),
+                    gap=float(above[k]),
                     law=scene.stopper.law.law(float(share)),
                     side=-1,
                     striker_port=here if here in striker.greens.ports else beyond,
@@ -258,18 +259,20 @@ def marched(
     problem: impact.ContactProblem,
     dt: float,
     flight: Callable[[impact.Body, float], Discrete] | None = None,
+    duration: float | None = None,
 ) -> impact.ContactStepper:
     """A run of a problem of a scene for its forces alone, a fraction of the cost of one with energies.
 
-    ``flight``: the striker `in_flight` at a step [s], which several runs may share.
+    ``flight``: the striker `in_flight` at a step [s], which several runs may share; ``duration``: in place of the
+    scene's [s].
     """
-    striker = problem.striker
+    striker, duration = problem.striker, scene.run.duration if duration is None else duration
     for body in problem.targets:
         if not body.loads:
             problem = with_body(problem, body, impact.Body(body.greens.forces_only(), base=body.base))
-    flown = in_flight(scene, striker, dt) if flight is None else flight(striker, dt)
+    flown = in_flight(striker, dt, duration) if flight is None else flight(striker, dt)
     targets = (Discrete.of(body, dt, flown.loads.shape[1]) for body in problem.targets)
-    prepared = impact.prepare(problem, dt, scene.run.duration, bodies=(flown, *targets))
+    prepared = impact.prepare(problem, dt, duration, bodies=(flown, *targets))
     stepper = impact.ContactStepper(prepared, flying=True)
     stepper.advance(prepared.steps)
     return stepper
@@ -286,25 +289,41 @@ def measures_of(
 
     ``like``: the landings of a neighbouring run, each of which is looked for; ``None``: of the run's own.
     """
-    striker, stepper = problem.striker, marched(scene, problem, dt, flight)
+    return values_of_record(record_of(scene, problem, dt, flight, like), like)
+
+
+def record_of(
+    scene: Scene,
+    problem: impact.ContactProblem,
+    dt: float,
+    flight: Callable[[impact.Body, float], Discrete] | None = None,
+    like: Landings | None = None,
+    duration: float | None = None,
+    *,
+    stresses: bool = True,
+) -> RunRecord:
+    """Return what the measures of a run are taken from, of its forces as `marched`.
+
+    ``stresses``: whether with those that are asked for.
+    """
+    striker, stepper = problem.striker, marched(scene, problem, dt, flight, duration)
     problem, asked, width = stepper.prepared.problem, scene.accuracy.landing, scene.run.filter_width
     force, displacement = force_of(stepper), displacement_of(stepper)
     landings = landings_of_march(stepper, width, None if like is None else like.static)
     others, stopper = None if like is None else like.seat, stopper_force_of(stepper)
     stress, since = None, None
-    if scene.needs_stress:
+    if stresses and scene.needs_stress:
         judged = judged_landing(landings.seat, asked, others)
         since = None if judged is None else judged.start
         stress = stress_of(scene, striker, force, dt, stepper.opening, coarsely=True, stopper=stopper, since=since)
     line, film = line_of(scene, problem, parts_of(stepper)), film_of(stepper)
     blow = Blow(force, dt, width, displacement, stress, line, film, landings.seat, asked, since)
-    of_landings, of_stopper = values_of_landings(landings, like), stopper_values(stopper, dt, width)
-    return {**values_of(blow, others), **of_landings, **of_stopper}
+    return RunRecord(blow, landings, stopper)
 
 
-def in_flight(scene: Scene, striker: impact.Body, dt: float) -> Discrete:
-    """A striker over the run, its motion without contact known."""
-    discrete = Discrete.of(striker, dt, step_count(dt, scene.run.duration))
+def in_flight(striker: impact.Body, dt: float, duration: float) -> Discrete:
+    """A striker over ``duration`` [s], its motion without contact known."""
+    discrete = Discrete.of(striker, dt, step_count(dt, duration))
     return replace(discrete, free=discrete.free_motion()) if discrete.moves_by_itself else discrete
 
 
@@ -350,9 +369,13 @@ def check_step(scene: Scene) -> None:
         )
 
 
-def check_length(scene: Scene, dt: float) -> None:
-    """Refuse more steps than can be stored, or than memory holds."""
+def check_length(scene: Scene, dt: float, parts: int | None = None) -> None:
+    """Refuse more steps than can be stored, or than memory holds, and more contacts than these and time allow.
+
+    ``parts``: of the seat's lip; ``None``: as far as the scene states them.
+    """
     steps = scene.run.duration / dt
+    _check_contacts(scene, steps, parts or (scene.contact.ports or 1) * scene.contact.rings)
     most = min(MAX_STEPS, available_memory() / STEP_BYTES)
     if steps > most:
         chosen = "run.time_step" if scene.run.time_step else "the step that both bodies and run.filter_width need"
@@ -360,4 +383,17 @@ def check_length(scene: Scene, dt: float) -> None:
             f"run.duration = {scene.run.duration:g} s takes {steps:.2g} steps of {dt:.2g} s ({chosen}), at most "
             f"{most:.2g} are stored: shorten run.duration, widen run.filter_width, keep fewer modes "
             "(reed.n_modes), or give a longer run.time_step"
+        )
+
+
+def _check_contacts(scene: Scene, steps: float, parts: int) -> None:
+    contacts = parts + (0 if scene.stopper is None else scene.stopper.parts.count)
+    memory, room = CONTACT_BYTES * (contacts - 1) * steps, available_memory()
+    seconds = PAIR_TIME * contacts**2 * steps
+    if contacts > 1 and (memory > room or seconds > LONGEST_MARCH):
+        raise RunError(
+            f"contact.ports and contact.rings with [stopper] make {contacts} contacts over {steps:.2g} steps: "
+            f"predicted {memory / 1e9:.2g} GB of histories and {seconds / 3600:.2g} h, at most {room / 1e9:.2g} GB are "
+            f"available and {LONGEST_MARCH / 3600:g} h are taken: state fewer contact.ports or contact.rings, shorten "
+            "run.duration, or give a longer run.time_step"
         )

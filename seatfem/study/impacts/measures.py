@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
 import numpy as np
@@ -73,6 +74,11 @@ def is_of_a_landing(name: str) -> bool:
     return name.startswith(tuple(f"{face} " for face in get_args(Face)))
 
 
+def is_time(name: str) -> bool:
+    """Return whether a value of a run is when a landing begins."""
+    return is_of_a_landing(name) and name.endswith(f" {OF_A_LANDING['start']}")
+
+
 def values_of_landings(landings: Landings, like: Landings | None = None) -> dict[str, float]:
     """Return the numbers of each landing that have error bars.
 
@@ -103,6 +109,34 @@ def stopper_values(force: Array | None, dt: float, filter_width: float) -> dict[
     return {
         "stopper_filtered_peak_force_N": largest_average(force[1:], dt, filter_width),
         "stopper_impulse_Ns": float(np.sum(force[1:])) * dt,
+    }
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """What the values of one run are taken from.
+
+    Attributes:
+        blow: of the seat.
+        landings: of the run; ``None``: not looked for.
+        stopper: (n + 1,) force of the stopper [N]; ``None`` where there is none.
+    """
+
+    blow: Blow
+    landings: Landings | None = None
+    stopper: Array | None = None
+
+
+def values_of_record(record: RunRecord, like: Landings | None = None) -> Values:
+    """Return all values of a run that have error bars, by name.
+
+    ``like``: the landings of a neighbouring run, each of which is looked for; ``None``: of the run's own.
+    """
+    blow, landings = record.blow, record.landings
+    return {
+        **values_of(blow, None if like is None else like.seat),
+        **({} if landings is None else values_of_landings(landings, like)),
+        **stopper_values(record.stopper, blow.dt, blow.filter_width),
     }
 
 

@@ -19,7 +19,7 @@ from seatfem.structures.estimates.costs import (
 )
 from seatfem.study.accuracy.prerun import stand_in_of
 from seatfem.study.accuracy.seat_waves import method_beside
-from seatfem.study.impacts.contact import striker_of, time_step
+from seatfem.study.impacts.contact import CONTACT_BYTES, striker_of, time_step
 from seatfem.study.impacts.measures import STRIKER
 from seatfem.study.method import RunMethod
 from seatfem.study.planning.plan import Cost
@@ -42,7 +42,7 @@ CLOSED_RUNS: Final = 2.0  # of a closed form, which has no error of mesh and red
 COARSE_STRESS: Final = 0.4  # of the search for the stress, where only its size is asked for
 ARRAYS: Final = 44  # histories that live at once
 SAVED: Final = 22  # histories written to the file
-OF_A_PORT: Final = 6  # histories more with each port of a lip
+OF_A_PORT: Final = CONTACT_BYTES / 8  # histories more with each port of a lip
 PORT: Final = 0.5  # time of a pole's step with each further port, over that with one (benchmarks/lips.py)
 WEIGHTS: Final = 30  # poles that take as long as exact step weights
 
@@ -182,7 +182,7 @@ def with_striker(
     """The same march with the scene's striker; ``known``: what stands for one that has to be computed."""
     poles = striker_poles(scene, method, dt, model.steps, known)
     reed = _weights(model.steps) if poles is None else float(poles)
-    return replace(model, reed=reed, bends=method.reed.n_modes is not None, ports=method.ports or 1)
+    return replace(model, reed=reed, bends=method.reed.n_modes is not None, ports=method.seat.division.count)
 
 
 def _poles(greens: GreensFunction, dt: float, steps: float) -> float:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impact.greens.base import Array
 from impact.runs.budget import safety
@@ -14,11 +15,11 @@ from seatfem.machine.memory import available_memory
 from seatfem.structures.method import AnyLevel, Method
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.impacts.measures import Source
-from seatfem.study.method import RunMethod
+from seatfem.study.method import MODEL, RunMethod
 from seatfem.study.planning.seat_options import SeatOption, seat_options
 from seatfem.study.planning.seen import BEHIND, Seen
 from seatfem.study.planning.steps import ContactOption, contact_options
-from seatfem.study.safety import AIM, ENDLESS, FREE, LONGEST, MEMORY, SPARE
+from seatfem.study.safety import AIM, ENDLESS, FREE, LONGEST, MEMORY, SIMPLER, SPARE
 
 
 @dataclass(frozen=True)
@@ -109,19 +110,36 @@ class Choices:
     def cheapest(self, target: float, longest: float = np.inf, memory: float = np.inf) -> Decision:
         """The least cost that meets ``target``, or comes close to the least error of a measure for which nothing does.
 
+        A level that misses it by what it leaves out alone is no choice beside one that does not. Statics of the seat
+        may cost `SIMPLER` times as much as waves: costs are predicted no better.
+
         Args:
             longest, memory: what a seat may take [s, bytes]; the cheapest one may take more.
         """
         within = np.array([o.seconds <= longest and o.memory <= memory for o in self.seats])
         if not within.any():
             within[np.argmin([o.seconds for o in self.seats])] = True
+        fits = within & self._levels_fit(target)
+        within = fits if fits.any() else within
         bars = np.minimum(self._bars[within], ENDLESS)
         least = bars.min(axis=(0, 1))
         aims = np.maximum(AIM * target, np.where(least <= target, np.minimum(target, SPARE * least), SPARE * least))
         used = (bars / aims).max(axis=2)
-        score = np.where(used <= max(1.0, used.min()), self._cost[within] * (1 + FREE * used), np.inf)
+        cost = self._cost[within] / np.where(self._static[within], SIMPLER, 1.0)[:, None]
+        score = np.where(used <= max(1.0, used.min()), cost * (1 + FREE * used), np.inf)
         seat, contact = np.unravel_index(int(np.argmin(score)), score.shape)
         return Decision(self.seen, self.seats[np.flatnonzero(within)[seat]], self.contacts[contact])
+
+    def _levels_fit(self, target: float) -> NDArray[np.bool_]:
+        """(seats,) whether what the level leaves out alone is within a target."""
+        measures = self.seen.scene.accuracy.judged
+        left = _left([{MODEL: o.changes[MODEL]} if MODEL in o.changes else {} for o in self.seats], measures)
+        return np.asarray((left * [safety(name) for name in measures] <= target).all(axis=1))
+
+    @cached_property
+    def _static(self) -> NDArray[np.bool_]:
+        """(seats,) whether waves are left out."""
+        return np.array([option.method.static for option in self.seats])
 
     def within_means(self, wanted: Decision, target: float) -> Decision:
         """``wanted`` if memory and time allow it; else the cheapest for ``target``, or close to it, that they do."""

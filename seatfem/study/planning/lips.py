@@ -1,4 +1,5 @@
-"""In how many arcs a lip is divided: pre-runs with ever fewer, of the striker itself on a half-space."""
+"""In how many arcs a lip is divided, and in how many rings across: pre-runs with ever fewer arcs and more rings, of the
+striker itself on a half-space."""
 
 from __future__ import annotations
 
@@ -11,20 +12,28 @@ from impact.progress import Progress
 from impact.runs.budget import larger, safety, times, total
 from seatfem.structures.estimates.arcs import on_its_patch
 from seatfem.structures.estimates.surrogate import Surrogate
-from seatfem.structures.rings import MOST_PORTS, OF_TWICE, Division, arcs_joined, as_a_whole, divided_less, parts_behind
+from seatfem.structures.rings import (
+    ACROSS,
+    FEWEST_ARCS,
+    MOST_CHOSEN,
+    OF_TWICE,
+    Division,
+    across_behind,
+    as_a_whole,
+    parts_behind,
+)
 from seatfem.study.accuracy.prerun import MOST as MOST_STEPS
 from seatfem.study.accuracy.prerun import Bench, first_look, relative_changes, stand_in_of
 from seatfem.study.accuracy.sensitivity import COARSE, Changes
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.simpler import ONE_PORT, simpler_bodies
-from seatfem.study.method import PORTS, as_stated, is_given, stated_method
-from seatfem.study.safety import AIM, ARCS_SHARE, DOUBT_OF_ONE_PORT, LIP_SHARE, STIFFER
+from seatfem.study.method import PORTS, RINGS, as_stated, is_given, stated_method
+from seatfem.study.safety import ACROSS_SHARE, AIM, ARCS_SHARE, DOUBT_OF_ONE_PORT, LIP_SHARE, STIFFER
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import lip_of
+from seatfem.study.scene.lips import arcs_behind_rings, lip_of
 from seatfem.study.scene.measures import all_measures
 
-FEWEST: Final = 16  # arcs: fewer tell nothing of how they converge
-MOST: Final = 64  # that are chosen without being asked for
+MOST: Final = 64  # arcs that are chosen without being asked for
 
 
 @dataclass(frozen=True)
@@ -32,14 +41,21 @@ class Arcs:
     """A scene with its lip in arcs.
 
     Attributes:
-        scene: with their number stated.
+        scene: with their number stated, and that of the rings across.
         surrogate: its seat in pre-runs.
         left: what the arcs leave, relative, measure by measure.
+        across: the same of the rings across them; empty where no more can be, under a film.
     """
 
     scene: Scene
     surrogate: Surrogate
     left: Changes
+    across: Changes
+
+    @property
+    def total(self) -> Changes:
+        """What arcs and rings leave together."""
+        return total(self.left, self.across) if self.across else self.left
 
 
 def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Arcs | None:
@@ -49,7 +65,7 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
         return None
     assert usual is not None
     stated = is_given(scene, PORTS)
-    most = usual if stated else min(MOST, MOST_PORTS // scene.contact.rings)
+    most = usual if stated else min(MOST, MOST_CHOSEN // scene.contact.rings)
     lip = lip_of(scene, most)
     assert lip is not None
     most = most if stated else lip.whole(most)
@@ -62,9 +78,7 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
 
     def measures(arcs: int) -> Mapping[str, float]:
         if arcs not in found:
-            fewer = None if striker is None else arcs_joined(striker, there, arcs)
-            less = divided_less(seat, Division(arcs, there.rings))
-            found[arcs] = Bench(finest, less, bench.window, fewer, stopper).measures(dt=dt)
+            found[arcs] = bench.divided(Division(arcs, there.rings)).measures(dt=dt)
         return found[arcs]
 
     def left_by(arcs: int) -> Changes:
@@ -76,13 +90,42 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
         return larger(of_twice, relative_changes(measures(arcs), measures(there.arcs)))
 
     chosen, aim = most, ARCS_SHARE * scene.accuracy.target
-    while not stated and chosen // 2 >= FEWEST and lip.whole(chosen // 2) == chosen // 2:
+    while not stated and chosen // 2 >= FEWEST_ARCS and lip.whole(chosen // 2) == chosen // 2:
         left = left_by(chosen // 2)
         if any(safety(name) * left[name] > aim for name in scene.accuracy.judged):
             break
         chosen //= 2
-    here = with_ports(scene, chosen)
-    return Arcs(here, surrogate_in_arcs(here, surrogate), left_by(chosen))
+    arcs = left_by(chosen)
+    rings, across = _rings_across(with_parts(scene, Division(chosen, scene.contact.rings)), surrogate, bench, dt)
+    here = with_parts(scene, Division(chosen, rings))
+    return Arcs(here, surrogate_in_arcs(here, surrogate), arcs, across)
+
+
+def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -> tuple[int, Changes]:
+    """How many rings across the arcs of ``scene``, as the file states or as few as leave `ACROSS_SHARE` of the target,
+    and what they leave, as the budget states it; nothing under a film, which knows no rings.
+
+    ``bench``: of the same scene, whose window serves again.
+    """
+    given, accuracy = scene.contact.rings, scene.accuracy
+    if scene.contact.film is not None:
+        return given, {}
+    division = Division(stated_method(scene).ports or 1, given)
+    arcs, left = arcs_behind_rings(scene, division), dict[int, Changes]()
+    for rings in (given,) if is_given(scene, RINGS) or rings_refused(scene) else ACROSS:
+        finer, weight = across_behind(rings)
+        if division.arcs * rings > MOST_CHOSEN and left:
+            break
+        there = Division(arcs, max(rings, finer))
+        looked_at = with_parts(scene, there)
+        seat, striker = surrogate_in_arcs(looked_at, surrogate).greens, stand_in_of(looked_at)
+        every = Bench(looked_at, seat, bench.window, striker, bench.stopper)
+        few, many = (every.divided(Division(arcs, number)).measures(dt=dt) for number in (rings, finer))
+        left[rings] = times(weight, relative_changes(few, many))
+        if all(safety(name) * left[rings][name] <= ACROSS_SHARE * accuracy.target for name in accuracy.judged):
+            break
+    chosen = max(left)
+    return chosen, left[chosen]
 
 
 def in_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes) -> Arcs:
@@ -94,10 +137,10 @@ def in_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes
     full = any(safety(name) * beside[name] > target / 2 for name in asked)
     few = any(safety(name) * arcs.left[name] > ARCS_SHARE / 2 * target for name in asked)
     twice = 2 * (stated_method(scene).ports or 1)
-    if not (full and few) or twice * scene.contact.rings > MOST_PORTS:
+    if not (full and few) or twice * scene.contact.rings > MOST_CHOSEN:
         return replace(arcs, scene=scene)
     more = with_ports(scene, twice)
-    return Arcs(more, surrogate_in_arcs(more, surrogate), times(0.5, arcs.left))
+    return replace(arcs, scene=more, surrogate=surrogate_in_arcs(more, surrogate), left=times(0.5, arcs.left))
 
 
 def of_simpler(bench: Bench) -> Mapping[str, Changes]:
@@ -125,6 +168,13 @@ def of_simpler(bench: Bench) -> Mapping[str, Changes]:
     return found
 
 
+def rings_refused(scene: Scene) -> str:
+    """Why the arcs of a lip are not divided across unless the file says so; "" where nothing is against it."""
+    if scene.life is not None and scene.life.contact_criterion:
+        return "the life of what a sphere presses knows no rings"
+    return "" if scene.seat.has_rings else "the seat has no rings"
+
+
 def several_needed(scene: Scene) -> str:
     """Why the lip needs several ports whatever one would change; "" where nothing is against one."""
     names, contact = all_measures(), scene.contact
@@ -146,7 +196,7 @@ def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], 
     if is_given(scene, PORTS) or ONE_PORT not in simpler or several_needed(scene):
         return None
     change = times(DOUBT_OF_ONE_PORT, simpler[ONE_PORT])
-    left = total(change, {name: arcs.left[name] for name in change})
+    left = total(change, {name: arcs.total[name] for name in change})
     target = scene.accuracy.target
     for name in scene.accuracy.judged:
         bar = safety(name) * left[name]
@@ -161,9 +211,19 @@ def surrogate_in_arcs(scene: Scene, surrogate: Surrogate) -> Surrogate:
     assert lip is not None
     assert whole is not None
     assert patch is not None
-    return Surrogate(on_its_patch(whole, lip, patch), False, f"{surrogate.words}, in {lip.arcs} arcs", patch)
+    return Surrogate(on_its_patch(whole, lip, patch), False, f"{surrogate.words}, {in_parts(lip.division)}", patch)
+
+
+def in_parts(division: Division) -> str:
+    """A lip's arcs and rings in words."""
+    return f"in {division.arcs} arcs" + (f" of {division.rings} parts across" if division.rings > 1 else "")
 
 
 def with_ports(scene: Scene, arcs: int) -> Scene:
-    """With its lip in so many, stated."""
-    return as_stated(scene, stated_method(scene).along(scene, arcs))
+    """With its lip in so many, stated, each in as many rings as it has."""
+    return with_parts(scene, Division(arcs, scene.contact.rings))
+
+
+def with_parts(scene: Scene, division: Division) -> Scene:
+    """With its lip in these parts, stated."""
+    return as_stated(scene, stated_method(scene).along(scene, division.arcs, division.rings))

@@ -79,6 +79,7 @@ class Plan:
         kept: whether the seat's Green's function is there already.
         notes: what is worth telling, such as a target out of reach.
         without: levels of the seat, or `ONE_PORT`, that were found too coarse before.
+        parts: by key, then measure, what arcs and rings of a lip leave of the patch's share.
     """
 
     scene: Scene
@@ -91,6 +92,7 @@ class Plan:
     kept: bool = False
     notes: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
+    parts: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def level(self) -> AnyLevel:

@@ -17,7 +17,7 @@ from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import check_length, check_step
 from seatfem.study.impacts.simpler import ONE_PORT
 from seatfem.study.impacts.validity import stopper_notes, validity_advice
-from seatfem.study.method import BAND, PORTS, TOLERANCE, RunMethod, is_given
+from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Alternative, Plan
@@ -62,13 +62,14 @@ def plan_scene(
     compiling = compilation(machine)  # before the plan itself marches
     surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
     progress("planning", 0.1)
-    choices = Choices(Seen.of(scene, surrogate, machine, progress, without), without)
+    store = Store.default() if store is None else store
+    choices = Choices(Seen.of(scene, surrogate, machine, progress, without, store), without)
     wanted = decision = choices.cheapest(target)
-    method, at_hand = _at_hand(wanted, folder, Store.default() if store is None else store)
+    method, at_hand = _at_hand(wanted, folder, store)
     if not at_hand:
         decision = choices.within_means(wanted, target)
         method = decision.method
-    check_length(scene, decision.contact.dt)
+    check_length(scene, decision.contact.dt, method.seat.division.count)
     progress("planning", 0.9)
     plan = Plan(
         scene=scene,
@@ -78,6 +79,7 @@ def plan_scene(
         error=decision.error,
         alternatives=_alternatives(choices, decision, compiling),
         shares=decision.shares,
+        parts={key: left for key, left in decision.changes.items() if key in (PORTS, RINGS)},
         kept=bool(at_hand),
         without=without,
     )

@@ -9,10 +9,12 @@ from impact.bodies.body import Body
 from impact.greens.base import GreensFunction
 from impact.progress import Progress
 from impact.runs.budget import SAFETY, larger, times
+from seatfem.study.accuracy.other_bodies import with_other_modes
 from seatfem.study.accuracy.prerun import Bench, first_look, relative_changes, stand_in_of
 from seatfem.study.accuracy.sensitivity import COARSE, Changes
+from seatfem.study.impacts.contact import striker_of
 from seatfem.study.method import REED_BAND, as_stated, is_given, stated_method
-from seatfem.study.safety import MODES_SHARE, OF_MODES
+from seatfem.study.safety import MODES_SHARE
 from seatfem.study.scene import Scene
 
 LEAST: Final = 1.3  # factor by which a band is widened at a time, at least ...
@@ -63,7 +65,7 @@ def _left(scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Pr
     dt = bench.affordable(scene.run.filter_width / COARSE)
     here = bench.measures(dt=dt)
     found: Changes = {}
-    for ratio, share in OF_MODES:
-        change = times(share, relative_changes(here, replace(bench, narrower=ratio).measures(dt=dt)))
+    for other, share in with_other_modes(striker_of(scene, greens=striker)):
+        change = times(share, relative_changes(here, replace(bench, other=other).measures(dt=dt)))
         found = larger(change, found or change)
     return found

@@ -14,6 +14,7 @@ from impact.runs.variations import NARROWER
 from seatfem.structures.estimates.costs import ALL_MODES
 from seatfem.structures.estimates.mesh_size import Sizes, per_wavelength
 from seatfem.structures.method import BEYOND
+from seatfem.structures.rings import across_behind
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.impacts.simpler import BEAM, ONE_PORT
 from seatfem.study.method import (
@@ -129,11 +130,7 @@ def _most(changes: Changes) -> str:
 
 
 def _level(decision: Decision, method: RunMethod) -> str:
-    """Of a lip that has been looked at in arcs, also what the other of statics and waves would change."""
-    seen = decision.seen
-    looked_at = seen.simpler and seen.drawn and decision.level != "spring" and not is_given(seen.scene, MODEL)
-    changes = {name: seen.sensitivity.spring[name] for name in seen.scene.accuracy.judged} if looked_at else {}
-    return decision.seat.why + (f"; statics in place of waves, {_most(changes)}" if changes else "")
+    return decision.seat.why
 
 
 def _band(decision: Decision, method: RunMethod) -> str:
@@ -187,6 +184,8 @@ def _order(decision: Decision, method: RunMethod) -> str:
 
 def _rings(decision: Decision, method: RunMethod) -> str:
     left = _of(decision, RINGS)
+    if method.seat.in_arcs:
+        return f"parts across the lip: {across_behind(method.seat.rings or 1)[0]} of them change {_most(left)}"
     if (method.seat.rings or 1) > 1:
         most = max(left, key=lambda name: left[name], default="")
         alone = decision.seen.of_rings(1).get(most, 0.0)

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from impact.runs.budget import safety
+from impact.runs.budget import safety, times
 from seatfem.machine.rates import Machine
-from seatfem.structures.rings import MOST_PORTS, MOST_RINGS
+from seatfem.structures.rings import ACROSS, MOST_PORTS, MOST_RINGS, Division
 from seatfem.study.impacts.measures import LIP
 from seatfem.study.impacts.simpler import ONE_PORT
 from seatfem.study.method import (
@@ -27,6 +27,7 @@ from seatfem.study.method import (
     chooses_one_port,
 )
 from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
+from seatfem.study.planning.lips import rings_refused
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.reasons import described
@@ -79,8 +80,8 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
     }
     if values.get(REED_BAND, math.inf) < LEAST_WIDER * (plan.method.reed.bandwidth or 0.0):
         return None
-    if PORTS in values:
-        return _in_more_arcs(plan, factor, machine)
+    if PORTS in values or (source == "patch" and plan.method.seat.in_arcs):
+        return _in_more_parts(plan, factor, machine)
     if BAND in values and plan.method.ports is not None:  # modes alone: those of a wider band have shorter waves
         narrower = (plan.method.seat.bandwidth or 0.0) / values[BAND]
         values |= {
@@ -112,20 +113,37 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
     return replace(plan, method=method, choices=choices, shares=shares, error=error, cost=cost, kept=kept)
 
 
-def _in_more_arcs(plan: Plan, factor: float, machine: Machine | None) -> Plan | None:
-    """With twice as many arcs of the lip; ``None`` where that is more than can be."""
-    arcs = 2 * (plan.method.ports or 1)
-    if arcs * (plan.method.seat.rings or 1) > MOST_PORTS:
+def _in_more_parts(plan: Plan, factor: float, machine: Machine | None) -> Plan | None:
+    """With more rings across the arcs of the lip, or twice as many arcs, by what is predicted to leave more; ``None``
+    where the file states that, or it is more than can be."""
+    division, asked = plan.method.seat.division, plan.scene.accuracy.judged
+    more = {PORTS: Division(2 * division.arcs, division.rings)}
+    if division.arcs > 1 and not rings_refused(plan.scene):
+        rings = next((number for number in ACROSS if number > division.rings), None)
+        more |= {} if rings is None else {RINGS: Division(division.arcs, rings)}
+
+    def left_by(key: str) -> float:
+        return max((safety(name) * plan.parts.get(key, {}).get(name, 0.0) for name in asked), default=0.0)
+
+    open_keys = [key for key, division in more.items() if plan.is_open(key) and division.count <= MOST_PORTS]
+    key = max((PORTS, RINGS), key=left_by) if plan.parts else next(iter(open_keys), PORTS)
+    if key not in open_keys:
         return None
-    method = plan.method.along(plan.scene, arcs)
+    method = plan.method.along(plan.scene, more[key].arcs, more[key].rings)
     reason = f"made finer: the patch's share of the error was {factor:.2g} times too large"
     choices = tuple(
-        replace(choice, value=described(PORTS, arcs), reason=reason) if choice.key == PORTS else choice
+        replace(choice, value=described(key, method.value(key)), reason=reason) if choice.key == key else choice
         for choice in plan.choices
     )
-    halved = {name: value / 2 for name, value in plan.shares.get("patch", {}).items()}
+    smaller = 0.5 if key == PORTS else (division.rings / more[key].rings) ** 2
+    parts = {**plan.parts, key: times(smaller, plan.parts[key])} if key in plan.parts else plan.parts
+    patch = times(0.5, plan.shares.get("patch", {}))
+    if key in plan.parts:
+        gain = {name: (1 - smaller) * value for name, value in plan.parts[key].items()}
+        patch = {name: max(value - gain.get(name, 0.0), 0.0) for name, value in plan.shares["patch"].items()}
     cost = predict_cost(plan.scene, method, machine)
-    return replace(plan, method=method, choices=choices, shares={**plan.shares, "patch": halved}, cost=cost, kept=False)
+    shares = {**plan.shares, "patch": patch}
+    return replace(plan, method=method, choices=choices, shares=shares, parts=parts, cost=cost, kept=False)
 
 
 def _finer(plan: Plan, key: str, factor: float) -> float | int:

@@ -16,17 +16,20 @@ from seatfem.structures.estimates.costs import (
     seat_seconds,
 )
 from seatfem.structures.estimates.mesh_size import ERRORS, mesh_error
-from seatfem.structures.method import MOST_MODES, Applicability, Method
+from seatfem.structures.method import MOST_MODES, Method
 from seatfem.study.accuracy.other_bodies import other_modes
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.impacts.simpler import ONE_PORT
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS, SEAT_MODES, SIZE, TOLERANCE, is_given
+from seatfem.study.planning.coarse_seat import WithoutWaves, without_waves
 from seatfem.study.planning.costs import coarser_elements, finite_elements
 from seatfem.study.planning.seen import RING_NUMBERS, Seen
-from seatfem.study.safety import DOUBT, DOUBT_OF_ARCS, FEWER_POLES, MESH_BAR, MESH_BAR_OF_ARCS
+from seatfem.study.safety import FEWER_POLES, MESH_BAR, MESH_BAR_OF_ARCS
 
 COARSEST_OF_ARCS: Final = 0.1  # error of g by a mesh for a lip in arcs: coarser ones cost a round more than they save
 REDUCTION: Final = 1e-6  # time of a reduction over its band, of a body whose modes cannot be counted yet [s/Hz]
+
+CHEAPER: Final = ": a spring is enough (seat.model = 'spring'), but would ask for a finer mesh or shorter steps"
 
 
 @dataclass(frozen=True)
@@ -59,7 +62,8 @@ def seat_options(seen: Seen, without: tuple[str, ...] = ()) -> tuple[SeatOption,
         return (SeatOption(seen.stated.seat, f"seat.{seen.scene.seat.level(0.0).reason}", _left_by_modes(seen)),)
     waves = _levels(seen, without) if seen.drawn else _waves(seen, seen.stated.seat, seen.scene.seat.level(0.0).reason)
     if seen.arcs is not None:
-        return tuple(replace(option, changes={**option.changes, PORTS: seen.arcs.left}) for option in waves)
+        parts = {PORTS: seen.arcs.left} | ({RINGS: seen.arcs.across} if seen.arcs.across else {})
+        return tuple(replace(option, changes={**option.changes, **parts}) for option in waves)
     left = _left_by_rings(seen) if seen.patch is not None else {}
     if seen.one_port is not None:
         waves = (replace(option, changes={**option.changes, ONE_PORT: seen.one_port}) for option in waves)
@@ -106,26 +110,24 @@ def _divided(option: SeatOption, left: Mapping[int, Changes]) -> Iterator[SeatOp
 
 def _levels(seen: Seen, without: tuple[str, ...]) -> Iterator[SeatOption]:
     """A stated level alone; else a spring, a closed form that leaves something out, and waves by finite elements."""
-    stated, waves = seen.stated.seat, seen.scene.seat.level(0.0)
-    if stated.lip is not None and waves.level == "sector":
-        waves = Applicability("3d", True, 0.0, "struck along a lip: no sectors are alike")
+    stated, waves = seen.stated.seat, seen.waves
     asked = stated.level if is_given(seen.scene, MODEL) else None
+    why = waves.reason
     if asked in (None, "spring") and "spring" not in without:
-        yield from _spring(seen, replace(stated, level="spring"))
+        spring = without_waves(seen)
+        yield from _spring(seen, replace(stated, level="spring"), spring)
+        why = f"{why}; {spring.words}{CHEAPER if spring.enough(seen.scene.accuracy.target) else ''}"
     if asked in (None, "rod") and "rod" not in without:
         yield from _rod(seen, replace(stated, level="rod"))
     if asked not in ("spring", "rod"):
-        yield from _waves(seen, replace(stated, level=waves.level), waves.reason)
+        yield from _waves(seen, replace(stated, level=waves.level), why)
 
 
-def _spring(seen: Seen, seat: Method) -> Iterator[SeatOption]:
+def _spring(seen: Seen, seat: Method, found: WithoutWaves) -> Iterator[SeatOption]:
     """The static compliance, by finite elements; waves are left out."""
-    doubt = DOUBT if seen.arcs is None else DOUBT_OF_ARCS
-    left = {name: doubt * value for name, value in seen.sensitivity.spring.items()}
-    why = f"a spring in place of waves changes the measures by {seen.sensitivity.worst(left):.1g} at most"
     for error, mesh in _meshes(seen, seen.lowest_band):
         elements = _elements(seen, seat, seen.lowest_band, error)
-        yield elements.option(why, seen.tolerances[0], {MODEL: left, **mesh})
+        yield elements.option(found.words, seen.tolerances[0], {MODEL: found.left, **mesh})
 
 
 def _rod(seen: Seen, method: Method) -> Iterator[SeatOption]:

@@ -14,8 +14,10 @@ from seatfem.machine.rates import Machine
 from seatfem.structures.estimates.mesh_size import Sizes, sizes_for
 from seatfem.structures.estimates.patch import Patch
 from seatfem.structures.estimates.surrogate import Surrogate
-from seatfem.structures.method import Method
-from seatfem.structures.rings import share_left
+from seatfem.structures.method import Applicability, Method
+from seatfem.structures.rings import Division, share_left
+from seatfem.structures.store import Store
+from seatfem.study.accuracy.finer_keys import OF_THE_METHOD
 from seatfem.study.accuracy.prerun import Bench, first_look, stand_in_of
 from seatfem.study.accuracy.seat_waves import lowest_band
 from seatfem.study.accuracy.sensitivity import Changes, Sensitivity
@@ -23,28 +25,18 @@ from seatfem.study.impacts.measures import Source
 from seatfem.study.impacts.simpler import ONE_PORT
 from seatfem.study.method import (
     BAND,
-    MODEL,
-    MODES,
     PORTS,
-    REED_BAND,
-    RINGS,
-    SEAT_MODES,
-    SIZE,
-    STEP,
     TOLERANCE,
     RunMethod,
     is_given,
     stated_method,
 )
-from seatfem.study.planning.lips import Arcs, in_more_arcs, in_some_arcs, of_simpler, one_port_in_place, with_ports
+from seatfem.study.planning.lips import Arcs, in_more_arcs, in_some_arcs, of_simpler, one_port_in_place, with_parts
 from seatfem.study.planning.plate_band import PlateBand, in_a_band
-from seatfem.study.safety import FINEST, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
+from seatfem.study.safety import FINEST, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
 
-BEHIND: Final[Mapping[str, Source]] = {
-    MODEL: "model", BAND: "reduction", TOLERANCE: "reduction", SIZE: "mesh", MODES: "model", STEP: "time_step",
-    RINGS: "patch", PORTS: "patch", SEAT_MODES: "model", REED_BAND: "striker", ONE_PORT: "lip",
-}  # fmt: skip
+BEHIND: Final[Mapping[str, Source]] = {**OF_THE_METHOD, ONE_PORT: "lip"}
 """The source of error that a key is behind, or a model."""
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
 """Band edges that are chosen from [Hz]: five a decade, so that different contact scenes share a seat."""
@@ -65,6 +57,8 @@ class Seen:
         machine: that will compute it.
         arcs: of the seat's lip; ``None``: it is struck as a whole.
         one_port: what that leaves, where it was chosen in place of arcs; ``None``: it was not.
+        store: of seats, coarse ones among them.
+        look: what a coarse real seat may take, predicted [s]; 0: none is made.
         band: of a plate that strikes; ``None`` of other strikers.
         simpler: by the name of a simpler model of the striker, what it would change.
     """
@@ -78,6 +72,8 @@ class Seen:
     band: PlateBand | None = None
     simpler: Mapping[str, Changes] = field(default_factory=dict)
     one_port: Changes | None = None
+    store: Store = field(default_factory=Store.default)
+    look: float = LONGEST_LOOK
 
     @staticmethod
     def of(
@@ -86,6 +82,7 @@ class Seen:
         machine: Machine,
         progress: Progress = silent,
         without: tuple[str, ...] = (),
+        store: Store | None = None,
     ) -> Seen:
         """With pre-runs down to what the tightest target looked at asks for; ``without``: `ONE_PORT`, or levels."""
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
@@ -106,11 +103,12 @@ class Seen:
         if arcs is not None and band is not None and ONE_PORT not in without:
             one_port = one_port_in_place(scene, arcs, simpler, band.left)
         if one_port is not None:
-            arcs, asked, surrogate = None, with_ports(asked, 1), whole
+            arcs, asked, surrogate = None, with_parts(asked, Division(1, scene.contact.rings)), whole
             bench = _bench(asked, surrogate, stopper, progress)
         sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact)
         method = stated_method(asked)
-        return Seen(scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port)
+        kept = Store.default() if store is None else store
+        return Seen(scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port, kept)
 
     @property
     def patch(self) -> Patch | None:
@@ -126,6 +124,14 @@ class Seen:
     def drawn(self) -> bool:
         """Whether a mesh is made for the run."""
         return self.scene.seat.is_drawn
+
+    @property
+    def waves(self) -> Applicability:
+        """How much of the seat is modelled where its waves count."""
+        found = self.scene.seat.level(0.0)
+        if self.stated.seat.lip is not None and found.level == "sector":
+            return Applicability("3d", True, 0.0, "struck along a lip: no sectors are alike")
+        return found
 
     @property
     def lowest_band(self) -> float:

@@ -18,7 +18,7 @@ from impact.files.input_files import read_text
 from seatfem.machine.code import cache_folder, code_version
 from seatfem.structures.method import AnyLevel
 from seatfem.structures.store import content_key
-from seatfem.study.method import FIELDS, MODEL, PORTS, REDUCTION, RunMethod, stated_method
+from seatfem.study.method import FIELDS, MODEL, PORTS, REDUCTION, RINGS, RunMethod, stated_method
 from seatfem.study.planning.plan import Alternative, Choice, Cost, Plan
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Scene
@@ -44,13 +44,13 @@ def plan_told(scene: Scene, found: Mapping[str, Any], note: str) -> Plan | None:
         cost = Cost(**found["cost"])
         alternatives = tuple(Alternative(**{**each, "cost": Cost(**each["cost"])}) for each in found["alternatives"])
         choices = tuple(Choice(**choice) for choice in found["choices"])
-        error, shares = dict(found["error"]), dict(found["shares"])
-        if not all(set(scene.accuracy.judged) <= set(part) for part in (error, *shares.values())):
+        error, shares, parts = (dict(found[name]) for name in ("error", "shares", "parts"))
+        if not all(set(scene.accuracy.judged) <= set(each) for each in (error, *shares.values(), *parts.values())):
             return None
         notes, without = map(str, found["notes"]), tuple(found["without"])
     except UNSOUND:
         return None
-    return Plan(scene, method, choices, cost, error, alternatives, shares, False, (*notes, note), without)
+    return Plan(scene, method, choices, cost, error, alternatives, shares, False, (*notes, note), without, parts)
 
 
 def told(plan: Plan) -> dict[str, Any]:
@@ -64,6 +64,7 @@ def told(plan: Plan) -> dict[str, Any]:
         "shares": {str(source): dict(part) for source, part in plan.shares.items()},
         "notes": [note for note in plan.notes if note != NOTE],
         "without": list(plan.without),
+        "parts": {key: dict(left) for key, left in plan.parts.items()},
     }
 
 
@@ -87,8 +88,8 @@ def _method(scene: Scene, values: Mapping[str, object]) -> RunMethod:
     for value in numbers.values():
         if value is not None and (isinstance(value, bool) or not isinstance(value, int | float) or not _sound(value)):
             raise ValueError(f"{value!r} must be a positive number")
-    ports = numbers.pop(PORTS)
-    along = stated.along(scene, ports) if isinstance(ports, int) else stated
+    ports, rings = numbers.pop(PORTS), numbers[RINGS]
+    along = stated.along(scene, ports, rings) if isinstance(ports, int) and isinstance(rings, int) else stated
     return along.replaced({MODEL: values[MODEL], **numbers})
 
 

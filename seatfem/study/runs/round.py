@@ -18,7 +18,7 @@ from seatfem.study.accuracy.seat_waves import tells_waves
 from seatfem.study.impacts.measures import LIP, STOPPER, STRIKER, is_of_a_landing
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import film_notes, stopper_notes, validity_advice
-from seatfem.study.method import MODES, STEP
+from seatfem.study.method import MODES, PORTS, RINGS, STEP
 from seatfem.study.planning.plan import Plan
 from seatfem.study.scene.measures import all_measures, asked_name
 from seatfem.study.scene.measures import in_words as spoken
@@ -109,7 +109,7 @@ def missed(done: Round) -> tuple[str, ...]:
             source = done.left.dominant(name)
             remedy = REMEDIES.get(source, "")
             if source == "patch" and done.plan.method.ports is not None:
-                remedy = "divide the lip by more contact.ports"
+                remedy = f"divide the lip by more {_parts_behind(done.plan, name)}"
             if source == "model" and done.plan.method.seat.n_modes is not None:
                 remedy = "keep more seat.n_modes or reed.n_modes"
             found.append(
@@ -119,6 +119,11 @@ def missed(done: Round) -> tuple[str, ...]:
     if found and done.stopped:
         found.append(f"stopped short of the target after {done.number} round{'s'[: done.number > 1]}: {done.stopped}")
     return tuple(found)
+
+
+def _parts_behind(plan: Plan, measure: str) -> str:
+    """The key of a lip's parts that is predicted to leave more."""
+    return max((PORTS, RINGS), key=lambda key: plan.parts.get(key, {}).get(measure, 0.0))
 
 
 def in_words(done: Round) -> str:

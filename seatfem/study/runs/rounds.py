@@ -176,7 +176,7 @@ def _round(
         with watch("stopper"):  # once for all runs of this process
             bodies += [body.greens for body in (stopper_of(scene),) if body is not None]
     dt = method.time_step or time_step(scene, *bodies)
-    check_length(scene, dt)
+    check_length(scene, dt, method.seat.division.count)
     with watch("contact"):
         touches = run_contacts(scene, striker, seat.greens, dt, progress)
         result, met, lift = touches.seat, touches.stopper_force, lift_of(touches)

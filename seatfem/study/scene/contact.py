@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self
 from pydantic import Field, model_validator
 
 from seatfem.fields import Angle, Gap, KeyProblem, Length, Position, Table, default, one_of
-from seatfem.structures.rings import MOST_PORTS, MOST_RINGS
+from seatfem.structures.rings import MOST_CHOSEN, MOST_PORTS, MOST_RINGS
 from seatfem.study.scene.film import Film
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 from seatfem.study.scene.stopper import STEEPEST
@@ -92,9 +92,11 @@ class Contact(Table):
         arcs = self.ports or 1
         if arcs * self.rings > MOST_PORTS:
             raise KeyProblem(
-                "ports", f"{arcs} arcs in {self.rings} rings are more than {MOST_PORTS}: take fewer of either"
+                "ports",
+                f"{arcs} arcs in {self.rings} rings are more than {MOST_PORTS}, each of whose compliances with all "
+                f"others is kept, {8e-9 * (arcs * self.rings) ** 2:.2g} GB of them for each body: take fewer of either",
             )
-        if arcs > 1 and arcs % 2 and 2 * arcs * self.rings > MOST_PORTS:  # half as many tell what they leave
+        if arcs > 1 and arcs % 2 and 2 * arcs * self.rings > MOST_CHOSEN:  # half as many tell what they leave
             raise KeyProblem("ports", f"{arcs} arcs in {self.rings} rings: so many must be an even number of arcs")
         if self.ports == 1 and self.uneven:
             raise KeyProblem("ports", f"one port is open by its mean alone, {self.uneven} needs several: remove either")

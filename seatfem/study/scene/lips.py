@@ -14,7 +14,7 @@ from impact.march.film import SqueezeFilm
 from impact.march.problem import ContactProblem
 from seatfem.fields import KeyProblem
 from seatfem.structures.lip import AnyLip
-from seatfem.structures.rings import MOST_PORTS, Division
+from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, across_behind
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import Problem
@@ -33,16 +33,16 @@ def usual_ports(scene: Scene) -> int:
     touches = scene.reed.meets_lips and not scene.reed.states_contact
     uneven = scene.contact.uneven or scene.reed.is_curved or any(scene.contact.offset)
     many = (touches and scene.seat.struck_ring is not None) or uneven
-    return min(USUAL, MOST_PORTS // scene.contact.rings) if many else 1
+    return min(USUAL, MOST_CHOSEN // scene.contact.rings) if many else 1
 
 
-def lip_of(scene: Scene, ports: int | None = None) -> AnyLip | None:
-    """The seat's lip in so many arcs, by default those that the scene states, or the usual number of them.
+def lip_of(scene: Scene, ports: int | None = None, rings: int | None = None) -> AnyLip | None:
+    """The seat's lip in so many arcs and rings, by default those that the scene states, or the usual number of arcs.
 
     ``None`` where the patch is not divided around, or no ring is struck. A face that is no ring of a body of revolution
     is struck as ``contact.ports`` says alone. Raises `ModelError` of a face of a file that is no lip.
     """
-    arcs, rings = ports or scene.contact.ports or usual_ports(scene), scene.contact.rings
+    arcs, rings = ports or scene.contact.ports or usual_ports(scene), rings or scene.contact.rings
     as_it_states = scene.contact.ports is None and (scene.reed.states_contact or scene.seat.struck_ring is None)
     if arcs == 1 and (as_it_states or not scene.reed.meets_lips):
         return None
@@ -51,6 +51,24 @@ def lip_of(scene: Scene, ports: int | None = None) -> AnyLip | None:
     if stated or found is None or arcs == 1 or (whole := found.whole(arcs)) == arcs:
         return found
     return scene.seat.lip(whole, rings)
+
+
+def arcs_behind_rings(scene: Scene, division: Division) -> int:
+    """Arcs in which rings across them are compared: half of those there are, or fewer where that makes more than
+    `MOST_CHOSEN` parts, as far as they are whole and enough."""
+    arcs, most = division.arcs, max(division.rings, across_behind(division.rings)[0])
+    while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS and (arcs == division.arcs or arcs * most > MOST_CHOSEN):
+        lip = scene.seat.lip(arcs // 2)
+        if lip is None or lip.whole(arcs // 2) != arcs // 2:
+            break
+        arcs //= 2
+    return arcs
+
+
+def across_of(scene: Scene) -> int:
+    """Rings across the arcs of a lip that tell what the scene's own leave; a film knows none."""
+    rings = scene.contact.rings
+    return rings if scene.contact.film is not None else max(rings, across_behind(rings)[0])
 
 
 def on_the_reed(scene: Scene, lip: AnyLip | None) -> AnyLip | None:
@@ -80,30 +98,34 @@ def behind_the_reed(scene: Scene) -> AnyLip | None:
 
 
 def stopper_gaps(scene: Scene) -> Array:
-    """(arcs,) openings between the undeformed reed and the stopper [m], as `gaps_of`: with h of the stopper's tilt,
+    """(parts,) openings between the undeformed reed and the stopper [m], as `gaps_of`: with h of the stopper's tilt,
     less the height of a reed that is not flat."""
     assert scene.stopper is not None
     lip, stopper = stopper_lip(scene), scene.stopper
     if lip is None:
         return np.array([scene.stopper_gap])
-    line = lip.line()
-    heights = tilted(line, stopper.tilt, stopper.tilt_axis) - of_the_reed(scene, line, (0.0, 0.0))
-    return np.asarray(scene.stopper_gap + (heights - heights.min()).mean(axis=1))
+    lines = lip.lines()
+    heights = tilted(lines, stopper.tilt, stopper.tilt_axis) - of_the_reed(scene, lines, (0.0, 0.0))
+    return _openings(scene.stopper_gap, heights)
 
 
-def gaps_of(scene: Scene, arcs: int) -> Array:
-    """(arcs,) openings of the undeformed bodies [m], the mean over each arc of
+def gaps_of(scene: Scene, division: Division) -> Array:
+    """(parts,) openings of the undeformed bodies [m], arc by arc, the mean over each part of
 
         gap(th) = gap + h(th) - min h,   h = r(th) tan(tilt) sin(th - tilt_axis) + waviness(th) + w0(th)
 
-    on the centre line of the lip, r from its centre, with the height w0 of a reed that is not flat; ``gap`` is the
-    smallest. Raises `SceneError` where that height is not known.
+    on its centre line, r from the lip's centre, with the height w0 of a reed that is not flat; ``gap`` is the smallest
+    on these lines. Raises `SceneError` where that height is not known.
     """
-    lip = scene.seat.lip(arcs) if scene.contact.uneven or scene.reed.is_curved else None
+    lip = scene.seat.lip(division.arcs, division.rings) if scene.contact.uneven or scene.reed.is_curved else None
     if lip is None:
-        return np.full(arcs, scene.contact.gap)
-    heights = _heights(scene, lip.line(), lip.turns(lip.places_in_arcs))
-    return np.asarray(scene.contact.gap + (heights - heights.min()).mean(axis=1))
+        return np.full(len(division.names), scene.contact.gap)
+    return _openings(scene.contact.gap, _heights(scene, lip.lines(), lip.turns(lip.places_in_arcs)))
+
+
+def _openings(gap: float, heights: Array) -> Array:
+    """(parts,) means of (arcs, rings, n) heights over the lowest of them, which is open by ``gap`` [m]."""
+    return np.asarray(gap + (heights - heights.min()).mean(axis=-1)).ravel()
 
 
 def films_of(scene: Scene, arcs: int) -> tuple[SqueezeFilm | None, ...]:
@@ -117,14 +139,15 @@ def films_of(scene: Scene, arcs: int) -> tuple[SqueezeFilm | None, ...]:
         shares = lip.lengths / lip.lengths.sum()
     if lip is not None and (contact.uneven or scene.reed.is_curved):
         places = lip.places_in_arcs
-        rims = [_heights(scene, line.reshape(arcs, -1, 2), lip.turns(places)) for line in lip.cuts(places.ravel())]
-        rises = np.ptp(np.concatenate(rims, axis=1), axis=1)
+        rims = np.stack([line.reshape(arcs, -1, 2) for line in lip.cuts(places.ravel())], axis=1)
+        rises = np.ptp(_heights(scene, rims, lip.turns(places)), axis=(1, 2))
     parts = (whole.part(float(share)) for share in shares)
     return tuple(replace(part, floor=part.floor + float(rise) / 2) for part, rise in zip(parts, rises, strict=True))
 
 
 def _heights(scene: Scene, points: Array, angles: Array | None) -> Array:
-    """(arcs, n) heights of the gap at points (arcs, n, 2) from the lip's centre, at these angles [m].
+    """(arcs, lines, n) heights of the gap at points (arcs, lines, n, 2) from the lip's centre, at these angles
+    (arcs, n) [m].
 
     Raises `SceneError` of a table by angles of a lip that has none."""
     contact = scene.contact
@@ -133,7 +156,7 @@ def _heights(scene: Scene, points: Array, angles: Array | None) -> Array:
         if angles is None:
             raise _problem("contact.waviness", NO_ANGLES)
         at, values = np.array(contact.waviness).T
-        height = height + np.interp(angles, at, values, period=2 * np.pi)
+        height = height + np.interp(angles, at, values, period=2 * np.pi)[:, None]
     return np.asarray(height + of_the_reed(scene, points, contact.offset))
 
 

@@ -17,6 +17,7 @@ from seatfem.study.sweep.table import StudyTable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 MOST: Final = 6  # rows or columns of panels: the first ones are shown
 LABELS: Final = 8  # of scenes on a front
@@ -25,10 +26,11 @@ HOLLOW: Final = " (hollow)"
 FEW: Final = 60  # scenes whose error bars are drawn
 
 
-def _heading(table: StudyTable, what: str, mark: str = "") -> str:
-    """Return what a picture shows, and how many scenes it leaves out; ``mark``: how these are drawn, where they are."""
-    out = table.left_out_in_words()
-    return f"{table.study.heading}: {what}" + (f"\n{out}{mark}" if out else "")
+def _titled(figure: Figure, table: StudyTable, what: str, mark: str = "") -> None:
+    """Write above what a picture shows, and below how many scenes it leaves out; ``mark``: how these are drawn."""
+    figure.suptitle(f"{table.study.heading}: {what}")
+    if out := table.left_out_in_words():
+        figure.supxlabel(f"{out}{mark}", fontsize=7.5)
 
 
 def draw_effects(table: StudyTable, effects: Sequence[Effect], path: Path) -> None:
@@ -40,7 +42,7 @@ def draw_effects(table: StudyTable, effects: Sequence[Effect], path: Path) -> No
     parameters = list(dict.fromkeys(each.parameter for each in effects))[:MOST]
     measures = list(dict.fromkeys(each.measure for each in effects))[:MOST]
     with sheet(path, 0.8 + 2.7 * len(parameters), 0.7 + 2.1 * len(measures)) as figure:
-        figure.suptitle(_heading(table, "main effects", HOLLOW))
+        _titled(figure, table, "main effects", HOLLOW)
         panels = figure.subplots(len(measures), len(parameters), squeeze=False, sharex="col", sharey="row")
         for effect in effects:
             if effect.parameter in parameters and effect.measure in measures:
@@ -94,7 +96,7 @@ def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> Non
     columns = min(len(shown), 3)
     rows = math.ceil(len(shown) / columns)
     with sheet(path, 1.6 + 2.6 * columns, 0.9 + rows * (0.7 + 0.42 * len(places))) as figure:
-        figure.suptitle(_heading(table, f"Sobol indices, {100 * CONFIDENCE:g} % confidence"))
+        _titled(figure, table, f"Sobol indices, {100 * CONFIDENCE:g} % confidence")
         panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
         for axes, each in zip(panels.flat, shown, strict=False):
             for off, colour, label, value, interval in (
@@ -122,7 +124,7 @@ def draw_bands(table: StudyTable, bands: Sequence[Band], path: Path) -> None:
     columns = min(len(shown), 3)
     rows = math.ceil(len(shown) / columns)
     with sheet(path, 0.7 + 2.9 * columns, 0.7 + 2.5 * rows) as figure:
-        figure.suptitle(_heading(table, "tolerance bands"))
+        _titled(figure, table, "tolerance bands")
         panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
         for axes, band in zip(panels.flat, shown, strict=False):
             count = len(band.sample)
@@ -156,7 +158,7 @@ def draw_scatter(table: StudyTable, names: Sequence[str], path: Path) -> None:
     data = {name: table.numbers(name)[rows] for name in shown}
     n = len(shown)
     with sheet(path, 0.8 + 1.6 * n, 0.8 + 1.5 * n) as figure:
-        figure.suptitle(_heading(table, f"{len(data[shown[0]])} scenes"))
+        _titled(figure, table, f"{len(data[shown[0]])} scenes")
         panels = figure.subplots(n, n, squeeze=False, sharex="col")
         for i, below in enumerate(shown):
             for j, right in enumerate(shown):
@@ -185,7 +187,7 @@ def draw_front(table: StudyTable, path: Path) -> None:
     (across, more_across), (up, more_up) = objectives(table)
     x, y, best = table.values(across), table.values(up), front(table)
     with sheet(path, 5.2, 4.0) as figure:
-        figure.suptitle(_heading(table, "Pareto front"))
+        _titled(figure, table, "Pareto front")
         axes = figure.add_subplot()
         _scenes(axes, table, x, up)
         axes.plot(x[best], y[best], color=GREEN, marker="o", markersize=4.5, zorder=3, label="beaten by none")
@@ -208,7 +210,7 @@ def draw_history(
     number, value, inside = table.numbers("scene"), table.values(goal.measure), np.array(within)
     best = goal.sign * np.fmin.accumulate(np.where(inside, goal.sign * value, np.nan))
     with sheet(path, 5.6, 3.6) as figure:
-        figure.suptitle(_heading(table, f"{'least' if goal.minimise else 'greatest'} {goal.measure}", HOLLOW))
+        _titled(figure, table, f"{'least' if goal.minimise else 'greatest'} {goal.measure}", HOLLOW)
         axes = figure.add_subplot()
         axes.plot(number[inside], value[inside], "o", color=GREY, markersize=3.5, label="within the limits")
         if not inside.all():

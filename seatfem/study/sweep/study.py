@@ -53,7 +53,7 @@ class Outputs(Table):
     measures: tuple[str, ...] = Field(
         (),
         max_length=MOST_KEYS,
-        description="keys of summary.json; those of the scene's accuracy.measures where absent",
+        description="keys of summary.json; those that the scene is judged by where absent, of its accuracy.measures",
     )
     pareto: tuple[Annotated[str, AfterValidator(_objective)], Annotated[str, AfterValidator(_objective)]] | None = (
         Field(None, description="two measures, of which less is better, as 'max life_margin' more; none where absent")

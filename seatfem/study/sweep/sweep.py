@@ -141,7 +141,7 @@ def sweep(
         design: "grid", "zip", "latin_hypercube", "sobol", "monte_carlo" or "sobol_indices".
         number, seed: of what is drawn.
         limit: scenes that are allowed at most.
-        measures: keys of summary.json; those of the scene's accuracy.measures where none.
+        measures: keys of summary.json; where none those that the scene is judged by, of its accuracy.measures.
         error_bars: "every", or "sampled" of scenes that differ in contact data alone.
         folder: of the journal, by which a stopped study goes on, and of study.csv; none is kept where absent.
         workers: processes.
@@ -149,8 +149,8 @@ def sweep(
         cluster: address of a scheduler of dask (docs/cluster.md), in place of ``workers``.
 
     Returns:
-        One row a scene: "scene" (its number), what varies, the measures [SI] and their error bars, "status" (done,
-        missed, stopped, failed), "wall_time_s", "message".
+        One row a scene: "scene" (its number), what varies, the measures [SI] and their error bars, "landing_status"
+        (landed, no landing, cut off, never opened), "status" (done, missed, stopped, failed), "wall_time_s", "message".
 
     Raises:
         SceneError, StudyError, OutputError: as `run_study`.

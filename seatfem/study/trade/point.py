@@ -154,7 +154,7 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float
     stopper = stopper_of(scene)
     greens = (striker.greens, seat.greens) if stopper is None else (striker.greens, seat.greens, stopper.greens)
     step = method.time_step or min(longest, time_step(scene, *greens))
-    check_length(scene, step)
+    check_length(scene, step, method.seat.division.count)
     with watch("contact"):
         touches = run_contacts(scene, striker, seat.greens, step, engine=point.engine)
     result = touches.seat

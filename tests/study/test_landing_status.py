@@ -1,0 +1,200 @@
+"""Scenes of a study that do not land, or are cut off: told, counted, and left out of all that follows.
+
+A mass m with speed v meets a spring k at t = gap / v and stays for pi sqrt(m / k) = 99 us; the run takes 200 us.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatfem.faces.cli import DONE, FAILED, run_command
+from seatfem.study.impacts.landed import needs_landing
+from seatfem.study.sweep import effects
+from seatfem.study.sweep import outcome as one
+from seatfem.study.sweep.optimum import run_optimum
+from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.sweep.runner import StudyError
+from seatfem.study.sweep.study import load_study
+from seatfem.study.sweep.sweep import TABLE, run_study
+from seatfem.study.sweep.table import StudyTable
+from tests.study.crew_at_hand import answer_here
+from tests.study.test_studies import study_file
+
+GAPS = '[vary]\ncontact.gap = ["0 mm", "0.05 mm", "0.09 mm", "0.15 mm", "0.3 mm"]\nreed.velocity = {}\n'
+STATUSES = ["landed", "landed", "landed", "cut off", "no landing"]
+STAYS = np.pi * (1e-3 / 1e6) ** 0.5
+RUN = 2e-4
+
+
+def swept(folder: Path, monkeypatch: pytest.MonkeyPatch, more: str = "", velocity: str = '"-1 m/s"') -> StudyTable:
+    answer_here(monkeypatch)
+    return run_study(load_study(study_file(folder, GAPS.format(velocity) + more)), folder / "out")
+
+
+def test_means_are_of_scenes_that_land(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """2 m v, whatever the gap: with the others the mean would be a quarter less. The tolerance is the steps'."""
+    table = swept(tmp_path, monkeypatch)
+    assert list(table.columns["landing_status"]) == STATUSES
+    assert list(table.columns["status"]) == ["done"] * 5
+    assert table.left_out_in_words() == "2 of 5 scenes left out: 1 cut off, 1 no landing"
+    assert table.numbers("landing_impulse_Ns")[3] < 1.7e-3  # its part until the run ends
+    [impulse, peak] = table.ranges()
+    assert float(impulse.split()[-1]) == pytest.approx(2e-3, rel=5e-3)
+    assert peak.startswith("landing_filtered_peak_force_N: 31.")  # v sqrt(k m) is 31.62
+    effect = effects.main_effect(table, "contact.gap [mm]", "landing_impulse_Ns")
+    assert list(effect.at) == [0.0, 0.05, 0.09]
+    assert effect.mean == pytest.approx([2e-3] * 3, rel=5e-3)
+
+
+def test_the_whole_run_of_a_scene_that_does_not_land_counts_for_nothing_either(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its impulse is 0, the least of all: no front begins with it."""
+    more = (
+        '[outputs]\nmeasures = ["impulse_Ns", "stopper_landing_count"]\npareto = ["impulse_Ns", "max peak_force_N"]\n'
+    )
+    table = swept(tmp_path, monkeypatch, more, '["-1 m/s", "-1.05 m/s"]')
+    landed = np.array(table.columns["landing_status"]) == "landed"
+    assert table.numbers("impulse_Ns")[~landed].min() == 0.0
+    assert np.isnan(table.values("impulse_Ns")[~landed]).all()
+    assert landed[effects.front(table)].all()
+    assert len(effects.front(table)) > 0
+    assert table.counted("stopper_landing_count").all()
+    assert table.ranges()[-2].startswith("stopper_landing_count: 0 to 0")
+
+
+def test_sobol_blocks_and_bands_without_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A measure that grows with its key; scenes above 0.75 of it do not land, and have its largest values."""
+    answer_here(monkeypatch)
+
+    def carried_out(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
+        gap = float(str(changed["contact.gap"]).split()[0])
+        status = "landed" if gap < 0.75 else "cut off"
+        return Outcome("done", "", 0.0, {"landing_impulse_Ns": gap, "landing_status": status})
+
+    monkeypatch.setattr(one, "_carried_out", carried_out)
+    study = """design = "{}"
+number = 64
+[vary]
+contact.gap = {{ kind = "uniform", from = "0 mm", to = "1 mm" }}
+reed.mass = {{ kind = "uniform", from = "1 g", to = "2 g" }}
+[outputs]
+measures = ["landing_impulse_Ns"]
+"""
+    drawn = run_study(load_study(study_file(tmp_path, study.format("latin_hypercube"))), tmp_path / "drawn")
+    [band] = effects.tolerance_bands(drawn)
+    assert len(band.sample) == 48  # a Latin hypercube has a quarter of its scenes in each quarter
+    assert band.sample.max() < 0.75
+    table = run_study(load_study(study_file(tmp_path, study.format("sobol_indices"))), tmp_path / "indices")
+    [indices] = effects.sobol_indices(table)
+    landed = np.array(table.columns["landing_status"]) == "landed"
+    assert indices.blocks == landed.reshape(4, 64).all(axis=0).sum() < 64
+
+
+def test_side_by_side_they_are_told_apart_as_one_by_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By when the mass arrives and leaves; bars of a sample are those of scenes that land, and of no others."""
+    answer_here(monkeypatch)
+    text = """design = "latin_hypercube"
+number = 64
+error_bars = "sampled"
+[vary]
+contact.gap = { from = "0 mm", to = "0.4 mm" }
+"""
+    table = run_study(load_study(study_file(tmp_path, text)), tmp_path / "out")
+    beside = np.array(table.columns["error_bars"]) == "sampled"
+    arrives = 1e-3 * table.numbers("contact.gap [mm]")
+    expected = np.where(arrives + STAYS < RUN, "landed", np.where(arrives < RUN, "cut off", "no landing"))
+    clear = (np.abs(arrives + STAYS - RUN) > 2e-6) & (np.abs(arrives - RUN) > 2e-6)
+    assert np.array(table.columns["landing_status"])[clear].tolist() == expected[clear].tolist()
+    assert {status: (beside & clear & (expected == status)).sum() > 2 for status in STATUSES} == dict.fromkeys(
+        STATUSES, True
+    )
+    assert {status for status, out in zip(table.columns["status"], table.left_out, strict=True) if not out} == {"done"}
+    values, bars = table.values("landing_impulse_Ns"), table.numbers("error_bar_landing_impulse_Ns")
+    landed = beside & table.has_landed
+    assert np.all(np.abs(values - 2e-3)[landed] <= bars[landed] + 1e-9)
+    assert np.isnan(bars[beside & ~table.has_landed]).all()
+    peaks = table.numbers("landing_filtered_peak_force_N")[landed]
+    assert peaks == pytest.approx((1e6 * 1e-3) ** 0.5, rel=5e-3)
+
+
+SOUGHT = '[vary]\ncontact.gap = { from = "0 mm", to = "0.4 mm" }\n[optimise]\nminimise = "%s"\nmost = 12\n'
+
+
+@pytest.mark.parametrize("measure", ["landing_impulse_Ns", "impulse_Ns"])
+def test_an_optimum_lands(measure: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half of the range has no impulse at all, a quarter a part of it; the least is 2 m v of the scenes that land."""
+    answer_here(monkeypatch)
+    found = run_optimum(load_study(study_file(tmp_path, SOUGHT % measure)), tmp_path / "out")
+    assert found.best.outcome.summary["landing_status"] == "landed"
+    assert {each.outcome.summary["landing_status"] for each in found.searched} == set(STATUSES)
+    assert found.best.value(measure) == pytest.approx(2e-3, rel=5e-3)
+    assert "of 12 scenes left out" in found.as_json()["left_out"] or len(found.searched) < 12
+    assert found.as_json()["left_out"].endswith(("cut off", "no landing"))
+
+
+def test_an_optimum_of_what_needs_no_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer_here(monkeypatch)
+    found = run_optimum(load_study(study_file(tmp_path, SOUGHT % "landing_count")), tmp_path / "out")
+    assert found.best.value("landing_count") == 0
+    assert found.as_json()["left_out"] == ""
+
+
+def test_no_optimum_where_nothing_lands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer_here(monkeypatch)
+    text = SOUGHT.replace('"0 mm"', '"0.3 mm"') % "impulse_Ns"
+    with pytest.raises(StudyError, match=r"none of \d+ scenes has the numbers .* left out: \d+ no landing"):
+        run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "out")
+
+
+def test_what_the_program_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """How many are left out; a measure that stays empty, in all scenes that count or in some."""
+    answer_here(monkeypatch)
+    monkeypatch.chdir(tmp_path)
+    study_file(tmp_path, GAPS.format('["-1 m/s", "-1.1 m/s"]'))
+    assert run_command(["sweep", "study.toml", "-o", "out"]) == DONE
+    out = capsys.readouterr().out
+    assert "10 scenes, 10 done\n4 of 10 scenes left out: 2 cut off, 2 no landing\n" in out
+    assert "empty" not in out
+    assert (tmp_path / "out" / "main_effects.png").is_file()
+    assert ",landing_status,status," in (tmp_path / "out" / TABLE).read_text(encoding="utf-8").splitlines()[0]
+    asked = '[outputs]\nmeasures = ["landing_peak_reed_stress_Pa", "impulse_Ns"]\n'  # a rigid mass bears none
+    study_file(tmp_path, GAPS.format('"-1 m/s"') + asked)
+    assert run_command(["sweep", "study.toml", "-o", "out", "--no-pictures"]) == FAILED
+    assert "landing_peak_reed_stress_Pa: no scene has it, of 3 that landed\n" in capsys.readouterr().out
+    study_file(tmp_path, '[vary]\ncontact.gap = ["0.3 mm", "0.35 mm"]')
+    assert run_command(["sweep", "study.toml", "-o", "never", "--no-pictures"]) == FAILED
+    out = capsys.readouterr().out
+    assert "2 of 2 scenes left out: 2 no landing\n" in out
+    assert "landing_impulse_Ns: no scene has it: none landed\n" in out
+
+
+def test_a_measure_that_is_empty_in_some_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer_here(monkeypatch)
+
+    def carried_out(path: Path, changed: dict[str, object], *_: object, **__: object) -> Outcome:
+        gap = float(str(changed["contact.gap"]).split()[0])
+        summary = {"landing_restitution": None if gap == 0.05 else gap, "landing_status": "landed"}
+        return Outcome("done", "", 0.0, summary)
+
+    monkeypatch.setattr(one, "_carried_out", carried_out)
+    table = swept(tmp_path, monkeypatch, '[outputs]\nmeasures = ["landing_restitution"]\n')
+    assert table.empty_in_words() == ["landing_restitution: empty in 1 of 5 scenes that count for it"]
+    assert table.unanswered() == ()
+    assert table.left_out_in_words() == ""
+
+
+@pytest.mark.parametrize(
+    ("key", "needs"),
+    [
+        ("landing_impulse_Ns", True), ("impulse_Ns", True), ("spring_peak_force_N", True), ("life_margin", True),
+        ("error_bar_landing_impulse_Ns", True), ("stopper_impulse_Ns", False), ("gas_largest_lift_m", False),
+        ("error_bar_stopper_impulse_Ns", False), ("spring_stopper_impulse_Ns", False), ("landing_count", False),
+        ("pressed_on_largest_load_N", False),
+    ],
+)  # fmt: skip
+def test_what_speaks_of_a_landing(key: str, needs: bool) -> None:
+    assert needs_landing(key) == needs

@@ -1,0 +1,149 @@
+"""Parts across the arcs of a lip: openings of their own, chosen by the plan, in the error bars, made finer."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact.runs.budget import safety
+from seatfem.structures.rings import Division, across_behind, ring_borders
+from seatfem.study.accuracy.error_budget import of_rings_across
+from seatfem.study.impacts import contact
+from seatfem.study.impacts.contact import RunError, check_length, measures_of, problem_of, seat_of, striker_of
+from seatfem.study.method import PORTS, RINGS, stated_method
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.planning.refining import refine
+from seatfem.study.scene import Scene, load_scene
+from seatfem.study.scene.lips import gaps_of
+
+SHEET = """
+[seat]
+kind = "annular"
+bore_radius = "3.5 mm"
+lip_width = "0.8 mm"
+lip_edge_radius = "0 mm"
+model = "spring"
+material = { young = "20600 GPa", poisson = 0.3, density = "7800 kg/m^3" }
+[reed]
+kind = "sheet"
+outline = [["0 mm", "-6 mm"], ["28 mm", "-6 mm"], ["28 mm", "6 mm"], ["0 mm", "6 mm"]]
+clamped = [["0 mm", "-6 mm"], ["0 mm", "6 mm"]]
+contact_at = ["21 mm", "0 mm"]
+thickness = "0.35 mm"
+material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
+damping_ratio = 0.005
+greens = { bandwidth = "60 kHz" }
+release = { mode = 1, velocity = "-1.5 m/s" }
+[contact]
+gap = "1 um"
+tilt = "0.15 deg"
+law = { kind = "spring", stiffness = "30 N/um" }
+CONTACT
+[run]
+duration = "0.15 ms"
+filter_width = "5 us"
+time_step = "250 ns"
+[accuracy]
+target = "3 %"
+measures = ["impulse"]
+"""
+"""A sheet that rolls onto a narrow lip, as stiff as can be: across it the sheet lands on an edge."""
+ONE, THREE, SIX = Division(16, 1), Division(16, 3), Division(16, 6)
+
+
+def scene_of(folder: Path, keys: str = "") -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(SHEET.replace("CONTACT", keys), encoding="utf-8")
+    return load_scene(path)
+
+
+def in_parts(folder: Path, division: Division) -> Scene:
+    return scene_of(folder, f"ports = {division.arcs}\nrings = {division.rings}\n")
+
+
+def landed(scene: Scene) -> tuple[impact.ContactProblem, float]:
+    """What lands, and its impulse [N s]."""
+    problem = problem_of(scene, striker_of(scene), impact.Body(seat_of(scene, mesh_error=False).greens))
+    return problem, measures_of(scene, problem, 250e-9)["impulse"]
+
+
+def test_parts_across_open_by_heights_of_their_own(tmp_path: Path) -> None:
+    """Part k lies between shares of the area of the annulus; its centre line at the mean of its borders' radii."""
+    scene = in_parts(tmp_path, Division(32, 3))
+    gaps = gaps_of(scene, Division(32, 3)).reshape(32, 3)
+    borders = np.sqrt(3.5e-3**2 + ring_borders(3) * (4.3e-3**2 - 3.5e-3**2))
+    radii = (borders[:-1] + borders[1:]) / 2
+    angles = 2 * np.pi * (np.arange(32) + 0.5) / 32
+    heights = math.tan(math.radians(0.15)) * np.sinc(1 / 32) * np.sin(angles)[:, None] * radii
+    expected = 1e-6 + heights + math.tan(math.radians(0.15)) * radii[-1]
+    np.testing.assert_allclose(gaps, expected, atol=2e-10)  # 128 points of each arc
+    assert gaps.min() > 1e-6
+
+
+def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path) -> None:
+    """Six parts across are 1.3 % above one: a part of the target alone. The term for three is a tenth of that for one,
+    and holds what nine find."""
+    found = {division: in_parts(tmp_path, division) for division in (ONE, THREE, SIX)}
+    impulses = {division: landed(scene)[1] for division, scene in found.items()}
+    assert impulses[SIX] - impulses[ONE] > 0.01 * impulses[ONE]
+    bars = {}
+    for division in (ONE, THREE):
+        scene = in_parts(tmp_path, division)
+        solved = seat_of(scene, mesh_error=False)
+        problem, _ = landed(scene)
+        terms = of_rings_across(scene, stated_method(scene), solved, problem)
+        assert terms is not None
+        ((variation,),) = terms
+        assert variation.against is not None
+        assert len(variation.problem.contacts) == 16 * across_behind(division.rings)[0]
+        one, other = (measures_of(scene, each, 250e-9) for each in (variation.against, variation.problem))
+        bars[division] = safety("impulse") * variation.weight * abs(other["impulse"] - one["impulse"])
+        assert abs(impulses[SIX] - impulses[division]) < bars[division]
+    assert bars[THREE] < 0.2 * bars[ONE]
+
+
+def test_the_plan_chooses_parts_across(tmp_path: Path) -> None:
+    plan = plan_scene(scene_of(tmp_path))
+    choice = plan.choice(RINGS)
+    assert (plan.method.seat.rings, choice.value, choice.given) == (3, "3", False)
+    assert choice.reason.startswith("parts across the lip: 6 of them change impulse by ")
+    assert plan.method.reed.lip is not None
+    assert plan.method.reed.lip.division == plan.method.seat.division
+
+
+def test_stated_parts_across_stay_and_tell_what_they_leave(tmp_path: Path) -> None:
+    """Nor do more arcs help: a round that doubles them would leave as much."""
+    plan = plan_scene(scene_of(tmp_path, "rings = 1\n"))
+    assert plan.method.seat.rings == 1
+    assert plan.choice(RINGS).given
+    assert safety("impulse") * plan.parts[RINGS]["impulse"] > 0.02
+    assert refine(plan, "patch") is None
+
+
+def test_a_round_divides_across_what_leaves_most(tmp_path: Path) -> None:
+    plan = plan_scene(scene_of(tmp_path))
+    rings = refine(replace(plan, parts={PORTS: {"impulse": 0.01}, RINGS: {"impulse": 0.02}}), "patch")
+    arcs = refine(replace(plan, parts={PORTS: {"impulse": 0.02}, RINGS: {"impulse": 0.01}}), "patch")
+    assert rings is not None
+    assert arcs is not None
+    before = plan.method.seat.division
+    assert rings.method.seat.division == Division(before.arcs, 6)
+    assert arcs.method.seat.division == Division(2 * before.arcs, before.rings)
+    assert rings.parts[RINGS]["impulse"] == pytest.approx(0.02 / 4)
+
+
+def test_more_contacts_than_memory_or_time_allow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = in_parts(tmp_path, Division(256, 4))
+    check_length(scene, 100e-9)
+    monkeypatch.setattr(contact, "available_memory", lambda: 1024 * 1000.0 * contact.CONTACT_BYTES)
+    words = r"1024 contacts over 1.5e\+03 steps: predicted 0.074 GB .* at most 0.049 GB .* fewer contact.ports"
+    with pytest.raises(RunError, match=words):
+        check_length(scene, 100e-9)
+    monkeypatch.setattr(contact, "available_memory", lambda: 1e15)
+    with pytest.raises(RunError, match=r"and 26 h, .* 24 h are taken"):
+        check_length(scene, 1e-11)

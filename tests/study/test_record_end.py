@@ -1,0 +1,109 @@
+"""Where the end of the record cuts a touch, or comes shortly before one, the bar of the impulse knows."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact.runs.budget import Budget
+from seatfem.structures.solved import Solved
+from seatfem.study.accuracy.error_budget import error_budget
+from seatfem.study.accuracy.record_end import CLOCK, LastTouch, clock_off, with_end, without_clock
+from seatfem.study.impacts.contact import run_contacts, striker_of
+from seatfem.study.method import stated_method
+from seatfem.study.scene import load_scene
+from seatfem.study.scene.measures import Blow
+
+STIFFNESS, MASS, SPEED = 40e6, 1e-4, 1.0
+WAY = 30e-6  # from spring to spring [m]
+STEP = 2e-9  # it delays the eighth touch by about 4 us, most of a touch [s]
+SCENE = """
+[seat]
+kind = "spring"
+stiffness = "40 N/um"
+[reed]
+kind = "rigid_mass"
+mass = "0.1 g"
+velocity = "-1 m/s"
+[stopper]
+kind = "spring"
+stiffness = "40 N/um"
+gap = "20 um"
+[contact]
+gap = "10 um"
+[run]
+duration = "{end} us"
+"""
+TOUCH = np.pi * np.sqrt(MASS / STIFFNESS)  # half a period
+PERIOD = 2 * (WAY / SPEED + TOUCH)
+FIRST = 10e-6 / SPEED
+IMPULSE = 2 * MASS * SPEED
+
+
+def impulse_until(end: float) -> float:
+    """Of the seat, by the closed form: a mass between two springs loses nothing and comes back every period."""
+    whole, rest = divmod(end - FIRST, PERIOD)
+    part = 0.5 * (1 - np.cos(np.pi * min(rest / TOUCH, 1.0)))
+    return IMPULSE * (whole + part)
+
+
+def budget_at(end: float, folder: Path) -> Budget:
+    path = folder / "scene.toml"
+    path.write_text(SCENE.format(end=1e6 * end), encoding="utf-8")
+    scene, spring = load_scene(path), impact.spring(stiffness=STIFFNESS)
+    striker = striker_of(scene)
+    touches = run_contacts(scene, striker, spring, STEP)
+    return error_budget(scene, stated_method(scene), Solved(spring, plane=True), striker, touches)
+
+
+def test_an_end_within_the_delay_of_a_touch_is_in_the_bar_of_the_impulse(tmp_path: Path) -> None:
+    """0.2 touches after the eighth touch of the seat, which the run has not finished: each one came later."""
+    late = FIRST + 7 * PERIOD + 1.2 * TOUCH
+    found = budget_at(late, tmp_path)
+    error = abs(found.values["impulse"] - impulse_until(late))
+    assert error > 0.02 * found.values["impulse"]  # an eighth of it is at stake
+    assert error <= found.bar("impulse") <= 2.5 * IMPULSE  # safety, and what was there before
+    assert found.dominant("impulse") == "time_step"
+    assert CLOCK not in found.values
+    assert all(CLOCK not in part for part in found.parts.values())
+
+
+def test_an_end_in_flight_adds_nothing(tmp_path: Path) -> None:
+    """Half way to the stopper no touch is near: the bar is what it was, in proportion to the touches before."""
+    inside, flight = FIRST + 7 * PERIOD + 1.2 * TOUCH, FIRST + 7 * PERIOD + TOUCH + 0.5 * WAY / SPEED
+    cut, whole = (budget_at(end, tmp_path) for end in (inside, flight))
+    error = abs(whole.values["impulse"] - impulse_until(flight))
+    assert error <= whole.bar("impulse") <= 5 * error
+    assert cut.bar("impulse") > 2 * whole.bar("impulse")
+    assert cut.bar("filtered_peak") == pytest.approx(whole.bar("filtered_peak"), rel=0.2)  # of the first touch
+
+
+def blow(*pieces: tuple[int, float]) -> Blow:
+    """Of forces [N] that each last so many microseconds."""
+    force = np.concatenate([[0.0], *(np.full(steps, each) for steps, each in pieces)])
+    return Blow(force, 1e-6, 1e-6, np.zeros_like(force))
+
+
+def test_the_last_whole_touch_is_the_clock() -> None:
+    """The middle of the second touch, 6 us after the start, while the third is cut; 2 us later where all comes so."""
+    here, later = (blow((2 + by, 0.0), (2, 5.0), (1, 0.0), (2, 3.0), (4, 0.0), (1, 2.0)) for by in (0, 2))
+    last = LastTouch.of(here)
+    assert last.impulse == pytest.approx(13e-6)
+    assert last.time(here) == pytest.approx(6e-6)
+    assert last.time(later) == pytest.approx(8e-6)
+    assert last.time(blow((3, 1.0))) == pytest.approx(3e-6)  # it never comes so far: its end
+    assert LastTouch.of(blow((3, 0.0))).time(here) == 0.0  # nothing touches
+
+
+def test_the_end_counts_to_the_source_that_moves_the_last_touch() -> None:
+    """A touch of 2 N begins with the end of the record, and one of 5 N ends 1 us before it."""
+    longer = blow((2, 0.0), (2, 5.0), (1, 0.0), (3, 2.0))
+    parts = {"mesh": {"impulse": 1e-7, CLOCK: 1e-7}, "time_step": {"impulse": 1e-7, CLOCK: 1.9e-6}}
+    left = Budget({"impulse": 1e-5, CLOCK: 3e-6}, parts, ("mesh", "time_step"))
+    off = clock_off(left)
+    assert off == pytest.approx(1.5 * 2e-6)
+    found = without_clock(with_end(left, longer, 5e-6, off))
+    assert found.parts["mesh"] == {"impulse": 1e-7}
+    assert found.parts["time_step"]["impulse"] == pytest.approx(1e-7 + 10e-6)  # the larger of 3 x 2 and 2 x 5 uN s
+    assert found.values == {"impulse": 1e-5}
