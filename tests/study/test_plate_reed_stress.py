@@ -222,13 +222,8 @@ def test_histories_and_peak_are_those_of_a_time_integration(
 def test_a_ring_so_narrow_that_no_place_has_a_stress_runs_without(tmp_path: Path) -> None:
     """All of it lies within a thickness of what touches."""
     sizes = 'outer_diameter = "3.6 mm"\ninner_diameter = "2.4 mm"\nthickness = "0.6 mm"\n'
-<<<<<<< HEAD
-    touches = 'contact_radius = "1.5 mm"\ncontact_width = "0.3 mm"\n'
-    ring = f'[reed]\nkind = "ring_plate"\n{sizes}{touches}velocity = "-1 m/s"\n'
-=======
     face = 'contact_radius = "1.5 mm"\ncontact_width = "0.3 mm"\n'
     ring = f'[reed]\nkind = "ring_plate"\n{sizes}{face}velocity = "-1 m/s"\n'
->>>>>>> main
     summary = run(tmp_path, ring, "1 um", "20 us", "50 ns")
     assert float(str(summary["impulse_Ns"])) > 0
     assert summary.get(AFTER) is None
