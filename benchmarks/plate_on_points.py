@@ -69,7 +69,7 @@ def draw_landing(number: int) -> Landing:
     axis = math.radians(float(rng.choice([0.0, 90.0])))
     stiffness = {"spring": 1e6 * round(rng.uniform(20, 100), 1), "hertz": 1e9 * round(10 ** rng.uniform(0.7, 1.7), 2)}
     gap = math.ceil(1e6 * width / 2 * math.tan(tilt) + 0.5) * 1e-6  # all points begin open
-    widths = [3.0, 5.0] if material == "PEEK" else [1.0, 3.0, 5.0]
+    widths = [3.0, 5.0] if material == "PEEK" or law == "signorini" else [1.0, 3.0, 5.0]
     return Landing(
         outlines[kind], STEEL_REED, thickness, radius, width, seat, law, stiffness.get(law, 0.0), gap, tilt, axis,
         round(rng.uniform(0.5, 3.0), 2), LONGEST, 1e-6 * float(rng.choice(widths)),
@@ -108,7 +108,8 @@ def grid_of(landing: Landing) -> Grid:
     """Return the grid of a landing's reference."""
     if landing.seat is None:
         return replace(GRID, around=96)
-    return replace(GRID, seat_band=round(landing.seat.material.shear_speed / (4 * WAVES) / 5, -4))
+    across = 4 if landing.law == "signorini" else GRID.across  # its pressure has no limit at edges
+    return replace(GRID, across=across, seat_band=round(landing.seat.material.shear_speed / (4 * WAVES) / 5, -4))
 
 
 def as_text(landing: Landing) -> str:

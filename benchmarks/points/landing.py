@@ -123,8 +123,8 @@ def plate_modes(
     return np.where(omega < 1e-3 * TUMBLING, 0.0, omega)[inside], shapes[:, inside], plate
 
 
-def total_force(landing: Landing, grid: Grid) -> Array:
-    """Return the force on the lip (steps,) [N] at steps of ``grid.dt``."""
+def total_force(landing: Landing, grid: Grid, flight: float = math.inf) -> Array:
+    """Return the force on the lip (steps,) [N] at steps of ``grid.dt``, up to so long a flight after a contact [s]."""
     points = lip_points(landing.lip_radius, landing.lip_width, grid.around, grid.across)
     omega, nodal, plate = plate_modes(
         landing.outline, landing.material, landing.thickness, grid.order, grid.size, grid.band
@@ -146,7 +146,8 @@ def total_force(landing: Landing, grid: Grid) -> Array:
         shapes, gaps, shares = join @ shapes, join @ gaps, np.full(grid.around, 1 / grid.around)
         residual = None if residual is None else join @ residual @ join.T
     forces = PointForces(_law(landing, shares), residual)
-    return march_landing(Modes(omega, damping, shapes), gaps, rates, forces, grid.dt, landing.duration)
+    modes = Modes(omega, damping, shapes)
+    return march_landing(modes, gaps, rates, forces, grid.dt, landing.duration, flight)
 
 
 def _levelled(points: Points, landing: Landing, grid: Grid) -> Array:
@@ -198,20 +199,18 @@ def solve_with_doubt(landing: Landing, grid: Grid, *, until_flight: bool = True)
         seat_band=grid.seat_band / COARSER,
     )
     coarser = replace(grid, order=grid.order - 1, band=grid.band / COARSER, dt=2 * grid.dt)
-    forces = [(total_force(landing, each), each.dt) for each in (grid, fewer, coarser)]
-    duration = min(landing.duration, _flight_after_contact(*forces[0])) if until_flight else landing.duration
-    cut = [(force[: round(duration / dt) + 1], dt) for force, dt in forces]
-    impulses = np.array([impulse(*each) for each in cut])
-    peaks = np.array([filtered_peak(*each, landing.filter_width) for each in cut])
+    fine = total_force(landing, grid, FLIGHT if until_flight else math.inf)
+    duration = min(landing.duration, _middle_of_flight(fine, grid.dt)) if until_flight else landing.duration
+    cut = replace(landing, duration=duration)
+    forces = [(fine[: round(duration / grid.dt) + 1], grid.dt)]
+    forces += [(total_force(cut, each), each.dt) for each in (fewer, coarser)]
+    impulses = np.array([impulse(*each) for each in forces])
+    peaks = np.array([filtered_peak(*each, landing.filter_width) for each in forces])
     doubts = [float(np.abs(values[1:] - values[0]).sum()) for values in (impulses, peaks)]
     return Doubted(duration, float(impulses[0]), doubts[0], float(peaks[0]), doubts[1])
 
 
-def _flight_after_contact(force: Array, dt: float) -> float:
-    """Return a time in the first flight that lasts `FLIGHT` after a contact, to the microsecond; infinite of none."""
-    touching = np.append(np.flatnonzero(force > 0), len(force))
-    lasting = np.flatnonzero(np.diff(touching) * dt >= FLIGHT)
-    if len(touching) == 1 or not len(lasting):
-        return math.inf
-    start, end = touching[lasting[0]], touching[lasting[0] + 1]
-    return math.floor((start + min(end, start + FLIGHT / dt)) / 2 * dt * 1e6) * 1e-6
+def _middle_of_flight(force: Array, dt: float) -> float:
+    """Return the middle of the flight of `FLIGHT` that a march ends with, to the microsecond; infinite of none."""
+    flying = (len(force) - 1 - np.flatnonzero(force > 0).max(initial=-1)) * dt
+    return math.inf if flying < FLIGHT * (1 - 1e-9) else math.floor(((len(force) - 1) * dt - FLIGHT / 2) * 1e6) * 1e-6

@@ -10,6 +10,7 @@ It is the slope of a convex energy of q, so that the march is symplectic where n
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,17 +93,31 @@ class PointForces:
         return np.asarray(cho_solve(factor, right))
 
 
-def march_landing(modes: Modes, gaps: Array, rates: Array, forces: PointForces, dt: float, duration: float) -> Array:
-    """Return the total force (steps,) [N] at times 0, dt, ... of modes that start undeformed with rates (m,)."""
+def march_landing(
+    modes: Modes,
+    gaps: Array,
+    rates: Array,
+    forces: PointForces,
+    dt: float,
+    duration: float,
+    flight: float = math.inf,
+) -> Array:
+    """Return the total force (steps,) [N] at times 0, dt, ... of modes that start undeformed with rates (m,).
+
+    The march ends after a duration, or when nothing has touched for as long as ``flight`` after a contact [s].
+    """
     keep, gain, pull, hold = modes.flight(dt)
     place, rate = np.zeros_like(rates), rates.copy()
     total = np.zeros(round(duration / dt) + 1)
     transposed = np.ascontiguousarray(modes.shapes.T)
+    last = math.inf
     for step in range(len(total)):
         kick = forces.solve(gaps + modes.shapes @ place)
         total[step] = kick.sum()
         if total[step] > 0:
-            rate = rate + dt * (transposed @ kick)
+            rate, last = rate + dt * (transposed @ kick), step
+        elif (step - last) * dt >= flight:
+            return total[: step + 1]
         place, rate = keep * place + gain * rate, pull * place + hold * rate
     return total
 

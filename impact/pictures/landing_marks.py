@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 MOST: Final = 10  # that are marked, the hardest
 FEW: Final = 20  # filter widths, the least that an enlarged landing shows
 COLOUR: Final = PURPLE
+APART: Final = 0.02  # of the width of axes: of marks that are closer the hardest has its number
 ROOM: Final = 0.12  # of the height of axes, above which numbers stand
 Body = Literal["seat", "stopper"]
 BODIES: Final[tuple[Body, ...]] = ("seat", "stopper")
@@ -107,15 +108,19 @@ def _landing_window(marks: Sequence[LandingMark], margin: float, width: float) -
 def draw_marks(axes: Axes, marks: Sequence[LandingMark], place: Callable[[LandingMark], tuple[float, float]]) -> None:
     """Draw the ``marks`` of one body, numbered, at their ``place`` in the units of the axes; one is in the legend."""
     label = {"seat": "landing (filled: the hardest)", "stopper": "landing on the stopper"}
+    numbered: list[float] = []
+    least = APART * abs(axes.get_xlim()[1] - axes.get_xlim()[0])
     for mark in marks:
-        shown, size = (COLOUR, 7.5) if mark.hardest and mark.body == "seat" else ("white", 5.0)
+        filled, (along, above) = mark.hardest and mark.body == "seat", place(mark)
+        shown, size, order = (COLOUR, 7.5, 5.1) if filled else ("white", 5.0, 5.0)
         style: dict[str, Any] = {"marker": SHAPES[mark.body], "markeredgecolor": COLOUR, "markerfacecolor": shown}
         name = label[mark.body] if mark.hardest else None
-        axes.plot(*place(mark), linestyle="none", markersize=size, zorder=5.0, clip_on=False, label=name, **style)
-        weight = "bold" if mark.hardest and mark.body == "seat" else "normal"
-        moved: dict[str, Any] = {"xytext": (0, 5), "textcoords": "offset points", "ha": "center", "va": "bottom"}
-        number = f"{mark.number}"
-        axes.annotate(number, place(mark), fontsize=8, color=COLOUR, fontweight=weight, zorder=5.1, **moved)
+        axes.plot(along, above, linestyle="none", markersize=size, zorder=order, clip_on=False, label=name, **style)
+        if all(abs(along - other) >= least for other in numbered):
+            numbered.append(along)
+            moved: dict[str, Any] = {"xytext": (0, 5), "textcoords": "offset points", "ha": "center", "va": "bottom"}
+            moved |= {"fontsize": 8, "color": COLOUR, "fontweight": "bold" if filled else "normal", "zorder": 5.2}
+            axes.annotate(f"{mark.number}", (along, above), **moved)
     if marks:
         low, high = axes.get_ylim()
         axes.set_ylim(low, high + ROOM * (high - low))

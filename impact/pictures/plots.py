@@ -74,7 +74,7 @@ def plot_force(
         note = f"thin: each step, thick: mean over {1e6 * filter_width:g} µs"
         zoom.set_title(note, loc="right", color=GREY, fontsize=8)
         whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
-        _table(figure.add_subplot(grid[2, :]), runs, filtered, names)
+        _table(figure.add_subplot(grid[2, :]), runs, filtered, names, group if marks else None)
     return figure
 
 
@@ -233,24 +233,27 @@ def _forces(
     axes.set_ylim(bottom=0.0)
 
 
-def _table(axes: Axes, runs: list[ImpactResult], filtered: list[Array], names: tuple[str, str]) -> None:
+def _table(
+    axes: Axes,
+    runs: list[ImpactResult],
+    filtered: list[Array],
+    names: tuple[str, str],
+    landing: tuple[float, float] | None,
+) -> None:
+    """Write the numbers of each run below the panels; those of the first contact, or the peak in a ``landing`` [s]."""
     axes.axis("off")
-    heads = ["", "first contact", "duration", "peak, mean", "peak, step", "impulse, all", "contacts (touches)"]
+    begin = ["first contact", "duration"] if landing is None else ["peak, landing"]
+    heads = ["", *begin, "peak, mean", "peak, step", "impulse, all", "contacts (touches)"]
     rows = []
     for run, mean, name in zip(runs, filtered, names, strict=False):
         groups = measures.contact_groups(run)
-        first = [text(groups[0, 0], "s"), text(groups[0, 1] - groups[0, 0], "s")] if len(groups) else ["none", "–"]
-        peaks = [text(float(mean.max()), "N"), text(measures.peak_force(run), "N")]
-        rows.append(
-            [
-                name,
-                *first,
-                *peaks,
-                text(measures.impulse(run), "N s"),
-                f"{len(groups)} ({len(measures.contact_intervals(run))})",
-            ]
-        )
-    widths = [0.28, 0.12, 0.11, 0.11, 0.11, 0.11, 0.16]
+        if landing is not None:
+            first = [text(float(mean[_within(run, *landing)].max()), "N")]
+        else:
+            first = [text(groups[0, 0], "s"), text(groups[0, 1] - groups[0, 0], "s")] if len(groups) else ["none", "–"]
+        of_all = [text(float(mean.max()), "N"), text(measures.peak_force(run), "N"), text(measures.impulse(run), "N s")]
+        rows.append([name, *first, *of_all, f"{len(groups)} ({len(measures.contact_intervals(run))})"])
+    widths = [0.28, *([0.23 / len(begin)] * len(begin)), 0.11, 0.11, 0.11, 0.16]
     table = axes.table(rows, colLabels=heads, colWidths=widths, loc="center", edges="horizontal", cellLoc="right")
     table.auto_set_font_size(False)
     table.set_fontsize(8.0)

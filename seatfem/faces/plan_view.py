@@ -61,8 +61,7 @@ def shares_line(plan: Plan) -> str:
 def judged_line(plan: Plan) -> str:
     """Return what the target of accuracy speaks of: the measures, and of which landing."""
     accuracy = plan.scene.accuracy
-    which = getattr(accuracy, "landing", "hardest")
-    of_it = "of the whole run" if which == "run" else f"of the {which} landing on the seat"
+    of_it = "of the whole run" if accuracy.landing == "run" else f"of the {accuracy.landing} landing on the seat"
     names = " and ".join(all_measures()[name].words for name in accuracy.measures)
     return f"{names} {of_it}, to {100 * accuracy.target:.3g} %"
 

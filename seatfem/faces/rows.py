@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -34,7 +35,8 @@ class Row:
     Attributes:
         key: in summary.json [SI]; the spring baseline's has the prefix spring_.
         words: before it; {width} is the filter's, {closed} says whether the reed starts closed, {above} whether the
-            impulse of a landing is that above a static load.
+            impulse of a landing is that above a static load, {touch} what comes first: a landing, of a reed that starts
+            closed a contact.
         unit: SI, without prefix.
         group: of rows, in the order of `HEADINGS`.
     """
@@ -65,9 +67,9 @@ ROWS: Final = (
     Row("restitution", "  restitution", "", "run"),
     Row("contact_count", "contacts", "", "run"),
     Row("max_seat_displacement_m", "seat displacement", "m", "run"),
-    Row("peak_reed_stress_after_contact_Pa", "reed stress after 1st landing", "Pa", "run"),
+    Row("peak_reed_stress_after_contact_Pa", "reed stress after 1st {touch}", "Pa", "run"),
     Row("peak_reed_stress_over_rho_c0_v", "  over rho c v (plane wave: 1)", "", "run"),
-    Row("initial_reed_stress_Pa", "reed stress before 1st landing", "Pa", "run"),
+    Row("initial_reed_stress_Pa", "reed stress before 1st {touch}", "Pa", "run"),
     Row("reed_stress_at_start_Pa", "reed stress at the start", "Pa", "run"),
     Row("peak_reed_stress_Pa", "reed stress, largest", "Pa", "run"),
     Row("stopper_filtered_peak_force_N", "peak force, {width} mean", "N", "stopper"),
@@ -112,6 +114,16 @@ ROWS: Final = (
 )
 OF_STATIC: Final = ("landing_excess_peak_force_N", STATIC)
 """Rows that say nothing of a landing without a static load."""
+OF_ONE_LANDING: Final[Mapping[str, str]] = {
+    "filtered_peak_force_N": "landing_filtered_peak_force_N",
+    "peak_time_s": "landing_filtered_peak_force_N",
+    "impulse_Ns": "landing_impulse_Ns",
+    "first_contact_s": "landing_time_s",
+    "contact_duration_s": "landing_duration_s",
+    "restitution": "landing_restitution",
+    "max_seat_displacement_m": "landing_max_seat_displacement_m",
+}
+"""Rows of the whole run that repeat those of its only landing."""
 NO_LOAD: Final = 1e-3
 """Share of the peak force below which a static load is none: error bars of forces are larger."""
 UNITS: Final = {
@@ -155,13 +167,26 @@ def _shown(summary: Mapping[str, object], group: Group, rows: list[Row], judged:
         return
     by_length = summary.get("line_force_peak_at_deg") is None
     for row in rows:
+        if row.key not in asked(summary) and _repeats(summary, row):
+            continue
         value = summary.get(row.key)
         needless = row.key == "peak_reed_stress_Pa" and "peak_reed_stress_after_contact_Pa" in summary
         needless = needless or (row.key in OF_STATIC and not is_loaded(summary, LANDING))
+        needless = needless or (row.key == "initial_reed_stress_Pa" and summary.get("first_contact_s") == 0)
         elsewhere = group == "lip" and row.key.endswith("_at_deg" if by_length else "_at_m")
-        empty = value is None and (row.unit == "Pa" or group == "landing")
+        empty = value is None and (row.unit == "Pa" or group in ("landing", "run"))
         if row.key in judged or (row.key in summary and not (needless or elsewhere or empty)):
             yield row
+
+
+def _repeats(summary: Mapping[str, object], row: Row) -> bool:
+    """Return whether a row of the whole run says again what the only landing says."""
+    if summary.get("landing_count") != 1 or summary.get("contact_count") != 1 or is_loaded(summary, LANDING):
+        return False
+    own, landing = as_number(summary.get(row.key)), as_number(summary.get(OF_ONE_LANDING.get(row.key, "")))
+    if row.key == "peak_time_s":
+        own = as_number(summary.get("filtered_peak_force_N"))
+    return own is not None and landing is not None and math.isclose(own, landing, rel_tol=1e-9, abs_tol=1e-12)
 
 
 def _row_of(key: str) -> Row:
@@ -186,6 +211,7 @@ def words_of(row: Row, summary: Mapping[str, object]) -> str:
     replaced = {
         "{width}": duration(summary.get("filter_width_s")),
         "{closed}": ", reed starts closed" if summary.get("first_contact_s") == 0 else "",
+        "{touch}": "contact" if summary.get("first_contact_s") == 0 else "landing",
         "{above}": " above static load" if is_loaded(summary, LANDING) else "",
     }
     words = row.words

@@ -250,8 +250,9 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         wide.print(f"\n{title}")
         wide.print(verdict(outcome.summary), soft_wrap=True)
         wide.print(result_table(outcome.summary))
-        if landings := landings_table(landings_of(outcome.summary)):
-            wide.print(landings)
+        landings = landings_of(outcome.summary)
+        if len(landings) > 1 and (table := landings_table(landings)):  # of one, the table above has all
+            wide.print(table)
         for words in filter(None, (each(outcome.summary) for each in (pressed_on, simpler, lasting))):
             wide.print(words, soft_wrap=True)
     tell(outcome, common, kept)

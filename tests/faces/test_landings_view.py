@@ -117,6 +117,11 @@ def test_the_hardest_landing_stands_first_and_is_what_is_judged(summary: dict[st
     assert lines[whole + 1] == "peak force, 5 us mean 72.821 ± 0.087 N", "the load of the gas is not judged"
     assert "first contact, reed starts closed 0 s" in lines
     assert "contacts 2 (landings 2), touches 7" in lines
+    stress = {"peak_reed_stress_after_contact_Pa": 4e8, "initial_reed_stress_Pa": 0.0}
+    closed, opened = (printed(summary, **stress, first_contact_s=first) for first in (0.0, 1e-3))
+    assert "reed stress after 1st contact 400 MPa" in closed, "a preload is no landing"
+    assert not any(line.startswith("reed stress before 1st") for line in closed)
+    assert {"reed stress after 1st landing 400 MPa", "reed stress before 1st landing 0 Pa"} <= {*opened}
 
 
 def test_the_whole_run_stands_first_where_it_is_judged(summary: dict[str, object]) -> None:

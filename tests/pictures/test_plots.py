@@ -16,7 +16,7 @@ from impact.greens.receptance import receptance
 from impact.pictures import plots
 from impact.pictures.drawing import PictureError, scaled, sheet, text
 from impact.pictures.greens_plots import error_text, lowest_excited, sampled_filter
-from impact.pictures.landing_marks import landing_marks
+from impact.pictures.landing_marks import draw_marks, landing_marks
 from seatfem.pictures import plots as seat_plots
 from seatfem.pictures import rendering
 from seatfem.pictures.cell_grid import CellGrid
@@ -427,8 +427,19 @@ def test_the_hardest_landing_is_marked_and_enlarged(runs: list[impact.ImpactResu
     for picture in (force, motion):
         assert "landing (filled: the hardest)" in picture
         assert "anding 2, the hardest" in picture
+    assert "peak, landing" in force
     assert "landing on the stopper" in motion
     assert "landing on the stopper" not in force
+
+
+def test_of_landings_too_close_for_their_numbers_the_hardest_has_its_own() -> None:
+    landings = [record(1, 2.0, 5.0e-4), record(2, 9.0, 5.1e-4), record(3, 1.0, 9e-4)]
+    with sheet(None, 4, 3) as figure:
+        axes = figure.subplots()
+        axes.set(xlim=(0.0, 1e-3), ylim=(0.0, 25.0))
+        draw_marks(axes, landing_marks(landings), lambda mark: (mark.start, mark.peak))
+        assert [note.get_text() for note in axes.texts] == ["2", "3"]
+        assert len(axes.lines) == 3
 
 
 def test_landings_without_their_numbers_and_beyond_ten_are_not_marked() -> None:

@@ -45,7 +45,7 @@ def impulse_until(end: float) -> float:
     """Of the seat, by the closed form: a mass between two springs loses nothing and comes back every period."""
     whole, rest = divmod(end - FIRST, PERIOD)
     part = 0.5 * (1 - np.cos(np.pi * min(rest / TOUCH, 1.0)))
-    return IMPULSE * (whole + part)
+    return float(IMPULSE * (whole + part))
 
 
 def budget_at(end: float, folder: Path) -> Budget:

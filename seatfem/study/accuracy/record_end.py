@@ -23,10 +23,14 @@ from seatfem.study.scene.measures import Blow, values_of
 CLOCK: Final = "last touch"
 """Stands among the measures of the runs behind a budget: when they are half through the last whole touch [s]."""
 
+FAINT: Final = 0.2  # of the largest impulse of a touch
+
 
 @dataclass(frozen=True)
 class LastTouch:
     """The last touch of a record that the end does not cut, or the one that it does where there is no other.
+
+    One that bears less than `FAINT` of the hardest is none: what bodies give each other before it may differ by more.
 
     Attributes:
         impulse: up to its middle [N s]; 0 without any touch.
@@ -39,6 +43,8 @@ class LastTouch:
         """In a run."""
         force, running = _touching(blow), _impulse(blow)
         touches = closed_steps(force)
+        borne = np.diff(running[touches.astype(np.int64)])[:, 0] if len(touches) else np.zeros(0)
+        touches = touches[borne > FAINT * borne.max(initial=0.0)]
         whole = touches[touches[:, 1] < len(force)]
         ends = (whole if len(whole) else touches)[-1:]
         return LastTouch(float(running[ends].mean()) if len(ends) else 0.0)
