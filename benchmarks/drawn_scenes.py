@@ -144,7 +144,8 @@ def _extras(seat: Seat, striker: Striker, rng: np.random.Generator) -> Iterator[
         yield "base", f'[[base]]\nof = "{rng.choice(["reed", "seat"])}"\ndisplacement = "base.csv"\n'
     if striker.kind in ("cantilever", "flapper", "sheet") and rng.random() < 0.12:
         yield "life", f'[life]\nstrength = "{STRENGTH}"\nhours = 10000\nrpm = 3000\n'
-    if seat.kind in ELASTIC and seat.kind not in SOLIDS and rng.random() < 0.25:
+    dear = seat.kind in SOLIDS or striker.in_arcs
+    if seat.kind in ELASTIC and rng.random() < (0.05 if dear else 0.25):
         yield "seat stress", '[stress]\ndistance = "0.3 mm"\nstruck = false\n'
 
 

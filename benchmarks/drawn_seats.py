@@ -20,6 +20,8 @@ GEOMETRY: Final = {
     "annular": annular, "conical": conical, "stopper": stopper, "plate": plate, "bar": bar, "block": block,
 }  # fmt: skip
 SOLIDS: Final = ("plate", "bar", "block")
+DEAR: Final = ("plate", "block")
+"""Kinds that always state a mesh and a band: in space, wider ones take minutes."""
 LIPPED: Final = ("annular",)
 """Kinds whose struck face is a lip that a tilted reed meets in arcs, at a cost that many scenes can bear."""
 ELASTIC: Final = (*GEOMETRY, "cad", "mesh")
@@ -76,7 +78,7 @@ def _of_geometry(kind: str, rng: np.random.Generator, stated: bool) -> Seat:
     lines, length = GEOMETRY[kind](rng)
     text, how = f'[seat]\nkind = "{kind}"\n{lines}{_material(rng)}{_damping(rng, 0.01 * (kind in SOLIDS))}', ""
     size = length / (rng.uniform(2, 3) if kind in SOLIDS else rng.uniform(6, 12))
-    if stated:
+    if stated or kind in DEAR:
         how = f'mesh = {{ size = "{size:.4f} mm", contact_size = "{size * rng.uniform(0.35, 0.7):.4f} mm" }}\n'
         band = rng.uniform(80, 200) if kind in SOLIDS else rng.uniform(150, 600)
         how += f'greens = {{ bandwidth = "{band:.3f} kHz", tolerance = {rng.uniform(0.005, 0.02):.5f} }}\n'
