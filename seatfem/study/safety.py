@@ -56,8 +56,8 @@ SHEAR_SHARE: Final = 0.05  # of the target, from which on the shear of the reed 
 
 # What no bar is below, of a source that can err: relative, by its name.
 FLOORS: Final = {"mesh": 1e-5, "reduction": 1e-5, "patch": 1e-5}
-"""Squares of 0.3 %, to which g is known in the band at best. A measure may not follow g to first order, as the plateau of
-a rod's force on a seat that hardly yields, ``rho c A v``: then no coarser run changes it, the second order is left."""
+"""Squares of 0.3 %, to which g is known in its band at best. A measure may not follow g to first order, as the plateau
+of a rod's force on a seat that hardly yields, ``rho c A v``: then no coarser run changes it, second order is left."""
 FLOOR_OF_SPRING: Final = 1e-3
 """The same of a spring in place of waves: the square of 3 %, to which a surrogate or a first velocity knows them."""
 
