@@ -11,17 +11,22 @@ from typing import Final
 AIM: Final = 0.8  # part of the target that a plan may use up: predictions are not exact, a second round costs more
 SPARE: Final = 1.3  # where the target is out of reach: the least error, times this, is aimed at
 FREE: Final = 0.1  # part of the cost that may be spent on an error of nothing instead of all that is allowed
+SIMPLER: Final = 1.5  # cost of a seat without waves over that of one with them, up to which it is taken
 ENDLESS: Final = 1e9  # bar in place of an infinite one, of a measure that a model makes vanish: they can be compared
 STEP_UP: Final = 2.5  # ratio of the targets of the alternatives to the target
 FINEST: Final = 0.05  # part of the tightest target looked at that the finest rungs of a ladder must reach
 MODES_SHARE: Final = 0.5  # the same of the modes of a plate that strikes
 ARCS_SHARE: Final = 0.5  # part of the target that the arcs of a lip may use up
+ACROSS_SHARE: Final = 0.25  # the same of the rings across them
 LIP_SHARE: Final = 0.25  # the same of one port in their place: with 0.5, arcs after it cost more than arcs at once
 LEVEL_SHARE: Final = 4  # without a plan: the part of the target that a level may use up by itself
 
 # What a plan predicts of the bars that its run will state, over what it sees beforehand.
 DOUBT: Final = 2.0  # the surrogate's waves, over which the seat's may be stronger
 DOUBT_OF_ARCS: Final = 3.0  # the same of a lip in arcs: with 2, four of 100 measures were outside their bars
+DOUBT_OF_COARSE: Final = 1.3  # of a coarse real seat in place of the surrogate (benchmarks/decisions_of_springs.py)
+OVERSTATED: Final = 20.0  # by which the surrogate's waves may be stronger than the seat's; above, none is made
+LONGEST_LOOK: Final = 1.5  # [s] that a coarse real seat may take, predicted: a plan is quick
 DOUBT_OF_ONE_PORT: Final = 3.0  # of one port in place of arcs: with 1.5, runs found three of seven choices too coarse
 ONE_PORT_BAR: Final = 1.5  # the bar that a run states for one port, over what arcs on a half-space change
 MESH_BAR: Final = 2.0  # the bar that a run states for its mesh, over the error that the mesh has
@@ -56,8 +61,9 @@ SHEAR_SHARE: Final = 0.05  # of the target, from which on the shear of the reed 
 
 # What no bar is below, of a source that can err: relative, by its name.
 FLOORS: Final = {"mesh": 1e-5, "reduction": 1e-5, "patch": 1e-5}
-"""Squares of 0.3 %, to which g is known in its band at best. A measure may not follow g to first order, as the plateau
-of a rod's force on a seat that hardly yields, ``rho c A v``: then no coarser run changes it, second order is left."""
+"""Squares of 0.3 %, to which g is known in the band at best. A measure may not follow g to first order, as the plateau
+of a rod's force on a seat that hardly yields, ``rho c A v``: then no coarser run changes it, the second order is
+left."""
 FLOOR_OF_SPRING: Final = 1e-3
 """The same of a spring in place of waves: the square of 3 %, to which a surrogate or a first velocity knows them."""
 
