@@ -139,8 +139,8 @@ def error_budget(
 
 
 def with_cut_landings(left: Budget, landings: Landings | None) -> Budget:
-    """With nothing known of how long the landings last that the end of the record cuts, nor of their whole impulse, nor of
-    the peak of one that has hardly passed it."""
+    """With nothing known of how long the landings last that the end of the record cuts, nor of their whole impulse,
+    nor of the peak of one that has hardly passed it."""
     if landings is None or not left.parts:
         return left
     cut = [

@@ -117,7 +117,8 @@ def _carried_out(
         found = run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
     summary = {key: _scalar(value) for key, value in found.summary.items() if _is_scalar(value)}
     assert found.plan is not None
-    left = start_of(found.plan) if leads and found.met is True else {}
+    serves = found.met is True or summary.get("landing_status") == "cut off"  # which no other plan would mend
+    left = start_of(found.plan) if leads and serves else {}
     missed = found.met is False
     return Outcome("missed" if missed else "done", found.messages[0] if missed else "", 0.0, summary, left)
 
