@@ -54,8 +54,8 @@ STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
         (FLAPPER, GAP, STOPPER + 'lift = "-1 mm"', ("stopper.lift", "-1 mm", "below the seat", "more than 0 mm")),
         (FLAPPER, 'gap = "-1 um"\ntilt = "0.3 deg"', "", ("contact.gap", "-1 um", "must be >= 0")),
         (FLAPPER, GAP + 'tilt = "90 deg"', "", ("contact.tilt", "90 deg", "30 deg")),
-        (FLAPPER, GAP + "ports = 500", "", ("contact.ports", "500", "256")),
-        (FLAPPER, GAP + "ports = 128\nrings = 4", "", ("contact.ports", "128", "256", "take fewer")),
+        (FLAPPER, GAP + "ports = 5000", "", ("contact.ports", "5000", "4096")),
+        (FLAPPER, GAP + "ports = 2048\nrings = 4", "", ("contact.ports", "2048", "4096", "take fewer")),
     ],
     ids=["misses", "reaches_off", "small", "thick", "waves", "crosses", "stopper", "gap", "tilt", "ports", "parts"],
 )

@@ -78,7 +78,7 @@ def test_arcs_have_the_force_of_their_rings_and_their_mean_gap(landed: Any) -> N
 
 def test_the_gaps_begin_with_the_tilt_of_the_scene(landed: Any) -> None:
     _, pitch, roll = best_plane(by_arc(landed.done.touches.parts, Division(ARCS, 2)).gap, RADIUS)[0]
-    assert np.degrees(np.arctan(roll)) == pytest.approx(0.3, rel=1e-4)  # arcs are means over many points
+    assert np.degrees(np.arctan(roll)) == pytest.approx(0.3, rel=4e-3)  # the mean of an arc lies outside its middle
     assert abs(pitch) < 1e-9
 
 

@@ -121,20 +121,20 @@ def test_stated_parts_across_stay_and_tell_what_they_leave(tmp_path: Path) -> No
     plan = plan_scene(scene_of(tmp_path, "rings = 1\n"))
     assert plan.method.seat.rings == 1
     assert plan.choice(RINGS).given
-    assert safety("impulse") * plan.parts[RINGS]["impulse"] > 0.02
+    assert safety("impulse") * plan.parts[RINGS]["landing_impulse"] > 0.02
     assert refine(plan, "patch") is None
 
 
 def test_a_round_divides_across_what_leaves_most(tmp_path: Path) -> None:
     plan = plan_scene(scene_of(tmp_path))
-    rings = refine(replace(plan, parts={PORTS: {"impulse": 0.01}, RINGS: {"impulse": 0.02}}), "patch")
-    arcs = refine(replace(plan, parts={PORTS: {"impulse": 0.02}, RINGS: {"impulse": 0.01}}), "patch")
+    rings = refine(replace(plan, parts={PORTS: {"landing_impulse": 0.01}, RINGS: {"landing_impulse": 0.02}}), "patch")
+    arcs = refine(replace(plan, parts={PORTS: {"landing_impulse": 0.02}, RINGS: {"landing_impulse": 0.01}}), "patch")
     assert rings is not None
     assert arcs is not None
     before = plan.method.seat.division
     assert rings.method.seat.division == Division(before.arcs, 6)
     assert arcs.method.seat.division == Division(2 * before.arcs, before.rings)
-    assert rings.parts[RINGS]["impulse"] == pytest.approx(0.02 / 4)
+    assert rings.parts[RINGS]["landing_impulse"] == pytest.approx(0.02 / 4)
 
 
 def test_more_contacts_than_memory_or_time_allow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -37,7 +37,7 @@ n_modes = 8
 release = { tip_deflection = "1 mm" }
 
 [run]
-duration = "0.7 ms"
+duration = "0.9 ms"
 
 [accuracy]
 target = "50 %"
@@ -179,7 +179,8 @@ def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
 
 def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
     written = {path.name for path in annular.outcome.files}
-    files, curves = {"summary.json", "result.h5", "seat.h5"}, {"force.png", "motion.png", "energy.png", "greens.png"}
+    files = {"summary.json", "landings.csv", "result.h5", "seat.h5"}
+    curves = {"force.png", "motion.png", "energy.png", "greens.png"}
     assert written == files | curves | {*OF_STRESS, "stress_histories.png"} | {
         "mesh.png", "modes.png", "mode_1.gif", "modes.h5"
     }  # fmt: skip
@@ -401,7 +402,7 @@ def assert_whole(folder: Path) -> None:
         ("coarser mesh, for the error estimate", 0.0, set()),
         ("stepping", 0.0, {"seat.h5"}),
         ("stepping", 1.0, {"seat.h5"}),
-        ("pictures", 0.0, {"seat.h5", "result.h5", "summary.json", "force.png", *OF_STRESS}),
+        ("pictures", 0.0, {"seat.h5", "result.h5", "summary.json", "landings.csv", "force.png", *OF_STRESS}),
     ],
 )
 def test_an_interrupted_run_leaves_whole_files_only(stage: str, at: float, left: set[str], tmp_path: Path) -> None:
@@ -432,7 +433,7 @@ def test_missing_picture_libraries_are_told_and_the_rest_is_done(tmp_path: Path)
     done = told(program("run", "bar.toml", "-o", "out", blocked=("matplotlib", "pyvista")), tmp_path)
     assert done.returncode == 0, done.stderr
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
-        *("summary.json", "result.h5", "seat.h5"),
+        *("summary.json", "landings.csv", "result.h5", "seat.h5"),
         *("scene.toml", "plan.json", *OF_STRESS),
     }
     notes = [line for line in done.stdout.splitlines() if line.startswith("note: ")]
@@ -486,7 +487,7 @@ def test_a_crash_among_the_pictures_leaves_all_numbers(tmp_path: Path) -> None:
     ]
     assert told(command, tmp_path).returncode == 139
     left = {path.name for path in (tmp_path / "out").iterdir()}
-    assert left == {"summary.json", "result.h5", "seat.h5", "force.png", *OF_STRESS}
+    assert left == {"summary.json", "landings.csv", "result.h5", "seat.h5", "force.png", *OF_STRESS}
     assert_whole(tmp_path / "out")
     summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
     assert set(summary) >= DEMANDED

@@ -41,6 +41,7 @@ from seatfem.study.planning.lips import several_needed
 from seatfem.study.planning.plan import Choice
 from seatfem.study.safety import FEW, FEWER, LIP_SHARE, MANY
 from seatfem.study.scene import Scene
+from seatfem.study.scene.measures import asked_name
 
 WORDS: Final = {ONE_PORT: "one port", BEAM: "a beam"}
 COUPLED: Final = "the seat is no sum of oscillators (its damping couples the modes, or it is stepped): step weights"
@@ -126,7 +127,7 @@ def _most(changes: Changes) -> str:
     if not changes:
         return "no measure"
     name = max(changes, key=lambda measure: changes[measure])
-    return f"{name} by {_percent(changes[name])}"
+    return f"{asked_name(name)} by {_percent(changes[name])}"
 
 
 def _level(decision: Decision, method: RunMethod) -> str:
@@ -190,7 +191,8 @@ def _rings(decision: Decision, method: RunMethod) -> str:
         most = max(left, key=lambda name: left[name], default="")
         alone = decision.seen.of_rings(1).get(most, 0.0)
         return (
-            f"of {_percent(alone)} of {most} by a patch that moves as its mean, {_percent(left.get(most, 0.0))} is left"
+            f"of {_percent(alone)} of {asked_name(most)} by a patch that moves as its mean, "
+            f"{_percent(left.get(most, 0.0))} is left"
         )
     if not any(left.values()):
         return "the struck end stays plane"

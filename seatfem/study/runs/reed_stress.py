@@ -218,7 +218,8 @@ def touched_points(done: Round) -> Array:
 def _lips(done: Round) -> tuple[AnyLip, ...]:
     scene = done.plan.scene
     assert isinstance(scene.reed, ThinPlate)
-    return scene.reed.lips(on_the_reed(scene, lip_of(scene, Division.of(done.seat.greens).arcs)))
+    division = Division.of(done.seat.greens)
+    return scene.reed.lips(on_the_reed(scene, lip_of(scene, division.arcs, division.rings)))
 
 
 def plate_pushes(done: Round, touches: Touches) -> Array:
