@@ -147,3 +147,9 @@ def test_more_contacts_than_memory_or_time_allow(tmp_path: Path, monkeypatch: py
     monkeypatch.setattr(contact, "available_memory", lambda: 1e15)
     with pytest.raises(RunError, match=r"and 26 h, .* 24 h are taken"):
         check_length(scene, 1e-11)
+
+
+def test_more_parts_than_are_chosen_may_be_stated(tmp_path: Path) -> None:
+    plan = plan_scene(scene_of(tmp_path, "ports = 60\nrings = 5\n"))
+    assert plan.method.seat.division == Division(60, 5)
+    assert plan.parts[RINGS]["impulse"] < 0.01

@@ -114,7 +114,7 @@ def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -
     arcs, left = arcs_behind_rings(scene, division), dict[int, Changes]()
     for rings in (given,) if is_given(scene, RINGS) or rings_refused(scene) else ACROSS:
         finer, weight = across_behind(rings)
-        if division.arcs * rings > MOST_CHOSEN and left:
+        if division.arcs * rings > MOST_CHOSEN and rings > ACROSS[1] and left:
             break
         there = Division(arcs, max(rings, finer))
         looked_at = with_parts(scene, there)
