@@ -141,7 +141,7 @@ def test_the_place_on_the_regime_map_is_in_the_summary(annular: Ran) -> None:
     found = annular.summary
     assert {"regime_mass_ratio", "regime_zener_lambda", "regime_predicted_peak_error"} <= set(found)
     assert found["seat_kind"] == "annular"
-    assert found["restitution"] is None  # still in contact at the end of the record
+    assert 0 < found["restitution"] < 1
 
 
 def test_spring_baseline_has_the_static_stiffness_of_the_seat(annular: Ran) -> None:
@@ -349,7 +349,7 @@ def test_a_rigid_mass_on_a_rod_is_the_textbooks(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("plain")
 def test_a_run_without_contact_has_no_times(tmp_path: Path) -> None:
-    found = run(SPRING.replace('"0.7 ms"', '"0.1 ms"'), tmp_path / "out").summary
+    found = run(SPRING.replace('"0.9 ms"', '"0.1 ms"'), tmp_path / "out").summary
     assert found["first_contact_s"] is found["contact_duration_s"] is found["spring_first_contact_s"] is None
     assert found["contact_count"] == found["impulse_Ns"] == found["peak_force_N"] == 0
 
