@@ -30,6 +30,7 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import load_scene
+from seatfem.study.scene.measures import asked_name
 from seatfem.verification.case import Row
 from seatfem.verification.table import PROVIDERS, markdown_table, verification_table
 
@@ -130,7 +131,7 @@ def plan_table(plan: Plan) -> str:
     """What the demo's plan chooses and predicts."""
     lines = ["| key | value | why |", "|---|---|---|"]
     lines += [f"| `{c.key}` | {c.value} | {'given: ' * c.given}{c.reason} |" for c in plan.choices]
-    errors = ", ".join(f"{name.replace('_', ' ')} {100 * error:.2g} %" for name, error in plan.error.items())
+    errors = ", ".join(f"{asked_name(name).replace('_', ' ')} {100 * error:.2g} %" for name, error in plan.error.items())
     lines.append(f"\nPredicted: {plan.cost.seconds:.2g} s, {plan.cost.memory / 1e9:.2g} GB, error bars: {errors}.")
     return "\n".join(lines)
 
