@@ -196,7 +196,7 @@ def test_the_landings_cover_reeds_seats_and_laws() -> None:
 
 
 def test_the_width_of_the_land_decides_the_first_landing() -> None:
-    """Other points agree within the doubt; the mean over each radius loses 1 to 2 % of the impulse, many times the doubt."""
+    """Other points agree within the doubt; the mean over each radius loses 1 to 2 % of the impulse, far more."""
     values, numbers = plate_on_points.read_across(), REFERENCES[0][1]
     assert values["points"][0] == pytest.approx(numbers.impulse, rel=1e-5)
     assert values["other points"][0] == pytest.approx(numbers.impulse, abs=numbers.impulse_doubt)
