@@ -196,10 +196,11 @@ def test_the_landings_cover_reeds_seats_and_laws() -> None:
 
 
 def test_the_width_of_the_land_decides_the_first_landing() -> None:
-    """Other points agree to 5e-4; the mean over each radius loses 1 to 2 % of the impulse, many times the doubt."""
+    """Other points agree within the doubt; the mean over each radius loses 1 to 2 % of the impulse, far more."""
     values, numbers = plate_on_points.read_across(), REFERENCES[0][1]
     assert values["points"][0] == pytest.approx(numbers.impulse, rel=1e-5)
-    assert values["other points"] == pytest.approx(values["points"], rel=5e-4)
+    assert values["other points"][0] == pytest.approx(numbers.impulse, abs=numbers.impulse_doubt)
+    assert values["other points"][1] == pytest.approx(numbers.filtered_peak, abs=numbers.filtered_peak_doubt)
     lost = 1 - values["one contact across"][0] / values["points"][0]
     assert 0.01 < lost < 0.02
     assert numbers.impulse_doubt < 0.003 * numbers.impulse
