@@ -18,7 +18,7 @@ PACKAGE = Path(__file__).parents[2] / "seatfem"
 EVIL = "\x1b]0;owned\x07\x1b[2J\x1b[31m\x9b5m\x9d\u202egnp.exe\u2066\u200b\x08\x7f\r[red]b[/red]:skull:"
 SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
 BALL = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n'
-RUN = '[run]\nduration = "20 us"\n'
+RUN = '[run]\nduration = "400 us"\n'  # until it has landed and left
 QUOTED = json.dumps(EVIL)  # as TOML writes it too
 OWN = re.compile(r"\x1b\[[0-9;?]*[a-zA-Z]")  # what rich writes for colours and bars
 
