@@ -92,7 +92,7 @@ def table(known: list[dict[str, str]]) -> str:
                 ("impulse_Ns", "N s"),
             )
         ]
-        counts = f"{row['landing_count']}, {row['stopper_landing_count']}"
+        counts = f"{row['landing_count']}, {row['stopper_landing_count'] or 0}"
         lines.append(f"| {row['scene']} | {row['landing_status']} | {counts} | {' | '.join(cells)} |")
     return "\n".join(lines)
 

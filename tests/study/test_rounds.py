@@ -42,6 +42,7 @@ release = { tip_deflection = "1 mm" }
 duration = "0.75 ms"
 filter_width = "8 us"
 [accuracy]
+landing = "run"
 """
 
 
@@ -332,7 +333,8 @@ def test_no_pictures_draws_none_and_says_nothing_of_them(tmp_path: Path, capsys:
     assert run_command(["run", str(scene), "-o", str(out), "--no-pictures"]) == 0
     asked = {"scene.toml", "plan.json"}
     stress = {"reed_hot_spots.csv", "stress.h5"}
-    assert {path.name for path in out.iterdir()} == {"summary.json", "result.h5", "seat.h5"} | asked | stress
+    files = {"summary.json", "landings.csv", "result.h5", "seat.h5"}
+    assert {path.name for path in out.iterdir()} == files | asked | stress
     assert "skipped" not in capsys.readouterr().out
 
 

@@ -58,6 +58,7 @@ greens = { bandwidth = "150 kHz" }
 release = { mode = 1, velocity = "-2 m/s" }
 [contact]
 ports = 8
+rings = 1
 gap = "1 um"
 tilt = "0.1 deg"
 tilt_axis = "90 deg"

@@ -86,10 +86,9 @@ def _option(seen: Seen, step: Rung, modes: Rung | None, closed: bool) -> Contact
 
 def _known_to_a_step(seen: Seen, step: Rung) -> Changes:
     """A contact's duration is known to a step at best, as the error budget has it."""
-    duration = seen.sensitivity.base.get("contact_duration", 0.0)
-    if duration == 0.0:
-        return step.changes
-    return {**step.changes, "contact_duration": max(step.changes["contact_duration"], step.value / duration)}
+    base = {name: value for name, value in seen.sensitivity.base.items() if name.endswith("contact_duration") and value}
+    known = {name: max(step.changes[name], step.value / duration) for name, duration in base.items()}
+    return {**step.changes, **known}
 
 
 def _seconds(seen: Seen, method: RunMethod, dt: float, poles: float) -> float:

@@ -30,7 +30,7 @@ from seatfem.study.impacts.measures import OF_A_LANDING, landing_name, measured,
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
-from seatfem.study.scene.measures import FIRST, HARDEST, LandingChoice, Line, all_measures, key_of
+from seatfem.study.scene.measures import FIRST, HARDEST, LandingChoice, Line, all_measures, asked_name, key_of
 from seatfem.study.scene.stopper import Stopper
 
 JUDGED: Final[Mapping[str, str]] = {
@@ -338,7 +338,11 @@ def plan_keys(plan: Plan, seconds: float) -> dict[str, object]:
         "plan_given": ", ".join(choice.key for choice in plan.choices if choice.given),
         "plan_predicted_time_s": plan.cost.seconds,
         "plan_predicted_memory_bytes": plan.cost.memory,
-        **{f"plan_predicted_error_{key_of(name)}": error for name, error in plan.error.items()},
+        **{
+            f"plan_predicted_error_{key_of(each)}": error
+            for name, error in plan.error.items()
+            for each in (name, asked_name(name))
+        },
     }
 
 
