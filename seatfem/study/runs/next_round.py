@@ -94,9 +94,9 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
         done = replace(done, paces={})
     if done.number >= limits.rounds:
         return None, f"{limits.rounds} round{'s'[: limits.rounds > 1]} at most"
-    if done.touches.landings is not None and done.touches.landings.status == "cut off":
+    accuracy, left, landings = done.plan.scene.accuracy, done.left, done.touches.landings
+    if accuracy.landing != "run" and landings is not None and landings.status == "cut off":
         return None, CUT_OFF
-    accuracy, left = done.plan.scene.accuracy, done.left
     missing = [name for name in done.judged if left.relative(name) > accuracy.target]
     reasons = []
     for measure in sorted(missing, key=lambda name: -left.relative(name)):
