@@ -52,7 +52,7 @@ def test_the_whole_run_of_a_scene_that_does_not_land_counts_for_nothing_either(
 ) -> None:
     """Its impulse is 0, the least of all: no front begins with it."""
     more = (
-        '[outputs]\nmeasures = ["impulse_Ns", "stopper_landing_count"]\npareto = ["impulse_Ns", "max peak_force_N"]\n'
+        '[outputs]\nmeasures = ["impulse_Ns", "landing_count"]\npareto = ["impulse_Ns", "max peak_force_N"]\n'
     )
     table = swept(tmp_path, monkeypatch, more, '["-1 m/s", "-1.05 m/s"]')
     landed = np.array(table.columns["landing_status"]) == "landed"
@@ -60,8 +60,8 @@ def test_the_whole_run_of_a_scene_that_does_not_land_counts_for_nothing_either(
     assert np.isnan(table.values("impulse_Ns")[~landed]).all()
     assert landed[effects.front(table)].all()
     assert len(effects.front(table)) > 0
-    assert table.counted("stopper_landing_count").all()
-    assert table.ranges()[-2].startswith("stopper_landing_count: 0 to 0")
+    assert table.counted("landing_count").all()
+    assert table.ranges()[-2].startswith("landing_count: 0 to 1")
 
 
 def test_sobol_blocks_and_bands_without_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
