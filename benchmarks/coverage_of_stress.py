@@ -130,7 +130,7 @@ def told(done: Round, *, bare: bool = False) -> tuple[Mapping[str, float], Mappi
         values[TENSION], bars[TENSION] = float(seat.peak.principal.max()), seat.tension_bar
     if plate is not None and plate.found.after_contact is not None:
         values[REED], bars[REED] = plate.found.after_contact.value, plate.bar
-    elif done.stress is not None and done.stress.after_contact is not None:
+    elif REED in done.left.values and done.stress is not None and done.stress.after_contact is not None:
         values[REED], bars[REED] = done.stress.after_contact.value, done.left.bar(REED)
     return {name: value for name, value in values.items() if not math.isnan(bars[name])}, bars
 
