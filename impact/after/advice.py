@@ -54,7 +54,7 @@ def gain_advice(problem: ContactProblem, force: Array, gap: Array) -> Iterator[A
         if isinstance(contact.law, Signorini):
             continue
         work, inside = force[:, number] * np.diff(gap[:, number]), gap[:, number] < 0
-        closed = closed_steps(np.asarray(inside[:-1] | inside[1:] | (force[:, number] > 0), dtype=np.float64))
+        closed = closed_steps(inside[:-1] | inside[1:] | (force[:, number] > 0))
         whole = [(a, b) for a, b in closed if not (inside[a] or inside[b])]
         took = np.array([-np.minimum(work[a:b], 0.0).sum() for a, b in whole])
         gained = np.array([work[a:b].sum() for a, b in whole])

@@ -12,13 +12,11 @@ touches are of the step's making.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impact.after.measures import MERGE, closed_steps, merged
 from impact.after.spectrum import MOVING_AVERAGE, averaged, largest_average
@@ -34,12 +32,12 @@ FAINT: Final = 1e-3  # of the largest averaged force of the record
 
 @dataclass(frozen=True)
 class ContactRecord:
-    """What landings are read from: the contacts of one face in p parts, over n steps.
+    """The contacts of one face in p parts over n steps, which its landings are read from.
 
     Attributes:
         force: (n + 1,) total of all parts, films included [N]; ``force[0]`` is a preload.
         solid: (n + 1, p) what the bodies themselves press with, part by part [N].
-        gap: (n + 1, p) openings [m]; ``None``: not recorded, each contact counts as approached at an unknown speed.
+        gap: (n + 1, p) openings [m].
         static: (n + 1,) quasi-static load [N].
         dt: step [s].
         width: of the filter, at least a step [s].
@@ -48,7 +46,7 @@ class ContactRecord:
 
     force: Array
     solid: Array
-    gap: Array | None
+    gap: Array
     static: Array
     dt: float
     width: float
@@ -92,7 +90,7 @@ class Landing:
 
     @property
     def duration(self) -> float:
-        """From the first touch to the end [s]."""
+        """Return the time from the first touch to the end [s]."""
         return self.end - self.start
 
 
@@ -171,7 +169,7 @@ def closing_speeds(problem: ContactProblem) -> Array:
 
 def _groups(record: ContactRecord) -> Array:
     """Return the (k, 2) first steps and steps after the last of the contacts that an approach began."""
-    steps = closed_steps(np.any(record.solid[1:] > 0, axis=1).astype(float))
+    steps = closed_steps(np.any(record.solid[1:] > 0, axis=1))
     if not len(steps):
         return steps
     groups = np.rint(merged(record.dt * steps) / record.dt).astype(np.int64)
@@ -181,7 +179,7 @@ def _groups(record: ContactRecord) -> Array:
 def _approaches(record: ContactRecord, first: int) -> bool:
     if np.any(record.solid[0] > 0) and first == 0:
         return False
-    return not _first_touch(record, first)[1] <= 0
+    return _first_touch(record, first)[1] > 0
 
 
 def _first_touch(record: ContactRecord, first: int) -> tuple[int, float]:
@@ -189,8 +187,6 @@ def _first_touch(record: ContactRecord, first: int) -> tuple[int, float]:
     touching = np.flatnonzero(record.solid[first + 1] > 0)
     if first == 0:
         speeds = record.closing[touching]
-    elif record.gap is None:
-        return int(touching[0]), math.nan
     else:
         speeds = (record.gap[first - 1, touching] - record.gap[first, touching]) / record.dt
     fastest = int(np.argmax(speeds))
@@ -249,9 +245,5 @@ def _calm_from(mean: Array, static: Array, peak: int, reach: int, band: float) -
     stop = peak + int(after[0]) if after.size else len(mean)
     lasting = max(stop - start, 2 * reach)
     within = (np.abs(mean - static) <= band * static) & (static > 0)
-    return next((peak + first for first, last in _runs(within[peak:]) if last - first >= lasting), None)
-
-
-def _runs(flags: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
-    return ((int(first), int(last)) for first, last in edges.reshape(-1, 2))
+    runs = closed_steps(within[peak:])
+    return next((peak + int(first) for first, last in runs if last - first >= lasting), None)

@@ -154,7 +154,10 @@ def contact_intervals(result: ImpactResult, *, contact: int | None = None) -> Ar
 
 
 def closed_steps(force: Array | NDArray[np.bool_]) -> Array:
-    """(n, 2) first step and the step after the last of each maximal run of steps with ``force`` > 0, (steps,) [N]."""
+    """Return the (n, 2) first step and step after the last of each maximal run of steps that are closed.
+
+    ``force``: (steps,) [N], closed where it is > 0; or flags.
+    """
     closed = np.concatenate([[False], force > 0, [False]])
     return np.asarray(np.flatnonzero(np.diff(closed.astype(np.int8))).reshape(-1, 2))
 

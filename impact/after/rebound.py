@@ -1,4 +1,4 @@
-"""What a landing gives back: its coefficient of restitution."""
+"""Coefficients of restitution of landings."""
 
 from __future__ import annotations
 

@@ -90,17 +90,12 @@ def _openings(problem: ContactProblem, time: Array) -> tuple[Array, Array]:
     reach = max(float(np.abs(opening).max()), np.finfo(float).tiny)
     compliance = np.zeros((len(problem.contacts),) * 2)
     for body in problem.bodies:
-        turn, pushed = problem.directions(body), _amplitudes(body, time)
+        turn, pushed = problem.directions(body), body.load_amplitudes(time)
         moved, yields = _statics(body, pushed, reach)
         opening = opening + (turn.T @ moved).T
         compliance += turn.T @ yields @ turn
     size = float(np.trace(compliance)) / len(compliance)
     return opening, compliance + ROUND_OFF * (size or 1.0) * np.eye(len(compliance))
-
-
-def _amplitudes(body: Body, time: Array) -> Array:
-    """Return the (loads, m) forces of a body's loads [N]."""
-    return np.array([np.broadcast_to(load.amplitude(time), time.shape) for load in body.loads]).reshape(-1, len(time))
 
 
 def _statics(body: Body, pushed: Array, reach: float) -> tuple[Array, Array]:

@@ -125,6 +125,13 @@ class Body:
             )
         return found
 
+    def load_amplitudes(self, time: Array) -> Array:
+        """Return the (L, n) amplitudes of its loads at the times (n,) [s -> N]."""
+        amplitudes = np.zeros((len(self.loads), len(time)))
+        for row, load in zip(amplitudes, self.loads, strict=True):
+            row[:] = load.amplitude(time)
+        return amplitudes
+
     @property
     def mass(self) -> float:
         """Mass of the rigid translation along the normal at the first port [kg]; ``inf`` if the body is held."""

@@ -46,6 +46,11 @@ class Motion:
     __repr__ = brief
 
 
+def mid_steps(dt: float, n: int) -> Array:
+    """Return the (n,) times in the middle of the steps, at which loads are taken [s]."""
+    return np.asarray(dt * (np.arange(n) + 0.5), dtype=np.float64)
+
+
 @dataclass(frozen=True)
 class Discrete:
     """A body at a fixed step, with what it carried before t = 0.
@@ -74,10 +79,7 @@ class Discrete:
     def of(body: Body, dt: float, n: int) -> Discrete:
         """``body`` over ``n`` steps of ``dt``, starting from its initial state."""
         body.greens.check_length(dt, n)
-        middle = dt * (np.arange(n) + 0.5)
-        loads = np.zeros((len(body.loads), n))
-        for row, load in zip(loads, body.loads, strict=True):
-            row[:] = load.amplitude(np.asarray(middle, dtype=np.float64))
+        loads = body.load_amplitudes(mid_steps(dt, n))
         if not np.all(np.isfinite(loads)):
             raise GreensFunctionError(f"the amplitudes of a load must be finite, {np.sum(~np.isfinite(loads))} are not")
         ports = len(body.greens.ports)

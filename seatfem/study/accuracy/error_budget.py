@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final, get_args
 
 import impact
-from impact.after.landings import hardest
 from impact.after.stresses import ReedStress
 from impact.greens.base import GreensFunction
 from impact.march.motion import Discrete
@@ -62,7 +61,14 @@ from seatfem.study.method import RunMethod, chooses_one_port
 from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS, ONE_PORT_BAR, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import across_of, arcs_behind_rings, lip_of
-from seatfem.study.scene.measures import FIRST, HARDEST, Blow, ContactDuration, FilteredPeak, Impulse, all_measures
+from seatfem.study.scene.measures import (
+    Blow,
+    ContactDuration,
+    FilteredPeak,
+    Impulse,
+    all_measures,
+    judged_landings,
+)
 
 if TYPE_CHECKING:
     from seatfem.structures.solved import Solved
@@ -83,8 +89,7 @@ def error_budget(
 ) -> Budget:
     """What mesh, reduction, time step, model and patch, and a computed striker, leave in the measures of ``result``.
 
-    - time_step: see `impact.runs.variations`; also half the step through the impact that carries the filtered
-      peak. The runs below take the doubled step, if it resolves the filter, and are compared with that one.
+    - time_step: see `impact.runs.variations`; also half the step through the impact that is judged. The runs below take the doubled step, if it resolves the filter, and are compared with that one.
     - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not
       at hand, g made larger by its stated error.
     - reduction: the highest modes of the seat, down to 1.6 below the last, moved into the residual, and g larger by
@@ -125,6 +130,8 @@ def error_budget(
         return values_with_clock(record_of(scene, varied, dt, flight, like))
 
     finer = _finer_step(scene, method, problem, touches)
+    if finer is None:
+        finer = times(2.0, changes(values_of_record(own, like), run(problem, result.dt / 2)))
     at_once = _at_once(len(result.force) * len(problem.contacts))
     values = values_with_clock(own)
     left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer, threads=at_once)
@@ -150,8 +157,8 @@ def with_cut_landings(left: Budget, landings: Landings | None) -> Budget:
         for key in CUT
         if landing.cut_off
     ]
-    for prefix, judged in ((HARDEST, landings.hardest), (FIRST, next(iter(landings.seat), None))):
-        if judged is not None and judged.cut_off:
+    for prefix, judged in judged_landings(landings.seat).items():
+        if judged.cut_off:
             cut += [prefix + Impulse.name, prefix + ContactDuration.name]
             rises = judged.end - judged.peak_time < judged.duration / 10
             cut += [prefix + FilteredPeak.name] if rises else []
@@ -193,8 +200,8 @@ def with_jumps(left: Budget, blow: Blow) -> Budget:
     for name, measure in all_measures().items():
         if name in jumps:
             jumps[name] = measure.jump(blow, share)
-        for prefix, landing in ((HARDEST, hardest(blow.landings)), (FIRST, next(iter(blow.landings), None))):
-            if landing is not None and prefix + name in jumps:
+        for prefix, landing in judged_landings(blow.landings).items():
+            if prefix + name in jumps:
                 jumps[prefix + name] = measure.jump_of_landing(blow, landing, share)
     lasting = ContactDuration()
     for number, landing in enumerate(blow.landings):
@@ -230,19 +237,21 @@ def sources_of(
     return found, tuple(f"{name}'s {part}" for name, part, terms in listed if terms is None)
 
 
-def _finer_step(scene: Scene, method: RunMethod, problem: ContactProblem, touches: Touches) -> Values:
-    """Twice what half the step changes in the impact of a striker with waves, if that is short beside the run.
+def _finer_step(scene: Scene, method: RunMethod, problem: ContactProblem, touches: Touches) -> Values | None:
+    """Return twice what half the step changes in the impact of a striker with waves, marched from shortly before it.
 
     A spike of the force is as wide as a step: whether the filter holds it together with another one, no longer step
-    tells.
+    tells. ``None``: the impact takes so much of the run that all of it may be marched.
     """
     striker, seat, result = problem.striker, problem.target.greens, touches.seat
     if striker.greens.highest_rate == 0:
         return {}
     landings = () if touches.landings is None else touches.landings.seat
     window = window_of(scene, striker, result.force[1:], result.dt, touches.stopper_force, landings)
-    if not window.touches or window.duration > SHORT * scene.run.duration:
+    if not window.touches:
         return {}
+    if window.duration > SHORT * scene.run.duration:
+        return None
     bench = Bench(scene, seat, window, striker.greens, stopper_of(scene))
     here, finer = (bench.measures(dt=dt, n_modes=method.reed.n_modes) for dt in (result.dt, result.dt / 2))
     return times(2.0, changes(here, finer))

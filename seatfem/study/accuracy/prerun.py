@@ -15,7 +15,7 @@ import numpy as np
 
 import impact
 from impact import measures
-from impact.after.landings import Landing, hardest
+from impact.after.landings import Landing
 from impact.after.spectrum import MOVING_AVERAGE, averaged
 from impact.after.static_load import StaticLoad
 from impact.bodies.body import Body, ModalState
@@ -28,16 +28,14 @@ from impact.runs.budget import Values
 from seatfem.structures.kinds.roles import in_role
 from seatfem.structures.rings import Division, divided_less, parts_joined
 from seatfem.study.impacts.base import on_its_base
-from seatfem.study.impacts.contact import problem_of, solved_striker, stress_of, striker_of
+from seatfem.study.impacts.contact import blow_of_march, problem_of, solved_striker, striker_of
 from seatfem.study.impacts.landings import landings_of_march, static_load_of_march
-from seatfem.study.impacts.touches import displacement_of, film_of, force_of, parts_of, stopper_force_of
+from seatfem.study.impacts.touches import force_of, stopper_force_of
 from seatfem.study.method import MODES, has_key, value_of
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import line_of
 from seatfem.study.scene.measures import (
     HARDEST,
     PREFIXES,
-    Blow,
     all_measures,
     any_needs_displacement,
     any_needs_stress,
@@ -132,7 +130,8 @@ def window_of(
     groups = measures.merged(dt * measures.closed_steps(force))
     if len(groups) == 0:
         return Window(0.0, min(scene.run.duration, longest), 0)
-    judged = _judged(scene, landings)
+    asked = scene.accuracy.landing
+    judged = None if asked == "run" else judged_landing(landings, asked)
     peak = dt * int(np.argmax(averaged(force, dt, width, MOVING_AVERAGE))) if judged is None else judged.peak_time
     carrying = int(np.searchsorted(groups[:, 0], peak + width, side="right")) - 1
     first = float(groups[0, 0])
@@ -146,13 +145,6 @@ def window_of(
         end = min(end, judged.end + judged.duration + judged.end_doubt)
     stop = min(scene.run.duration, end + max(BEFORE, 2 * width))
     return Window(start, min(stop - start, longest), len(groups), None if judged is None else judged.start)
-
-
-def _judged(scene: Scene, landings: Sequence[Landing]) -> Landing | None:
-    """Return the landing that the measures are asked of; ``None`` of the whole run, and where there is none."""
-    if scene.accuracy.landing == "run":
-        return None
-    return hardest(landings) if scene.accuracy.landing == "hardest" else next(iter(landings), None)
 
 
 @dataclass(frozen=True)
@@ -196,26 +188,23 @@ class Bench:
 
     def measures(self, *, dt: float, n_modes: int | None = None, seat: GreensFunction | None = None) -> Values:
         """The measures in the window [SI]; those that cost more than the march only if the scene asks for them."""
-        asked, width = self.scene.accuracy.measures, self.scene.run.filter_width
+        asked, landing = self.scene.accuracy.measures, self.scene.accuracy.landing
         striker, target = self._striker(dt, n_modes), self._target(dt, self.seat if seat is None else seat)
         stoppers = self._beyond(dt)
         problem = problem_of(self.scene, striker.body, target.body, *(each.body for each in stoppers))
         prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target, *stoppers))
         stepper = _marched(prepared)
-        force, displacement = force_of(stepper), displacement_of(stepper) if any_needs_displacement(asked) else None
-        landings, asked_of, stress = self._landings(stepper), self.scene.accuracy.landing, None
-        judged = judged_landing(landings, asked_of)
-        since = None if judged is None else judged.start
-        if any_needs_stress(asked):
-            stopper = stopper_force_of(stepper)
-            stress = stress_of(
-                self.scene, striker.body, force, dt, stepper.opening, coarsely=True, stopper=stopper, since=since
+        values = values_of(
+            blow_of_march(
+                self.scene,
+                stepper,
+                self._landings(stepper),
+                displacement=any_needs_displacement(asked),
+                stress=any_needs_stress(asked),
             )
-        line, film = line_of(self.scene, problem, parts_of(stepper)), film_of(stepper)
-        blow = Blow(force, dt, width, displacement, stress, line, film, landings, asked_of, since)
-        values = values_of(blow)
+        )
         names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *asked}]
-        prefixes = {HARDEST, PREFIXES[asked_of]}
+        prefixes = {HARDEST, PREFIXES[landing]}
         never = dict.fromkeys((prefix + name for name in names for prefix in prefixes), 0.0)
         return {**never, **values}
 

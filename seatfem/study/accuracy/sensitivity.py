@@ -141,14 +141,15 @@ class Sensitivity:
         return self._runs[n_modes, factor]
 
     def of_step(self, dt: float) -> Changes:
-        """What a step of ``dt`` leaves, as the budget sees it: from steps of 2 ``dt`` and 4 ``dt``, or ``dt``/2.
+        """Return what a step of ``dt`` leaves, as the budget sees it: from steps of 2 ``dt``, 4 ``dt`` and ``dt``/2.
 
         Of one that a pre-run cannot afford, in proportion to what the shortest affordable one leaves.
         """
         width, least = self.bench.scene.run.filter_width, self.bench.affordable(dt)
         if least > dt * (1 + 1e-9):
             return times(dt / least, self.of_step(least))
-        return left_by_step(dt, width, lambda other: self._between_steps(dt, other))
+        by_longer = left_by_step(dt, width, lambda other: self._between_steps(dt, other))
+        return larger(by_longer, times(2.0, self._between_steps(dt, dt / 2)))
 
     def of_stated_step(self, dt: float) -> Changes:
         """`of_step`, and no less than a step `MUCH_SHORTER` (or the shortest affordable one) changes.

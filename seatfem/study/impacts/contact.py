@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import impact
+from impact.after.landings import Landing
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
 from impact.march.engines import Engine
@@ -306,19 +307,60 @@ def record_of(
 
     ``stresses``: whether with those that are asked for.
     """
-    striker, stepper = problem.striker, marched(scene, problem, dt, flight, duration)
-    problem, asked, width = stepper.prepared.problem, scene.accuracy.landing, scene.run.filter_width
-    force, displacement = force_of(stepper), displacement_of(stepper)
-    landings = landings_of_march(stepper, width, None if like is None else like.static)
-    others, stopper = None if like is None else like.seat, stopper_force_of(stepper)
-    stress, since = None, None
-    if stresses and scene.needs_stress:
-        judged = judged_landing(landings.seat, asked, others)
+    stepper = marched(scene, problem, dt, flight, duration)
+    landings = landings_of_march(stepper, scene.run.filter_width, None if like is None else like.static)
+    others = None if like is None else like.seat
+    blow = blow_of_march(scene, stepper, landings.seat, others, stress=stresses and scene.needs_stress)
+    return RunRecord(blow, landings, stopper_force_of(stepper))
+
+
+def blow_of_march(
+    scene: Scene,
+    stepper: impact.ContactStepper,
+    landings: tuple[Landing, ...],
+    like: Sequence[Landing] | None = None,
+    *,
+    displacement: bool = True,
+    stress: bool = False,
+) -> Blow:
+    """Return what the measures of a march without energies are taken from.
+
+    Args:
+        scene: that was marched.
+        stepper: the march.
+        landings: on the seat.
+        like: those of a neighbouring run, whose judged one is looked for; ``None``: of the march's own.
+        displacement: whether with that of the seat.
+        stress: whether with the reed's, coarsely.
+    """
+    prepared, asked, force = stepper.prepared, scene.accuracy.landing, force_of(stepper)
+    stresses, since = None, None
+    if stress:
+        judged = judged_landing(landings, asked, like)
         since = None if judged is None else judged.start
-        stress = stress_of(scene, striker, force, dt, stepper.opening, coarsely=True, stopper=stopper, since=since)
-    line, film = line_of(scene, problem, parts_of(stepper)), film_of(stepper)
-    blow = Blow(force, dt, width, displacement, stress, line, film, landings.seat, asked, since)
-    return RunRecord(blow, landings, stopper)
+        stopper = stopper_force_of(stepper)
+        stresses = stress_of(
+            scene,
+            prepared.problem.striker,
+            force,
+            prepared.dt,
+            stepper.opening,
+            coarsely=True,
+            stopper=stopper,
+            since=since,
+        )
+    return Blow(
+        force=force,
+        dt=prepared.dt,
+        filter_width=scene.run.filter_width,
+        displacement=displacement_of(stepper) if displacement else None,
+        stress=stresses,
+        line=line_of(scene, prepared.problem, parts_of(stepper)),
+        film=film_of(stepper),
+        landings=landings,
+        asked=asked,
+        stress_since=since,
+    )
 
 
 def in_flight(striker: impact.Body, dt: float, duration: float) -> Discrete:

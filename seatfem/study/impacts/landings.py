@@ -17,7 +17,7 @@ from impact.after.static_load import StaticLoad, static_load
 from impact.brief import brief
 from impact.greens.base import Array
 from impact.march.followed import as_marched
-from impact.march.motion import Discrete
+from impact.march.motion import Discrete, mid_steps
 from impact.march.problem import ContactProblem
 
 Face = Literal["seat", "stopper"]
@@ -72,8 +72,7 @@ def landings_of_result(problem: ContactProblem, result: ImpactResult, width: flo
     striker = as_marched(problem.striker, np.asarray(gap[:, _seats(problem)].mean(axis=1)), result.dt)
     march = _March(problem, force, solid, gap, result.dt, width)
     load = static_load(_with_striker(problem, striker), result.dt * (len(force) - 1))
-    middles = np.asarray(result.dt * (np.arange(len(force) - 1) + 0.5), dtype=np.float64)
-    pushed = np.array([load.amplitude(middles) for load in striker.loads]).reshape(-1, len(middles))
+    pushed = striker.load_amplitudes(mid_steps(result.dt, len(force) - 1))
     return march.landings(load, lambda steps: result.energy.striker[list(steps)], pushed)
 
 
@@ -110,8 +109,7 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
     Loads must not depend on the opening; ``width``: of the filter [s].
     """
     n = len(force) - 1
-    middles = np.asarray(dt * (np.arange(n) + 0.5), dtype=np.float64)
-    pushed = np.array([np.broadcast_to(load.amplitude(middles), n) for load in problem.striker.loads]).reshape(-1, n)
+    pushed = problem.striker.load_amplitudes(mid_steps(dt, n))
 
     def stored(steps: Sequence[int]) -> Array | None:
         striker = Discrete.of(problem.striker, dt, n)

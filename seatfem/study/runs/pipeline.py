@@ -200,8 +200,7 @@ def _write_gas(scene: Scene, done: Round, folder: Path) -> tuple[Path, ...]:
 def _measured(scene: Scene, touches: Touches, stress: ReedStress | None) -> dict[str, object]:
     """The keys of the seat and of the stopper."""
     width = scene.run.filter_width
-    keys = {**summarise(touches, width, stress, scene.accuracy.landing), **stopper_keys(touches.stopper, width)}
-    return keys if touches.stopper else {key: each for key, each in keys.items() if key != "stopper_landing_count"}
+    return {**summarise(touches, width, stress, scene.accuracy.landing), **stopper_keys(touches, width)}
 
 
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:

@@ -96,7 +96,6 @@ def landing_keys(landings: Landings | None, values: Mapping[str, float]) -> dict
     return {
         "landing_status": landings.status,
         "landing_count": len(landings.seat),
-        "stopper_landing_count": len(landings.stopper),
         "landing_number": None if hard is None else landings.seat.index(hard) + 1,
         **of_hardest,
         "landing_static_load_N": hard and hard.static_load,
@@ -227,12 +226,13 @@ def _known(value: float) -> float | None:
     return None if math.isnan(value) else value
 
 
-def stopper_keys(result: ImpactResult | None, filter_width: float) -> dict[str, object]:
+def stopper_keys(touches: Touches, filter_width: float) -> dict[str, object]:
     """The keys of its contact; none where there is no stopper. ``stopper_peak_force_N`` is raw, of a single step."""
-    if result is None:
+    if (result := touches.stopper) is None:
         return {}
     groups = measures.contact_groups(result)
     return {
+        **({} if touches.landings is None else {"stopper_landing_count": len(touches.landings.stopper)}),
         "stopper_peak_force_N": measures.peak_force(result),
         **stopper_values(result.force, result.dt, filter_width),
         "stopper_first_contact_s": float(groups[0, 0]) if len(groups) else None,

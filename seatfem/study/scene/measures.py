@@ -324,6 +324,12 @@ def judged_names(names: Collection[str], landing: LandingChoice) -> tuple[str, .
     return tuple(prefix + name if name in every and every[name].landing_key else name for name in names)
 
 
+def judged_landings(landings: Sequence[Landing]) -> Mapping[str, Landing]:
+    """Return the landings that measures may be asked of, by what the names of their values begin with."""
+    hard = hardest(landings)
+    return {} if hard is None else {HARDEST: hard, FIRST: landings[0]}
+
+
 def judged_landing(
     landings: Sequence[Landing], asked: LandingChoice, like: Sequence[Landing] | None = None
 ) -> Landing | None:
@@ -332,7 +338,7 @@ def judged_landing(
     ``like``: the landings of a neighbouring run, whose own is looked for.
     """
     every = landings if like is None else like
-    wanted = next(iter(every), None) if asked == "first" else hardest(every)
+    wanted = judged_landings(every).get(FIRST if asked == "first" else HARDEST)
     if wanted is None or like is None:
         return wanted
     return pair_landings(like, landings)[like.index(wanted)]
@@ -348,11 +354,9 @@ def values_of(blow: Blow, like: Sequence[Landing] | None = None) -> dict[str, fl
     """
     values = {name: each.of(blow) for name, each in all_measures().items() if each.is_known(blow)}
     asked = blow.landings if like is None else like
-    if not asked:
-        return values
     partners = dict(zip(asked, pair_landings(asked, blow.landings), strict=True)) if like is not None else {}
-    for prefix, wanted in ((HARDEST, hardest(asked)), (FIRST, asked[0] if blow.asked == "first" else None)):
-        if wanted is None:
+    for prefix, wanted in judged_landings(asked).items():
+        if prefix == FIRST and blow.asked != "first":
             continue
         partner = wanted if like is None else partners[wanted]
         for name, each in all_measures().items():
