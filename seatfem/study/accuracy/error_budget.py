@@ -89,7 +89,8 @@ def error_budget(
 ) -> Budget:
     """What mesh, reduction, time step, model and patch, and a computed striker, leave in the measures of ``result``.
 
-    - time_step: see `impact.runs.variations`; also half the step through the impact that is judged. The runs below take the doubled step, if it resolves the filter, and are compared with that one.
+    - time_step: see `impact.runs.variations`; also half the step through the impact that is judged. The runs below
+      take the doubled step, if it resolves the filter, and are compared with that one.
     - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not
       at hand, g made larger by its stated error.
     - reduction: the highest modes of the seat, down to 1.6 below the last, moved into the residual, and g larger by
