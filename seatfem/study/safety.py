@@ -49,8 +49,9 @@ MUCH_SHORTER: Final = 8  # a stated step over the shortest that it is compared w
 OF_MODES: Final = ((1.6, 0.65), (2.56, 0.3))
 """By ratio, the error of a plate's modes over what those above that part of the highest change: of second order (0.64
 and 0.18), and more of the second: the first alone was too small for three of 108 measures of seed 403."""
-FELT: Final = 0.03
-"""Of the largest amplitude at a contact, what a mode has there at least if it is felt: a thousandth in compliance."""
+UNEVEN: Final = 1.3
+"""Compliance of a plate's contact beyond its last mode over that of the modes down to 1/2.56 of it, above which these
+are too few to tell how the next ones go on: twice what modes leave that lie evenly, 1/(2.56 - 1)."""
 BEYOND: Final = (1.0, 2.0)
 """Over the highest mode, where one may lie that nothing tells of: its blow may miss the reed's at one of the two."""
 OPENING: Final = 0.1
@@ -64,8 +65,9 @@ FLOORS: Final = {"mesh": 1e-5, "reduction": 1e-5, "patch": 1e-5}
 """Squares of 0.3 %, to which g is known in the band at best. A measure may not follow g to first order, as the plateau
 of a rod's force on a seat that hardly yields, ``rho c A v``: then no coarser run changes it, the second order is
 left."""
-FLOOR_OF_SPRING: Final = 1e-3
-"""The same of a spring in place of waves: the square of 3 %, to which a surrogate or a first velocity knows them."""
+FLOOR_OF_SPRING: Final = 2e-3
+"""The same of a spring in place of waves: a surrogate or a first velocity knows them to some 4 %, whose square this is.
+Waves that come back into a clamped reed's landing changed 0.3 % of its impulse where both saw nothing."""
 
 # How much finer a round is than the one before, and what it may take.
 LEAST_FINER: Final = 1.6  # factor by which a source is made smaller at least: less is not worth a round ...

@@ -17,7 +17,7 @@ from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import problem_of, solved_stopper, solved_striker, striker_of
 from seatfem.study.impacts.touches import stopper_in
 from seatfem.study.method import RunMethod
-from seatfem.study.safety import BEYOND, FELT, FEW, FEWER, HALF, MANY, OF_MODES
+from seatfem.study.safety import BEYOND, FEW, FEWER, HALF, MANY, OF_MODES, UNEVEN
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import behind_the_reed
 
@@ -113,21 +113,19 @@ def _of_solved(
 
 
 def with_other_modes(body: Body) -> Iterator[tuple[Body, float]]:
-    """A plate with other modes than its own, and the error of these over what each changes: without its highest, as
-    `OF_MODES` says.
+    """Yield a plate with other modes than its own, and the share of what each changes that is left in a run.
 
-    Where the contact feels none of those, as a ring all around feels only the few modes that are alike there, nothing
-    tells how the next ones go on: then also with all that lies beyond the last as one mode, at each of `BEYOND`.
+    First without its highest modes, as `OF_MODES` says. These tell how the next ones go on if the modes that the
+    contact feels lie evenly. A ring all around feels few, those that are alike there: where it yields more beyond the
+    last mode than by the highest ones, over `UNEVEN`, all that lies beyond may be one mode, at each of `BEYOND`.
     """
-    for ratio, share in OF_MODES:
-        if (fewer := narrower(body, ratio)) is not None:
-            yield fewer, share
     modal = body.greens.modal
-    if modal is None or not np.any(modal.omega):
-        return
-    amplitude = np.abs(modal.shapes).max(axis=1)
-    above = modal.omega > modal.omega.max() / OF_MODES[-1][0]
-    if not np.any(amplitude[above] > FELT * amplitude.max()):
+    beyond, with_highest = (0.0 if modal is None else float(np.trace(modal.residual.static()))), 0.0
+    for ratio, share in OF_MODES:
+        if (fewer := narrower(body, ratio)) is not None and fewer.greens.modal is not None:
+            with_highest = float(np.trace(fewer.greens.modal.residual.static()))
+            yield fewer, share
+    if beyond > UNEVEN * (with_highest - beyond):
         for ratio in BEYOND:
             if (ringing := ringing_on(body, ratio)) is not None:
                 yield ringing, 1.0
