@@ -86,7 +86,7 @@ def budget_of(
     of_step = left_by_step(dt, filter_width, between)
     of_step = {name: max(value, (finer or {}).get(name, 0.0)) for name, value in of_step.items()}
     for name in of_step:
-        if is_time(name) and values[name] > 0:
+        if is_time(name) and (values[name] > 0 or name.endswith("time_s")):  # a landing may begin with the run
             of_step[name] = max(of_step[name], dt)
     parts: dict[str, Values] = {}
     for source, terms in sources.items():

@@ -18,7 +18,7 @@ from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import asked_name
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-ANNULAR = EXAMPLES / "flapper_on_annular_seat.toml"
+SLEEVE = EXAMPLES / "flapper_on_peek_sleeve.toml"
 HEAVY = (
     "pint",
     "h5py",
@@ -34,16 +34,16 @@ HEAVY = (
 
 @pytest.fixture(scope="module")
 def plan() -> Plan:
-    return plan_scene(load_scene(ANNULAR))
+    return plan_scene(load_scene(SLEEVE))
 
 
 def test_the_program_prints_one_object_and_nothing_else(plan: Plan, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command(["plan", str(ANNULAR), "--json"]) == DONE
+    assert run_command(["plan", str(SLEEVE), "--json"]) == DONE
     out, err = capsys.readouterr()
     told = json.loads(out)
     assert err == ""
     assert told["choices"] == json.loads(plan_json(plan))["choices"]
-    assert run_command(["plan", str(ANNULAR), "--json", "--quiet"]) == DONE
+    assert run_command(["plan", str(SLEEVE), "--json", "--quiet"]) == DONE
     assert capsys.readouterr() == ("", "")
 
 
@@ -51,7 +51,7 @@ def test_every_part_of_the_plan_is_there(plan: Plan) -> None:
     told = json.loads(plan_json(plan))
     assert told["level"] == plan.level == "axisymmetric"
     assert told["kept"] is False
-    assert told["target"] == load_scene(ANNULAR).accuracy.target
+    assert told["target"] == load_scene(SLEEVE).accuracy.target
     assert told["meets_target"] is plan.meets_target
     assert [choice["key"] for choice in told["choices"]] == [choice.key for choice in plan.choices]
     assert all(choice.keys() == {"key", "value", "reason", "given"} for choice in told["choices"])
@@ -110,6 +110,6 @@ def test_a_plan_loads_no_library_that_it_does_not_need() -> None:
         "import sys; from seatfem.faces.cli import run_command; code = run_command(sys.argv[1:]); "
         f"print(code, *(name for name in {HEAVY} if name in sys.modules))"
     )
-    command = [sys.executable, "-c", code, "plan", str(ANNULAR), "--quiet", "--set", "seat.model=axisymmetric"]
+    command = [sys.executable, "-c", code, "plan", str(SLEEVE), "--quiet", "--set", "seat.model=axisymmetric"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["0"]
