@@ -67,7 +67,7 @@ def test_every_part_of_the_plan_is_there(plan: Plan) -> None:
 
 def test_the_scene_is_filled_and_in_si_units(plan: Plan) -> None:
     scene = json.loads(plan_json(plan))["scene"]
-    assert scene["run"]["duration"] == 3e-3
+    assert scene["run"]["duration"] == 1.2e-3
     assert scene["run"]["time_step"] == plan.method.time_step
     assert scene["run"]["time_step"] > 0
     assert scene["reed"]["n_modes"] == int(plan.choice("reed.n_modes").value)
