@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import impact
 from impact import measures
 from impact.after.result import ImpactResult
+from impact.bodies.loads import ReedLoad
 from impact.exact.damped_rods import DampedFixedRod
 from impact.greens.base import GreensFunction
 
@@ -77,7 +78,7 @@ class Numbers:
         )
 
 
-def table_1_reed(n_modes: int = MODES) -> impact.Body:
+def table_1_reed(n_modes: int = MODES, loads: Sequence[ReedLoad] = ()) -> impact.Body:
     """The reed of (1) by its damped modes, as in (2), let go from its static shape: y(L, 0) = 1 mm, y'(x, 0) = 0."""
     return impact.cantilever_reed(
         young=YOUNG,
@@ -88,6 +89,7 @@ def table_1_reed(n_modes: int = MODES) -> impact.Body:
         damping_ratio=0.03,
         n_modes=n_modes,
         tip_deflection=1e-3,
+        loads=loads,
     )
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from paper_case import CASES, DENSITY, FILTER_WIDTH, LENGTHS, YOUNG, Case, Numbers
+from printed_march import REED_LENGTH
 
 import impact
 from impact import measures
@@ -193,6 +194,46 @@ def plot_time_steps(
         panels[0].text(0.18, 62, words, color=GREEN, va="center", fontsize=7.5)
         panels[0].set_ylabel("peak on K = EA/l over peak on the rod − 1 [%]")
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=7.5)
+
+
+def plot_pressure(
+    pressure: Callable[[Array, Array], Array],
+    runs: Mapping[str, tuple[ImpactResult, Array]],
+    path: str | os.PathLike[str],
+) -> None:
+    """The pressure p(x, t) along the reed, the tip's motion without and with it, and the forces on the last rod.
+
+    ``runs``: result and closed motion without contact at its times, by words.
+
+    Raises:
+        PictureError: matplotlib is missing.
+    """
+    time, place = np.linspace(0.0, 1e-3, 400), np.linspace(0.0, REED_LENGTH, 60)
+    field = 1e-3 * pressure(place[:, None], time[None, :])
+    with sheet(path, 7.2, 5.0) as figure:
+        (field_axes, force_axes), (tip_axes, first_axes) = figure.subplots(2, 2)
+        largest = float(np.abs(field).max())
+        image = field_axes.pcolormesh(1e3 * time, 1e3 * place, field, cmap="RdBu_r", vmin=-largest, vmax=largest)
+        figure.colorbar(image, ax=field_axes, label="p [kPa]")
+        field_axes.set(xlabel="time [ms]", ylabel="x from the root [mm]")
+        field_axes.set_title("pressure, away from the seat positive")
+        for (words, (run, closed)), colour in zip(runs.items(), (GREY, BLUE), strict=True):
+            early = run.time <= 1e-3
+            tip_axes.plot(1e3 * run.time[early], 1e3 * run.striker_displacement[early], color=colour, label=words)
+            marks = np.linspace(0, measures.contact_groups(run)[0, 0] / run.dt, 24).astype(int)
+            tip_axes.plot(1e3 * run.time[marks], 1e3 * closed[marks], ".", color=colour)
+            force, start = measures.filtered_force(run, FILTER_WIDTH), measures.contact_groups(run)[0, 0]
+            seen = (run.time > start - 5e-6) & (run.time < start + 60e-6)
+            force_axes.plot(1e3 * run.time, force, color=colour)
+            first_axes.plot(1e6 * (run.time[seen] - start), force[seen], color=colour)
+        tip_axes.plot([], [], ".", color="black", label="sum (2) in closed form")
+        zero_line(tip_axes)
+        tip_axes.set(xlabel="time [ms]", ylabel="deflection of the tip [mm]")
+        tip_axes.legend(loc="upper right")
+        force_axes.set(xlabel="time [ms]", ylabel="force, mean over 1 µs [N]", ylim=(0, None), xlim=(0, 3))
+        force_axes.set_title("rod of 30 mm (area)")
+        first_axes.set_title("the same, first touch")
+        first_axes.set(xlabel="time since the first touch [µs]", ylabel="force, mean over 1 µs [N]", ylim=(0, None))
 
 
 def _force(axes: Axes, run: ImpactResult, window: tuple[float, float], **line: Any) -> None:

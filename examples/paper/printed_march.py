@@ -64,6 +64,34 @@ def free_motion(reed: Modes, time: np.ndarray) -> np.ndarray:
     return (ring.real - reed.exponent.real / reed.exponent.imag * ring.imag) @ start
 
 
+def shape_integrals(reed: Modes, wave: float) -> np.ndarray:
+    """Return phi_n(L) times the integral of phi_n(x) exp(-i k x) over the reed [m], ``wave`` = k [rad/m].
+
+    Four integrations by parts, and b^4 phi for the fourth derivative of phi, leave the ends alone: the second and
+    third derivatives 2 b^2 and -2 s b^3 at the clamp, 2 and the slope 2 s b at the tip, the latter two of either sign.
+    """
+    b = (reed.omega**2 * REED_MASS / (RIGIDITY * REED_LENGTH)) ** 0.25
+    decay, turn = np.exp(-b * REED_LENGTH), b * REED_LENGTH
+    s = (1 - decay**2 - 2 * decay * np.sin(turn)) / (1 + decay**2 + 2 * decay * np.cos(turn))
+    tip = np.where(np.arange(len(b)) % 2, -2.0, 2.0)
+    ends = -tip * (wave**2 * s * b + 1j * wave**3) * np.exp(-1j * wave * REED_LENGTH) + 2 * s * b**3 - 2j * wave * b**2
+    return tip * ends / (b**4 - wave**4)
+
+
+def pressed_motion(reed: Modes, time: np.ndarray, peak: float, rate: complex, wave: float) -> np.ndarray:
+    """Return what a pressure peak Re exp(rate t - i k x) adds to the tip's motion, the first integral of (2) [m].
+
+    Duhamel's integral of exp(rate t): the forced exponential and the free ones that bring displacement and velocity to
+    zero at t = 0.
+    """
+    own = reed.exponent
+    forced = 1 / (rate**2 + 2 * reed.damping_ratio * reed.omega * rate + reed.omega**2)
+    share = (rate - own.conj()) / (own - own.conj())
+    t = np.asarray(time)[:, None]
+    ring = np.exp(rate * t) - share * np.exp(own * t) - (1 - share) * np.exp(own.conj() * t)
+    return (peak * REED_WIDTH / REED_MASS * (ring * forced) @ shape_integrals(reed, wave)).real
+
+
 def march(free: np.ndarray, step: float, reed: Modes, seat: Modes | float) -> np.ndarray:
     """Return the contact force at the times step, 2 step, ... [N] (N,), for the tip's motion ``free`` without contact.
 
