@@ -53,7 +53,6 @@ def main(folder: Path) -> None:
     strip = CASES[0]
     bare, worn, result = force(strip, False), force(strip, True), strike(strip.rod)
     text += f"\nThe undamped force on the strip of 3 mm grows by a factor of {growth(bare):.3f} a step.\n"
-    (folder / "paper_undamped.md").write_text(text, encoding="utf-8")
     print(text)
     with sheet(folder / "paper_undamped.png", 7.2, 3.0) as figure:
         axes = figure.subplots()
@@ -65,6 +64,7 @@ def main(folder: Path) -> None:
         axes.set(xlim=(630, 760), yscale="log", ylim=(0.03, 1e13), xlabel="time [µs]", ylabel="contact force [N]")
         axes.set_title("Rod of 3 mm (strip), first touch")
         axes.legend(loc="upper left")
+    (folder / "paper_undamped.md").write_text(text, encoding="utf-8")
     assert bare.max() > 1e100 > worn.max()
 
 
