@@ -1,4 +1,4 @@
-"""Equations (11)-(12) as they are printed, marched, and why `impact.solve` does not use them.
+"""Equations (11)-(12), with the damping of Table 1, at small steps, and why `impact.solve` does not use them.
 
     python examples/paper/discretised.py [FOLDER]
 

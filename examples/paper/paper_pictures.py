@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from paper_case import CASES, DENSITY, FILTER_WIDTH, YOUNG, Case, Numbers
+from paper_case import CASES, DENSITY, FILTER_WIDTH, LENGTHS, YOUNG, Case, Numbers
+from printed_march import REED_LENGTH
 
 import impact
 from impact import measures
 from impact.after.result import ImpactResult
 from impact.after.rods import fixed_rod_modes
 from impact.greens.base import Array
-from impact.pictures.drawing import BLUE, GREY, ORANGE, PURPLE, SKY, scaled, sheet, zero_line
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, scaled, sheet, zero_line
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -153,6 +154,86 @@ def plot_stiffness_sweep(
         panels[2].set_ylim(bottom=0.0)
         panels[2].set_xlabel("K [N/m]; a rod stands at its EA/l")
         panels[2].legend(loc="lower right", ncols=2, fontsize=7)
+
+
+def plot_time_steps(
+    scheme: Mapping[float, Array],
+    converged: Mapping[float, Sequence[float]],
+    path: str | os.PathLike[str],
+    plain: int,
+) -> None:
+    """Error of K = EA/l over the time step [s]: the article's scheme, and converged means over as long a time.
+
+    ``scheme``: errors of pairs of numbers of modes and both lengths (16, 2) at each step, of which ``plain`` is the
+    10 + 10 modes; ``converged``: of both lengths, at each width.
+
+    Raises:
+        PictureError: matplotlib is missing.
+    """
+    steps, widths = 1e6 * np.array(list(scheme)), 1e6 * np.array(list(converged))
+    errors, means = 100 * np.stack(list(scheme.values())), 100 * np.array(list(converged.values()))
+    agree = np.sum((errors[..., 0] > 0) & (errors[..., 1] > errors[..., 0]), axis=1)
+    ticks = (0.2, 0.5, 1, 2, 5, 10, 20)
+    with sheet(path, 7.2, 3.9) as figure:
+        panels = figure.subplots(1, 2, sharey=True)
+        for axes, length, of_pairs, mean in zip(panels, LENGTHS, np.moveaxis(errors, 2, 0), means.T, strict=True):
+            zero_line(axes)
+            bounds = np.nanmin(of_pairs, axis=1), np.nanmax(of_pairs, axis=1)
+            axes.vlines(steps, *bounds, color=ORANGE, linewidth=3.5, alpha=0.3, label="16 pairs, 3 to 20 modes each")
+            note = "article's scheme, 10 + 10 modes"
+            axes.plot(steps, of_pairs[:, plain], "o", color=ORANGE, markersize=4, label=note)
+            axes.plot(widths, mean, color=BLUE, label="converged, mean over as long a time")
+            axes.set(xscale="log", xlim=(0.16, 25), ylim=(-105, 75), xlabel="time step, or time of the mean [µs]")
+            axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+            axes.set_yticks(range(-100, 60, 20))
+            axes.minorticks_off()
+            axes.set_title(f"rod of {1e3 * length:g} mm (area)")
+            for step in steps[agree == of_pairs.shape[1]]:
+                axes.plot(step, 62, "v", color=GREEN, markersize=5)
+        words = "▼ all pairs: K too high,\n     more so for the longer rod"
+        panels[0].text(0.18, 62, words, color=GREEN, va="center", fontsize=7.5)
+        panels[0].set_ylabel("peak on K = EA/l over peak on the rod − 1 [%]")
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=7.5)
+
+
+def plot_pressure(
+    pressure: Callable[[Array, Array], Array],
+    runs: Mapping[str, tuple[ImpactResult, Array]],
+    path: str | os.PathLike[str],
+) -> None:
+    """The pressure p(x, t) along the reed, the tip's motion without and with it, and the forces on the last rod.
+
+    ``runs``: result and closed motion without contact at its times, by words.
+
+    Raises:
+        PictureError: matplotlib is missing.
+    """
+    time, place = np.linspace(0.0, 1e-3, 400), np.linspace(0.0, REED_LENGTH, 60)
+    field = 1e-3 * pressure(place[:, None], time[None, :])
+    with sheet(path, 7.2, 5.0) as figure:
+        (field_axes, force_axes), (tip_axes, first_axes) = figure.subplots(2, 2)
+        largest = float(np.abs(field).max())
+        image = field_axes.pcolormesh(1e3 * time, 1e3 * place, field, cmap="RdBu_r", vmin=-largest, vmax=largest)
+        figure.colorbar(image, ax=field_axes, label="p [kPa]")
+        field_axes.set(xlabel="time [ms]", ylabel="x from the root [mm]")
+        field_axes.set_title("pressure, away from the seat positive")
+        for (words, (run, closed)), colour in zip(runs.items(), (GREY, BLUE), strict=True):
+            early = run.time <= 1e-3
+            tip_axes.plot(1e3 * run.time[early], 1e3 * run.striker_displacement[early], color=colour, label=words)
+            marks = np.linspace(0, measures.contact_groups(run)[0, 0] / run.dt, 24).astype(int)
+            tip_axes.plot(1e3 * run.time[marks], 1e3 * closed[marks], ".", color=colour)
+            force, start = measures.filtered_force(run, FILTER_WIDTH), measures.contact_groups(run)[0, 0]
+            seen = (run.time > start - 5e-6) & (run.time < start + 60e-6)
+            force_axes.plot(1e3 * run.time, force, color=colour)
+            first_axes.plot(1e6 * (run.time[seen] - start), force[seen], color=colour)
+        tip_axes.plot([], [], ".", color="black", label="sum (2) in closed form")
+        zero_line(tip_axes)
+        tip_axes.set(xlabel="time [ms]", ylabel="deflection of the tip [mm]")
+        tip_axes.legend(loc="upper right")
+        force_axes.set(xlabel="time [ms]", ylabel="force, mean over 1 µs [N]", ylim=(0, None), xlim=(0, 3))
+        force_axes.set_title("rod of 30 mm (area)")
+        first_axes.set_title("the same, first touch")
+        first_axes.set(xlabel="time since the first touch [µs]", ylabel="force, mean over 1 µs [N]", ylim=(0, None))
 
 
 def _force(axes: Axes, run: ImpactResult, window: tuple[float, float], **line: Any) -> None:
