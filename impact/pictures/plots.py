@@ -11,9 +11,10 @@ import numpy as np
 from impact.after import measures
 from impact.after.result import ImpactResult
 from impact.greens.base import Array
-from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, scaled, sheet, text, zero_line
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet, zero_line
 from impact.pictures.greens_plots import plot_greens
 from impact.pictures.landing_marks import BODIES, draw_marks, landing_marks, shown_contact, value_at
+from impact.quantities import scaled, text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,6 +9,7 @@ from dataclasses import asdict
 from rich.table import Table
 
 from impact.files.table import without_nan
+from impact.quantities import in_digits, in_time, percent
 from seatfem.faces.read_back import read_back
 from seatfem.study.method import as_stated
 from seatfem.study.planning.plan import Cost, Plan
@@ -32,7 +33,7 @@ def costs_table(plan: Plan) -> Table:
         *((other.what, other.cost, other.error) for other in plan.alternatives),
     ):
         table.add_row(
-            what, in_time(cost.seconds), f"{cost.memory / 1e9:.2g} GB", *(_percent(e) for e in error.values())
+            what, in_time(cost.seconds), f"{in_digits(cost.memory / 1e9, 2)} GB", *(percent(e) for e in error.values())
         )
     return table
 
@@ -54,7 +55,7 @@ def shares_line(plan: Plan) -> str:
     for measure in plan.error:
         parts = {source: share.get(measure, 0.0) for source, share in plan.shares.items()}
         largest = sorted(parts.items(), key=lambda item: -item[1])
-        lines.append(f"{asked_name(measure)}: " + ", ".join(f"{source} {_percent(value)}" for source, value in largest))
+        lines.append(f"{asked_name(measure)}: " + ", ".join(f"{source} {percent(value)}" for source, value in largest))
     return "; ".join(lines)
 
 
@@ -63,25 +64,13 @@ def judged_line(plan: Plan) -> str:
     accuracy = plan.scene.accuracy
     of_it = "of the whole run" if accuracy.landing == "run" else f"of the {accuracy.landing} landing on the seat"
     names = " and ".join(all_measures()[name].words for name in accuracy.measures)
-    return f"{names} {of_it}, to {100 * accuracy.target:.3g} %"
+    return f"{names} {of_it}, to {percent(accuracy.target, 3)}"
 
 
 def stages_line(parts: Mapping[str, float]) -> str:
     """Predicted seconds by stage, the longest first."""
     longest = sorted(parts.items(), key=lambda item: -item[1])
     return ", ".join(f"{stage} {in_time(seconds)}" for stage, seconds in longest if seconds >= 0.05)
-
-
-def in_time(seconds: float) -> str:
-    """Predicted time in two figures: seconds, minutes from 100 s on, hours from 100 minutes on."""
-    for unit, size in (("s", 1.0), ("min", 60.0)):
-        if seconds < 99.5 * size:
-            return f"{seconds / size:.2g} {unit}"
-    return f"{seconds / 3600:.3g} h"
-
-
-def _percent(value: float) -> str:
-    return f"{100 * value:.2g} %"
 
 
 def plan_json(plan: Plan) -> str:

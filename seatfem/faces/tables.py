@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 from rich.text import Text
 
-from impact.pictures.drawing import text
+from impact.quantities import percent, text
 from seatfem.machine.doctor import Check
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def modes_table(modes: Sequence[Mode]) -> Table:
     table = Table("mode", "frequency", *(["nodal diameters"] if revolved else []), "share of the port's compliance")
     for number, mode in enumerate(modes, start=1):
         around = [] if not revolved else [f"{mode.diameters} {mode.family}".strip()]
-        share = "rigid" if mode.frequency_hz == 0 else "" if mode.share is None else f"{100 * mode.share:.3g} %"
+        share = "rigid" if mode.frequency_hz == 0 else "" if mode.share is None else percent(mode.share, 3)
         table.add_row(str(number), text(mode.frequency_hz, "Hz", 5), *around, share)
     return table
 

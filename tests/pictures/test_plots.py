@@ -14,9 +14,10 @@ from impact.after import measures
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.receptance import receptance
 from impact.pictures import plots
-from impact.pictures.drawing import PictureError, scaled, sheet, text
+from impact.pictures.drawing import PictureError, sheet
 from impact.pictures.greens_plots import error_text, lowest_excited, sampled_filter
 from impact.pictures.landing_marks import draw_marks, landing_marks
+from impact.quantities import scaled, text
 from seatfem.pictures import plots as seat_plots
 from seatfem.pictures import rendering
 from seatfem.pictures.cell_grid import CellGrid

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from impact.after.along import best_plane
-from impact.pictures.drawing import PictureError, text
+from impact.pictures.drawing import PictureError
 from impact.pictures.lip_plots import plot_lip
+from impact.quantities import text
 from seatfem.pictures import rendering
 from seatfem.pictures.landing import Landing, animate_landing
 from seatfem.pictures.moving import load_moving

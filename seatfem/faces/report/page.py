@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from impact.files.atomic import write_whole
+from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.landings_table import landings_of, landings_table
 from seatfem.faces.readings import as_number
@@ -177,7 +178,7 @@ def _state(summary: Mapping[str, Any]) -> str:
     met = summary["accuracy_met"]
     if met is None:
         return f'<p class="state missed">{html.escape(str(summary.get("landing_status") or "nothing to judge"))}</p>'
-    words = f"accuracy of {100 * target:.3g} % {'met' if met is True else 'missed'}: {judged_words(summary)}"
+    words = f"accuracy of {percent(target, 3)} {'met' if met is True else 'missed'}: {judged_words(summary)}"
     if (status := str(summary.get("landing_status") or LANDED)) != LANDED:
         words = f"{status}; {words}"
     return f'<p class="state {"met" if met is True else "missed"}">{html.escape(words)}</p>'

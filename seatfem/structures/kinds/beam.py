@@ -240,7 +240,7 @@ class Beam(Structure):
         )
 
     def assumed(self) -> tuple[str, ...]:
-        from impact.pictures.drawing import text  # of runs only
+        from impact.quantities import text  # of runs only
 
         values = {
             "width": text(self.mean_width, "m"),

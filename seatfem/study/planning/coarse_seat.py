@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from impact.greens.base import GreensFunction
+from impact.quantities import percent
 from impact.runs.budget import safety, times
 from seatfem.structures.build import Cache
 from seatfem.structures.estimates.costs import seat_seconds
@@ -57,7 +58,7 @@ class WithoutWaves:
         """The largest change of what is asked for, and what it is known by."""
         name = max(self.asked, key=lambda measure: self.changes[measure])
         by = "measured on a coarse mesh of the seat" if self.measured else "estimated"
-        return f"without waves: {100 * self.changes[name]:.2g} % difference in {asked_name(name)}, {by}"
+        return f"without waves: {percent(self.changes[name])} difference in {asked_name(name)}, {by}"
 
 
 def without_waves(seen: Seen) -> WithoutWaves:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from impact.progress import Progress, silent
+from impact.quantities import percent
 from impact.runs.budget import safety
 from seatfem.machine.compiling import compilation
 from seatfem.machine.rates import Machine
@@ -94,7 +95,7 @@ def _alternatives(choices: Choices, decision: Decision, compiling: float) -> tup
             other = choices.cheapest(target)
             if other.method != decision.method:
                 cost = predict_cost(seen.scene, other.method, seen.machine).after("compilation", compiling)
-                found.append(Alternative(f"target = {100 * target:.2g} %", cost, other.error))
+                found.append(Alternative(f"target = {percent(target)}", cost, other.error))
     return tuple(found)
 
 
@@ -150,11 +151,11 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
         aim = "accuracy.target" if meets else "to come as close as can be to accuracy.target"
         found.append(
             f"{aim} = {target:g} would take {cost.seconds:.2g} s and {cost.memory / 1e9:.2g} GB; this is what "
-            f"{LONGEST:g} s and {MEMORY:.0%} of the available memory allow. State seat.mesh.size to insist"
+            f"{LONGEST:g} s and {percent(MEMORY)} of the available memory allow. State seat.mesh.size to insist"
         )
     missed = {name: error for name, error in plan.error.items() if error > target}
     if missed:
-        words = ", ".join(f"{in_words(name)} {100 * error:.2g} %" for name, error in missed.items())
+        words = ", ".join(f"{in_words(name)} {percent(error)}" for name, error in missed.items())
         found.append(f"accuracy.target = {target:g} will be missed, predicted: {words}")
     if surrogate.patch is None and not surrogate.exact:
         found.append(f"{surrogate.words}: a rough plan; the run measures what is left")
@@ -176,7 +177,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
         left = {name: safety(name) * changes[name] for name in plan.scene.accuracy.judged if name in changes}
         if len(left) == len(plan.scene.accuracy.judged) and max(left.values()) <= target:
             name = max(left, key=lambda measure: left[measure])
-            found.append(f"{WORDS[model]} would serve: it changes {name} by {100 * left[name]:.2g} %, margin included")
+            found.append(f"{WORDS[model]} would serve: it changes {name} by {percent(left[name])}, margin included")
     if not seen.sensitivity.bench.window.touches:
         found.append("no contact at a first look: the measures are zero unless run.duration is longer")
     elif surrogate.patch is not None:
@@ -193,5 +194,5 @@ def _hardly_counts(decision: Decision, target: float) -> tuple[str, ...]:
     name = max(guessed, key=lambda measure: guessed[measure])
     return (
         f"a spring (seat.kind = 'spring') with a stiffness guessed within a factor of two has an error bar of "
-        f"{100 * guessed[name]:.2g} % in {name}: for this target the seat hardly counts",
+        f"{percent(guessed[name])} in {name}: for this target the seat hardly counts",
     )

@@ -10,6 +10,7 @@ import numpy as np
 from impact.greens.base import StepKernel
 from impact.greens.modal import ModalGreens, Residual
 from impact.march import engines
+from impact.quantities import percent
 from impact.runs.variations import NARROWER
 from seatfem.structures.estimates.costs import ALL_MODES
 from seatfem.structures.estimates.mesh_size import Sizes, per_wavelength
@@ -202,7 +203,7 @@ def _rings(decision: Decision, method: RunMethod) -> str:
 def _ports(decision: Decision, method: RunMethod) -> str:
     if decision.seen.one_port is not None:
         change = {name: decision.seen.simpler[ONE_PORT][name] for name in decision.seen.scene.accuracy.judged}
-        within = f"within {LIP_SHARE:.0%} of the target, margins included"
+        within = f"within {percent(LIP_SHARE)} of the target, margins included"
         return f"in place of arcs of the lip, it changes {_most(change)}: {within}"
     why = several_needed(decision.seen.scene)
     against = f" ({why})" if why and not is_given(decision.seen.scene, PORTS) else ""
@@ -252,7 +253,7 @@ def _count(value: float) -> str:
 
 
 def _percent(value: float) -> str:
-    return f"{100 * value:.2g} %" if value < 1 else f"{100 * value:,.0f} %"
+    return percent(value) if value < 1 else f"{100 * value:,.0f} %"
 
 
 def _time(value: float) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+from impact.quantities import percent
 from seatfem.machine.rates import Machine
 from seatfem.structures.estimates.costs import (
     PORTS_POWER,
@@ -138,7 +139,7 @@ def _rod(seen: Seen, method: Method) -> Iterator[SeatOption]:
     inertia, end = seen.sensitivity.between(form, better), seen.per_g(seen.scene.seat.form_error)
     left = {name: value + end[name] for name, value in inertia.items()}
     name = max(seen.sensitivity.asked, key=lambda measure: left[measure])
-    why = f"lateral inertia and the clamped end, which a rod leaves out, change {name} by {100 * left[name]:.2g} %"
+    why = f"lateral inertia and the clamped end, which a rod leaves out, change {name} by {percent(left[name])}"
     yield SeatOption(method, why, {MODEL: left})
 
 

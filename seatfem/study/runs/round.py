@@ -12,6 +12,7 @@ import numpy as np
 import impact
 from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
+from impact.quantities import percent
 from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.seat_waves import tells_waves
@@ -136,7 +137,7 @@ def in_words(done: Round) -> str:
     memory = "" if math.isnan(done.memory) else f", {done.memory / 1e9:.2g} GB"
     if done.met is None:
         return f"round {done.number}: no landing to judge; {sum(done.spent.values()):.3g} s{memory}"
-    verdict = "target met" if done.met else f"target {100 * accuracy.target:.3g} % missed"
+    verdict = "target met" if done.met else f"target {percent(accuracy.target, 3)} missed"
     return f"round {done.number}: {bars} ({verdict}); {sum(done.spent.values()):.3g} s{memory}"
 
 
