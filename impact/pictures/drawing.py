@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from impact.extras import how_to_mend
 from impact.files.atomic import whole_file
 
 if TYPE_CHECKING:
@@ -86,10 +87,10 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
         from matplotlib.figure import Figure
 
         from impact.pictures.tick_labels import label_in_unicode
-    except ImportError as missing:
+    except Exception as missing:  # a broken one raises anything
         what = "a figure" if path is None else Path(path).name
         raise PictureError(
-            f'{what} needs matplotlib ({missing}); install it with: pip install "seatfem[pictures]"'
+            f"{what} needs matplotlib: {how_to_mend('matplotlib', 'pictures', missing)}"
         ) from missing
 
     class Shown(Figure):

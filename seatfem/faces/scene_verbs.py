@@ -21,6 +21,7 @@ from seatfem.faces.output import (
     Common,
     Effort,
     Output,
+    Seconds,
     console,
     lines,
     load,
@@ -115,7 +116,7 @@ def trade(
     *,
     output: Output = None,
     quick: Annotated[bool, Parameter(negative="")] = False,
-    limit: float = 20.0,
+    limit: Seconds = 20.0,
     cluster: str | None = None,
     common: Common = COMMON,
 ) -> int:
@@ -128,7 +129,8 @@ def trade(
     quick:
         Only about a third of the points.
     limit:
-        Processor seconds for one point; the reference and the planner's choice may take four times as many.
+        Processor time for one point, in seconds or with a unit (1 min); the
+        reference and the planner's choice may take four times as many.
     cluster:
         Address of a scheduler of dask, whose workers carry out the points: tcp://HOST:8786 or tls://...
     """
@@ -194,9 +196,12 @@ def modes(
     up_to:
         Highest frequency, with its unit, e.g. "50 kHz"; instead of a count, or with it: what ends first.
     """
-    from seatfem.units import parse_quantity
+    from seatfem.units import UnitError, parse_quantity
 
-    highest = None if up_to is None else parse_quantity(up_to, "frequency")
+    try:
+        highest = None if up_to is None else parse_quantity(up_to, "frequency")
+    except UnitError as problem:
+        raise UnitError(f"--up-to: {problem}") from None
     checked = load(scene)
     from seatfem.faces.tables import modes_table
     from seatfem.study.runs.pipeline import write_modes

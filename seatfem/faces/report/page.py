@@ -9,6 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from impact.extras import how_to_mend
 from impact.files.atomic import write_whole
 from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
@@ -195,6 +196,6 @@ def _div(figure: Figure, name: str) -> str:
 def _plotly() -> str:
     try:
         from plotly.offline import get_plotlyjs
-    except ImportError:
-        raise ReportError("plotly is missing, which reports are drawn by; pip install 'seatfem[report]'") from None
+    except ImportError as missing:
+        raise ReportError(f"reports are drawn by plotly: {how_to_mend('plotly', 'report', missing)}") from None
     return str(get_plotlyjs()).replace("</script", "<\\/script")

@@ -65,6 +65,7 @@ class Release(Table):
 class Beam(Structure):
     """What all beams have that bend about their thin side."""
 
+    group: ClassVar[str] = "reeds"
     has_weight: ClassVar[bool] = True
     sample_opposite: ClassVar[str] = "annular"
     long: ClassVar[str] = "reed.length"

@@ -23,6 +23,7 @@ from seatfem.structures.solved import Solved
 class GreensFile(Moving):
     """A Green's function computed or measured before."""
 
+    group: ClassVar[str] = "imported"
     has_rings: ClassVar[bool] = True
 
     sample: ClassVar[str] = """

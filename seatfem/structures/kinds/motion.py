@@ -20,6 +20,7 @@ from seatfem.fields import (
     KeyProblem,
     Length,
     Position,
+    Rpm,
     SignedPressure,
     Table,
 )
@@ -43,7 +44,7 @@ class _Course(Table):
         description="CSV file, its header as in `time [ms],pressure [bar]`, beyond its ends their values; with rpm as "
         "in `angle [deg],pressure [bar]`, repeated every 360 deg, of which no more than 90 deg may be left out",
     )
-    rpm: float | None = Field(None, gt=0, description="speed of the crank (1/min) for a file in crank angle")
+    rpm: Rpm | None = Field(None, description="speed of the crank (1/min) for a file in crank angle")
     angle: Angle | None = Field(None, description="crank angle at the start of the run, with rpm; 0 where absent")
 
     value: float | None = None

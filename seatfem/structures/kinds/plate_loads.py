@@ -38,6 +38,7 @@ class ClampedPlate(ThinPlate):
     the 117 modes of 100 kHz 2e-7 and 3e-5.
     """
 
+    group: ClassVar[str] = "reeds"
     not_of_greens: ClassVar[tuple[str, ...]] = (
         "velocity",
         "release",

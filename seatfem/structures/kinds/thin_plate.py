@@ -224,6 +224,8 @@ class ThinPlate(Moving):
 class FreePlate(ThinPlate):
     """What all flat plates have that nothing holds."""
 
+    group: ClassVar[str] = "strikers"
+
     @property
     def loose(self) -> str:
         return f"seat.kind = {self.kind!r} is free to move"

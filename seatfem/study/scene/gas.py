@@ -21,6 +21,7 @@ from seatfem.fields import (
     Length,
     MolarMass,
     Pressure,
+    Rpm,
     SignedArea,
     Source,
     Table,
@@ -134,7 +135,7 @@ port_diameter = "12 mm"
     valve: Literal["suction", "discharge"] = Field(description="which valve the reed is")
     suction: GasPlenum = Field(description="plenum that the cylinder draws from")
     discharge: GasPlenum = Field(description="plenum that it delivers to")
-    rpm: float = Field(gt=0, le=1e6, description="speed of the crank (1/min)")
+    rpm: Rpm = Field(le=1e6, description="speed of the crank: a number (1/min), or with its unit")
     angle: Angle = default("0 deg", "crank angle at the start of the run, from the top dead centre")
     cycles: float | None = Field(None, gt=0, le=1e4, description="turns of the crank; in place of run.duration")
     bore: Length | None = Field(None, description="diameter of the cylinder")

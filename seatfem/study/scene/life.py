@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import ExistingFile, Fraction, KeyProblem, PoissonRatio, Pressure, Speed, Table, default
+from seatfem.fields import ExistingFile, Fraction, KeyProblem, PoissonRatio, Pressure, Rpm, Speed, Table, default
 from seatfem.study.scene.life_curves import Curves
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ source = "report, page"
     )
     cycles: float | None = Field(None, gt=0, description="blocks to be survived; or give hours and rpm")
     hours: float | None = Field(None, gt=0, description="of running to be survived, with rpm")
-    rpm: float | None = Field(None, gt=0, description="blocks a minute (1/min), with hours")
+    rpm: Rpm | None = Field(None, description="blocks a minute, with hours: a number (1/min), or with its unit")
     block: Literal["run", "last cycle"] = Field("run", description="what repeats: the run, or the crank's last turn")
     contact_criterion: str = Field(
         "",

@@ -1,0 +1,40 @@
+"""Packages of others that fail while they are imported: which one, of which extra, and what mends it."""
+
+from __future__ import annotations
+
+from importlib import metadata
+from traceback import walk_tb
+
+from impact.extras import how_to_mend
+from seatfem.machine.doctor import EXTRAS, LIBRARIES
+
+_NO_OTHERS = ("seatfem", "impact", "__main__")
+
+
+def broken_package(error: Exception) -> str:
+    """Return which package of others failed while this one imported it, and what mends it; "" of all other errors."""
+    if not (module := _failed_module(error)):
+        return ""
+    for name in metadata.packages_distributions().get(module, [module]):
+        for extra, packages in (*EXTRAS.items(), ("", LIBRARIES)):
+            if name in packages or any(name in _needs(package) for package in packages):
+                return how_to_mend(name, extra, error)
+    return how_to_mend(module, "", error) if isinstance(error, ImportError) else ""
+
+
+def _failed_module(error: Exception) -> str:
+    """Return the package whose import raised the error, the first of a chain: its own code failed, or it is absent."""
+    imported = (frame for frame, _ in walk_tb(error.__traceback__) if frame.f_code.co_name == "<module>")
+    names = (str(frame.f_globals.get("__name__", "")).partition(".")[0] for frame in imported)
+    absent = (getattr(error, "name", None) or "") if isinstance(error, ModuleNotFoundError) else ""
+    module = next((name for name in names if name not in _NO_OTHERS), absent.partition(".")[0])
+    return "" if module in _NO_OTHERS else module
+
+
+def _needs(package: str) -> set[str]:
+    """Return the distributions that one requires, if it is installed."""
+    try:
+        stated = metadata.requires(package) or []
+    except metadata.PackageNotFoundError:
+        return set()
+    return {words.split(";")[0].split("[")[0].rstrip("<>=!~ .0123456789,*()").strip() for words in stated}
