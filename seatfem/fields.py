@@ -168,7 +168,9 @@ def _towards_the_seat(value: float) -> float:
         return value
     if value == 0.0:
         raise ValueError("a mass at rest never touches the seat; give it a velocity towards it, as '-2 m/s'")
-    raise ValueError(f"it would fly away: velocities towards the seat are negative, write '-{value:g} m/s'")
+    raise ValueError(
+        f"it would fly away: velocities towards the seat are negative, write '-{write_quantity(value, 'velocity')}'"
+    )
 
 
 def _open(value: float) -> float:

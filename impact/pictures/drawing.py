@@ -89,9 +89,7 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
         from impact.pictures.tick_labels import label_in_unicode
     except Exception as missing:  # a broken one raises anything
         what = "a figure" if path is None else Path(path).name
-        raise PictureError(
-            f"{what} needs matplotlib: {how_to_mend('matplotlib', 'pictures', missing)}"
-        ) from missing
+        raise PictureError(f"{what} needs matplotlib: {how_to_mend('matplotlib', 'pictures', missing)}") from missing
 
     class Shown(Figure):
         """One that notebooks show, which know figures of pyplot alone."""

@@ -23,7 +23,7 @@ def _is_ours(error: Exception) -> bool:
 def in_words(error: Exception) -> str:
     """What a user can do about it; of what is no fault of the user's, that it is a bug."""
     from impact.files.atomic import FULL
-    from seatfem.machine.broken import broken_package
+    from seatfem.machine.packages import broken_package
 
     if isinstance(error, OSError) and error.errno in FULL:
         return f"{error.filename or 'a file'}: {error.strerror}; free space there, or choose another folder (--output)"

@@ -29,9 +29,9 @@ class Work(Effort):
     rounds: Annotated[
         int, Parameter(help="At most so many rounds of refinement of each scene, the first included.")
     ] = Effort.rounds
-    limit: Annotated[
-        Seconds, Parameter(help="Time of the clock for one scene: seconds, or with a unit (10 min).")
-    ] = Effort.limit
+    limit: Annotated[Seconds, Parameter(help="Time of the clock for one scene: seconds, or with a unit (10 min).")] = (
+        Effort.limit
+    )
     retry: Annotated[bool, Parameter(negative="", help="Try scenes again that have failed before.")] = Effort.retry
     cluster: Annotated[
         str | None,

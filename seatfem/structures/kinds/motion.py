@@ -27,6 +27,7 @@ from seatfem.fields import (
 from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure
+from seatfem.units import write_quantity
 
 
 def as_value(given: object) -> object:
@@ -151,7 +152,8 @@ class Moving(Structure):
         assert known is not None
         if self.velocity is not None and math.isinf(known.mass()):
             raise GreensFunctionError(
-                f"reed.velocity = {self.velocity:g} m/s: a body of kind {self.kind!r} that is held cannot translate; "
+                f"reed.velocity = {write_quantity(self.velocity, 'velocity')}: a body of kind {self.kind!r} that is "
+                f"held cannot translate; "
                 "release it from a deflection, or drive it by a force"
             )
         state: ModalState | None = None

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.faces import Colour, Face, Vector, connected, listing
+from seatfem.units import write_quantity
 
 LENGTH_TOLERANCE = 1e-6  # metres; what CAD exchange files keep
 ANGLE_TOLERANCE = 1e-3  # radians
@@ -72,7 +73,9 @@ class CylinderFace:
     def __post_init__(self) -> None:
         _check_direction("CylinderFace.axis", UP if self.axis is None else self.axis)
         if not (math.isfinite(self.radius) and self.radius > 0.0):
-            raise GeometryError(f"CylinderFace.radius = {self.radius:g} m: must be a finite length > 0")
+            raise GeometryError(
+                f"CylinderFace.radius = {write_quantity(self.radius, 'length')}: must be a finite length > 0"
+            )
 
     def matches(self, face: Face) -> bool:
         if face.axis is None or face.axis.half_angle > 0.0:

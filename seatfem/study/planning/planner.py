@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from impact.progress import Progress, silent
-from impact.quantities import percent
+from impact.quantities import in_time, percent
 from impact.runs.budget import safety
 from seatfem.machine.compiling import compilation
 from seatfem.machine.rates import Machine
@@ -150,8 +150,8 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
         meets = all(error <= target for error in wanted.error.values())
         aim = "accuracy.target" if meets else "to come as close as can be to accuracy.target"
         found.append(
-            f"{aim} = {target:g} would take {cost.seconds:.2g} s and {cost.memory / 1e9:.2g} GB; this is what "
-            f"{LONGEST:g} s and {percent(MEMORY)} of the available memory allow. State seat.mesh.size to insist"
+            f"{aim} = {target:g} would take {in_time(cost.seconds)} and {cost.memory / 1e9:.2g} GB; this is what "
+            f"{in_time(LONGEST)} and {percent(MEMORY)} of the available memory allow. State seat.mesh.size to insist"
         )
     missed = {name: error for name, error in plan.error.items() if error > target}
     if missed:

@@ -12,7 +12,7 @@ import numpy as np
 import impact
 from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
-from impact.quantities import percent
+from impact.quantities import in_time, percent
 from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.seat_waves import tells_waves
@@ -136,9 +136,9 @@ def in_words(done: Round) -> str:
     bars = ", ".join(f"{words} {f'+-{bar:.2g} %' if math.isfinite(bar) else 'not known'}" for words, bar in each)
     memory = "" if math.isnan(done.memory) else f", {done.memory / 1e9:.2g} GB"
     if done.met is None:
-        return f"round {done.number}: no landing to judge; {sum(done.spent.values()):.3g} s{memory}"
+        return f"round {done.number}: no landing to judge; {in_time(sum(done.spent.values()))}{memory}"
     verdict = "target met" if done.met else f"target {percent(accuracy.target, 3)} missed"
-    return f"round {done.number}: {bars} ({verdict}); {sum(done.spent.values()):.3g} s{memory}"
+    return f"round {done.number}: {bars} ({verdict}); {in_time(sum(done.spent.values()))}{memory}"
 
 
 UNKNOWN: Final = "the end of the run cuts this landing, or neighbouring runs have no such landing"

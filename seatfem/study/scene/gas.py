@@ -29,6 +29,7 @@ from seatfem.fields import (
     Volume,
     default,
 )
+from seatfem.units import write_quantity
 
 WIDEST: Final = 30.0  # degrees of crank angle between two samples of a record
 OF_THE_CRANK: Final = ("bore", "stroke", "rod", "clearance")
@@ -181,7 +182,8 @@ port_diameter = "12 mm"
         if self.suction.pressure >= self.discharge.pressure:
             raise KeyProblem(
                 "discharge.pressure",
-                f"{self.discharge.pressure:g} Pa is not above suction.pressure = {self.suction.pressure:g} Pa: nothing "
+                f"{write_quantity(self.discharge.pressure, 'pressure')} is not above suction.pressure = "
+                f"{write_quantity(self.suction.pressure, 'pressure')}: nothing "
                 "is compressed; exchange them, or raise it",
             )
         try:
@@ -224,7 +226,8 @@ port_diameter = "12 mm"
             raise KeyProblem("cylinder_pressure", str(problem)) from None
         if (least := float(found.value.min())) <= 0:
             raise KeyProblem(
-                "cylinder_pressure", f"{path}: {least:g} Pa: pressures are absolute, they must be above 0 Pa"
+                "cylinder_pressure",
+                f"{path}: {write_quantity(least, 'pressure')}: pressures are absolute, they must be above 0 Pa",
             )
         return found
 

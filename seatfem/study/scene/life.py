@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from seatfem.fields import ExistingFile, Fraction, KeyProblem, PoissonRatio, Pressure, Rpm, Speed, Table, default
 from seatfem.study.scene.life_curves import Curves
+from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     from impact.life.places import Demand
@@ -180,7 +181,8 @@ source = "report, page"
             if scene.run.duration < TURNS * turn * (1 - 1e-9):
                 raise KeyProblem(
                     "block",
-                    f"run.duration = {scene.run.duration:g} s holds fewer than {TURNS} turns of {turn:g} s, so that "
+                    f"run.duration = {write_quantity(scene.run.duration, 'time')} holds fewer than {TURNS} turns of "
+                    f"{write_quantity(turn, 'time')}, so that "
                     "the last one would hold the start: watch longer, or take the run as the block",
                 )
 

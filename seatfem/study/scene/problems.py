@@ -150,7 +150,7 @@ def _meant_percent(place: _Place, written: object) -> str:
     )
     if not is_share or not isinstance(written, int | float) or not 1 <= written < 100:
         return ""
-    return f"; did you mean {written:g} %? write {written / 100:g} or \"{written:g} %\""
+    return f'; did you mean {written:g} %? write {written / 100:g} or "{written:g} %"'
 
 
 def _notes(field: FieldInfo) -> Iterator[object]:

@@ -1,12 +1,52 @@
-"""Packages of others that fail while they are imported: which one, of which extra, and what mends it."""
+"""Packages of others: which are needed, which belong to an extra, and which one fails while it is imported."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import metadata
 from traceback import walk_tb
+from types import MappingProxyType
+from typing import Final
 
 from impact.extras import how_to_mend
-from seatfem.machine.doctor import EXTRAS, LIBRARIES
+from seatfem.machine.libraries import PICTURE_PACKAGES
+
+LIBRARIES: Final = (
+    "numpy",
+    "scipy",
+    "numba",
+    "h5py",
+    "rainflow",
+    "threadpoolctl",
+    "gmsh",
+    "scikit-fem",
+    "pymetis",
+    "pydantic",
+    "meshio",
+    "netCDF4",
+    "pint",
+    "cyclopts",
+    "rich",
+    "psutil",
+)
+"""Distributions that are always needed."""
+
+EXTRAS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
+    {
+        "pictures": PICTURE_PACKAGES,
+        "tables": ("pandas", "pyarrow"),
+        "report": ("plotly",),
+        "web": ("trame", "trame-vtk", "aiohttp"),
+        "cluster": ("distributed",),
+        "uff": ("pyuff",),
+        "docs": ("sphinx", "docutils", "myst-parser", "sphinx-gallery", "pydata-sphinx-theme"),
+        "dev": (
+            *("pytest", "pytest-xdist", "hypothesis", "build", "mypy", "ruff", "scipy-stubs", "types-psutil"),
+            *("selenium", "nbclient", "ipykernel", "jsonschema", "types-jsonschema"),
+        ),
+    }
+)
+"""Distributions of each extra, beside those of other extras that it takes in."""
 
 _NO_OTHERS = ("seatfem", "impact", "__main__")
 
@@ -16,7 +56,9 @@ def broken_package(error: Exception) -> str:
     if not (module := _failed_module(error)):
         return ""
     for name in metadata.packages_distributions().get(module, [module]):
-        for extra, packages in (*EXTRAS.items(), ("", LIBRARIES)):
+        if name in LIBRARIES:
+            return how_to_mend(name, "", error)
+        for extra, packages in EXTRAS.items():
             if name in packages or any(name in _needs(package) for package in packages):
                 return how_to_mend(name, extra, error)
     return how_to_mend(module, "", error) if isinstance(error, ImportError) else ""
