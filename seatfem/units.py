@@ -176,7 +176,8 @@ def write_quantity(value: float, dimension: str, digits: int = 5) -> str:
     units = {unit: parse_quantity(f"1 {unit}", dimension) for unit in DIMENSIONS[dimension].usual}
     least, most = _READABLE_PRESSURES if dimension == "pressure" else _READABLE
     readable = (unit for unit, size in units.items() if least <= abs(value / size) < most)
-    unit = next(readable, next(iter(units)))
+    fallback = next(iter(units)) if value == 0 else (min if abs(value) < 1 else max)(units, key=units.__getitem__)
+    unit = next(readable, fallback)
     return f"{in_digits(value / units[unit], digits)} {unit}"
 
 

@@ -20,8 +20,8 @@ from seatfem.faces.readings import (
     with_unit,
 )
 from seatfem.faces.rows import HEADINGS, LANDING, Group, Row, asked, name_of, rows_of, words_of
-from seatfem.faces.source_words import in_words
 from seatfem.faces.verdict import OF_EACH_STEP, count, difference, is_static, which_landing
+from seatfem.study.accuracy.source_words import in_words
 from seatfem.study.runs.outcome import is_known
 
 ANGLES: Final = (

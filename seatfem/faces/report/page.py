@@ -24,9 +24,9 @@ from seatfem.faces.report.provenance import provenance, versions
 from seatfem.faces.report.stressed import hot_spots, life_table
 from seatfem.faces.result_table import result_table
 from seatfem.faces.rows import LANDING, asked, name_of
-from seatfem.faces.source_words import in_words
 from seatfem.faces.verdict import LANDED, judged_words, lasting, pressed_on, simpler, verdict
 from seatfem.pictures.moving import KEPT, moving_bodies
+from seatfem.study.accuracy.source_words import in_words
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
 

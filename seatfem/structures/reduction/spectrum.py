@@ -101,8 +101,9 @@ class Spectrum:
             return
         top = self._shift(value)
         if most is not None and top.count > most:
-            words = f"{top.count} modes lie below {write_quantity(np.sqrt(value) / (2 * np.pi), 'frequency', 3)} "
-            f"(limit {most}); lower the bandwidth"
+            highest = write_quantity(np.sqrt(value) / (2 * np.pi), "frequency", 3)
+            highest = write_quantity(np.sqrt(value) / (2 * np.pi), "frequency", 3)
+            words = f"{top.count} modes lie below {highest} (limit {most}); lower the bandwidth"
             raise CrowdedError(words, top.count)
         while top.count - len(self.values) > _AT_ONCE:
             self.first(len(self.values) + _AT_ONCE)

@@ -428,8 +428,8 @@ def check_length(scene: Scene, dt: float, parts: int | None = None) -> None:
         raise RunError(
             f"run.duration = {write_quantity(scene.run.duration, 'time')} takes {steps:.2g} steps of "
             f"{write_quantity(dt, 'time', 2)} ({chosen}), at most "
-            f"{most:.2g} are stored: shorten run.duration, widen run.filter_width, keep fewer modes "
-            "(reed.n_modes), or give a longer run.time_step"
+            f"{most:.2g} are stored: shorten run.duration, widen run.filter_width, "
+            f"{'' if scene.reed.beam_modes is None else 'keep fewer reed.n_modes, '}or give a longer run.time_step"
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
@@ -16,19 +17,22 @@ from impact.quantities import in_time, percent
 from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.seat_waves import tells_waves
+from seatfem.study.accuracy.source_words import in_words as source_in_words
 from seatfem.study.impacts.measures import LIP, STOPPER, STRIKER, is_of_a_landing
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import film_notes, stopper_notes, validity_advice
-from seatfem.study.method import MODES, PORTS, RINGS, STEP
+from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP
 from seatfem.study.planning.plan import Plan
+from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import all_measures, asked_name
 from seatfem.study.scene.measures import in_words as spoken
+from seatfem.units import write_quantity
 
 REMEDIES: Final[Mapping[str, str]] = {
     "mesh": "refine seat.mesh",
     "reduction": "raise seat.greens.bandwidth or lower seat.greens.tolerance",
     "time_step": "shorten run.time_step",
-    "model": "keep more reed.n_modes, or a seat.model that leaves less out",
+    "model": "take a seat.model that leaves less out",
     STRIKER: "refine reed.mesh, raise reed.greens.bandwidth, or take a reed.model that leaves less out",
     STOPPER: "refine stopper.mesh, raise stopper.greens.bandwidth, or keep more stopper.n_modes",
     "patch": "divide the struck patch by contact.rings = 4, or more",
@@ -113,11 +117,11 @@ def missed(done: Round) -> tuple[str, ...]:
             remedy = REMEDIES.get(source, "")
             if source == "patch" and done.plan.method.ports is not None:
                 remedy = f"divide the lip by more {_parts_behind(done.plan, name)}"
-            if source == "model" and done.plan.method.seat.n_modes is not None:
-                remedy = "keep more seat.n_modes or reed.n_modes"
+            if source == "model" and (modes := _modes_kept(done.plan)):
+                remedy = f"keep more {' or '.join(modes)}"
             found.append(
-                f"{spoken(name)} has an error bar of {bar:.2g}, above accuracy.target = {target:g}; most of it is the "
-                f"{source.replace('_', ' ')}'s: {remedy}"
+                f"{spoken(name)} has an uncertainty of {percent(bar)}, above accuracy.target = {percent(target)}; most "
+                f"of it is {source_in_words(source)}: {remedy}"
             )
     if found and done.stopped:
         found.append(f"stopped short of the target after {done.number} round{'s'[: done.number > 1]}: {done.stopped}")
@@ -127,6 +131,12 @@ def missed(done: Round) -> tuple[str, ...]:
 def _parts_behind(plan: Plan, measure: str) -> str:
     """The key of a lip's parts that is predicted to leave more."""
     return max((PORTS, RINGS), key=lambda key: plan.parts.get(key, {}).get(measure, 0.0))
+
+
+def _modes_kept(plan: Plan) -> list[str]:
+    """The keys of numbers of modes that the bodies have."""
+    kept = {SEAT_MODES: plan.method.seat.n_modes, MODES: plan.scene.reed.beam_modes}
+    return [key for key, number in kept.items() if number is not None]
 
 
 def in_words(done: Round) -> str:
@@ -147,6 +157,11 @@ NO_VALUE: Final = (
     "is no modal body may not tell its displacement"
 )
 NARROWER: Final = "a narrower seat.greens.bandwidth"
+_STEP: Final = re.compile(r"dt <= (\S+) s\b")
+_NAMES: Final = {
+    "highest striker frequency times step": "time step coarse for the reed's modes: highest frequency times step",
+    "highest target frequency times step": "time step coarse for the seat's modes: highest frequency times step",
+}
 OF_EITHER: Final = "a narrower band (or fewer modes) of the seat, or of the stopper where that is the one"
 
 
@@ -176,12 +191,17 @@ def _advice(done: Round) -> tuple[str, ...]:
     for advice in done.result.advice:
         of_the_step = "dt <=" in advice.remedy
         if not (measured and of_the_step):
-            keys = {"dt <=": f"{STEP} <=", "fewer modes": f"fewer {MODES}" if "striker" in advice.name else narrower}
-            remedy = advice.remedy
-            for word, key in keys.items():
-                remedy = remedy.replace(word, key)
-            told.append(str(replace(advice, remedy=remedy)))
+            of_reed = "striker" in advice.name
+            remedy = _STEP.sub(lambda word: f"{STEP} <= {write_quantity(float(word[1]), 'time', 2)}", advice.remedy)
+            remedy = remedy.replace("fewer modes", _fewer_modes(done.plan.scene) if of_reed else narrower)
+            name = _NAMES.get(advice.name, advice.name)
+            told.append(str(replace(advice, name=name, remedy=remedy)))
     return tuple(told)
+
+
+def _fewer_modes(scene: Scene) -> str:
+    """What takes the highest modes from the reed."""
+    return f"fewer {MODES}" if scene.reed.beam_modes is not None else "a narrower reed.greens.bandwidth"
 
 
 def _no_bar(done: Round) -> tuple[str, ...]:

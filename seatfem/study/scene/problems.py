@@ -133,7 +133,7 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
         case "greater_than_equal" if context["ge"] == 0:
             return f"{written!r} must be >= 0"
         case "model_type" | "model_attributes_type" | "dict_type":
-            return f"{written!r} is no table; write [{place.key}] or {path[-1]} = {{ ... }}{_content(place)}"
+            return f"{written!r} is no table; write {_as_table(path)}{_content(place)}"
         case "value_error":
             return str(context["error"])
         case limit if limit in _LIMITS:
@@ -161,11 +161,15 @@ def _notes(field: FieldInfo) -> Iterator[object]:
 
 def _content(place: _Place) -> str:
     """Return what stands in the table that a key should hold."""
-    tables, about = place.choices, _purpose(place.table, place.path[-1])
-    if len(tables) == 1:
-        keys = ", ".join(key for key in tables[0].model_fields if key != getattr(tables[0], "inlined", ""))
-        return f"{about}; its keys: {keys}"
-    return f"{about}; its kinds: {kinds_in_words(tables)}" if any(map(kind_of, tables)) else about
+    if len(place.choices) == 1:
+        inlined = getattr(place.choices[0], "inlined", "")
+        return f"; keys: {', '.join(key for key in place.choices[0].model_fields if key != inlined)}"
+    return f"; kinds: {kinds_in_words(place.choices)}" if any(map(kind_of, place.choices)) else ""
+
+
+def _as_table(path: KeyPath) -> str:
+    """Return how a table is written: of the scene itself under its name, others in one line."""
+    return f"[{path[-1]}]" if len(path) == 1 else f"{path[-1]} = {{ ... }}"
 
 
 def _no_kind(tag: object, expected: str, kinds: tuple[type[BaseModel], ...]) -> str:
@@ -173,7 +177,7 @@ def _no_kind(tag: object, expected: str, kinds: tuple[type[BaseModel], ...]) -> 
     names = [kind_of(each) for each in kinds]
     if not all(getattr(each, "group", "") for each in kinds) or not names:
         return _not_one_of(tag, expected)
-    return f"{tag!r} is not one of {kinds_in_words(kinds)}{_did_you_mean(str(tag), names)}"
+    return f"{tag!r} is no kind; choose: {kinds_in_words(kinds)}{_did_you_mean(str(tag), names)}"
 
 
 def _not_one_of(written: object, expected: str) -> str:

@@ -54,7 +54,7 @@ def scene_template(name: str, *, file: str = "scene.toml") -> str:
     if name not in kinds:
         close = get_close_matches(name, kinds, n=1, cutoff=ALIKE)
         hint = f"; did you mean {close[0]!r}?" if close else ""
-        raise NoTemplate(f"kind: {name!r} is none of {kinds_in_words(kinds_of())}{hint}")
+        raise NoTemplate(f"kind: {name!r} is no kind; choose: {kinds_in_words(kinds_of())}{hint}")
     kind, other = kinds[name], kinds[kinds[name].sample_opposite]
     seat, reed = (other, kind) if kind.sample_motion else (kind, other)
     title = f"{kind_of(reed)} on {kind_of(seat)}".replace("_", " ")
