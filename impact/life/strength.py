@@ -113,7 +113,7 @@ def criterion(base: type[Kind], name: str, strength: Strength) -> Kind:
 
 @dataclass(frozen=True)
 class SpeedMargin:
-    """The industry's rule: a valve may close up to a speed that experience allows; ``margin`` = allowed/speed."""
+    """The industry's rule: a valve may close up to a speed that experience allows [m/s]; ``margin`` = allowed/speed."""
 
     margin: float
     speed: float

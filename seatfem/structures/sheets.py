@@ -118,7 +118,7 @@ class PlateModes:
     Attributes:
         sheet, mesh: of the plate.
         modes: all up to `CUTOFF` times the band.
-        coarser: its elements over those that were asked for.
+        coarser: ratio of its elements to those that were asked for.
         assembled: the model, where it is at hand.
     """
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import impact
-from impact.after.contact_stress import hertz_circular, hertz_impact
+from impact.exact.contact_stress import hertz_circular, hertz_impact
 from impact.life.curves import basquin
 from seatfem.faces.verdict import lasting as in_words
 from seatfem.study.impacts.contact import run_contacts, striker_of

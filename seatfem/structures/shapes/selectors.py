@@ -59,7 +59,7 @@ class PlaneFace:
 
 @dataclass(frozen=True)
 class CylinderFace:
-    """The cylindrical face of this ``radius`` about the line through ``axis_point`` along ``axis``.
+    """The cylindrical face of this ``radius`` (metres) about the line through ``axis_point`` along ``axis``.
 
     Without the two, about any line; of several separate faces then those about the z axis, where there are such.
     ``several``: accept faces that do not touch each other.
@@ -103,7 +103,7 @@ class CylinderFace:
 
 @dataclass(frozen=True)
 class ConeFace:
-    """The conical face with this ``half_angle`` about the line through ``axis_point`` along ``axis``.
+    """The conical face with this ``half_angle`` [rad] about the line through ``axis_point`` along ``axis``.
 
     ``radius_min`` and ``radius_max`` keep only faces between these distances from the axis. ``several``: accept
     faces that do not touch each other.
@@ -137,7 +137,7 @@ class ConeFace:
 
 @dataclass(frozen=True)
 class PointFace:
-    """The one face that contains ``point``, to ``tolerance``."""
+    """The one face that contains ``point``, to ``tolerance`` (metres)."""
 
     point: Vector
     tolerance: float = LENGTH_TOLERANCE
