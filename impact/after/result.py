@@ -163,13 +163,14 @@ class ImpactResult:
         """Return what the run did in four lines: its size, the force, the contacts, how far energy is balanced."""
         parts = 1 if self.force.ndim == 1 else self.force.shape[1]
         total = self.force.reshape(len(self.force), -1).sum(axis=1)
-        peak = (
-            f"peak force {in_units(float(total.max()), 'N', 4)} at {in_units(self.time[int(total.argmax())], 's', 4)}"
+        peak, when = (
+            in_units(value, unit, 4) for value, unit in ((total.max(), "N"), (self.time[total.argmax()], "s"))
         )
+        size = f"{parts} contact{'s'[: parts > 1]}, {len(self.time) - 1} steps of {in_units(self.dt, 's', 4)}"
         told = some([advice.name for advice in self.advice]) or "no advice"
         return (
-            f"ImpactResult, {parts} contact{'s'[: parts > 1]}, {len(self.time) - 1} steps of {in_units(self.dt, 's', 4)}"
-            f"\n  {peak}, impulse {in_units(float(total[1:].sum()) * self.dt, 'N s', 4)}\n  {self._touches()}\n  "
+            f"ImpactResult, {size}\n  peak force {peak} at {when}, impulse "
+            f"{in_units(float(total[1:].sum()) * self.dt, 'N s', 4)}\n  {self._touches()}\n  "
             f"energy balance error {percent(self.energy.residual)}; {cut(self.engine, 160)}; {told}"
         )
 

@@ -112,7 +112,8 @@ def circular_axis_stress(depth: ArrayLike, *, poisson: float) -> tuple[Array, Ar
 def line_axis_stress(depth: ArrayLike) -> tuple[Array, Array]:
     """Return the ratios (n,) sigma_x/p0 and sigma_z/p0 below the middle of a Hertz line contact, z = ``depth``/b (n,).
 
-    x is across the line; sigma_x = -((1 + 2 z^2)/sqrt(1 + z^2) - 2 z), sigma_z = -1/sqrt(1 + z^2). Source: Johnson 4.46.
+    x is across the line; sigma_x = -((1 + 2 z^2)/sqrt(1 + z^2) - 2 z), sigma_z = -1/sqrt(1 + z^2).
+    Source: Johnson 4.46.
     """
     z = _depth(depth, 0.0)
     root = np.sqrt(1 + z**2)
@@ -177,10 +178,10 @@ def first_contact_pressure(*, speed: float, impedance: float, impedance_2: float
 
 
 def tip_step_moment(eta: ArrayLike) -> Array:
-    """Return the ratio (n,) of the bending moment to v sqrt(EI rho A) in a long beam, whose free tip is given v at once.
+    """Return the ratio (n,) of the bending moment to v sqrt(EI rho A) in a long beam whose free tip gets v at once.
 
-    m(eta) = -Im erfc(eta exp(i pi/4)/2), ``eta`` = x/sqrt(a t) (n,), x from the tip, a = sqrt(EI/(rho A)); its travelling
-    maximum 0.48759 stands at eta = sqrt(pi). Equally a tip that is arrested from v.
+    m(eta) = -Im erfc(eta exp(i pi/4)/2), ``eta`` = x/sqrt(a t) (n,), x from the tip, a = sqrt(EI/(rho A)); its
+    travelling maximum 0.48759 stands at eta = sqrt(pi). Equally a tip that is arrested from v.
 
     From EI u'''' + rho A u_tt = 0, u_t(0, t) = v, u''(0, t) = 0, in the Laplace domain.
     """

@@ -41,7 +41,8 @@ class Judged:
 
     Attributes:
         at, life: of stress of one axis.
-        tensor_at, tensor_margin: of stress of several axes; the margin, a factor on the stress, holds for the N of its two limits.
+        tensor_at, tensor_margin: of stress of several axes; the margin, a factor on the stress, holds for the N
+            of its two limits.
     """
 
     at: str | None = None

@@ -38,7 +38,6 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numba import cfunc, types
 
-from impact.exact.contact_stress import hertz_stiffness, reduced_modulus
 from impact.greens.base import Array
 
 SIGNORINI, SPRING, HERTZ, HUNT_CROSSLEY, USER = 0, 1, 2, 3, 4
@@ -147,6 +146,8 @@ class Hertz(_PowerLaw):
         Raises:
             ContactStressError: a radius or a modulus that is not positive.
         """
+        from impact.exact.contact_stress import hertz_stiffness, reduced_modulus  # which loads scipy.special
+
         modulus = reduced_modulus(young=young, poisson=poisson, young_2=young_2, poisson_2=poisson_2)
         return Hertz(hertz_stiffness(reduced_modulus=modulus, radius=radius))
 

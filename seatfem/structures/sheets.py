@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from impact.brief import brief
 from impact.greens.base import Array, ErrorEstimate
 from impact.greens.modal import ModalGreens
 from seatfem.structures.elements.mindlin import (
@@ -127,6 +128,8 @@ class PlateModes:
     modes: Modes
     coarser: float = 1.0
     assembled: SecondOrderModel | None = None
+
+    __repr__ = brief
 
     @cached_property
     def model(self) -> SecondOrderModel:

@@ -29,7 +29,9 @@ ROUND_OFF: Final = 1e-9  # of the outline's size, in coordinates of a file
 
 @dataclass(frozen=True)
 class Outlined(Flat):
-    """Sheet with its underside at z = 0 (metres), of straight edges and circular arcs. The group "contact" is the upper side.
+    """Sheet with its underside at z = 0 (metres), of straight edges and circular arcs.
+
+    The group "contact" is the upper side.
 
     Attributes:
         outline: corners in order, either way round.
