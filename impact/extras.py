@@ -13,7 +13,7 @@ def how_to_mend(package: str, extra: str, error: Exception) -> str:
     """
     of_extra = f"seatfem[{extra}]" if extra else package
     module = (getattr(error, "name", None) or "").partition(".")[0]
-    if isinstance(error, ModuleNotFoundError) and module.replace("_", "-") in (package, package.replace("_", "-")):
+    if isinstance(error, ModuleNotFoundError) and module in ("", package, package.replace("-", "_")):
         return f"{package} is not installed; install it with: pip install '{of_extra}'"
     whose = f"{package} (extra {extra!r})" if extra else package
     reason = " ".join(str(error).split()) or type(error).__name__

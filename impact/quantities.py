@@ -65,6 +65,8 @@ def percent(share: float, digits: int = 2, *, sign: bool = False) -> str:
 
 def in_time(seconds: float) -> str:
     """Return a time of computing in two figures: seconds, minutes from 100 s on, hours from 100 minutes on."""
+    if not math.isfinite(seconds):
+        return f"{seconds:g} s"
     for unit, size in (("s", 1.0), ("min", 60.0)):
         if seconds < 99.5 * size:
             return f"{in_digits(seconds / size, 2)} {unit}"

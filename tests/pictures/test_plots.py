@@ -196,7 +196,7 @@ def test_error_text_tells_unknown_from_zero() -> None:
 
 def test_a_missing_matplotlib_names_the_extra(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(PictureError, match=r'pip install "seatfem\[pictures\]"'), sheet(tmp_path / "a.png", 3, 3):
+    with pytest.raises(PictureError, match=r"pip install 'seatfem\[pictures\]'"), sheet(tmp_path / "a.png", 3, 3):
         pass
 
 

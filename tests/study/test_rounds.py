@@ -114,8 +114,10 @@ def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) 
     assert done.number == 1
     assert (done.result.dt, done.plan.method.reed.n_modes) == (2e-6, 3)
     told = missed(done)
-    assert told[0].startswith(("impulse (impulse_Ns) has an error bar", "peak force (filtered_peak_force_N) has an"))
-    assert any("above accuracy.target = 0.001" in words for words in told)
+    assert told[0].startswith(
+        ("impulse (impulse_Ns) has an uncertainty of", "peak force (filtered_peak_force_N) has an")
+    )
+    assert any("above accuracy.target = 0.1 %" in words for words in told)
     assert told[-1].startswith("stopped short of the target after 1 round: nothing finer is left to choose")
     assert "which alone is above the target (stated in the file?)" in told[-1]
     assert rounds_ahead(done.plan).number == 1  # nor is another promised
@@ -344,7 +346,7 @@ def test_notes_speak_of_keys_and_values(tmp_path: Path, capsys: pytest.CaptureFi
     scene.write_text(SCENE.replace("[run]", '[run]\ntime_step = "2 us"') + 'target = "90 %"\n', encoding="utf-8")
     run_command(["run", str(scene), "-o", str(tmp_path / "out"), "--no-pictures"])
     notes = [line for line in capsys.readouterr().out.splitlines() if line.startswith("note: ")]
-    assert any("highest striker frequency" in note and "use run.time_step <= " in note for note in notes), notes
+    assert any("coarse for the reed's modes" in note and "use run.time_step <= " in note for note in notes), notes
     assert any(note.endswith("or fewer reed.n_modes") for note in notes)
     assert not any(re.search(r"\bdt\b", note) for note in notes)
     assumed = "reed.width = 10.0 mm, reed.thickness = 305 µm, reed.material = 200 GPa, 7850 kg/m^3"

@@ -9,7 +9,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "mesh": "mesh error",
     "reduction": "reduced model of the seat",
     "time_step": "time step",
-    "model": "simpler model of the seat",
+    "model": "simplified model of seat or reed",
     "patch": "contact face treated as one",
     "striker": "model of the reed",
     "stopper": "stopper",

@@ -36,8 +36,8 @@ def _gas_of_the_run(scene: Scene) -> None:
         if not gas.course.period and (time[0] > slack or time[-1] < scene.run.duration - slack):
             raise KeyProblem(
                 "gas.cylinder_pressure",
-                f"the record covers {write_quantity(time[0], 'time')}..{write_quantity(time[-1], 'time')}, the run "
-                f"takes 0..{write_quantity(scene.run.duration, 'time')}: give a "
+                f"the record covers {write_quantity(time[0], 'time')} to {write_quantity(time[-1], 'time')}, the run "
+                f"takes {write_quantity(scene.run.duration, 'time')}: give a "
                 "longer record, or shorten run.duration",
             )
 
