@@ -240,7 +240,8 @@ def _parse_unit(text: str, unit: str, wanted: Dimension) -> pint.Unit:
     try:
         return _registry().parse_units(_POWER.sub("^", unit))
     except (pint.PintError, ValueError, TypeError, AttributeError):
-        close = get_close_matches(unit.lower(), [known.lower() for known in wanted.usual], n=1, cutoff=0.6)
+        close = get_close_matches(unit.lower(), [known.lower() for known in wanted.usual], cutoff=0.5)
+        close.sort(key=lambda known: (abs(len(known) - len(unit)), known[:1] != unit[:1].lower()))  # one wrong letter
         hint = [known for known in wanted.usual if close and known.lower() == close[0]]
         advice = f"did you mean {hint[0]!r}?" if hint else _need(wanted)
         raise UnitError(f"{text!r}: unknown unit {unit!r}; {advice}") from None

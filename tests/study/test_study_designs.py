@@ -202,7 +202,7 @@ WRONG = [
         'reed.mass = ["0 g", "-1 g", "1 g"]',
         r"scene 1 of 3, reed\.mass = '0 g': .* must be positive; 1 more scene alike",
     ),
-    ('run.time_step = ["1 us"]', r"study\.toml:3: vary\.run\.time_step: scene 1 of 1, .*1e-06 s"),
+    ('run.time_step = ["1 us"]', r"study\.toml:3: vary\.run\.time_step: scene 1 of 1, .*1 us"),
     ('"load.0.gravity" = ["-9.81 m/s^2"]', r"load\.0"),
 ]
 

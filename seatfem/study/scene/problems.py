@@ -66,6 +66,7 @@ def explain(
 ) -> tuple[Problem, ...]:
     """Pydantic's findings in the words of scene files, in the order of the file; of a crowd the first `MOST`."""
     found = [_Place.of(details, model, lines) for details in error.errors(include_url=False)]
+    found = [place for place in found if not _follows(place, found)]
     found.sort(key=lambda place: place.line)
     problems = [Problem(file, place.line, place.key, _message(place, data)) for place in found[:MOST]]
     if len(found) > MOST:
@@ -73,6 +74,14 @@ def explain(
             Problem(file, found[MOST].line, "", f"{len(found) - MOST} more problems from here on; mend these first")
         )
     return tuple(problems)
+
+
+def _follows(place: _Place, found: list[_Place]) -> bool:
+    """Return whether a list is only too short because of what is wrong with one of its elements."""
+    size = len(place.path)
+    return place.details["type"] == "too_short" and any(
+        len(other.path) > size and other.path[:size] == place.path for other in found
+    )
 
 
 @dataclass(frozen=True)
@@ -86,6 +95,8 @@ class _Place:
     line: int
     choices: tuple[type[BaseModel], ...] = ()
     """The tables that the key, or the one whose ``kind`` is meant, may hold."""
+    tables: tuple[str, ...] = ()
+    """Names of those of the whole file."""
 
     @property
     def key(self) -> str:
@@ -103,7 +114,8 @@ class _Place:
         choices = tables_in(held.annotation) if held else ()
         if details["type"].startswith("union_tag"):
             path = (*path, "kind")
-        return _Place(details, path, known, table, line_of(path, lines), choices)
+        of_file = tuple(name for name, field in model.model_fields.items() if tables_in(field.annotation))
+        return _Place(details, path, known, table, line_of(path, lines), choices, of_file)
 
 
 def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int:
@@ -119,6 +131,8 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
     match details["type"]:
         case "extra_forbidden":
             close = _did_you_mean(str(path[-1]), list(place.known))
+            if len(path) > 1 and path[-1] in place.tables:
+                close = f"; it is a table of the scene: write [{path[-1]}] on a line of its own"
             return "unknown key" + (close or f"; known here: {', '.join(place.known)}")
         case "missing":
             return "required key is missing" + _purpose(place.table, path[-1])
