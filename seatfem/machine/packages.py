@@ -55,7 +55,7 @@ def broken_package(error: Exception) -> str:
     """Return which package of others failed while this one imported it, and what mends it; "" of all other errors."""
     if not (module := _failed_module(error)):
         return ""
-    for name in metadata.packages_distributions().get(module, [module]):
+    for name in map(str.lower, metadata.packages_distributions().get(module, [module])):
         if name in LIBRARIES:
             return how_to_mend(name, "", error)
         for extra, packages in EXTRAS.items():
@@ -79,4 +79,4 @@ def _needs(package: str) -> set[str]:
         stated = metadata.requires(package) or []
     except metadata.PackageNotFoundError:
         return set()
-    return {words.split(";")[0].split("[")[0].rstrip("<>=!~ .0123456789,*()").strip() for words in stated}
+    return {words.split(";")[0].split("[")[0].rstrip("<>=!~ .0123456789,*()").strip().lower() for words in stated}
