@@ -26,7 +26,7 @@ _UNIT = re.compile(r"(?:1\s*/\s*)?[A-Za-zµμ%]+(?:\^-?\d(?:\.5)?|\d)?(?:\s*[*/ 
 _POWER = re.compile(r"(?<=[A-Za-zµμ])(?=\d)")  # "kg/m3" means "kg/m^3"
 
 _READABLE: Final = (0.1, 1e4)
-_READABLE_PRESSURES: Final = (1.0, 1e3)  # 310 MPa and 100 kPa, no parts of GPa and MPa
+_OTHERS: Final = {"pressure": (1.0, 1e3), "frequency": (1.0, 1e3), "time": (0.1, 1e3)}  # 310 MPa, 250 kHz, 1 s
 LONGEST: Final = 80  # characters: an unlucky text takes the cube of its length
 
 
@@ -174,7 +174,7 @@ def write_quantity(value: float, dimension: str, digits: int = 5) -> str:
     if not dimension:
         return in_digits(value, 6)
     units = {unit: parse_quantity(f"1 {unit}", dimension) for unit in DIMENSIONS[dimension].usual}
-    least, most = _READABLE_PRESSURES if dimension == "pressure" else _READABLE
+    least, most = _OTHERS.get(dimension, _READABLE)
     readable = (unit for unit, size in units.items() if least <= abs(value / size) < most)
     fallback = next(iter(units)) if value == 0 else (min if abs(value) < 1 else max)(units, key=units.__getitem__)
     unit = next(readable, fallback)

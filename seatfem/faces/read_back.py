@@ -39,12 +39,23 @@ def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
     return tuple(_rows(scene))
 
 
-def read_table(scene: Scene) -> Table:
-    """The same for a terminal; raises as `read_back`."""
+def read_table(scene: Scene) -> Table | None:
+    """Return the same for a terminal, where anything is read from files; ``None`` of others; raises as `read_back`."""
+    if not any(_files_in(scene)):
+        return None
     table = Table("table", "what was read")
     for name, words in read_back(scene):
         table.add_row(name, words)
     return table
+
+
+def _files_in(value: object) -> Iterator[Path]:
+    """Yield the files that a table, and the tables in it, name."""
+    if isinstance(value, Path):
+        yield value
+    inner = vars(value).values() if isinstance(value, BaseModel) else value if isinstance(value, tuple | list) else ()
+    for each in inner.values() if isinstance(inner, Mapping) else inner:
+        yield from _files_in(each)
 
 
 def _rows(scene: Scene) -> Iterator[tuple[str, str]]:

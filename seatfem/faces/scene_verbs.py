@@ -98,7 +98,8 @@ def plan(
         sys.stdout.write(plan_view.plan_json(planned) + "\n")
     elif not common.quiet:
         wide = console()
-        wide.print(read_table(checked))
+        if (read := read_table(checked)) is not None:
+            wide.print(read)
         wide.print(plan_view.choices_table(planned))
         wide.print(plan_view.costs_table(planned))
         wide.print(f"judged: {plan_view.judged_line(planned)}", soft_wrap=True)
@@ -236,7 +237,8 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
 
     limits = Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
     errors = lines(stderr=True, quiet=common.quiet)
-    errors.print(read_table(scene), soft_wrap=False)
+    if (read := read_table(scene)) is not None:
+        errors.print(read, soft_wrap=False)
     drawing = nullcontext() if effort.no_pictures else drawing_apart()
     with progress_of(common, errors) as progress, drawing as painter:
         outcome = run_scene(
