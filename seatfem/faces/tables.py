@@ -28,7 +28,7 @@ def time_line(seconds: Mapping[str, float]) -> str:
 def modes_table(modes: Sequence[Mode]) -> Table:
     """Number, frequency, nodal diameters of a body of revolution, and the port's share of each mode."""
     revolved = any(mode.diameters is not None for mode in modes)
-    table = Table("mode", "frequency", *(["nodal diameters"] if revolved else []), "share of the port's compliance")
+    table = Table("mode", "frequency", *(["nodal diameters"] if revolved else []), "share of the contact's compliance")
     for number, mode in enumerate(modes, start=1):
         around = [] if not revolved else [f"{mode.diameters} {mode.family}".strip()]
         share = "rigid" if mode.frequency_hz == 0 else "" if mode.share is None else percent(mode.share, 3)

@@ -150,7 +150,7 @@ def test_a_step_that_the_filtered_force_cannot_be_read_from(tmp_path: Path, caps
     told = complaint(tmp_path, text, capsys)
     assert told == (
         f"seatfem: {tmp_path / 'scene.toml'}:{text.count(chr(10)) + 1}: run.time_step = 0.6 us does not "
-        "resolve filtered_peak_force_N: at most 0.5 us (half of run.filter_width = 1 us); use a shorter step or "
+        "resolve the mean peak force: at most 0.5 us (half of run.filter_width = 1 us); use a shorter step or "
         "a wider filter\n"
     )
 

@@ -161,7 +161,10 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
     try:
         plan = json.loads(text)
         read = [[str(name), str(words)] for name, words in dict(plan.get("read", {})).items()]
-        rows = [[str(each[key]) for key in ("key", "value", "reason")] for each in plan["choices"]]
+        rows = [
+            [*(str(each[key]) for key in ("key", "value")), *_origin(each), str(each["reason"])]
+            for each in plan["choices"]
+        ]
         notes = [str(note) for note in plan["notes"]]
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         yield "Plan and its reasons", f"<p>{PLAN_FILE} cannot be read: {html.escape(str(error))}</p>"
@@ -169,7 +172,15 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
     told = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
     if read:
         yield "What was read", html_rows(("", ""), read)
-    yield "Plan and its reasons", html_rows(("key", "value", "why"), rows) + (f"<ul>{told}</ul>" if told else "")
+    yield (
+        "Plan and its reasons",
+        html_rows(("key", "value", "from", "error left", "why"), rows) + (f"<ul>{told}</ul>" if told else ""),
+    )
+
+
+def _origin(choice: Mapping[str, object]) -> tuple[str, str]:
+    """Return where a value comes from and the error that it leaves, which plans of earlier versions do not have."""
+    return "file" if choice["given"] else "plan", str(choice.get("leaves", ""))
 
 
 def _state(summary: Mapping[str, Any]) -> str:

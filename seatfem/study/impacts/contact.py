@@ -409,7 +409,7 @@ def check_step(scene: Scene) -> None:
         )
     if step is not None and 2 * step > width:
         raise RunError(
-            f"run.time_step = {write_quantity(step, 'time')} does not resolve filtered_peak_force_N: at most "
+            f"run.time_step = {write_quantity(step, 'time')} does not resolve the mean peak force: at most "
             f"{write_quantity(width / 2, 'time')} "
             f"(half of run.filter_width = {write_quantity(width, 'time')}); use a shorter step or a wider filter"
         )

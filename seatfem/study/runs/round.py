@@ -35,7 +35,7 @@ REMEDIES: Final[Mapping[str, str]] = {
     "model": "take a seat.model that leaves less out",
     STRIKER: "refine reed.mesh, raise reed.greens.bandwidth, or take a reed.model that leaves less out",
     STOPPER: "refine stopper.mesh, raise stopper.greens.bandwidth, or keep more stopper.n_modes",
-    "patch": "divide the struck patch by contact.rings = 4, or more",
+    "patch": "divide the contact face by contact.rings = 4, or more",
     LIP: "divide the lip by contact.ports",
 }
 
@@ -211,6 +211,6 @@ def _no_bar(done: Round) -> tuple[str, ...]:
     words = ", ".join(spoken(name) if asked_name(name) in asked_for else name for name in done.without_bar)
     remedy = f"add {', '.join(asked_for)} to accuracy.measures" if asked_for else "state seat.model"
     return (
-        f"{words}: no error bar: the plan took the seat for a spring, which serves the measures asked for, and what "
-        f"that leaves out of others is not known; {remedy}",
+        f"{words}: uncertainty not known. The seat was taken as its static stiffness, which is enough for what is "
+        f"asked for; what waves change in others is not known; {remedy}",
     )
