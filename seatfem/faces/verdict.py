@@ -159,9 +159,9 @@ def lasting(summary: Mapping[str, object]) -> str:
         by = f"{at}; {summary[f'life_{name}_criterion']}; {summary['life_strength_source']}"
         told.append(f"the {body} endures {through} under {in_digits(margin)} times the stress ({by})")
     if (speed := as_number(summary.get("life_speed_margin"))) is not None:
-        closing, limit = (as_number(summary[f"life_speed_{key}"]) for key in ("m_per_s", "limit_m_per_s"))
+        closing, limit = (in_digits(float(str(summary[f"life_speed_{key}"]))) for key in ("m_per_s", "limit_m_per_s"))
         told.append(
-            f"it closes at {in_digits(closing)} m/s, {in_digits(1 / speed)} of the {in_digits(limit)} m/s allowed "
+            f"it closes at {closing} m/s, {in_digits(1 / speed)} of the {limit} m/s allowed "
             f"({summary['life_speed_source']})"
         )
     return f"fatigue: {'; '.join(told)}".replace("\n", "\\n") if told else ""

@@ -223,7 +223,7 @@ def test_a_plan_computes_no_striker(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     plan = plan_scene(scene)
     assert plan.cost.parts["striker"] > 0
     assert min(plan.error.values()) > 0
-    assert any("what its mesh, reduction and level leave is not predicted" in note for note in plan.notes)
+    assert any("errors of the reed's mesh, reduction and model" in note for note in plan.notes)
     far = plan_scene(scene.model_copy(update={"reed": scene.reed.model_copy(update={"deflection": 1e-9})}))
     assert max(far.error.values()) == 0  # it does not touch
 

@@ -167,7 +167,9 @@ def check_before_meshing(body: Drawn, spec: MeshSpec, level: Level, method: Meth
     if least <= margin * there and sizes.elements <= margin * MOST_ELEMENTS:
         return
     chosen = (
-        "" if body.mesh.size else f" (from seat.greens.bandwidth = {write_quantity(how.bandwidth or 0.0, 'frequency', 3)})"
+        ""
+        if body.mesh.size
+        else f" (from seat.greens.bandwidth = {write_quantity(how.bandwidth or 0.0, 'frequency', 3)})"
     )
     raise MemoryNeedError(
         f"seat.mesh.size = {1e3 * spec.size:.3g} mm{chosen}, contact_size = {1e3 * spec.patch_size:.3g} mm: about "
