@@ -7,6 +7,7 @@ from rich.console import Console
 
 from seatfem.faces.result_table import result_table
 from seatfem.faces.verdict import difference, lasting, simpler, verdict
+from seatfem.study.accuracy.source_words import in_words
 
 PEAK, IMPULSE = "filtered_peak_force_N", "impulse_Ns"
 RUN: dict[str, object] = {
@@ -316,3 +317,23 @@ def test_the_life_of_the_reed() -> None:
     speed = {"life_speed_margin": 4.0, "life_speed_m_per_s": 2.0, "life_speed_limit_m_per_s": 8.0}
     told = lasting({**speed, "life_speed_source": "a report"})
     assert told == "fatigue: it closes at 2 m/s, 0.25 of the 8 m/s allowed (a report)"
+
+
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        ("mesh", "mesh error"),
+        ("striker's mesh", "mesh error of the reed"),
+        ("stopper's reduction", "reduced model of the stopper"),
+        ("of_a_plugin", "of a plugin"),
+    ],
+)
+def test_sources_of_error_are_words(source: str, words: str) -> None:
+    assert in_words(source) == words
+
+
+def test_a_baseline_far_off_has_a_unit_of_its_own() -> None:
+    """ "1.183 kN" beside "76.09 N", not beside "0.07609 kN"."""
+    assert row("peak force, 2 us mean", **{PEAK: 1183.0, "error_bar_" + PEAK: 1.0, "spring_" + PEAK: 76.09}).startswith(
+        "peak force, 2 us mean 1.1830 ± 0.0010 kN 76.09 N -94 %"
+    )
