@@ -13,6 +13,10 @@ _FIXED: Final = {"": (1.0, ""), "rad": (180 / math.pi, "deg"), "kg": (1e3, "g"),
 """Factor and unit where no prefix stands: a prefix before a square is not one of the area."""
 
 
+ROUND_OFF: Final = 1e-9
+"""Share below which nothing but round-off is known."""
+
+
 def scaled(values: ArrayLike, unit: str) -> tuple[float, str]:
     """Return factor and unit that bring the largest finite |value| into 0.99..990: ``(1e6, "µm")`` for 3e-5 m."""
     data = np.abs(np.asarray(values, dtype=float))
@@ -58,7 +62,9 @@ def in_digits(value: float, digits: int = 3) -> str:
 
 
 def percent(share: float, digits: int = 2, *, sign: bool = False) -> str:
-    """Return a share in per cent: ``"0.44 %"``, ``"+120 %"`` with the ``sign``; a zero has none."""
+    """Return a share in per cent: ``"0.44 %"``, ``"+120 %"`` with the ``sign``; a zero has none, nor has round-off."""
+    if 0 < abs(share) < ROUND_OFF:
+        return "0 %" if sign else f"< {in_digits(100 * ROUND_OFF)} %"
     number = in_digits(100 * share, digits)
     return f"{'+' if sign and share > 0 and number != '0' else ''}{number} %"
 

@@ -169,7 +169,7 @@ def lasting(summary: Mapping[str, object]) -> str:
 
 def count(bars: float) -> str:
     """Return so many error bars."""
-    return "> 1000" if bars > 1000 else in_digits(bars, 2) if bars < 100 else f"{bars:.0f}"
+    return "> 1000" if bars > 1000 else "0" if bars < 1e-3 else in_digits(bars, 2) if bars < 100 else f"{bars:.0f}"
 
 
 def _comparison(summary: Mapping[str, object]) -> str:

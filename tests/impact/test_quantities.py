@@ -25,7 +25,8 @@ def test_a_number_has_no_needless_digit(value: float, digits: int, words: str) -
 
 
 @pytest.mark.parametrize(
-    ("share", "words"), [(-0.0, "0 %"), (1.0, "+100 %"), (-0.19, "-19 %"), (12.34, "+1200 %"), (7e-5, "+0.007 %")]
+    ("share", "words"),
+    [(-0.0, "0 %"), (1.0, "+100 %"), (-0.19, "-19 %"), (12.34, "+1200 %"), (7e-5, "+0.007 %"), (1.8e-15, "0 %")],
 )
 def test_a_share_in_per_cent(share: float, words: str) -> None:
     """A zero has no sign, a hundred no power of ten."""

@@ -14,6 +14,7 @@ import pytest
 from impact import measures
 from impact.greens.base import GreensFunctionError
 from impact.progress import silent
+from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.cli import run_command
 from seatfem.machine.stopwatch import Stopwatch
@@ -253,9 +254,9 @@ def test_each_round_is_told_with_its_bar_time_memory_and_the_price_of_the_next(t
     plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
     done = carry_out(plan, tmp_path, Stopwatch(), silent, tell=told.append)
     assert len(told) == 2 * done.number - 1
-    assert re.match(r"round 1: impulse \+-\S+ %, filtered peak \+-\S+ % \(target 2 % missed\); \S+ s, \S+ GB$", told[0])
+    assert re.match(r"round 1: impulse \+-\S+ %, peak force \+-\S+ % \(target 2 % missed\); \S+ s, \S+ GB$", told[0])
     assert re.match(r"round 1 is on file; round 2 follows, about \S+ s and \S+ GB predicted: run.time_step", told[1])
-    assert f"filtered peak +-{100 * done.left.relative('filtered_peak'):.2g} % (target met)" in told[-1]
+    assert f"peak force +-{percent(done.left.relative('filtered_peak'))} (target met)" in told[-1]
     assert done.memory > 50e6
     assert set(done.spent) == {"contact", "reed stress", "error budget"}
     assert 0 < sum(done.spent.values()) < 60

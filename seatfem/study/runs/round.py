@@ -142,8 +142,8 @@ def _modes_kept(plan: Plan) -> list[str]:
 def in_words(done: Round) -> str:
     """The bar of each measure asked for, time and memory."""
     accuracy, left = done.plan.scene.accuracy, done.left
-    each = ((asked_name(name).replace("_", " "), 100 * left.relative(name)) for name in done.judged)
-    bars = ", ".join(f"{words} {f'+-{bar:.2g} %' if math.isfinite(bar) else 'not known'}" for words, bar in each)
+    each = ((all_measures()[asked_name(name)].words, left.relative(name)) for name in done.judged)
+    bars = ", ".join(f"{words} {f'+-{percent(bar)}' if math.isfinite(bar) else 'not known'}" for words, bar in each)
     memory = "" if math.isnan(done.memory) else f", {done.memory / 1e9:.2g} GB"
     if done.met is None:
         return f"round {done.number}: no landing to judge; {in_time(sum(done.spent.values()))}{memory}"
