@@ -72,8 +72,8 @@ def places_of(number: float, bar: float | None) -> int | None:
 
 
 def rounded(number: float, places: int | None) -> str:
-    """Return a number with so many decimals; with four digits where that is not known."""
-    return in_digits(number, 4) if places is None else f"{number:.{places}f}"
+    """Return a number with so many decimals; where that is not known with four digits, with two in powers of ten."""
+    return in_digits(number, 4 if 1e-4 <= abs(number) < 1e6 else 2) if places is None else f"{number:.{places}f}"
 
 
 def with_unit(number: str, unit: str) -> str:
