@@ -142,7 +142,7 @@ WRONG = {
     'release = { velocity = "-1 m/s" }': "reed.release.mode: required key is missing beside velocity",
     'release = { mode = 1, velocity = "1 m/s" }': "reed.release.velocity",
     'pressure = "3 mm"': "reed.pressure.value: '3 mm' is a length; a pressure is needed",
-    'point_force = { value = "1 N", at = "30 mm" }': "reed.point_force.at: 0.03 m must lie on the reed",
+    'point_force = { value = "1 N", at = "30 mm" }': "reed.point_force.at: 30 mm must lie on the reed",
     'pressure = { value = "1 bar", file = "scene.toml" }': "reed.pressure.value: give exactly one of value and file",
     "": "reed.release: required key is missing: how the reed starts",
 }
@@ -206,7 +206,7 @@ def test_a_coarse_striker_is_told_of_and_not_the_seat(tmp_path: Path) -> None:
     assert found["error_mesh_impulse_Ns"] == 0.0
     assert found["error_bar_impulse_Ns"] > 1.5 * found["error_striker_impulse_Ns"]
     assert found["accuracy_rounds"] == 1
-    assert any("most of it is the striker's: refine reed.mesh" in told for told in outcome.messages)
+    assert any("most of it is model of the reed: refine reed.mesh" in told for told in outcome.messages)
 
 
 def test_what_is_not_known_of_a_striker_is_named(tmp_path: Path) -> None:
