@@ -206,7 +206,7 @@ def test_a_coarse_striker_is_told_of_and_not_the_seat(tmp_path: Path) -> None:
     assert found["error_mesh_impulse_Ns"] == 0.0
     assert found["error_bar_impulse_Ns"] > 1.5 * found["error_striker_impulse_Ns"]
     assert found["accuracy_rounds"] == 1
-    assert any("most of it is model of the reed: refine reed.mesh" in told for told in outcome.messages)
+    assert any("largest part: model of the reed; refine reed.mesh" in told for told in outcome.messages)
 
 
 def test_what_is_not_known_of_a_striker_is_named(tmp_path: Path) -> None:

@@ -120,8 +120,8 @@ def missed(done: Round) -> tuple[str, ...]:
             if source == "model" and (modes := _modes_kept(done.plan)):
                 remedy = f"keep more {' or '.join(modes)}"
             found.append(
-                f"{spoken(name)} has an uncertainty of {percent(bar)}, above accuracy.target = {percent(target)}; most "
-                f"of it is {source_in_words(source)}: {remedy}"
+                f"{spoken(name)} has an uncertainty of {percent(bar)}, above accuracy.target = {percent(target)}; "
+                f"largest part: {source_in_words(source)}; {remedy}"
             )
     if found and done.stopped:
         found.append(f"stopped short of the target after {done.number} round{'s'[: done.number > 1]}: {done.stopped}")
