@@ -196,7 +196,7 @@ def test_a_mode_above_the_band_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ('greens = { bandwidth = "3.6 MHz" }\n', r"reed.greens.bandwidth = 3.6e\+06 Hz: the plate has about"),
+        ('greens = { bandwidth = "3.6 MHz" }\n', r"reed.greens.bandwidth = 3.6 MHz: the plate has about"),
         ('mesh = { size = "1 um" }\n', r"reed.mesh.size = 0.001 mm makes about 2.91e\+08 elements"),
     ],
 )

@@ -221,7 +221,7 @@ def test_the_map_of_margins_is_drawn_and_written(pressed: tuple[Any, Any], tmp_p
         ),
         (
             'frames = 9\nframes_until = "400 us"',
-            "stress.frames_until: 0.0004 s must be at most run.duration = 0.00036 s",
+            "stress.frames_until: 0.4 ms must be at most run.duration = 0.36 ms",
         ),
         ("frames = 501", "stress.frames: "),
     ],
