@@ -3,14 +3,24 @@
 The names below are loaded on first use: what reads a file or asks for a version does not wait for the compiler.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from impact.names import lazy_names
 
 if TYPE_CHECKING:
     from impact.advice import Advice
     from impact.after import measures
+    from impact.after.landings import ContactRecord, Landing, find_landings
     from impact.after.regime import Regime, regime_card
     from impact.after.result import EnergyLedger, ImpactResult
+    from impact.after.rods import (
+        displacement_response,
+        fixed_rod_modes,
+        force_response,
+        modal_displacement,
+        rod_axial_force,
+        rod_displacement,
+    )
     from impact.after.stresses import (
         PeakStress,
         ReedStress,
@@ -39,7 +49,14 @@ if TYPE_CHECKING:
         single_mode,
         spring,
     )
-    from impact.exact.half_space import HalfSpacePatch, half_space_patch, without_patch
+    from impact.exact.half_space import (
+        HalfSpacePatch,
+        disk_compliance,
+        half_space_patch,
+        punch_compliance,
+        square_compliance,
+        without_patch,
+    )
     from impact.greens.base import ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
     from impact.greens.modal import ModalGreens, Residual
     from impact.greens.poles import PoleGreens
@@ -75,6 +92,7 @@ if TYPE_CHECKING:
     from impact.runs.budget import Budget
     from impact.runs.budgeting import Coarser, error_budget
     from impact.runs.solver import collect, solve
+    from impact.storage.checkpoint import restore_checkpoint, save_checkpoint
     from impact.storage.hdf5 import StorageError, load_greens, load_results, save_greens, save_results
 
 __all__ = [
@@ -89,6 +107,7 @@ __all__ = [
     "Contact",
     "ContactError",
     "ContactProblem",
+    "ContactRecord",
     "ContactStepper",
     "EnergyLedger",
     "ErrorEstimate",
@@ -102,6 +121,7 @@ __all__ = [
     "HuntCrossley",
     "ImpactBatch",
     "ImpactResult",
+    "Landing",
     "Law",
     "LawError",
     "LinearSpring",
@@ -138,9 +158,14 @@ __all__ = [
     "cantilever_reed",
     "collect",
     "compiled_law",
+    "disk_compliance",
+    "displacement_response",
     "error_budget",
+    "find_landings",
     "fit_poles",
     "fixed_rod",
+    "fixed_rod_modes",
+    "force_response",
     "free_rod",
     "half_space_patch",
     "infinite_beam",
@@ -148,6 +173,7 @@ __all__ = [
     "load_greens",
     "load_results",
     "measures",
+    "modal_displacement",
     "passivity",
     "peak_bending_stress",
     "plot_energy",
@@ -157,6 +183,7 @@ __all__ = [
     "plot_motion",
     "pole_passivity",
     "prepare",
+    "punch_compliance",
     "read_impulse_response",
     "read_time_series",
     "receptance",
@@ -165,10 +192,14 @@ __all__ = [
     "regime_card",
     "repair",
     "require_passive",
+    "restore_checkpoint",
     "rigid_mass",
+    "rod_axial_force",
+    "rod_displacement",
     "rod_stress",
     "rod_with_end_impedance",
     "sampling_advice",
+    "save_checkpoint",
     "save_greens",
     "save_results",
     "semi_infinite_rod",
@@ -176,64 +207,72 @@ __all__ = [
     "solve",
     "solve_many",
     "spring",
+    "square_compliance",
     "state_space",
     "without_patch",
 ]
 
-_LATER = {
-    "advice": "Advice",
-    "after.measures": "measures",
-    "after.regime": "Regime regime_card",
-    "after.result": "EnergyLedger ImpactResult",
-    "after.stresses": "PeakStress ReedStress bending_stress peak_bending_stress reed_stress rod_stress",
-    "beams.cantilever": "Cantilever",
-    "beams.clamped": "ClampedClamped",
-    "beams.stepped": "SteppedCantilever",
-    "beams.timoshenko": "TimoshenkoCantilever",
-    "beams.tip_mass": "TipMassCantilever",
-    "bodies.base_motion": "BaseMotion",
-    "bodies.body": "Body Load ModalState rigid_mass",
-    "bodies.loads": "Gravity PointForce Pressure PressureField",
-    "bodies.reeds": "GivenShape ModeShape StaticShape cantilever_reed reed",
-    "bodies.time_series": "TimeSeries read_time_series",
-    "exact.closed_form": "fixed_rod free_rod infinite_beam infinite_plate rod_with_end_impedance semi_infinite_rod "
-    "single_mode spring",
-    "exact.half_space": "HalfSpacePatch half_space_patch without_patch",
-    "greens.base": "ErrorEstimate GreensFunction GreensFunctionError StepKernel",
-    "greens.modal": "ModalGreens Residual",
-    "greens.poles": "PoleGreens",
-    "greens.receptance": "receptance",
-    "greens.sampled": "SampledGreens",
-    "greens.state_space": "StateSpace state_space",
-    "greens.sums": "ScaledGreens SumGreens",
-    "march.film": "SqueezeFilm",
-    "march.laws": "CompiledLaw Hertz HuntCrossley Law LawError LinearSpring PlainLaw Signorini compiled_law",
-    "march.problem": "Contact ContactError ContactProblem",
-    "march.prepared": "prepare",
-    "march.stepper": "ContactStepper StepState",
-    "measured.frf": "FrequencyResponse",
-    "measured.nearest_passive": "repair",
-    "measured.passivity": "PassivityReport passivity require_passive",
-    "measured.pole_fit": "fit_poles",
-    "measured.pole_passivity": "PolePassivity pole_passivity",
-    "measured.reading": "read_impulse_response sampling_advice",
-    "pictures.greens_plots": "plot_greens",
-    "pictures.lip_plots": "plot_lip",
-    "pictures.plots": "plot_energy plot_force plot_motion",
-    "runs.batch": "ImpactBatch solve_many",
-    "runs.budget": "Budget",
-    "runs.budgeting": "Coarser error_budget",
-    "runs.solver": "collect solve",
-    "storage.hdf5": "StorageError load_greens load_results save_greens save_results",
-}
-_HOME = {name: module for module, names in _LATER.items() for name in names.split()}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module 'impact' has no attribute {name!r}")
-    home = import_module(f"impact.{_HOME[name]}")
-    return home if name == "measures" else getattr(home, name)
+__getattr__ = lazy_names(
+    __name__,
+    {
+        "impact.advice": "Advice",
+        "impact.after.landings": "ContactRecord Landing find_landings",
+        "impact.after.measures": "measures",
+        "impact.after.regime": "Regime regime_card",
+        "impact.after.result": "EnergyLedger ImpactResult",
+        "impact.after.rods": "displacement_response fixed_rod_modes force_response modal_displacement "
+        "rod_axial_force rod_displacement",
+        "impact.after.stresses": "PeakStress ReedStress bending_stress peak_bending_stress reed_stress rod_stress",
+        "impact.beams.cantilever": "Cantilever",
+        "impact.beams.clamped": "ClampedClamped",
+        "impact.beams.stepped": "SteppedCantilever",
+        "impact.beams.timoshenko": "TimoshenkoCantilever",
+        "impact.beams.tip_mass": "TipMassCantilever",
+        "impact.bodies.base_motion": "BaseMotion",
+        "impact.bodies.body": "Body Load ModalState rigid_mass",
+        "impact.bodies.loads": "Gravity PointForce Pressure PressureField",
+        "impact.bodies.reeds": "GivenShape ModeShape StaticShape cantilever_reed reed",
+        "impact.bodies.time_series": "TimeSeries read_time_series",
+        "impact.exact.closed_form": "fixed_rod free_rod infinite_beam infinite_plate rod_with_end_impedance "
+        "semi_infinite_rod single_mode spring",
+        "impact.exact.half_space": "HalfSpacePatch disk_compliance half_space_patch punch_compliance "
+        "square_compliance without_patch",
+        "impact.greens.base": "ErrorEstimate GreensFunction GreensFunctionError StepKernel",
+        "impact.greens.modal": "ModalGreens Residual",
+        "impact.greens.poles": "PoleGreens",
+        "impact.greens.receptance": "receptance",
+        "impact.greens.sampled": "SampledGreens",
+        "impact.greens.state_space": "StateSpace state_space",
+        "impact.greens.sums": "ScaledGreens SumGreens",
+        "impact.march.film": "SqueezeFilm",
+        "impact.march.laws": "CompiledLaw Hertz HuntCrossley Law LawError LinearSpring PlainLaw Signorini compiled_law",
+        "impact.march.prepared": "prepare",
+        "impact.march.problem": "Contact ContactError ContactProblem",
+        "impact.march.stepper": "ContactStepper StepState",
+        "impact.measured.frf": "FrequencyResponse",
+        "impact.measured.nearest_passive": "repair",
+        "impact.measured.passivity": "PassivityReport passivity require_passive",
+        "impact.measured.pole_fit": "fit_poles",
+        "impact.measured.pole_passivity": "PolePassivity pole_passivity",
+        "impact.measured.reading": "read_impulse_response sampling_advice",
+        "impact.pictures.greens_plots": "plot_greens",
+        "impact.pictures.lip_plots": "plot_lip",
+        "impact.pictures.plots": "plot_energy plot_force plot_motion",
+        "impact.runs.batch": "ImpactBatch solve_many",
+        "impact.runs.budget": "Budget",
+        "impact.runs.budgeting": "Coarser error_budget",
+        "impact.runs.solver": "collect solve",
+        "impact.storage.checkpoint": "restore_checkpoint save_checkpoint",
+        "impact.storage.hdf5": "StorageError load_greens load_results save_greens save_results",
+    },
+    former={
+        "contact_stress": "impact.exact.contact_stress",
+        "half_space": "impact.exact.half_space",
+        "pekeris": "impact.exact.disk_response",
+        "rods": "impact.after.rods",
+        "after.contact_stress": "impact.exact.contact_stress",
+    },
+)
 
 
 def __dir__() -> list[str]:

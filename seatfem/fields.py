@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
@@ -12,12 +12,14 @@ from annotated_types import Ge, Gt, Lt
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
 
 from impact.files.input_files import MB, check_file
-from seatfem.units import DIMENSIONS, UnitError, parse_fraction, parse_quantity
+from seatfem.units import DIMENSIONS, UnitError, parse_fraction, parse_quantity, parse_rpm, write_quantity
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 FILE_LIMIT = 8192 * MB
+GROUPS = ("reeds", "seats", "strikers", "imported")
+"""Of kinds of structures, in the order of lists."""
 Made = TypeVar("Made", bound="DataclassInstance")
 
 
@@ -74,6 +76,20 @@ def kinds_below(base: type[AnyTable]) -> tuple[type[AnyTable], ...]:
     return tuple(dict.fromkeys(found))
 
 
+def kinds_in_words(kinds: Iterable[type[BaseModel]]) -> str:
+    """Return the names of kinds, those of one ``group`` together: "reeds: cantilever, flapper; seats: annular"."""
+    listed = {name: ", ".join(map(kind_of, group)) for name, group in by_group(kinds).items()}
+    return "; ".join(f"{name}: {names}" if name else names for name, names in listed.items())
+
+
+def by_group(kinds: Iterable[type[BaseModel]]) -> dict[str, list[type[BaseModel]]]:
+    """Return kinds by their ``group``, in the order of `GROUPS`; those without one under ""."""
+    groups: dict[str, list[type[BaseModel]]] = {name: [] for name in GROUPS}
+    for each in kinds:
+        groups.setdefault(getattr(each, "group", ""), []).append(each)
+    return {name: group for name, group in groups.items() if group}
+
+
 def one_of(kinds: tuple[type[Table], ...]) -> Any:
     """The annotation of a key that holds one of these tables, told apart by their ``kind``, and what is ``also``."""
 
@@ -122,6 +138,15 @@ def read_number(value: object) -> float:
     raise UnitError(f"{value!r} is not a number; write 0.1 or '10 %'")
 
 
+def read_rpm(value: object) -> float:
+    """Read a speed of a crank in turns a minute: 3000 or "3000 1/min"."""
+    if isinstance(value, str):
+        return parse_rpm(value)
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    raise UnitError(f"{value!r} is not a number; write 3000 or '3000 1/min'")
+
+
 def read_temperature(value: object) -> float:
     """Reads "120 degC" or "393 K"."""
     text = value.strip() if isinstance(value, str) and "%" not in value else ""
@@ -143,7 +168,19 @@ def _towards_the_seat(value: float) -> float:
         return value
     if value == 0.0:
         raise ValueError("a mass at rest never touches the seat; give it a velocity towards it, as '-2 m/s'")
-    raise ValueError(f"it would fly away: velocities towards the seat are negative, write '-{value:g} m/s'")
+    raise ValueError(
+        f"it would fly away: velocities towards the seat are negative, write '-{write_quantity(value, 'velocity')}'"
+    )
+
+
+def _open(value: float) -> float:
+    """Openings of contacts: bodies that overlap before anything happens are no start; a preload is stated as one."""
+    if value >= 0.0:
+        return value
+    raise ValueError(
+        f"{write_quantity(value, 'length')} must be >= 0 mm: bodies do not overlap at the start. A reed that is "
+        'pressed on its seat has gap = "0 mm", contact.preload = true and the load that presses it ([[load]])'
+    )
 
 
 def _existing_file(value: Path, info: ValidationInfo) -> Path:
@@ -165,6 +202,7 @@ def _existing_file(value: Path, info: ValidationInfo) -> Path:
 Length = Annotated[float, BeforeValidator(ReadQuantity("length")), Gt(0)]
 Position = Annotated[float, BeforeValidator(ReadQuantity("length"))]
 Gap = Annotated[float, BeforeValidator(ReadQuantity("length")), Ge(0)]
+Opening = Annotated[float, BeforeValidator(ReadQuantity("length")), AfterValidator(_open)]
 Area = Annotated[float, BeforeValidator(ReadQuantity("area")), Gt(0)]
 SignedArea = Annotated[float, BeforeValidator(ReadQuantity("area"))]
 Volume = Annotated[float, BeforeValidator(ReadQuantity("volume")), Gt(0)]
@@ -190,6 +228,7 @@ HertzStiffness = Annotated[float, BeforeValidator(ReadQuantity("Hertz stiffness"
 Slowness = Annotated[float, BeforeValidator(ReadQuantity("slowness")), Ge(0)]
 Viscosity = Annotated[float, BeforeValidator(ReadQuantity("viscosity")), Gt(0)]
 Rate = Annotated[float, BeforeValidator(ReadQuantity("rate")), Ge(0)]
+Rpm = Annotated[float, BeforeValidator(read_rpm), Gt(0)]
 
 DampingRatio = Annotated[float, BeforeValidator(read_number), Ge(0), Lt(1)]
 LossFactor = Annotated[float, BeforeValidator(read_number), Ge(0), Lt(1)]

@@ -2,7 +2,7 @@
 
 The number is split from the unit by a strict pattern, because pint alone reads "0,3 mm" as 0 m and "1 500 rpm" as
 500 rpm. The usual units are in a table; only others go to pint, which is slow to load. Inside the program every
-quantity is an SI float.
+quantity is an SI float; `write_quantity` goes back.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ from functools import cache
 from math import isfinite
 from typing import TYPE_CHECKING, Final
 
+from impact.quantities import in_digits
+
 if TYPE_CHECKING:
     import pint
 
@@ -23,6 +25,8 @@ _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3}(?!\d))?")
 _UNIT = re.compile(r"(?:1\s*/\s*)?[A-Za-zµμ%]+(?:\^-?\d(?:\.5)?|\d)?(?:\s*[*/ ]\s*[A-Za-zµμ]+(?:\^-?\d(?:\.5)?|\d)?)*")
 _POWER = re.compile(r"(?<=[A-Za-zµμ])(?=\d)")  # "kg/m3" means "kg/m^3"
 
+_READABLE: Final = (0.1, 1e4)
+_OTHERS: Final = {"pressure": (1.0, 1e3), "frequency": (1.0, 1e3), "time": (0.1, 1e3)}  # 310 MPa, 250 kHz, 1 s
 LONGEST: Final = 80  # characters: an unlucky text takes the cube of its length
 
 
@@ -150,6 +154,33 @@ def parse_quantity(text: str, dimension: str) -> float:
     return value
 
 
+def parse_rpm(text: str) -> float:
+    """Return a speed of a crank in turns a minute: "3000 1/min", "3000 rpm", "50 1/s". Raises `UnitError`."""
+    wanted = DIMENSIONS["rate"]
+    try:
+        number, unit = _split(text, wanted)
+        return float(number if unit == "rpm" else 60 * number * _in_si(text, unit, wanted))
+    except UnitError:
+        raise UnitError(f"{text!r} is no speed of a crank; write 3000 or '3000 1/min'") from None
+
+
+def write_quantity(value: float, dimension: str, digits: int = 5) -> str:
+    """Return an SI value as a scene has it: in the first of the usual units in which it is easily read.
+
+    dimension: a name in `DIMENSIONS`, "temperature", or "" of a plain number.
+    """
+    if dimension == "temperature":
+        return f"{in_digits(value - 273.15, 6)} degC"
+    if not dimension:
+        return in_digits(value, 6)
+    units = {unit: parse_quantity(f"1 {unit}", dimension) for unit in DIMENSIONS[dimension].usual}
+    least, most = _OTHERS.get(dimension, _READABLE)
+    readable = (unit for unit, size in units.items() if least <= abs(value / size) < most)
+    fallback = next(iter(units)) if value == 0 else (min if abs(value) < 1 else max)(units, key=units.__getitem__)
+    unit = next(readable, fallback)
+    return f"{in_digits(value / units[unit], digits)} {unit}"
+
+
 def parse_fraction(text: str) -> float:
     """A pure number, "0.1" or "10 %" -> 0.1. Raises `UnitError`."""
     match = re.fullmatch(rf"({_NUMBER.pattern})\s*(%?)", _bounded(text))
@@ -209,7 +240,8 @@ def _parse_unit(text: str, unit: str, wanted: Dimension) -> pint.Unit:
     try:
         return _registry().parse_units(_POWER.sub("^", unit))
     except (pint.PintError, ValueError, TypeError, AttributeError):
-        close = get_close_matches(unit.lower(), [known.lower() for known in wanted.usual], n=1, cutoff=0.6)
+        close = get_close_matches(unit.lower(), [known.lower() for known in wanted.usual], cutoff=0.5)
+        close.sort(key=lambda known: (abs(len(known) - len(unit)), known[:1] != unit[:1].lower()))  # one wrong letter
         hint = [known for known in wanted.usual if close and known.lower() == close[0]]
         advice = f"did you mean {hint[0]!r}?" if hint else _need(wanted)
         raise UnitError(f"{text!r}: unknown unit {unit!r}; {advice}") from None

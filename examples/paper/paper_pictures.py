@@ -15,7 +15,8 @@ from impact import measures
 from impact.after.result import ImpactResult
 from impact.after.rods import fixed_rod_modes
 from impact.greens.base import Array
-from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, scaled, sheet, zero_line
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet, zero_line
+from impact.quantities import scaled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

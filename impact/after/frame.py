@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from impact.extras import how_to_mend
+
 if TYPE_CHECKING:
     import pandas
 
@@ -23,9 +25,8 @@ def frame_of(columns: Mapping[str, Any], index: str = "") -> pandas.DataFrame:
     """
     try:
         import pandas
-    except ImportError as missing:
-        words = f'a data frame needs pandas ({missing}); install it with: pip install "seatfem[tables]"'
-        raise FrameError(words) from missing
+    except Exception as missing:  # a broken one raises anything
+        raise FrameError(f"a data frame needs pandas: {how_to_mend('pandas', 'tables', missing)}") from missing
     flat: dict[str, Any] = {}
     for name, values in columns.items():
         several = getattr(values, "ndim", 1) == 2

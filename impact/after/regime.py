@@ -13,6 +13,7 @@ from impact.after.result import ImpactResult
 from impact.bodies.body import Body, as_body
 from impact.files.table import read_rows
 from impact.greens.base import GreensFunction, GreensFunctionError
+from impact.quantities import percent
 
 EQUAL = 0.02  # smaller errors of the constant stiffness have no sign
 MAPS = Path(__file__).parent / "data"  # written by examples/paper/regimes.py
@@ -99,7 +100,7 @@ def in_words(found: Regime) -> str:
     }.get(
         found.predicted_sign,
         f"a constant stiffness should {found.predicted_sign}-estimate the peak force by about "
-        f"{abs(found.predicted_peak_error):.0%}",
+        f"{percent(abs(found.predicted_peak_error))}",
     )
     return (
         f"seat/striker mass {_number(found.mass_ratio)} (Z^2/K over the striker's; Z impedance, K stiffness of the "

@@ -14,6 +14,7 @@ from impact.greens.base import Array
 from impact.march.laws import Signorini
 from impact.march.motion import Motion
 from impact.march.problem import ContactProblem
+from impact.quantities import in_units, percent
 
 if TYPE_CHECKING:
     import pandas
@@ -148,8 +149,10 @@ class ImpactResult:
     advice: tuple[Advice, ...] = ()
     film: Array | None = None
 
-    __repr__ = brief
     _repr_html_ = as_html
+
+    def __repr__(self) -> str:
+        return str(self)
 
     @property
     def solid(self) -> Array:
@@ -157,14 +160,30 @@ class ImpactResult:
         return self.force if self.film is None else self.force - self.film
 
     def __str__(self) -> str:
-        contacts = 1 if self.force.ndim == 1 else self.force.shape[1]
-        steps, pushed = len(self.time) - 1, float(np.sum(self.force[1:])) * self.dt
-        return (
-            f"ImpactResult, {contacts} contact{'s'[: contacts > 1]}, {steps} steps of {self.dt:g} s\n"
-            f"  largest force {float(self.force.max()):.6g} N, impulse {pushed:.6g} N s, "
-            f"energy residual {self.energy.residual:.2g}\n  {cut(self.engine, 160)}\n  "
-            + (some([advice.name for advice in self.advice]) or "no advice")
+        """Return what the run did in four lines: its size, the force, the contacts, how far energy is balanced."""
+        parts = 1 if self.force.ndim == 1 else self.force.shape[1]
+        total = self.force.reshape(len(self.force), -1).sum(axis=1)
+        peak, when = (
+            in_units(value, unit, 4) for value, unit in ((total.max(), "N"), (self.time[total.argmax()], "s"))
         )
+        size = f"{parts} contact{'s'[: parts > 1]}, {len(self.time) - 1} steps of {in_units(self.dt, 's', 4)}"
+        told = some([advice.name for advice in self.advice]) or "no advice"
+        return (
+            f"ImpactResult, {size}\n  peak force {peak} at {when}, impulse "
+            f"{in_units(float(total[1:].sum()) * self.dt, 'N s', 4)}\n  {self._touches()}\n  "
+            f"energy balance error {percent(self.energy.residual)}; {cut(self.engine, 160)}; {told}"
+        )
+
+    def _touches(self) -> str:
+        from impact.after.measures import closed_steps, merged  # which reads results
+
+        solid = self.solid.reshape(len(self.force), -1).sum(axis=1)
+        groups = merged(self.dt * closed_steps(solid[1:]))
+        if not len(groups):
+            return "no contact"
+        (start, end), count = groups[0], len(groups)
+        first = f"from {in_units(start, 's', 4)} to {in_units(end, 's', 4)}"
+        return f"closed once, {first}" if count == 1 else f"closed {count} times, first {first}"
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Force, gap, displacements and energies by time [SI], a row a step, "force_N[k]" where there are several

@@ -34,8 +34,9 @@ def displacement_response(rod: ExactRod, t: ArrayLike, *, at: float) -> Array:
 
 
 def force_response(rod: ExactRod, t: ArrayLike, *, at: float) -> Array:
-    """E(x, t) [1]: axial force -EA du/dx at ``at`` = x/l, > 0 in compression, after a unit force set on at t = 0.
+    """Return E(x, t), the ratio of the axial force -EA du/dx at ``at`` = x/l to a force set on at ``t`` = 0, (n,).
 
+    It is > 0 in compression.
     Undamped: E = sum_k R^k [H(t - x/c - kT) - R H(t + x/c - (k+1)T)]; right-continuous. Damped: minus the derivative of
     `displacement_response` along x, in closed form; its limit from the right at t = 0.
 

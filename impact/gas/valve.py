@@ -91,7 +91,10 @@ class ReedValve:
 
 
 def port_flow(radius: float, coefficient: float) -> AreaTable:
-    """C_d min(2 pi R x, pi R^2): the gap round a port of this radius, up to the port itself. An estimate, marked so."""
+    """Return C_d min(2 pi R x, pi R^2), the gap round a port of radius R [m], up to the port itself.
+
+    It is an estimate, and marked so; C_d is the ``coefficient``.
+    """
     area = coefficient * math.pi * radius**2
     words = f"{NOT_MEASURED}{coefficient:g} min(2 pi R x, pi R^2), R = {1e3 * radius:g} mm"
     return AreaTable(np.array([0.0, radius / 2]), np.array([0.0, area]), words)

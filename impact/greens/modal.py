@@ -158,6 +158,40 @@ class ModalGreens(PoleSums):
                 raise GreensFunctionError(f"{name} must be >= 0 (a body gains no energy); smallest {values.min():g}")
         check_valid_for(self.valid_for)
 
+    @staticmethod
+    def from_hz(
+        frequencies: ArrayLike,
+        damping: ArrayLike,
+        amplitudes: ArrayLike,
+        *,
+        residual: Residual | None = None,
+        port_names: tuple[str, ...] | None = None,
+    ) -> ModalGreens:
+        """Return the Green's function of modes as test and finite element programs list them.
+
+        Args:
+            frequencies: (M,) undamped natural frequencies [Hz]; 0 is a rigid-body mode.
+            damping: (M,) damping ratios, 0.01 for 1 % of critical, or one for all.
+            amplitudes: (M,) or (M, p) mass-normalised mode shapes at the ports [1/sqrt(kg)].
+            residual: what these modes leave out; nothing where absent.
+            port_names: p names; "contact" of one port, "port_1", ... of several where absent.
+
+        Raises:
+            GreensFunctionError: numbers of modes or ports that differ, values that are negative or not finite.
+        """
+        hertz, shapes = (np.atleast_1d(np.asarray(values, dtype=float)) for values in (frequencies, amplitudes))
+        shapes = shapes[:, None] if shapes.ndim == 1 else shapes
+        if hertz.ndim != 1 or shapes.ndim != 2 or np.ndim(damping) > 1 or np.size(damping) not in (1, hertz.size):
+            raise GreensFunctionError(
+                f"give frequencies (M,), damping (M,) or one, and amplitudes (M,) or (M, p), not {hertz.shape}, "
+                f"{np.shape(damping)} and {np.shape(amplitudes)}"
+            )
+        zeta = np.broadcast_to(np.asarray(damping, dtype=float), hertz.shape).copy()
+        count = shapes.shape[1]
+        names = ("contact",) if count == 1 else tuple(f"port_{k}" for k in range(1, count + 1))
+        rest = Residual.none(count) if residual is None else residual
+        return ModalGreens(2 * np.pi * hertz, zeta, shapes, rest, port_names or names)
+
     @property
     def modal(self) -> ModalGreens:
         """Itself."""

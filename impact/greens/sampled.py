@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, StepKernel, Stored, check_factor
 from impact.greens.stated import StatedGreens, step_weights
+from impact.quantities import percent
 
 Tail = Literal["zero", "hold", "rigid", "forbid"]
 Pretrigger = Literal["refuse", "drop"]
@@ -121,8 +122,9 @@ class SampledGreens(StatedGreens):
             share = float(np.sum(early**2) / np.sum(g**2))
             if pretrigger != "drop":
                 raise GreensFunctionError(
-                    f"not causal: {zero} samples before t = 0 reach {np.abs(early).max():.3g} m/(N s), {share:.2%} of "
-                    "the sum of squares; a body does not move before the blow: correct the time zero, or give "
+                    f"not causal: {zero} samples before t = 0 reach {np.abs(early).max():.3g} m/(N s), "
+                    f"{percent(share)} of the sum of squares; a body does not "
+                    "move before the blow: correct the time zero, or give "
                     'pretrigger="drop"'
                 )
             found["pretrigger"] = {"samples": zero, "share_of_squares": share}

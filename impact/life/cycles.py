@@ -26,7 +26,7 @@ class Cycles:
 
 
 def reversals(history: ArrayLike) -> Array:
-    """(r,) turning points of an (n,) history, with its first and last value; equal neighbours count once.
+    """Return the (r,) turning points of an (n,) history [Pa], its ends among them; equal neighbours count once.
 
     Raises:
         LifeError: no values, or some that are not finite.

@@ -117,7 +117,7 @@ def life(
     blocks: float,
     survival: float | None = None,
 ) -> Life:
-    """`damage` and `margin` together, and advice; arguments and errors are theirs."""
+    """Return `damage` and `margin`, a factor on the stress, together, and advice; arguments and errors are theirs."""
     [curve] = strength.needed("a life", "curve")
     sum_ = damage(cycles, strength, judge, survival=survival)
     spare = margin(cycles, strength, judge, blocks=blocks, survival=survival)

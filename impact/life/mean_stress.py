@@ -140,7 +140,7 @@ class Walker(_Power):
     """smax^(1 - gamma) sa^gamma, smax = sm + sa; no damage where smax <= 0.
 
     Attributes:
-        walker_exponent: gamma, measured; 1 knows no mean stress, 1/2 is Smith, Watson and Topper's.
+        walker_exponent: gamma, a measured ratio; 1 knows no mean stress, 1/2 is Smith, Watson and Topper's.
 
     Source: K. Walker, ASTM STP 462 (1970) 1.
     """

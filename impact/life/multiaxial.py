@@ -112,7 +112,7 @@ class Papadopoulos(Multiaxial):
     stress = A cos + B sin, 5 <Ta^2> = J2(A) + J2(B): phases do not count. For hard metals.
 
     Attributes:
-        tolerance: of the mean square (`impact.life.planes.mean_square_shear`).
+        tolerance: relative, of the mean square (`impact.life.planes.mean_square_shear`).
 
     Source: I. V. Papadopoulos, Int. J. Fatigue 16 (1994) 377; Papadopoulos et al., Int. J. Fatigue 19 (1997) 219.
     """

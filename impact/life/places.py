@@ -23,7 +23,7 @@ class Demand:
     Attributes:
         strength: of its material.
         judge: of mean stresses, for stress of one axis; ``None``: there must be none.
-        blocks: design number of repetitions.
+        blocks: design number of repetitions, a factor on one block.
         survival: share of parts that lives on; ``None``: that of the S-N curve.
         several_axes: for stress tensors; ``None``: there must be none.
     """
@@ -41,7 +41,8 @@ class Judged:
 
     Attributes:
         at, life: of stress of one axis.
-        tensor_at, tensor_margin: of stress of several axes; the margin holds for the N of its two limits.
+        tensor_at, tensor_margin: of stress of several axes; the margin, a factor on the stress, holds for the N
+            of its two limits.
     """
 
     at: str | None = None

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from impact.after.contact_stress import circular_axis_stress
+from impact.exact.contact_stress import circular_axis_stress
 from impact.greens.base import Array
 from impact.life.curves import LifeError
 

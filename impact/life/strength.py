@@ -9,6 +9,7 @@ from difflib import get_close_matches
 from typing import Any, TypeVar
 
 from impact.life.curves import Curve, LifeError
+from impact.quantities import in_units
 
 Kind = TypeVar("Kind")
 
@@ -64,6 +65,16 @@ class Strength:
             raise LifeError(f"strength.walker_exponent = {self.walker_exponent:g} must not be above 1")
         if not (math.isfinite(self.loading_ratio) and self.loading_ratio < 1):
             raise LifeError(f"strength.loading_ratio = {self.loading_ratio:g} must be finite and below 1 (smin/smax)")
+        if self.curve is not None and self.ultimate is not None:
+            knee = self.curve.stresses[-1]
+            largest = 2 * knee / (1 - self.loading_ratio)
+            if not largest < self.ultimate:
+                raise LifeError(
+                    f"strength.curve: its knee at an amplitude of {in_units(knee, 'Pa', 4)} means a largest stress of "
+                    f"{in_units(largest, 'Pa', 4)} (loading_ratio = {self.loading_ratio:g}); it must be below the "
+                    f"ultimate strength, {in_units(self.ultimate, 'Pa', 4)}. Check both, and that amplitudes are "
+                    "given, not ranges"
+                )
 
     def needed(self, what: str, *names: str) -> list[Any]:
         """The values of these fields. Raises `LifeError`, which names those that are missing and ``what`` needs."""
@@ -102,7 +113,7 @@ def criterion(base: type[Kind], name: str, strength: Strength) -> Kind:
 
 @dataclass(frozen=True)
 class SpeedMargin:
-    """The industry's rule: a valve may close up to a speed that experience allows; ``margin`` = allowed/speed."""
+    """The industry's rule: a valve may close up to a speed that experience allows [m/s]; ``margin`` = allowed/speed."""
 
     margin: float
     speed: float

@@ -135,6 +135,22 @@ class Hertz(_PowerLaw):
     code: ClassVar[int] = HERTZ
     exponent: ClassVar[float] = 1.5  # type: ignore[misc]
 
+    @staticmethod
+    def from_sphere(
+        *, radius: float, young: float, poisson: float, young_2: float = math.inf, poisson_2: float = 0.0
+    ) -> Hertz:
+        """Return the law of a sphere of this ``radius`` [m] on a flat face; moduli [Pa] and Poisson's ratios of both.
+
+        The second body is rigid unless given. Two spheres have the radius R_1 R_2/(R_1 + R_2).
+
+        Raises:
+            ContactStressError: a radius or a modulus that is not positive.
+        """
+        from impact.exact.contact_stress import hertz_stiffness, reduced_modulus  # which loads scipy.special
+
+        modulus = reduced_modulus(young=young, poisson=poisson, young_2=young_2, poisson_2=poisson_2)
+        return Hertz(hertz_stiffness(reduced_modulus=modulus, radius=radius))
+
 
 @dataclass(frozen=True)
 class HuntCrossley(_PowerLaw):

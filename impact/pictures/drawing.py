@@ -1,18 +1,15 @@
-"""Common ground of all figures: one style, one way to a file, readable units."""
+"""Common ground of all figures: one style, one way to a file."""
 
 from __future__ import annotations
 
 import io
-import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import ArrayLike
-
+from impact.extras import how_to_mend
 from impact.files.atomic import whole_file
 
 if TYPE_CHECKING:
@@ -54,7 +51,6 @@ _STYLE: dict[Any, Any] = {
     "agg.path.chunksize": 20000,
     "svg.fonttype": "none",
 }
-_PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 
 class PictureError(RuntimeError):
@@ -91,11 +87,9 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
         from matplotlib.figure import Figure
 
         from impact.pictures.tick_labels import label_in_unicode
-    except ImportError as missing:
+    except Exception as missing:  # a broken one raises anything
         what = "a figure" if path is None else Path(path).name
-        raise PictureError(
-            f'{what} needs matplotlib ({missing}); install it with: pip install "seatfem[pictures]"'
-        ) from missing
+        raise PictureError(f"{what} needs matplotlib: {how_to_mend('matplotlib', 'pictures', missing)}") from missing
 
     class Shown(Figure):
         """One that notebooks show, which know figures of pyplot alone."""
@@ -123,30 +117,6 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
                 figure.dpi = usual
             else:
                 figure.savefig(temporary, dpi=DPI)
-
-
-def scaled(values: ArrayLike, unit: str) -> tuple[float, str]:
-    """Factor and unit that bring the largest finite |value| into 0.99..990: ``(1e6, "µm")`` for 3e-5 m."""
-    data = np.abs(np.asarray(values, dtype=float))
-    largest = float(np.max(data[np.isfinite(data)], initial=0.0))
-    if largest == 0.0:
-        return 1.0, unit
-    exponent = min(max(3 * math.floor(math.log10(largest * 1.01) / 3), -12), 9)
-    return 10.0**-exponent, _PREFIXES[exponent] + unit
-
-
-def text(value: float, unit: str, digits: int = 3) -> str:
-    """A number with its prefixed unit: ``"28.4 N"``, ``"809 µN s"``; powers of ten beyond the prefixes."""
-    if not math.isfinite(value):
-        return "–"
-    factor, prefixed = scaled(value, unit)
-    number = value * factor
-    if number == 0.0:
-        return f"0 {unit}"
-    if not 1e-3 <= abs(number) < 1e6:
-        return f"{number:.{digits - 1}e} {prefixed}"
-    decimals = max(digits - 1 - math.floor(math.log10(abs(number) * (1 + 1e-9))), 0)
-    return f"{number:.{decimals}f} {prefixed}"
 
 
 def zero_line(axes: Axes) -> None:

@@ -12,7 +12,8 @@ import numpy as np
 from impact.greens.base import Array, ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens
 from impact.greens.receptance import receptance
-from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, scaled, sheet, text, zero_line
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, sheet, zero_line
+from impact.quantities import percent, scaled, text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -86,7 +87,7 @@ def error_text(error: ErrorEstimate, width: float) -> str:
     if error.total == 0.0:
         return "closed form: no error of reduction or mesh"
     parts = [
-        f"{name} {'not known' if value is None else f'{100 * value:.2g} %'}"
+        f"{name} {'not known' if value is None else percent(value)}"
         for name, value in (("reduction", error.reduction), ("mesh", error.mesh))
     ]
     return f"estimated error of g after a {1e6 * width:g} µs pulse, relative to its largest value: {', '.join(parts)}"

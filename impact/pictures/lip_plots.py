@@ -13,8 +13,9 @@ from impact.after.along import ClosedLine, best_plane, line_impulse, per_length
 from impact.after.result import ImpactResult
 from impact.after.spectrum import MOVING_AVERAGE, averaged
 from impact.greens.base import Array
-from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, scaled, sheet, zero_line
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, sheet, zero_line
 from impact.pictures.landing_marks import shown_contact
+from impact.quantities import scaled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -108,7 +109,7 @@ def _map(
         axes.axhline(border, color=GREY, linewidth=0.8)
     axes.grid(visible=False)
     axes.set_title("Force per length on the elastic seat")
-    note = f"{contact}: mean over {1e6 * width:g} µs and each of {arcs} arcs"
+    note = f"{contact}: mean over {1e6 * width:g} µs and each of {arcs} lip segments"
     axes.set_title(note, loc="right", color=GREY, fontsize=8)
 
 

@@ -11,9 +11,10 @@ import numpy as np
 from impact.after import measures
 from impact.after.result import ImpactResult
 from impact.greens.base import Array
-from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, scaled, sheet, text, zero_line
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet, zero_line
 from impact.pictures.greens_plots import plot_greens
 from impact.pictures.landing_marks import BODIES, draw_marks, landing_marks, shown_contact, value_at
+from impact.quantities import percent, scaled, text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -170,11 +171,13 @@ def plot_energy(result: ImpactResult, path: str | os.PathLike[str] | None = None
             log.plot(
                 time, np.where(values[::every] > 0, values[::every], np.nan), color=colour, linewidth=0.9, label=name
             )
-        log.plot(time, np.where(rest[::every] > 0, rest[::every], np.nan), color=GREY, linewidth=0.7, label="left over")
+        log.plot(
+            time, np.where(rest[::every] > 0, rest[::every], np.nan), color=GREY, linewidth=0.7, label="balance error"
+        )
         lowest = min(1e-9 * largest, max(0.1 * float(rest.max()), 1e-18 * largest))
         log.set(yscale="log", ylim=(lowest, 3 * largest), xlim=(0.0, time[-1]))
         log.set(xlabel=f"time [{time_unit}]", ylabel="energy [J]")
-        log.set_title(f"Each term; left over at most {energy.residual:.1e} of the largest energy stored")
+        log.set_title(f"Each term; energy balance error {percent(energy.residual)}")
         log.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
 

@@ -24,6 +24,7 @@ from impact.march.problem import ContactError, ContactProblem
 from impact.march.stepper import ContactStepper
 from impact.measured.reading import sampling_advice
 from impact.progress import Progress, silent
+from impact.quantities import percent
 
 RESOLUTION_LIMIT = 0.5  # w_max h: above it the step's own damping is felt in the highest retained mode
 
@@ -159,7 +160,7 @@ def _advice(s: Prepared, energy: EnergyLedger) -> tuple[Advice, ...]:
                     f"highest {name} frequency times step",
                     highest * s.dt,
                     RESOLUTION_LIMIT,
-                    f"the step damps the highest modes; contact and step together took {lost:.1%} of the energy",
+                    f"the step damps the highest modes; contact and step together took {percent(lost)} of the energy",
                     f"use dt <= {RESOLUTION_LIMIT / highest:.2g} s, or fewer modes",
                 )
             )

@@ -23,6 +23,7 @@ def _is_ours(error: Exception) -> bool:
 def in_words(error: Exception) -> str:
     """What a user can do about it; of what is no fault of the user's, that it is a bug."""
     from impact.files.atomic import FULL
+    from seatfem.machine.packages import broken_package
 
     if isinstance(error, OSError) and error.errno in FULL:
         return f"{error.filename or 'a file'}: {error.strerror}; free space there, or choose another folder (--output)"
@@ -30,6 +31,8 @@ def in_words(error: Exception) -> str:
         return f"{error.filename}: no such file; check the path"
     if _is_ours(error) or isinstance(error, OSError):
         return str(error)
+    if words := broken_package(error):
+        return words
     if isinstance(error, MemoryError):
         return f"{str(error) or 'out of memory'}; a coarser mesh (seat.mesh.size) needs less"
     return f"unexpected {type(error).__name__}: {error}; this is a bug, --debug or SEATFEM_DEBUG=1 shows where"
@@ -45,7 +48,8 @@ def placed(error: Exception, arguments: Sequence[str]) -> str:
         assert isinstance(error, SceneError)
         error = located(error, scenes[0])
     text = in_words(error)
-    if scenes and _is_ours(error) and (key := _KEY.match(text)):
+    is_placed = type(error).__name__ == "SceneError"
+    if scenes and not is_placed and _is_ours(error) and (key := _KEY.match(text)):
         text = _with_line(text, key[0], scenes[0])
     if not scenes or type(error).__module__.partition(".")[0] != "impact" or str(scenes[0].absolute().parent) in text:
         return text

@@ -8,8 +8,8 @@ from typing import Final
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from impact.pictures.drawing import scaled
-from seatfem.faces.readings import DEGREES, as_number, bar_of, in_text, plain, with_unit
+from impact.quantities import plain, scaled
+from seatfem.faces.readings import DEGREES, as_number, bar_of, in_text, with_unit
 from seatfem.faces.rows import is_loaded
 from seatfem.study.runs.landings_file import LANDINGS_FILE
 

@@ -72,7 +72,7 @@ def faces(
 
 
 def init(
-    kind: str,
+    kind: str | None = None,
     /,
     *,
     output: Output = None,
@@ -86,17 +86,23 @@ def init(
     Parameters
     ----------
     kind:
-        Of a reed or a seat: flapper, cantilever, ball, annular, plate, cad ...; or study: many scenes of one.
+        Of a reed or a seat: flapper, cantilever, ball, annular, plate, cad ...; or study: many scenes of one. Without a
+        kind all are listed: reeds, seats, strikers, and what other programs and measurements give.
     output:
         The file [default: the kind + ".toml"].
     schema:
         Write a JSON schema beside it, too, by which editors complete and check its keys.
     """
     from impact.files.atomic import check_writable, write_whole
+    from seatfem.faces.tables import kinds_table
     from seatfem.study.scene.schema import SCHEMA_FILE, scene_schema, schema_text
     from seatfem.study.scene.template import NoTemplate, scene_template
     from seatfem.study.sweep.study_template import STUDY, STUDY_SCHEMA_FILE, study_schema, study_template
 
+    if kind is None:
+        console().print(kinds_table())
+        lines().print("next: seatfem init KIND")
+        return DONE
     path, of_study = output or Path(f"{kind}.toml"), kind == STUDY
     text = study_template(file=path.name) if of_study else scene_template(kind, file=path.name)
     if path.exists():

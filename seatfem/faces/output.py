@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
 from seatfem.faces.terminal import Console
 
@@ -31,6 +31,22 @@ Changes = Annotated[
     ),
 ]
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+
+
+def seconds_of(_: object, words: Sequence[Token]) -> float:
+    """Return the seconds of an option: "90", "90 s", "1 min", "2 h". Raises `UnitError`."""
+    from seatfem.units import UnitError, parse_quantity
+
+    text = words[0].value
+    with suppress(ValueError):
+        return float(text)
+    try:
+        return parse_quantity(text, "time")
+    except UnitError:
+        raise UnitError(f"{text!r} is no time; write seconds, 90, or a number with its unit, '1 min'") from None
+
+
+Seconds = Annotated[float, Parameter(converter=seconds_of)]
 
 
 class ChangeError(ValueError):
@@ -57,10 +73,10 @@ class Effort:
 
     no_pictures: Annotated[bool, Parameter(negative="", help="Numbers and files only.")] = False
     max_time: Annotated[
-        float | None,
+        Seconds | None,
         Parameter(
-            help="Seconds: no further round is begun that is predicted to end later, and one that does is stopped; the "
-            "first is always finished [default: 600 for each further round]."
+            help="Seconds, or a time with its unit (10 min): no further round is begun that is predicted to end "
+            "later, and one that does is stopped; the first is always finished [default: 600 for each further round]."
         ),
     ] = None
     rounds: Annotated[int, Parameter(help="At most so many rounds of refinement, the first included.")] = 4

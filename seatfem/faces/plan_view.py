@@ -5,34 +5,41 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
+from typing import Final
 
 from rich.table import Table
 
 from impact.files.table import without_nan
+from impact.quantities import in_digits, in_time, percent
 from seatfem.faces.read_back import read_back
+from seatfem.study.accuracy.source_words import in_words
 from seatfem.study.method import as_stated
 from seatfem.study.planning.plan import Cost, Plan
 from seatfem.study.planning.refining import rounds_ahead
 from seatfem.study.scene.measures import all_measures, asked_name
 
+COUNTS: Final = 0.01
+"""Share of the largest source of error below which another one is not shown."""
+
 
 def choices_table(plan: Plan) -> Table:
-    """Key, value, whether the file says so, reason."""
-    table = Table("key", "value", "", "reason")
+    """Return what is chosen or stated, the error that it leaves, and why."""
+    table = Table("key", "value", "from", "error left", "why")
     for choice in plan.choices:
-        table.add_row(choice.key, choice.value, "given" if choice.given else "chosen", choice.reason)
+        table.add_row(choice.key, choice.value, "file" if choice.given else "plan", choice.leaves, choice.reason)
     return table
 
 
 def costs_table(plan: Plan) -> Table:
     """Time, memory and error of the plan, and of what would be cheaper or more accurate."""
-    table = Table("", "time", "memory", *map(asked_name, plan.error))
+    words = (f"uncertainty of\n{all_measures()[asked_name(name)].words}" for name in plan.error)
+    table = Table("", "time", "memory", *words)
     for what, cost, error in (
         ("this plan", plan.cost, plan.error),
         *((other.what, other.cost, other.error) for other in plan.alternatives),
     ):
         table.add_row(
-            what, in_time(cost.seconds), f"{cost.memory / 1e9:.2g} GB", *(_percent(e) for e in error.values())
+            what, in_time(cost.seconds), f"{in_digits(cost.memory / 1e9, 2)} GB", *(percent(e) for e in error.values())
         )
     return table
 
@@ -49,12 +56,14 @@ def rounds_line(plan: Plan) -> str:
 
 
 def shares_line(plan: Plan) -> str:
-    """Where the error of each measure comes from, the largest first."""
+    """Return where the error of each measure comes from, the largest first, without what hardly counts."""
     lines = []
     for measure in plan.error:
         parts = {source: share.get(measure, 0.0) for source, share in plan.shares.items()}
         largest = sorted(parts.items(), key=lambda item: -item[1])
-        lines.append(f"{asked_name(measure)}: " + ", ".join(f"{source} {_percent(value)}" for source, value in largest))
+        largest = [(source, value) for source, value in largest if value >= COUNTS * largest[0][1]]
+        words = ", ".join(f"{in_words(source)} {percent(value)}" for source, value in largest)
+        lines.append(f"{all_measures()[asked_name(measure)].words}: {words}")
     return "; ".join(lines)
 
 
@@ -63,25 +72,13 @@ def judged_line(plan: Plan) -> str:
     accuracy = plan.scene.accuracy
     of_it = "of the whole run" if accuracy.landing == "run" else f"of the {accuracy.landing} landing on the seat"
     names = " and ".join(all_measures()[name].words for name in accuracy.measures)
-    return f"{names} {of_it}, to {100 * accuracy.target:.3g} %"
+    return f"{names} {of_it}, to {percent(accuracy.target, 3)}"
 
 
 def stages_line(parts: Mapping[str, float]) -> str:
     """Predicted seconds by stage, the longest first."""
     longest = sorted(parts.items(), key=lambda item: -item[1])
     return ", ".join(f"{stage} {in_time(seconds)}" for stage, seconds in longest if seconds >= 0.05)
-
-
-def in_time(seconds: float) -> str:
-    """Predicted time in two figures: seconds, minutes from 100 s on, hours from 100 minutes on."""
-    for unit, size in (("s", 1.0), ("min", 60.0)):
-        if seconds < 99.5 * size:
-            return f"{seconds / size:.2g} {unit}"
-    return f"{seconds / 3600:.3g} h"
-
-
-def _percent(value: float) -> str:
-    return f"{100 * value:.2g} %"
 
 
 def plan_json(plan: Plan) -> str:

@@ -13,16 +13,15 @@ from pydantic.fields import FieldInfo
 from rich.table import Table
 
 from impact.bodies.time_series import TimeSeriesError, csv_rows
+from impact.quantities import in_digits
 from seatfem.fields import kind_of
 from seatfem.structures.kinds import Structure
 from seatfem.study.scene import Contact, Scene
 from seatfem.study.scene.files import check_files
 from seatfem.study.scene.keys import dimension_of
-from seatfem.units import DIMENSIONS, parse_quantity
+from seatfem.units import write_quantity
 
 SHOWN: Final = 4  # values of a list; of longer ones their number and range
-READABLE: Final = (0.1, 1e4)
-PRESSURES: Final = (1.0, 1e3)  # 310 MPa and 100 kPa, no parts of GPa and MPa
 HOW: Final = ("run", "accuracy", "title")
 """Tables and keys that the plan's own table tells."""
 STRENGTHS: Final = ("strength", "seat_strength")
@@ -40,12 +39,23 @@ def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
     return tuple(_rows(scene))
 
 
-def read_table(scene: Scene) -> Table:
-    """The same for a terminal; raises as `read_back`."""
+def read_table(scene: Scene) -> Table | None:
+    """Return the same for a terminal, where anything is read from files; ``None`` of others; raises as `read_back`."""
+    if not any(_files_in(scene)):
+        return None
     table = Table("table", "what was read")
     for name, words in read_back(scene):
         table.add_row(name, words)
     return table
+
+
+def _files_in(value: object) -> Iterator[Path]:
+    """Yield the files that a table, and the tables in it, name."""
+    if isinstance(value, Path):
+        yield value
+    inner = vars(value).values() if isinstance(value, BaseModel) else value if isinstance(value, tuple | list) else ()
+    for each in inner.values() if isinstance(inner, Mapping) else inner:
+        yield from _files_in(each)
 
 
 def _rows(scene: Scene) -> Iterator[tuple[str, str]]:
@@ -64,16 +74,16 @@ def _struck(body: Structure, along: Contact | Literal[False]) -> str:
     """What is known of its struck face, and of a response that was measured, without any mesh."""
     told = []
     if (ring := body.struck_ring) is not None:
-        mean, width = (_quantity(size, "length") for size in ring)
+        mean, width = (write_quantity(size, "length") for size in ring)
         told.append(f"flat ring, mean radius {mean}, width {width}")
     elif along and along.along_a_lip and (lip := body.lip()) is not None:
-        told.append(f"lip {_quantity(lip.length, 'length')} long")
+        told.append(f"lip {write_quantity(lip.length, 'length')} long")
     if (patch := body.patch()) is not None:
         about, digits = ("", 5) if ring else ("about ", 2)  # of coarse flat triangles
-        area, width = _quantity(patch.area, "area", digits), _quantity(patch.width, "length", digits)
+        area, width = write_quantity(patch.area, "area", digits), write_quantity(patch.width, "length", digits)
         told.append(f"area {about}{area}, narrowest width {about}{width}")
     if (response := body.measured()) is not None:
-        first, last = (_quantity(float(f), "frequency") for f in (response.frequency[0], response.frequency[-1]))
+        first, last = (write_quantity(float(f), "frequency") for f in (response.frequency[0], response.frequency[-1]))
         told.append(f"response at {len(response.frequency)} frequencies, {first} to {last}")
     return "; ".join(told)
 
@@ -108,7 +118,7 @@ def _value(value: object, field: FieldInfo, key: str) -> str:
         return _several(value, field, key)
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return _quantity(value, dimension_of(field)) if isinstance(value, float) else str(value)
+    return write_quantity(value, dimension_of(field)) if isinstance(value, float) else str(value)
 
 
 def _several(values: tuple[Any, ...], field: FieldInfo, key: str) -> str:
@@ -116,20 +126,6 @@ def _several(values: tuple[Any, ...], field: FieldInfo, key: str) -> str:
         told = ", ".join(_value(each, field, key) for each in values[:SHOWN])
         return f"[{told}{f', ... {len(values)} in all' if len(values) > SHOWN else ''}]"
     return f"{len(values)} from {_value(min(values), field, key)} to {_value(max(values), field, key)}"
-
-
-def _quantity(value: float, dimension: str, digits: int = 5) -> str:
-    """In the first of the usual units in which it is easily read."""
-    if dimension == "temperature":
-        return f"{value - 273.15:.6g} degC"
-    if not dimension:
-        return f"{value:.6g}"
-    units = {unit: parse_quantity(f"1 {unit}", dimension) for unit in DIMENSIONS[dimension].usual}
-    least, most = PRESSURES if dimension == "pressure" else READABLE
-    readable = (unit for unit, size in units.items() if least <= abs(value / size) < most)
-    unit = next(readable, next(iter(units)))
-    number = float(f"{value / units[unit]:.{digits}g}")
-    return f"{number:.{max(digits, 5)}g} {unit}"
 
 
 def _file(path: Path, key: str) -> str:
@@ -154,4 +150,5 @@ def _columns(path: Path) -> str:
     if numbers.ndim != 2 or numbers.shape[1] != len(heads):
         return ""
     ranges = zip(heads, numbers.min(axis=0), numbers.max(axis=0), strict=True)
-    return f"{len(rows)} rows: " + ", ".join(f"{head.strip()} {low:.6g} to {high:.6g}" for head, low, high in ranges)
+    each = (f"{head.strip()} {in_digits(low, 6)} to {in_digits(high, 6)}" for head, low, high in ranges)
+    return f"{len(rows)} rows: {', '.join(each)}"

@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from typing import Final
 
-from impact.pictures.drawing import scaled
+from impact.quantities import in_digits, in_units, plain, scaled
 from seatfem.study.runs.outcome import as_number, is_known
 
-__all__ = ["NO_BAR", "as_number", "bar_of", "duration", "in_text", "plain", "reading", "with_unit"]
+__all__ = ["NO_BAR", "as_number", "bar_of", "duration", "in_text", "reading", "with_unit"]
 
 DIGITS: Final = 6  # of a value, however small its bar
 DEGREES: Final = "deg"
@@ -52,7 +52,7 @@ def in_text(key: str, value: float | None, bar: float | None, unit: str, factor:
         return with_unit(f"{rounded(number, None)} ± ?", prefixed)
     places = places_of(number, factor * bar)
     fine = bar == 0 or (places is not None and factor * bar < 10.0**-places)
-    text = f"{rounded(number, places)} ± {f'{factor * bar:.2g}' if fine else rounded(factor * bar, places)}"
+    text = f"{rounded(number, places)} ± {in_digits(factor * bar, 2) if fine else rounded(factor * bar, places)}"
     return with_unit(text, prefixed) if is_known(key, value, bar) else f"not known ({with_unit(text, prefixed)})"
 
 
@@ -72,8 +72,8 @@ def places_of(number: float, bar: float | None) -> int | None:
 
 
 def rounded(number: float, places: int | None) -> str:
-    """Return a number with so many decimals; with four digits where that is not known."""
-    return f"{number:.4g}" if places is None else f"{number:.{places}f}"
+    """Return a number with so many decimals; where that is not known with four digits, with two in powers of ten."""
+    return in_digits(number, 4 if 1e-4 <= abs(number) < 1e6 else 2) if places is None else f"{number:.{places}f}"
 
 
 def with_unit(number: str, unit: str) -> str:
@@ -84,12 +84,4 @@ def with_unit(number: str, unit: str) -> str:
 def duration(value: object) -> str:
     """Return seconds with their unit, in plain letters."""
     number = as_number(value)
-    if number is None:
-        return "?"
-    factor, unit = scaled(number, "s")
-    return f"{factor * number:.3g} {plain(unit)}"
-
-
-def plain(unit: str) -> str:
-    """Return a unit in letters that every terminal has."""
-    return unit.replace("µ", "u")
+    return "?" if number is None else in_units(number, "s")

@@ -8,21 +8,20 @@ from typing import Final
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from impact.pictures.drawing import scaled
+from impact.quantities import in_digits, in_units, percent
 from seatfem.faces.readings import (
     as_number,
     bar_of,
     duration,
     in_text,
     places_of,
-    plain,
     prefix_of,
     rounded,
     with_unit,
 )
 from seatfem.faces.rows import HEADINGS, LANDING, Group, Row, asked, name_of, rows_of, words_of
-from seatfem.faces.source_words import in_words
 from seatfem.faces.verdict import OF_EACH_STEP, count, difference, is_static, which_landing
+from seatfem.study.accuracy.source_words import in_words
 from seatfem.study.runs.outcome import is_known
 
 ANGLES: Final = (
@@ -38,7 +37,7 @@ def result_table(summary: Mapping[str, object]) -> Table:
     stands last, and says so. Every number of which the summary states an error bar shows it.
     """
     target = as_number(summary.get("accuracy_target"))
-    aim = "uncertainty" if target is None else f"uncertainty\n(asked {100 * target:.3g} %)"
+    aim = "uncertainty" if target is None else f"uncertainty\n(asked {percent(target, 3)})"
     heads = ("", "seat (static)" if is_static(summary) else "seat", "spring\nbaseline", "spring\nagainst\nseat")
     table = Table(*heads, "difference /\nuncertainty", aim, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify = "left"
@@ -53,7 +52,7 @@ def result_table(summary: Mapping[str, object]) -> Table:
         for row in rows:
             table.add_row(f" {words_of(row, summary)}", *_cells(_last_cycle(summary, row), row), style=style)
     if (left := as_number(summary.get("energy_residual"))) is not None:
-        table.add_row(" energy balance error", f"{left:.1e}", style="dim")
+        table.add_row(" energy balance error", percent(left), style="dim")
     table.caption = "\n".join(_notes(summary)) or None
     return table
 
@@ -78,9 +77,7 @@ def _notes(summary: Mapping[str, object]) -> Iterator[str]:
     width, part = summary.get("line_force_width_s"), as_number(summary.get("line_force_arc_m"))
     shown = [row for rows in rows_of(summary).values() for row in rows]
     if part is not None:
-        factor, unit = scaled(part, "m")
-        part_of_it = f"{factor * part:.3g} {plain(unit)} of the lip"
-        yield f"per length: mean over {part_of_it}, the force over {duration(width)}, too"
+        yield f"per length: mean over {in_units(part, 'm')} of the lip, the force over {duration(width)}, too"
     if any(row.group == "lip" and row.key.endswith("_at_deg") and summary.get(row.key) is not None for row in shown):
         yield ANGLES
     if any(row.key == "line_force_peak_at_m" for row in shown):
@@ -101,13 +98,15 @@ def _cells(summary: Mapping[str, object], row: Row) -> tuple[str, ...]:
         return (_contacts(summary, ""), _contacts(summary, "spring_") if "spring_contact_count" in summary else "")
     value, bar = as_number(summary.get(row.key)), bar_of(summary, row.key)
     first = in_text(row.key, value, bar, row.unit)
+    if row.key == "life_cycles" and value is not None and (design := as_number(summary.get("life_design_cycles"))):
+        first = f"{in_digits(value, 2)} (asked {in_digits(design, 2)})"
     if f"spring_{row.key}" not in summary:
         return (first, "", "", "", _target(summary, row.key, value, bar))
     baseline, off = as_number(summary.get(f"spring_{row.key}")), difference(summary, row.key)
     return (
         first,
         _beside(baseline, value, bar, row),
-        "" if off is None else f"{100 * off.relative:+.2g} %",
+        "" if off is None else percent(off.relative, sign=True),
         "" if off is None else count(off.bars),
         _target(summary, row.key, value, bar),
     )
@@ -126,11 +125,12 @@ def _contacts(summary: Mapping[str, object], prefix: str) -> str:
 
 
 def _beside(baseline: float | None, value: float | None, bar: float | None, row: Row) -> str:
-    """Return the baseline's value with the unit and the decimals of the seat's."""
+    """Return the baseline's value with the unit and the decimals of the seat's, where that is not far from its own."""
     if baseline is None:
         return "-"
-    factor, unit = prefix_of(row.unit, *([] if value is None else [value]), baseline)
-    places = None if value is None or bar is None else places_of(factor * value, factor * bar)
+    far = value and baseline and not 0.1 < abs(baseline / value) < 1000
+    factor, unit = prefix_of(row.unit, *([] if value is None or far else [value]), baseline)
+    places = None if value is None or bar is None or far else places_of(factor * value, factor * bar)
     mark = ", raw" if row.key in OF_EACH_STEP else ""
     return with_unit(rounded(factor * baseline, places), unit) + mark
 
@@ -144,4 +144,4 @@ def _target(summary: Mapping[str, object], key: str, value: float | None, bar: f
     if not is_known(key, value, bar):
         return "not known, missed"
     share = bar / abs(value)
-    return f"{100 * share:.2g} %, {'met' if share <= target else 'missed'}"
+    return f"{percent(share)}, {'met' if share <= target else 'missed'}"

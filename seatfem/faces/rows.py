@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from seatfem.faces.readings import DEGREES, KILOGRAM, as_number, duration
-from seatfem.study.scene.measures import all_measures, key_of
+from seatfem.study.scene.measures import UNITS, all_measures, key_of
 
 Group = Literal["landing", "run", "stopper", "film", "lip", "seat", "life", "gas", "raw"]
 
@@ -126,11 +126,6 @@ OF_ONE_LANDING: Final[Mapping[str, str]] = {
 """Rows of the whole run that repeat those of its only landing."""
 NO_LOAD: Final = 1e-3
 """Share of the peak force below which a static load is none: error bars of forces are larger."""
-UNITS: Final = {
-    "m_per_s": "m/s", "N_per_m": "N/m", "Ns_per_m": "N s/m", "Ns": "N s", "N": "N", "Pa": "Pa", "J": "J", "s": "s",
-    "m": "m", "deg": DEGREES, "kg": KILOGRAM, "Hz": "Hz",
-}  # fmt: skip
-"""Endings of keys, the longer ones first, and their units."""
 
 
 def asked(summary: Mapping[str, object]) -> tuple[str, ...]:

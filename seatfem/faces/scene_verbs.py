@@ -21,6 +21,7 @@ from seatfem.faces.output import (
     Common,
     Effort,
     Output,
+    Seconds,
     console,
     lines,
     load,
@@ -97,7 +98,8 @@ def plan(
         sys.stdout.write(plan_view.plan_json(planned) + "\n")
     elif not common.quiet:
         wide = console()
-        wide.print(read_table(checked))
+        if (read := read_table(checked)) is not None:
+            wide.print(read)
         wide.print(plan_view.choices_table(planned))
         wide.print(plan_view.costs_table(planned))
         wide.print(f"judged: {plan_view.judged_line(planned)}", soft_wrap=True)
@@ -115,7 +117,7 @@ def trade(
     *,
     output: Output = None,
     quick: Annotated[bool, Parameter(negative="")] = False,
-    limit: float = 20.0,
+    limit: Seconds = 20.0,
     cluster: str | None = None,
     common: Common = COMMON,
 ) -> int:
@@ -128,7 +130,8 @@ def trade(
     quick:
         Only about a third of the points.
     limit:
-        Processor seconds for one point; the reference and the planner's choice may take four times as many.
+        Processor time for one point, in seconds or with a unit (1 min); the
+        reference and the planner's choice may take four times as many.
     cluster:
         Address of a scheduler of dask, whose workers carry out the points: tcp://HOST:8786 or tls://...
     """
@@ -194,9 +197,12 @@ def modes(
     up_to:
         Highest frequency, with its unit, e.g. "50 kHz"; instead of a count, or with it: what ends first.
     """
-    from seatfem.units import parse_quantity
+    from seatfem.units import UnitError, parse_quantity
 
-    highest = None if up_to is None else parse_quantity(up_to, "frequency")
+    try:
+        highest = None if up_to is None else parse_quantity(up_to, "frequency")
+    except UnitError as problem:
+        raise UnitError(f"--up-to: {problem}") from None
     checked = load(scene)
     from seatfem.faces.tables import modes_table
     from seatfem.study.runs.pipeline import write_modes
@@ -231,7 +237,8 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
 
     limits = Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
     errors = lines(stderr=True, quiet=common.quiet)
-    errors.print(read_table(scene), soft_wrap=False)
+    if (read := read_table(scene)) is not None:
+        errors.print(read, soft_wrap=False)
     drawing = nullcontext() if effort.no_pictures else drawing_apart()
     with progress_of(common, errors) as progress, drawing as painter:
         outcome = run_scene(

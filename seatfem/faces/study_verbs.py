@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 from cyclopts import Parameter
 
-from seatfem.faces.output import COMMON, DONE, FAILED, Common, Output, lines, progress_of
+from seatfem.faces.output import COMMON, DONE, FAILED, Common, Output, Seconds, lines, progress_of
 from seatfem.study.sweep.effort import Effort
 
 if TYPE_CHECKING:
@@ -29,7 +29,9 @@ class Work(Effort):
     rounds: Annotated[
         int, Parameter(help="At most so many rounds of refinement of each scene, the first included.")
     ] = Effort.rounds
-    limit: Annotated[float, Parameter(help="Seconds of the clock for one scene.")] = Effort.limit
+    limit: Annotated[Seconds, Parameter(help="Time of the clock for one scene: seconds, or with a unit (10 min).")] = (
+        Effort.limit
+    )
     retry: Annotated[bool, Parameter(negative="", help="Try scenes again that have failed before.")] = Effort.retry
     cluster: Annotated[
         str | None,

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import inspect
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from rich.table import Table
 from rich.text import Text
 
-from impact.pictures.drawing import text
+from impact.quantities import percent, text
+from seatfem.fields import by_group, kind_of
 from seatfem.machine.doctor import Check
+from seatfem.structures.kinds import kinds_of
 
 if TYPE_CHECKING:
     from seatfem.structures.natural_modes import Mode
@@ -24,11 +28,21 @@ def time_line(seconds: Mapping[str, float]) -> str:
 def modes_table(modes: Sequence[Mode]) -> Table:
     """Number, frequency, nodal diameters of a body of revolution, and the port's share of each mode."""
     revolved = any(mode.diameters is not None for mode in modes)
-    table = Table("mode", "frequency", *(["nodal diameters"] if revolved else []), "share of the port's compliance")
+    table = Table("mode", "frequency", *(["nodal diameters"] if revolved else []), "share of the contact's compliance")
     for number, mode in enumerate(modes, start=1):
         around = [] if not revolved else [f"{mode.diameters} {mode.family}".strip()]
-        share = "rigid" if mode.frequency_hz == 0 else "" if mode.share is None else f"{100 * mode.share:.3g} %"
+        share = "rigid" if mode.frequency_hz == 0 else "" if mode.share is None else percent(mode.share, 3)
         table.add_row(str(number), text(mode.frequency_hz, "Hz", 5), *around, share)
+    return table
+
+
+def kinds_table() -> Table:
+    """Return the kinds of bodies that scenes know, by groups, each with the first sentence of its description."""
+    table = Table("", "kind", "what it is")
+    for group, kinds in by_group(kinds_of()).items():
+        for number, each in enumerate(kinds):
+            words = " ".join((inspect.getdoc(each) or "").replace("`", "").split())
+            table.add_row("" if number else group, kind_of(each), re.split(r"(?<=[a-z)])[.:;] ", words)[0].rstrip("."))
     return table
 
 

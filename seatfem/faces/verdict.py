@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from impact.pictures.drawing import scaled
-from seatfem.faces.readings import as_number, bar_of, duration, plain
+from impact.quantities import in_digits, in_units, percent, plain, scaled
+from seatfem.faces.readings import as_number, bar_of, duration
 from seatfem.faces.rows import LANDING, STATIC, asked, name_of, unit_of
 from seatfem.study.runs.outcome import WITHOUT_ZERO, is_known
 from seatfem.study.scene.measures import key_of
@@ -138,46 +138,38 @@ def lasting(summary: Mapping[str, object]) -> str:
         assert wanted is not None
         assert share is not None
         body = str(summary["life_at"]).partition(",")[0]
-        asked_for = f"{wanted:.3g} cycles with {100 * share:.6g} % survival"
-        more = "" if bar is None else f" +- {bar:.2g}"
+        asked_for = f"{in_digits(wanted)} cycles with {percent(share, 6)} survival"
+        more = "" if bar is None else f" +- {in_digits(bar, 2)}"
         if bar is not None and margin is not None and not is_known("life_margin", margin, bar):
             more += " (not known)"
         if margin is None:
             told.append(f"no stress, however large, uses up {asked_for}")
         elif margin >= 1:
-            told.append(f"the {body} endures {asked_for}, also under {margin:.3g}{more} times the stress")
+            told.append(f"the {body} endures {asked_for}, also under {in_digits(margin)}{more} times the stress")
         else:
-            lived = "at once" if cycles is None else f"after {cycles:.3g} of {asked_for}"
-            told.append(f"the {body} fails {lived}; it would endure {margin:.3g}{more} of the stress")
+            lived = "at once" if cycles is None else f"after {in_digits(cycles)} of {asked_for}"
+            told.append(f"the {body} fails {lived}; it would endure {in_digits(margin)}{more} of the stress")
         told[-1] += f" ({summary['life_at']}; {summary['life_criterion']}; {summary['life_strength_source']})"
     for name in ("multiaxial", "contact"):
         if (margin := as_number(summary.get(f"life_{name}_margin"))) is None:
             continue
         wanted, at = as_number(summary.get(f"life_{name}_cycles")), str(summary[f"life_{name}_at"])
-        through = "the cycles of the two limits" if wanted is None else f"{wanted:.3g} cycles"
+        through = "the cycles of the two limits" if wanted is None else f"{in_digits(wanted)} cycles"
         body = name if name == "contact" else at.partition(",")[0]
         by = f"{at}; {summary[f'life_{name}_criterion']}; {summary['life_strength_source']}"
-        told.append(f"the {body} endures {through} under {margin:.3g} times the stress ({by})")
+        told.append(f"the {body} endures {through} under {in_digits(margin)} times the stress ({by})")
     if (speed := as_number(summary.get("life_speed_margin"))) is not None:
-        closing, limit = (as_number(summary[f"life_speed_{key}"]) for key in ("m_per_s", "limit_m_per_s"))
+        closing, limit = (in_digits(float(str(summary[f"life_speed_{key}"]))) for key in ("m_per_s", "limit_m_per_s"))
         told.append(
-            f"it closes at {closing:.3g} m/s, {1 / speed:.3g} of the {limit:.3g} m/s allowed "
+            f"it closes at {closing} m/s, {in_digits(1 / speed)} of the {limit} m/s allowed "
             f"({summary['life_speed_source']})"
         )
     return f"fatigue: {'; '.join(told)}".replace("\n", "\\n") if told else ""
 
 
-def in_units(value: float, unit: str) -> str:
-    """Return a number with three digits and its unit, in plain letters."""
-    if not unit:
-        return f"{value:.3g}"
-    factor, prefixed = scaled(value, unit)
-    return f"{factor * value:.3g} {plain(prefixed)}"
-
-
 def count(bars: float) -> str:
     """Return so many error bars."""
-    return "> 1000" if bars > 1000 else f"{bars:.2g}" if bars < 100 else f"{bars:.0f}"
+    return "> 1000" if bars > 1000 else "0" if bars < 1e-3 else in_digits(bars, 2) if bars < 100 else f"{bars:.0f}"
 
 
 def _comparison(summary: Mapping[str, object]) -> str:
@@ -210,8 +202,8 @@ def _instead(summary: Mapping[str, object], each: Difference) -> str:
     after = f" {plain(prefixed)}" if prefixed else ""
     ours, theirs = (f"{number}{after}" for number in _apart(factor * seat, factor * spring))
     return (
-        f"{name[:1].upper()}{name[1:]}: A spring would give {theirs} instead of {ours} ({100 * each.relative:+.2g} %). "
-        f"Uncertainty of the {ours}: {factor * bar:.2g}{after}."
+        f"{name[:1].upper()}{name[1:]}: A spring would give {theirs} instead of {ours} "
+        f"({percent(each.relative, sign=True)}). Uncertainty of the {ours}: {in_digits(factor * bar, 2)}{after}."
     )
 
 
@@ -224,7 +216,7 @@ def _apart(seat: float, spring: float) -> tuple[str, str]:
 def _short(value: float, digits: int) -> str:
     """Return a number with so many digits, never in powers of ten below 10^6."""
     places = max(digits - 1 - math.floor(math.log10(abs(value) or 1.0)), 0)
-    return f"{value:.{places}f}" if abs(value) < 1e6 else f"{value:.{digits - 1}e}"
+    return f"{value:.{places}f}" if abs(value) < 1e6 else in_digits(value, digits)
 
 
 def _by_plan(summary: Mapping[str, object]) -> str:
@@ -248,8 +240,8 @@ def _alike(summary: Mapping[str, object], found: list[Difference]) -> str:
     assert bar is not None
     assert value is not None
     names = " and ".join(name_of(d.key, summary) for d in found)
-    changes = f"it changes {names} by {100 * abs(largest.relative):.2g} % at most"
-    within = f"within the uncertainty of {100 * bar / abs(value):.2g} %"
+    changes = f"it changes {names} by {percent(abs(largest.relative))} at most"
+    within = f"within the uncertainty of {percent(bar / abs(value))}"
     if summary.get("accuracy_met") is False or not _is_known(summary, largest.key):
         return f"Whether a spring is enough cannot be told: {changes}, {within}."
     return f"A spring is enough here: {changes}, {within}."

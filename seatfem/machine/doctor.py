@@ -6,61 +6,23 @@ import os
 import platform
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib import metadata
-from types import MappingProxyType
 from typing import Final
 
 from impact.files.atomic import OutputError, check_writable
 from seatfem.machine.code import VARIABLE, cache_folder
 from seatfem.machine.libraries import (
     GMSH_LIBRARIES,
-    PICTURE_PACKAGES,
     apt_command,
     missing_packages,
     picture_library_gap,
     select_offscreen_window,
 )
+from seatfem.machine.packages import EXTRAS, LIBRARIES
 from seatfem.machine.petsc import petsc_setting
-
-LIBRARIES: Final = (
-    "numpy",
-    "scipy",
-    "numba",
-    "h5py",
-    "rainflow",
-    "threadpoolctl",
-    "gmsh",
-    "scikit-fem",
-    "pymetis",
-    "pydantic",
-    "meshio",
-    "netCDF4",
-    "pint",
-    "cyclopts",
-    "rich",
-    "psutil",
-)
-"""Distributions that are always needed."""
-
-EXTRAS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
-    {
-        "pictures": PICTURE_PACKAGES,
-        "tables": ("pandas", "pyarrow"),
-        "report": ("plotly",),
-        "web": ("trame", "trame-vtk", "aiohttp"),
-        "cluster": ("distributed",),
-        "uff": ("pyuff",),
-        "docs": ("sphinx", "docutils", "myst-parser", "sphinx-gallery", "pydata-sphinx-theme"),
-        "dev": (
-            *("pytest", "pytest-xdist", "hypothesis", "build", "mypy", "ruff", "scipy-stubs", "types-psutil"),
-            *("selenium", "nbclient", "ipykernel", "jsonschema", "types-jsonschema"),
-        ),
-    }
-)
-"""Distributions of each extra, beside those of other extras that it takes in."""
 
 PROBE_TIMEOUT: Final = 60.0
 _THREAD_VARIABLES: Final = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")

@@ -10,7 +10,8 @@ import numpy as np
 from impact.greens.modal import ModalGreens
 from impact.greens.poles import PoleGreens
 from impact.measured.frf import FrequencyResponse
-from impact.pictures.drawing import BLUE, GREY, ORANGE, scaled, sheet
+from impact.pictures.drawing import BLUE, GREY, ORANGE, sheet
+from impact.quantities import percent, scaled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -79,4 +80,4 @@ def _misfit(fitted: ModalGreens | PoleGreens) -> str:
     """What the fit says of itself."""
     fit = fitted.provenance.get("fit")
     value = fit.get("misfit_weighted_rms") if isinstance(fit, dict) else None
-    return f"misfit {100 * value:.2g} % (rms, weighted by |receptance|^-1/2)" if isinstance(value, float) else ""
+    return f"misfit {percent(value)} (rms, weighted by |receptance|^-1/2)" if isinstance(value, float) else ""

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.after.along import Pieces
-from impact.pictures.drawing import ORANGE, PictureError, scaled, text
+from impact.pictures.drawing import ORANGE, PictureError
+from impact.quantities import scaled, text
 from seatfem.pictures.rendering import aim, load_pyvista, new_plotter, round_factor, shoot, write_gif
 from seatfem.structures.model import Array
 

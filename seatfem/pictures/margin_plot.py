@@ -24,7 +24,7 @@ def plot_margins(
     allowed: float | None = None,
     title: str = "Margin on stress over the design life",
 ) -> None:
-    """Margins with their error bars, on a logarithmic scale, the limit 1, and the value allowed.
+    """Draw margins, each a ratio, with their error bars on a logarithmic scale, the limit 1, and the value allowed.
 
     Args:
         values, margins, bars: of `MarginCurve`; a margin without end is left out, a bar that is not known is not drawn.

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.greens.base import Array
-from impact.pictures.drawing import PictureError, text
+from impact.pictures.drawing import PictureError
+from impact.quantities import text
 from impact.storage.hdf5 import StorageError, finite_array, opened, written
 from seatfem.pictures.landing import Landing
 from seatfem.pictures.rendering import import_pyvista

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.files.atomic import whole_file
-from impact.pictures.drawing import ORANGE, SKY, PictureError, sheet, text
+from impact.pictures.drawing import ORANGE, SKY, PictureError, sheet
+from impact.quantities import text
 from seatfem.pictures.cell_grid import VTK_TYPES, CellGrid
 from seatfem.pictures.rendering import (
     ABOVE,

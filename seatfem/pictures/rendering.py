@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from impact.extras import how_to_mend
 from impact.files.atomic import whole_file
 from impact.pictures.drawing import PictureError
 from seatfem.machine.libraries import picture_library_gap, select_offscreen_window
@@ -81,10 +82,8 @@ def import_pyvista() -> ModuleType:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of third-party modules at import
             import pyvista
-    except ImportError as missing:
-        raise PictureError(
-            f'pyvista cannot be imported ({missing}); install it with: pip install "seatfem[pictures]"'
-        ) from missing
+    except Exception as missing:  # a broken one raises anything
+        raise PictureError(how_to_mend("pyvista", "pictures", missing)) from missing
     return pyvista
 
 

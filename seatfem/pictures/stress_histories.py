@@ -10,7 +10,8 @@ from typing import Final
 import numpy as np
 
 from impact.greens.base import Array
-from impact.pictures.drawing import BLUE, GREY, ORANGE, sheet, text, zero_line
+from impact.pictures.drawing import BLUE, GREY, ORANGE, sheet, zero_line
+from impact.quantities import text
 
 Curve = tuple[str, str, Array, Array | None, float]
 """A place; its leading component's name and course (n,), von Mises' stress (n,) [Pa]; the time of its largest [s]."""

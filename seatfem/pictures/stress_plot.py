@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from impact.files.atomic import whole_file
-from impact.pictures.drawing import ORANGE, scaled, sheet, text
+from impact.pictures.drawing import ORANGE, sheet
+from impact.quantities import scaled, text
 from seatfem.pictures.rendering import ABOVE, LIGHT, aim, crop, import_pyvista, load_pyvista, new_plotter, shoot
 from seatfem.structures.model import Array
 

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.pictures.drawing import PictureError, scaled, text
+from impact.pictures.drawing import PictureError
+from impact.quantities import scaled, text
 from seatfem.pictures.paraview import DISPLACEMENT, write_frames
 from seatfem.pictures.plots import album
 from seatfem.pictures.rendering import (

@@ -28,7 +28,7 @@ ON_AXIS: Final = 1e-6  # angle by which a centre line may turn back
 @dataclass(frozen=True)
 class FaceLip(AnyLip):
     """A `Land` divided into arcs of equal areas and rings: face after face, those of one that no whole number of arcs
-    fills end on the next.
+    fills end on the next; its ``offset`` is in metres.
 
     Raises:
         ModelError: numbers of parts below one or above `MOST_PORTS` together.

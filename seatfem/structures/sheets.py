@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from impact.brief import brief
 from impact.greens.base import Array, ErrorEstimate
 from impact.greens.modal import ModalGreens
 from seatfem.structures.elements.mindlin import (
@@ -33,6 +34,7 @@ from seatfem.structures.reduction.modes import Modes, solve_modes
 from seatfem.structures.reduction.parity import with_parity
 from seatfem.structures.rings import CONTACT
 from seatfem.structures.shapes import Flat
+from seatfem.units import write_quantity
 
 CUTOFF: Final = 3.0  # times the band, up to which modes are found
 PER_WAVELENGTH: Final = 5.0  # elements per bending wave there: g is right to 0.3 % on a disc smaller than they are
@@ -87,16 +89,20 @@ class Sheet:
         if (relative := thickness / self.bending_wave(self.bandwidth)) > THICKEST:
             raise ModelError(
                 f"reed.thickness = {1e3 * thickness:.4g} mm is {relative:.2g} of a bending wave at "
-                f"reed.greens.bandwidth = {self.bandwidth:.4g} Hz (limit {THICKEST:.2g}), where a plate answers "
+                f"reed.greens.bandwidth = {write_quantity(self.bandwidth, 'frequency', 4)} (limit {THICKEST:.2g}), "
+                f"where a plate answers "
                 "otherwise than the solid by 8 % and more: lower reed.greens.bandwidth to "
-                f"{self.bandwidth * (THICKEST / relative) ** 2:.3g} Hz, take a thinner reed, or a solid one, of kind = "
+                f"{write_quantity(self.bandwidth * (THICKEST / relative) ** 2, 'frequency', 3)}, take a thinner "
+                f"reed, or a solid one, of kind = "
                 "'cad' or 'mesh'"
             )
         count = math.pi * self.shape.area / self.bending_wave(CUTOFF * self.bandwidth) ** 2
         if count > MOST_MODES:
             raise ModelError(
-                f"reed.greens.bandwidth = {self.bandwidth:.4g} Hz: the plate has about {count:.3g} modes below "
-                f"{CUTOFF:g} times it (limit {MOST_MODES}); lower it to {self.bandwidth * MOST_MODES / count:.3g} Hz"
+                f"reed.greens.bandwidth = {write_quantity(self.bandwidth, 'frequency', 4)}: the plate has about "
+                f"{count:.3g} modes below "
+                f"{CUTOFF:g} times it (limit {MOST_MODES}); lower it to "
+                f"{write_quantity(self.bandwidth * MOST_MODES / count, 'frequency', 3)}"
             )
         if (elements := self.shape.area / self.element_size**2) > MOST_ELEMENTS:
             raise ModelError(
@@ -113,7 +119,7 @@ class PlateModes:
     Attributes:
         sheet, mesh: of the plate.
         modes: all up to `CUTOFF` times the band.
-        coarser: its elements over those that were asked for.
+        coarser: ratio of its elements to those that were asked for.
         assembled: the model, where it is at hand.
     """
 
@@ -122,6 +128,8 @@ class PlateModes:
     modes: Modes
     coarser: float = 1.0
     assembled: SecondOrderModel | None = None
+
+    __repr__ = brief
 
     @cached_property
     def model(self) -> SecondOrderModel:

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 import impact
-from impact.after.contact_stress import HertzContact, hertz_circular, hertz_stiffness, reduced_modulus
+from impact.exact.contact_stress import HertzContact, hertz_circular, hertz_stiffness, reduced_modulus
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.verification.case import Case, stepped
 

@@ -8,7 +8,7 @@ from functools import partial
 
 from scipy.optimize import minimize_scalar
 
-from impact.after.contact_stress import (
+from impact.exact.contact_stress import (
     HertzContact,
     ShearMaximum,
     circular_shear_maximum,

@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 
 from impact.after import measures
+from tests.contracts.test_public_names import PACKAGES
 
 DOCS = Path(__file__).parents[2] / "docs"
 MEASURES = [name for name, it in inspect.getmembers(measures, inspect.isfunction) if inspect.getmodule(it) is measures]
 PUBLIC = [
-    *((package, name) for package in ("impact", "seatfem") for name in importlib.import_module(package).__all__),
+    *((package, name) for package in PACKAGES for name in importlib.import_module(package).__all__),
     *(("impact.after.measures", name) for name in MEASURES if not name.startswith("_")),
 ]
 OBJECTS = {
@@ -23,7 +24,7 @@ OBJECTS = {
 UNIT = re.compile(
     r"\[[^\]]*\b(?:m|N|s|kg|Pa|J|Hz|rad|SI|K)\b[^\]]*\]"  # in brackets
     r"|-> (?:\([\w +]+,\) )?(?:m|Pa|N)\b"  # of a function
-    r"|\bSI\b|relative|ratio|factor\b|coefficient"  # all of it; or a number without one
+    r"|\bSI\b|\bmetres\b|relative|ratio|factor\b|coefficient"  # all of it; or a number without one
 )
 SHAPE = re.compile(r"\([\w.]+(?: [+-] 1)?,(?: ?[\w. +|]+,?)*\)|shape of")
 ELSEWHERE = re.compile(r"[Aa]s `([\w.]+)`")

@@ -3,6 +3,7 @@
 import dataclasses
 import importlib
 import inspect
+import re
 from pathlib import Path
 
 import numpy as np
@@ -106,7 +107,20 @@ def test_what_is_printed_says_what_it_is() -> None:
     assert "origin: method = 'krylov'" in str(EXAMPLES["modal"])
     assert "mass 0.001 kg, moving at -1 m/s" in str(EXAMPLES["ball"])
     assert "held, in an initial state" in str(EXAMPLES["reed"])
-    assert "2 contacts, 1000 steps of 1e-07 s" in str(EXAMPLES["result"])
+    assert "2 contacts, 1000 steps of 100 ns" in str(EXAMPLES["result"])
     assert "ContactProblem, 60 contacts" in str(EXAMPLES["problem of many"])
     assert "200 unknowns, ports: contact" in str(EXAMPLES["model"])
     assert str(EXAMPLES["modes"]).startswith("Modes, 20, ")
+
+
+def test_a_result_says_in_four_lines_what_happened() -> None:
+    """Peak, impulse, contacts, the balance of energy; also where nothing touches."""
+    problem = impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=-1.0), impact.spring(stiffness=1e7))
+    lines = repr(impact.solve(problem, dt=1e-7, duration=1e-4)).splitlines()
+    assert lines[0] == "ImpactResult, 1 contact, 1000 steps of 100 ns"
+    assert re.fullmatch(r"  peak force 99\.\d+ N at 15\.7 us, impulse 1\.99\d? mN s", lines[1])
+    assert re.fullmatch(r"  closed once, from 0 s to 31\.[45] us", lines[2])
+    assert lines[3].startswith("  energy balance error ")
+    assert len(lines) == 4
+    away = impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=1.0), impact.spring(stiffness=1e7))
+    assert repr(impact.solve(away, dt=1e-7, duration=1e-5)).splitlines()[2] == "  no contact"

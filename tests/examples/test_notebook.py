@@ -88,7 +88,7 @@ def test_a_notebook_shows_tables_figures_and_scenes(tmp_path: Path) -> None:
     assert "arning" not in told
     shown = [[out for out in cell if "data" in out] for cell in outputs]
     assert [len(cell) for cell in shown] == [0, 1, 1, 1, 1]
-    for [table], words in zip(shown[1:3], ("150000 steps of 2e-08 s", "40 modes"), strict=True):
+    for [table], words in zip(shown[1:3], ("150000 steps of 20 ns", "40 modes"), strict=True):
         assert joined(table["data"]["text/html"]).startswith("<table>")
         assert words in joined(table["data"]["text/html"])
     for [out], least in zip(shown[3:], (600, 400), strict=True):

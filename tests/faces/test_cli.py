@@ -418,7 +418,7 @@ def test_init_writes_a_scene_once(tmp_path: Path, capfd: pytest.CaptureFixture[s
 
 def test_init_knows_no_such_kind(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert run_command(["init", "../flapper", "--output", str(tmp_path / "a.toml")]) == BAD_INPUT
-    assert "is none of" in capfd.readouterr().err
+    assert "is no kind; choose" in capfd.readouterr().err
     assert not list(tmp_path.iterdir())
 
 

@@ -9,7 +9,7 @@ from seatfem.faces.cli import BAD_INPUT, run_command
 from tests.contracts.test_error_texts import REMEDY
 from tests.study import test_scene
 
-NAMES = re.compile(r"(?:'[\w+-]+'(?:, | or )?){4,}|(?:\.?\b\w+, ){4,}\.?\w+")
+NAMES = re.compile(r"(?:'[\w+-]+'(?:, | or )?){4,}|(?:\.?\b\w+, ){2,}\.?\w+")
 """Lists of what is allowed, however long."""
 PYTHON = re.compile(r"Traceback|\bNone\b|\bnan\b|<class|<function|Path\(|array\(|np\.float64|Error\(|\bobject at 0x")
 WIDEST = 120

@@ -54,7 +54,7 @@ def test_every_part_of_the_plan_is_there(plan: Plan) -> None:
     assert told["target"] == load_scene(SLEEVE).accuracy.target
     assert told["meets_target"] is plan.meets_target
     assert [choice["key"] for choice in told["choices"]] == [choice.key for choice in plan.choices]
-    assert all(choice.keys() == {"key", "value", "reason", "given"} for choice in told["choices"])
+    assert all(choice.keys() == {"key", "value", "reason", "given", "leaves"} for choice in told["choices"])
     assert told["time_s"] == plan.cost.seconds == pytest.approx(sum(told["stages_s"].values()))
     assert told["memory_bytes"] == plan.cost.memory
     assert told["error"] == {asked_name(name): error for name, error in plan.error.items()}

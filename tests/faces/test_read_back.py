@@ -67,11 +67,19 @@ def test_every_example_is_told_in_short(name: str) -> None:
 
 
 def test_plan_run_and_json_begin_with_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    scene = EXAMPLES / "flapper_on_spring.toml"
+    """Where something was read from a file: of others the scene says it already."""
+    scene = tmp_path / "scene.toml"
+    plain = (EXAMPLES / "flapper_on_spring.toml").read_text(encoding="utf-8")
+    scene.write_text(plain, encoding="utf-8")
+    assert run_command(["plan", str(scene)]) == DONE
+    assert "what was read" not in capsys.readouterr().out
+    (tmp_path / "push.csv").write_text("time [ms],pressure [bar]\n0,0\n1,-0.01\n2,0\n", encoding="utf-8")
+    load = '\n[[load]]\npressure = { file = "push.csv" }\narea = "80 mm^2"\n'
+    scene.write_text(plain + load, encoding="utf-8")
     assert run_command(["plan", str(scene)]) == DONE
     planned = " ".join(capsys.readouterr().out.split())
     assert "what was read" in planned
-    assert planned.index("thickness 0.305 mm") < planned.index("key")
+    assert planned.index("thickness 0.305 mm") < planned.index("push.csv (3 rows") < planned.index("key")
     assert json.loads(plan_json(plan_scene(load_scene(scene))))["read"] == dict(read_back(load_scene(scene)))
     assert run_command(["run", str(scene), "--no-pictures", "-o", str(tmp_path / "out")]) == DONE
     ran = " ".join(capsys.readouterr().err.split())

@@ -7,6 +7,7 @@ from rich.console import Console
 
 from seatfem.faces.result_table import result_table
 from seatfem.faces.verdict import difference, lasting, simpler, verdict
+from seatfem.study.accuracy.source_words import in_words
 
 PEAK, IMPULSE = "filtered_peak_force_N", "impulse_Ns"
 RUN: dict[str, object] = {
@@ -61,7 +62,7 @@ def test_what_depends_on_the_step_stands_last_and_says_so() -> None:
     lines = printed()
     raw = lines.index("raw, step 25 ns")
     assert lines[raw + 1] == "peak force 150 N 70 N"
-    assert lines[raw + 2] == "energy balance error 1.0e-12"
+    assert lines[raw + 2] == "energy balance error < 1e-7 %"
     assert all(lines.index(line) < raw for line in lines if line.startswith(("impulse", "restitution", "contacts")))
     assert row("seat displacement").endswith(" 1.000 ± 0.010 um 2.000 um, raw")  # of the spring: its raw force
 
@@ -303,16 +304,36 @@ def test_the_life_of_the_reed() -> None:
     """Margins in the table, and a sentence that says where, by what, and whose numbers."""
     lines = printed(**LIFE)
     assert "margin on stress 1.350 ± 0.050 1.400 +3.7 % 1" in lines
-    assert "cycles to failure 2.3e+12" in lines
+    assert "cycles to failure 2.3e12 (asked 4.5e9)" in lines
     assert not any(line.startswith("margin on speed") for line in lines)
     assert not any("fatigue" in line for line in printed())
     assert lasting(LIFE) == (
-        "fatigue: the reed endures 4.5e+09 cycles with 99.9 % survival, also under 1.35 +- 0.05 times the stress "
+        "fatigue: the reed endures 4.5e9 cycles with 99.9 % survival, also under 1.35 +- 0.05 times the stress "
         "(reed, root, face away from the seat; goodman; invented)"
     )
     short = lasting({**LIFE, "life_margin": 0.7, "life_cycles": 1.2e6})
-    assert "the reed fails after 1.2e+06 of 4.5e+09 cycles with 99.9 % survival; it would endure 0.7 +- 0.05" in short
-    assert "no stress, however large, uses up 4.5e+09 cycles" in lasting({**LIFE, "life_margin": None})
+    assert "the reed fails after 1.2e6 of 4.5e9 cycles with 99.9 % survival; it would endure 0.7 +- 0.05" in short
+    assert "no stress, however large, uses up 4.5e9 cycles" in lasting({**LIFE, "life_margin": None})
     speed = {"life_speed_margin": 4.0, "life_speed_m_per_s": 2.0, "life_speed_limit_m_per_s": 8.0}
     told = lasting({**speed, "life_speed_source": "a report"})
     assert told == "fatigue: it closes at 2 m/s, 0.25 of the 8 m/s allowed (a report)"
+
+
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        ("mesh", "mesh error"),
+        ("striker's mesh", "mesh error of the reed"),
+        ("stopper's reduction", "reduced model of the stopper"),
+        ("of_a_plugin", "of a plugin"),
+    ],
+)
+def test_sources_of_error_are_words(source: str, words: str) -> None:
+    assert in_words(source) == words
+
+
+def test_a_baseline_far_off_has_a_unit_of_its_own() -> None:
+    """ "1.183 kN" beside "76.09 N", not beside "0.07609 kN"."""
+    assert row("peak force, 2 us mean", **{PEAK: 1183.0, "error_bar_" + PEAK: 1.0, "spring_" + PEAK: 76.09}).startswith(
+        "peak force, 2 us mean 1.1830 ± 0.0010 kN 76.09 N -94 %"
+    )

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact.after import contact_stress as cs
-from impact.after.contact_stress import ContactStressError
+from impact.exact import contact_stress as cs
+from impact.exact.contact_stress import ContactStressError
 
 FILE = Path(__file__).parents[1] / "literature" / "half_space.json"
 REFERENCES = {entry["id"]: entry for entry in json.loads(FILE.read_text())}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from impact import ErrorEstimate, GreensFunctionError, ModalGreens, Residual
+from impact import ErrorEstimate, GreensFunctionError, ModalGreens, Residual, single_mode
 from impact.greens import oscillator
 
 RNG = np.random.default_rng(11)
@@ -177,3 +177,32 @@ def test_many_ports_cost_one_evaluation_of_the_modes(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(oscillator, "step_response", lambda t, *rest: evaluated.append(np.size(t)) or whole(t, *rest))
     np.testing.assert_allclose(greens.step_matrix(0.02), expected, rtol=1e-13, atol=1e-15)
     assert evaluated == [4]
+
+
+def test_modes_as_test_programs_list_them() -> None:
+    """Frequencies in hertz, one damping or many, amplitudes at one port or several."""
+    one = ModalGreens.from_hz([100.0, 250.0], 0.01, [1.0, 2.0])
+    assert np.allclose(one.omega, 2 * np.pi * np.array([100.0, 250.0]), rtol=1e-15)
+    assert one.port_names == ("contact",)
+    assert np.array_equal(one.zeta, [0.01, 0.01])
+    two = ModalGreens.from_hz([100.0, 250.0], [0.01, 0.02], [[1.0, 2.0], [3.0, 4.0]])
+    assert two.port_names == ("port_1", "port_2")
+    assert np.array_equal(two.shapes, [[1.0, 2.0], [3.0, 4.0]])
+    same = single_mode(frequency_hz=100.0, mass=0.25, damping_ratio=0.01)
+    t = np.linspace(0.0, 0.05, 200)
+    assert np.allclose(
+        ModalGreens.from_hz(100.0, 0.01, 2.0).impulse_response(t), same.impulse_response(t), rtol=1e-13, atol=1e-16
+    )
+
+
+@pytest.mark.parametrize(
+    ("damping", "amplitudes", "words"),
+    [
+        ([0.01, 0.02, 0.03], [1.0, 2.0], r"give frequencies \(M,\), damping \(M,\) or one"),
+        (0.01, [1.0, 2.0, 3.0], "shapes must match"),
+        (-0.01, [1.0, 2.0], "zeta must be >= 0"),
+    ],
+)
+def test_modes_that_do_not_belong_together(damping: object, amplitudes: object, words: str) -> None:
+    with pytest.raises(GreensFunctionError, match=words):
+        ModalGreens.from_hz([100.0, 250.0], damping, amplitudes)  # type: ignore[arg-type]

@@ -113,7 +113,7 @@ def trade_as_here(address: str, scene: Path, journal: Path) -> None:
     points = [Point("coarse", "as given", "band"), Point("fine", "as given", "band", after="coarse", predicted=1e9)]
     found = run_points(scene, points, journal, cluster=address)
     assert found["coarse"].values == carry_out(scene, points[0]).values
-    assert found["fine"].reason == "not tried: 1e+09 s predicted"
+    assert found["fine"].reason == "not tried: 278000 h predicted"
     assert len(journal.read_text(encoding="utf-8").splitlines()) == 2
 
 

@@ -14,9 +14,10 @@ from impact.after import measures
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.receptance import receptance
 from impact.pictures import plots
-from impact.pictures.drawing import PictureError, scaled, sheet, text
+from impact.pictures.drawing import PictureError, sheet
 from impact.pictures.greens_plots import error_text, lowest_excited, sampled_filter
 from impact.pictures.landing_marks import draw_marks, landing_marks
+from impact.quantities import scaled, text
 from seatfem.pictures import plots as seat_plots
 from seatfem.pictures import rendering
 from seatfem.pictures.cell_grid import CellGrid
@@ -195,7 +196,7 @@ def test_error_text_tells_unknown_from_zero() -> None:
 
 def test_a_missing_matplotlib_names_the_extra(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(PictureError, match=r'pip install "seatfem\[pictures\]"'), sheet(tmp_path / "a.png", 3, 3):
+    with pytest.raises(PictureError, match=r"pip install 'seatfem\[pictures\]'"), sheet(tmp_path / "a.png", 3, 3):
         pass
 
 

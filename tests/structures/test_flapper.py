@@ -91,11 +91,11 @@ def test_the_sheet_is_a_solid_too() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"thickness": 0.0}, r"Flapper.thickness = 0 m: must be a finite length > 0"),
-        ({"neck_width": 9e-3}, r"Flapper.neck_width = 0.009 m: must be <= 0.008 m \(root_width"),
-        ({"taper_length": 15e-3}, r"Flapper.taper_length = 0.015 m: must be < 0.015 m \(neck_length"),
-        ({"paddle_diameter": 6e-3}, r"Flapper.paddle_diameter = 0.006 m: must be > 0.006 m \(neck_width"),
-        ({"thickness": 6e-3}, r"Flapper.thickness = 0.006 m: must be < 0.006 m \(neck_width"),
+        ({"thickness": 0.0}, r"Flapper.thickness = 0 mm: must be a finite length > 0"),
+        ({"neck_width": 9e-3}, r"Flapper.neck_width = 9 mm: must be <= 8 mm \(root_width"),
+        ({"taper_length": 15e-3}, r"Flapper.taper_length = 15 mm: must be < 15 mm \(neck_length"),
+        ({"paddle_diameter": 6e-3}, r"Flapper.paddle_diameter = 6 mm: must be > 6 mm \(neck_width"),
+        ({"thickness": 6e-3}, r"Flapper.thickness = 6 mm: must be < 6 mm \(neck_width"),
     ],
 )
 def test_what_is_no_flapper_is_refused(change: dict[str, float], message: str) -> None:

@@ -95,10 +95,10 @@ def test_area_and_places() -> None:
 @pytest.mark.parametrize(
     ("shape", "change", "message"),
     [
-        (RING, {"inner_diameter": 20e-3}, r"RingPlate.inner_diameter = 0.02 m: must be < 0.02 m \(outer_diameter"),
-        (RING, {"thickness": 5e-3}, r"RingPlate.thickness = 0.005 m: must be < 0.005 m \(the ring's radial width"),
-        (RING, {"inner_diameter": 0.0}, r"RingPlate.inner_diameter = 0 m: must be a finite length > 0"),
-        (THIN, {"thickness": 10e-3}, r"Disc.thickness = 0.01 m: must be < 0.01 m \(half the diameter"),
+        (RING, {"inner_diameter": 20e-3}, r"RingPlate.inner_diameter = 20 mm: must be < 20 mm \(outer_diameter"),
+        (RING, {"thickness": 5e-3}, r"RingPlate.thickness = 5 mm: must be < 5 mm \(the ring's radial width"),
+        (RING, {"inner_diameter": 0.0}, r"RingPlate.inner_diameter = 0 mm: must be a finite length > 0"),
+        (THIN, {"thickness": 10e-3}, r"Disc.thickness = 10 mm: must be < 10 mm \(half the diameter"),
     ],
 )
 def test_what_is_no_plate_is_refused(shape: Flat, change: dict[str, float], message: str) -> None:

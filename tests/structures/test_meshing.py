@@ -198,7 +198,7 @@ def test_progress_rises_to_one():
     ("values", "message"),
     [
         ({"size": 0.0}, r"MeshSpec.size = 0"),
-        ({"size": 1e-3, "contact_size": 2e-3}, r"contact_size = 0.002 m: must be <= size = 0.001 m"),
+        ({"size": 1e-3, "contact_size": 2e-3}, r"contact_size = 2 mm: must be <= size = 1 mm"),
         ({"size": 1e-3, "order": 3}, r"order = 3: must be 1 or 2"),
         ({"size": 1e-3, "grading": math.inf}, r"grading = inf"),
     ],

@@ -184,10 +184,10 @@ def test_what_cannot_be_made(geometry, spec, sector, message):
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"pitch": 7e-3}, r"ValvePlate.pitch = 0.007 m: must be > 0.008 m"),
+        ({"pitch": 7e-3}, r"ValvePlate.pitch = 7 mm: must be > 8 mm"),
         ({"ports": 0}, r"ValvePlate.ports = 0: must be >= 1"),
-        ({"clamp_width": 5e-3}, r"clamp_width = 0.005 m: must be < 0.005 m"),
-        ({"land_width": 6e-3, "ports": 1}, r"land_width = 0.006 m: must be < 0.005 m"),
+        ({"clamp_width": 5e-3}, r"clamp_width = 5 mm: must be < 5 mm"),
+        ({"land_width": 6e-3, "ports": 1}, r"land_width = 6 mm: must be < 5 mm"),
         ({"layout": "grid"}, r"layout = 'grid'"),
     ],
 )

@@ -169,10 +169,10 @@ SPIKE = ((0.0, 0.0), (10e-3, 0.0), (10e-3, 8e-3), (5e-3, 0.0), (0.0, 8e-3))
         ({"holes": (SLOT, SLOT[:3])}, r"Outlined.holes = number 2: it (lies in|meets)"),
         (
             {"segment": None, "side": (-1.0, 0.0, -5e-3), "holes": (SLOT,)},
-            r"Outlined.holes = number 1: the line of clamped cuts it, 50% lies beyond; move",
+            r"Outlined.holes = number 1: the line of clamped cuts it, 50 % lies beyond; move",
         ),
         ({"holes": (((1e-3, 0.0), (2e-3, 0.0)),)}, r"Outlined.holes = number 1: 3 to 1000 finite points"),
-        ({"thickness": 10e-3}, r"Outlined.thickness = 0.01 m: must be < 0.01 m \(its narrowest part"),
+        ({"thickness": 10e-3}, r"Outlined.thickness = 10 mm: must be < 10 mm \(its narrowest part"),
     ],
 )
 def test_what_is_no_sheet_is_refused(change: dict[str, object], message: str) -> None:

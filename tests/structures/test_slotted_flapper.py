@@ -62,12 +62,12 @@ def test_what_slot_and_hole_do() -> None:
         ({"slot_length": 1e-3}, r"Flapper.slot_width = None: slot_length is given"),
         (
             {"slot_width": 5.4e-3, "slot_length": 8e-3},
-            r"Flapper.slot_width = 0.0054 m: must be < 0.0054 m \(neck",
+            r"Flapper.slot_width = 5.4 mm: must be < 5.4 mm \(neck",
         ),
-        ({"slot_width": 1e-3, "slot_length": 13e-3}, r"Flapper.slot_length = 0.013 m: must be < 0.013 m \(neck_length"),
-        ({"slot_width": 1e-3, "slot_length": 1e-3}, r"Flapper.slot_length = 0.001 m: must be > 0.001 m \(slot_width"),
-        ({"hole_diameter": 15.4e-3}, r"Flapper.hole_diameter = 0.0154 m: must be < 0.0154 m \(paddle_diameter"),
-        ({"hole_diameter": 0.0}, r"Flapper.hole_diameter = 0 m: must be a finite length > 0"),
+        ({"slot_width": 1e-3, "slot_length": 13e-3}, r"Flapper.slot_length = 13 mm: must be < 13 mm \(neck_length"),
+        ({"slot_width": 1e-3, "slot_length": 1e-3}, r"Flapper.slot_length = 1 mm: must be > 1 mm \(slot_width"),
+        ({"hole_diameter": 15.4e-3}, r"Flapper.hole_diameter = 15.4 mm: must be < 15.4 mm \(paddle_diameter"),
+        ({"hole_diameter": 0.0}, r"Flapper.hole_diameter = 0 mm: must be a finite length > 0"),
     ],
 )
 def test_what_does_not_fit_is_refused(change: dict[str, float], message: str) -> None:

@@ -201,5 +201,5 @@ def test_without_pyuff_the_message_says_how_to_get_it(monkeypatch: pytest.Monkey
         raise ModuleNotFoundError(f"No module named {name!r}")
 
     monkeypatch.setattr(uff, "import_module", missing)
-    with pytest.raises(UffError, match=r"needs pyuff .*pip install 'seatfem\[uff\]'"):
+    with pytest.raises(UffError, match=r"needs pyuff.*pip install 'seatfem\[uff\]'"):
         read_frf_uff(tmp_path / "a.uff", ports=PORTS)

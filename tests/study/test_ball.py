@@ -102,7 +102,7 @@ def test_its_facet_has_the_compliance_of_a_disc_on_a_half_space(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("change", "key", "message"),
     [
-        ('contact_radius = "2.5 mm"\n', "reed.contact_radius", "must be < 0.0025 m (half of the ball's radius"),
+        ('contact_radius = "2.5 mm"\n', "reed.contact_radius", "must be < 2.5 mm (half of the ball's radius"),
         ('arc = "90 deg"\n', "reed.arc", "a ball touches with its whole facet"),
         ('fixed = "underside"\n', "reed.fixed", "'nothing'"),
     ],

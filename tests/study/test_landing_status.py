@@ -51,9 +51,7 @@ def test_the_whole_run_of_a_scene_that_does_not_land_counts_for_nothing_either(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its impulse is 0, the least of all: no front begins with it."""
-    more = (
-        '[outputs]\nmeasures = ["impulse_Ns", "landing_count"]\npareto = ["impulse_Ns", "max peak_force_N"]\n'
-    )
+    more = '[outputs]\nmeasures = ["impulse_Ns", "landing_count"]\npareto = ["impulse_Ns", "max peak_force_N"]\n'
     table = swept(tmp_path, monkeypatch, more, '["-1 m/s", "-1.05 m/s"]')
     landed = np.array(table.columns["landing_status"]) == "landed"
     assert table.numbers("impulse_Ns")[~landed].min() == 0.0

@@ -521,7 +521,7 @@ def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(
             SPRING.replace("[run]", "[run]\ntime_step = '1 us'"),
             ("run", "s.toml"),
             2,
-            "run.time_step = 1e-06 s does not",
+            "run.time_step = 1 us does not",
         ),
         (SPRING, ("run", "absent.toml"), 2, "absent.toml"),
         (SPRING, ("rum", "s.toml"), 2, "run"),

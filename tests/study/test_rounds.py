@@ -14,6 +14,7 @@ import pytest
 from impact import measures
 from impact.greens.base import GreensFunctionError
 from impact.progress import silent
+from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.cli import run_command
 from seatfem.machine.stopwatch import Stopwatch
@@ -114,8 +115,10 @@ def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) 
     assert done.number == 1
     assert (done.result.dt, done.plan.method.reed.n_modes) == (2e-6, 3)
     told = missed(done)
-    assert told[0].startswith(("impulse (impulse_Ns) has an error bar", "peak force (filtered_peak_force_N) has an"))
-    assert any("above accuracy.target = 0.001" in words for words in told)
+    assert told[0].startswith(
+        ("impulse (impulse_Ns) has an uncertainty of", "peak force (filtered_peak_force_N) has an")
+    )
+    assert any("above accuracy.target = 0.1 %" in words for words in told)
     assert told[-1].startswith("stopped short of the target after 1 round: nothing finer is left to choose")
     assert "which alone is above the target (stated in the file?)" in told[-1]
     assert rounds_ahead(done.plan).number == 1  # nor is another promised
@@ -251,9 +254,9 @@ def test_each_round_is_told_with_its_bar_time_memory_and_the_price_of_the_next(t
     plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
     done = carry_out(plan, tmp_path, Stopwatch(), silent, tell=told.append)
     assert len(told) == 2 * done.number - 1
-    assert re.match(r"round 1: impulse \+-\S+ %, filtered peak \+-\S+ % \(target 2 % missed\); \S+ s, \S+ GB$", told[0])
+    assert re.match(r"round 1: impulse \+-\S+ %, peak force \+-\S+ % \(target 2 % missed\); \S+ s, \S+ GB$", told[0])
     assert re.match(r"round 1 is on file; round 2 follows, about \S+ s and \S+ GB predicted: run.time_step", told[1])
-    assert f"filtered peak +-{100 * done.left.relative('filtered_peak'):.2g} % (target met)" in told[-1]
+    assert f"peak force +-{percent(done.left.relative('filtered_peak'))} (target met)" in told[-1]
     assert done.memory > 50e6
     assert set(done.spent) == {"contact", "reed stress", "error budget"}
     assert 0 < sum(done.spent.values()) < 60
@@ -344,7 +347,7 @@ def test_notes_speak_of_keys_and_values(tmp_path: Path, capsys: pytest.CaptureFi
     scene.write_text(SCENE.replace("[run]", '[run]\ntime_step = "2 us"') + 'target = "90 %"\n', encoding="utf-8")
     run_command(["run", str(scene), "-o", str(tmp_path / "out"), "--no-pictures"])
     notes = [line for line in capsys.readouterr().out.splitlines() if line.startswith("note: ")]
-    assert any("highest striker frequency" in note and "use run.time_step <= " in note for note in notes), notes
+    assert any("coarse for the reed's modes" in note and "use run.time_step <= " in note for note in notes), notes
     assert any(note.endswith("or fewer reed.n_modes") for note in notes)
     assert not any(re.search(r"\bdt\b", note) for note in notes)
     assumed = "reed.width = 10.0 mm, reed.thickness = 305 µm, reed.material = 200 GPa, 7850 kg/m^3"

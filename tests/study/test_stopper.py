@@ -378,7 +378,7 @@ REFUSED = [
         MASS.split("[contact]")[0].replace("[reed]", "[stopper]") + 'gap = "1 mm"\n',
         "stopper.velocity: a stopper is at",
     ),
-    (REED, ABOVE.replace("18 mm", "26 mm"), "stopper.at: 0.026 m must lie on the reed, which ends at 0.0254 m"),
+    (REED, ABOVE.replace("18 mm", "26 mm"), "stopper.at: 26 mm must lie on the reed, which ends at 25.4 mm"),
 ]
 
 

@@ -92,7 +92,7 @@ def test_curves(tmp_path: Path, curve: str, expected: tuple[float, float]) -> No
         (("ultimate", "ultimat"), "unknown key; did you mean 'ultimate'?"),
         (('"120 degC"', '"250 degF"'), "is no temperature; write '120 degC' or '393 K'"),
         (('"120 degC"', '"-300 degC"'), "temperature"),
-        (("loading_ratio = 0", "loading_ratio = 1"), "loading_ratio: 1: input should be less than 1"),
+        (("loading_ratio = 0", "loading_ratio = 1"), "loading_ratio: 1 must be below 1"),
         (("= 0.65", "= nan"), "walker_exponent"),
         (('"8 m/s"', '"-8 m/s"'), "impact_velocity: '-8 m/s' must be positive"),
         (("slope = 12", "slope = 0.08"), "curve.slope: 0.08"),

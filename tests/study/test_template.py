@@ -120,7 +120,9 @@ def test_no_line_is_too_wide_and_every_key_has_words() -> None:
 
 
 def test_what_is_no_kind() -> None:
-    with pytest.raises(NoTemplate, match=r"'flaper' is none of annular, .*; did you mean 'flapper'"):
+    with pytest.raises(
+        NoTemplate, match=r"'flaper' is no kind; choose: reeds: cantilever, .*; seats: .*; did you mean 'flapper'"
+    ):
         scene_template("flaper")
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.files.input_files import MB
-from impact.pictures.drawing import scaled
+from impact.quantities import scaled
 from seatfem.pictures.moving import FINEST, UNTOLD, Moving, steps_of_displacement, steps_of_values
 
 MOST_OF_BODIES: Final = 3 * MB  # of numbers, before base64 makes them a third longer

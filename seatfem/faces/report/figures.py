@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from impact import measures
 from impact.after.result import ImpactResult
 from impact.greens.base import Array, GreensFunction
-from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, scaled
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
 from impact.pictures.greens_plots import sampled_filter
 from impact.pictures.landing_marks import BODIES, COLOUR, LandingMark, landing_marks, shown_contact, value_at
+from impact.quantities import scaled
 from seatfem.structures.rings import as_a_whole
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ CAPTIONS: Final[Mapping[str, str]] = {
     "force.png": "Contact force, seat and spring baseline.",
     "lip.png": "Force per length along the lip over angle and time, impulse, gaps and tilt.",
     "landing.gif": "The plate as it lands, its deflection exaggerated.",
-    "mesh.png": "The seat's mesh; the struck patch and the clamped faces are coloured.",
+    "mesh.png": "The seat's mesh; the contact face and the clamped faces are coloured.",
     "modes.png": "Modes of the seat.",
     "mode_1.gif": "The first mode of the seat.",
     "greens.png": "The driving-point Green's function: impulse response, step response, receptance.",

@@ -9,7 +9,9 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from impact.extras import how_to_mend
 from impact.files.atomic import write_whole
+from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.landings_table import landings_of, landings_table
 from seatfem.faces.readings import as_number
@@ -22,9 +24,9 @@ from seatfem.faces.report.provenance import provenance, versions
 from seatfem.faces.report.stressed import hot_spots, life_table
 from seatfem.faces.result_table import result_table
 from seatfem.faces.rows import LANDING, asked, name_of
-from seatfem.faces.source_words import in_words
 from seatfem.faces.verdict import LANDED, judged_words, lasting, pressed_on, simpler, verdict
 from seatfem.pictures.moving import KEPT, moving_bodies
+from seatfem.study.accuracy.source_words import in_words
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
 
@@ -159,7 +161,10 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
     try:
         plan = json.loads(text)
         read = [[str(name), str(words)] for name, words in dict(plan.get("read", {})).items()]
-        rows = [[str(each[key]) for key in ("key", "value", "reason")] for each in plan["choices"]]
+        rows = [
+            [*(str(each[key]) for key in ("key", "value")), *_origin(each), str(each["reason"])]
+            for each in plan["choices"]
+        ]
         notes = [str(note) for note in plan["notes"]]
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         yield "Plan and its reasons", f"<p>{PLAN_FILE} cannot be read: {html.escape(str(error))}</p>"
@@ -167,7 +172,15 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
     told = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
     if read:
         yield "What was read", html_rows(("", ""), read)
-    yield "Plan and its reasons", html_rows(("key", "value", "why"), rows) + (f"<ul>{told}</ul>" if told else "")
+    yield (
+        "Plan and its reasons",
+        html_rows(("key", "value", "from", "error left", "why"), rows) + (f"<ul>{told}</ul>" if told else ""),
+    )
+
+
+def _origin(choice: Mapping[str, object]) -> tuple[str, str]:
+    """Return where a value comes from and the error that it leaves, which plans of earlier versions do not have."""
+    return "file" if choice["given"] else "plan", str(choice.get("leaves", ""))
 
 
 def _state(summary: Mapping[str, Any]) -> str:
@@ -177,7 +190,7 @@ def _state(summary: Mapping[str, Any]) -> str:
     met = summary["accuracy_met"]
     if met is None:
         return f'<p class="state missed">{html.escape(str(summary.get("landing_status") or "nothing to judge"))}</p>'
-    words = f"accuracy of {100 * target:.3g} % {'met' if met is True else 'missed'}: {judged_words(summary)}"
+    words = f"accuracy of {percent(target, 3)} {'met' if met is True else 'missed'}: {judged_words(summary)}"
     if (status := str(summary.get("landing_status") or LANDED)) != LANDED:
         words = f"{status}; {words}"
     return f'<p class="state {"met" if met is True else "missed"}">{html.escape(words)}</p>'
@@ -194,6 +207,6 @@ def _div(figure: Figure, name: str) -> str:
 def _plotly() -> str:
     try:
         from plotly.offline import get_plotlyjs
-    except ImportError:
-        raise ReportError("plotly is missing, which reports are drawn by; pip install 'seatfem[report]'") from None
+    except ImportError as missing:
+        raise ReportError(f"reports are drawn by plotly: {how_to_mend('plotly', 'report', missing)}") from None
     return str(get_plotlyjs()).replace("</script", "<\\/script")

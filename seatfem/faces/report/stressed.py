@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from impact.pictures.drawing import text
+from impact.quantities import text
 from seatfem.faces.readings import as_number, bar_of, reading
 from seatfem.faces.report.html_tables import html_rows
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from secrets import token_hex
 from typing import Any, Final
 
+from impact.extras import how_to_mend
 from seatfem.faces.viewer.guard import NAME, admit, new_token
 from seatfem.faces.viewer.stage import PLANES, Look, Stage
 from seatfem.pictures.moving import KEPT, SOURCES, Moving, absent, moving_bodies
@@ -71,7 +72,7 @@ def view(folder: Path, tell: Callable[[str], None], *, port: int = 0, timeout: i
             from trame.app import get_server
             from trame.widgets import vtk  # noqa: F401
     except ImportError as missing:
-        raise ViewError(f"trame is missing ({missing}), which serves the page; pip install 'seatfem[web]'") from None
+        raise ViewError(f"the page is served by trame: {how_to_mend('trame', 'web', missing)}") from None
     token = new_token()
     server: Any = get_server(token_hex(8), client_type="vue3")  # one of its own
     os.environ["TRAME_ARGS"] = ""  # else it would read the options of this program as its own

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from impact.greens.base import Array
-from impact.pictures.drawing import scaled
+from impact.quantities import scaled
 from seatfem.pictures.moving import Moving
 from seatfem.pictures.rendering import ABOVE, LIGHT, aim, load_pyvista, new_plotter
 from seatfem.pictures.stress_wave import COLOURS, UNTOLD

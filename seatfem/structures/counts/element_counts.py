@@ -21,6 +21,7 @@ from seatfem.structures.method import Level, Method
 from seatfem.structures.shapes import Geometry, GeometryError
 from seatfem.structures.shapes.profile import profile_of
 from seatfem.structures.shapes.shape import Rectangle
+from seatfem.units import write_quantity
 
 TETRAHEDRA: Final = (2.26, 4.77)  # elements over int dV/h^3 and over int dA/h^2
 FACES: Final = 2.69  # on the surface, over int dA/h^2
@@ -165,7 +166,11 @@ def check_before_meshing(body: Drawn, spec: MeshSpec, level: Level, method: Meth
     there = available_memory()
     if least <= margin * there and sizes.elements <= margin * MOST_ELEMENTS:
         return
-    chosen = "" if body.mesh.size else f" (from seat.greens.bandwidth = {how.bandwidth:.3g} Hz)"
+    chosen = (
+        ""
+        if body.mesh.size
+        else f" (from seat.greens.bandwidth = {write_quantity(how.bandwidth or 0.0, 'frequency', 3)})"
+    )
     raise MemoryNeedError(
         f"seat.mesh.size = {1e3 * spec.size:.3g} mm{chosen}, contact_size = {1e3 * spec.patch_size:.3g} mm: about "
         f"{sizes.elements:.2g} elements, which need about {least / GB:.2g} GB of memory, {there / GB:.2g} GB are "

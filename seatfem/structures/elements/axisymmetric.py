@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from impact.progress import Progress, silent
+from impact.quantities import percent
 from seatfem.structures.elements.assembly import check_ports, names, solids_by_region
 from seatfem.structures.elements.constraints import Constraint, freedom
 from seatfem.structures.elements.ports import ONE_RADIUS, ports_on
@@ -191,7 +192,7 @@ def check_revolved(solid: Solid) -> None:
         turned = np.einsum("ai,bj,ijkl,ck,dl->abcd", q, q, given, q, q, optimize=True)
         if (off := np.abs(turned - given).max() / np.abs(given).max()) > 1e-6:
             raise ModelError(
-                f"material {solid.name!r}: its stiffness changes by {off:.1%} when it is turned by "
+                f"material {solid.name!r}: its stiffness changes by {percent(off)} when it is turned by "
                 f"{math.degrees(angle):g} degrees about z; an axisymmetric model needs E_1 = E_2, nu_13 = nu_23, "
                 "G_13 = G_23 and G_12 = E_1/(2 (1 + nu_12)) with axis 3 along z: model the body in three dimensions"
             )

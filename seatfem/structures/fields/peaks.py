@@ -93,11 +93,11 @@ class Field(Protocol):
 def largest(
     field: Field, force: Array, dt: float, *, since: float | None = None, workers: int | None = None
 ) -> LargestStress:
-    """The largest stress at each point, looked for at `TIMES_PER_RADIAN` of the highest frequency retained.
+    """The largest stress [Pa] at each point, looked for at `TIMES_PER_RADIAN` of the highest frequency retained.
 
-    The force as in `seatfem.structures.fields.recovery.histories`. Blocks of times at which even the sum of every
-    coordinate's share is below what a place has seen are passed over there. ``since``: the time at which a landing
-    begins, before and after which the largest is told apart, too [s]. ``workers`` threads, by default all that
+    The force (n + 1, p) is as in `seatfem.structures.fields.recovery.histories`. Blocks of times at which even the sum
+    of every coordinate's share is below what a place has seen are passed over there. ``since``: the time at which a
+    landing begins, before and after which the largest is told apart, too [s]. ``workers`` threads, by default all that
     compiled code may use, share the places; their number changes nothing.
     """
     radians, bounds = field.radians, field.bounds

@@ -13,6 +13,7 @@ from seatfem.structures.model import Array, ModelError, SecondOrderModel
 from seatfem.structures.reduction.factorization import FactorizationError, factorize
 from seatfem.structures.reduction.krylov_basis import KrylovBasis
 from seatfem.structures.reduction.modes import solve_modes
+from seatfem.units import write_quantity
 
 VECTORS: Final = 80  # of the Krylov space, for a body of one port: 0.4 % at most, at a fillet that is struck
 MORE: Final = 20  # for each port more
@@ -119,7 +120,9 @@ def _pairs(model: SecondOrderModel, damping_ratio: float, step: tuple[float, boo
     kept = omega * dt < math.pi
     if stiff := not kept.any():
         if not resting:
-            raise ModelError(f"dt = {dt:g} s: no mode of the body is slower than pi/dt; shorten the step")
+            raise ModelError(
+                f"dt = {write_quantity(dt, 'time')}: no mode of the body is slower than pi/dt; shorten the step"
+            )
         kept[0] = True
     loss = None if damping.loss is None else damping.losses(V[:, : len(C)] @ C[:, kept])
     zeta = damping.ratios(omega[kept], loss)

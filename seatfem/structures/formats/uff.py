@@ -11,6 +11,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from impact.extras import how_to_mend
 from impact.files.input_files import MB, check_file
 from impact.greens.base import Array, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
@@ -176,8 +177,8 @@ def read_impulse_response_uff(
 def _read(path: Path, kind: int, units: System | None) -> _File:
     try:
         pyuff = import_module("pyuff")
-    except ModuleNotFoundError as missing:
-        raise UffError(f"{path.name} needs pyuff ({missing}); install it with: pip install 'seatfem[uff]'") from missing
+    except ImportError as missing:
+        raise UffError(f"{path.name} needs pyuff: {how_to_mend('pyuff', 'uff', missing)}") from missing
     if not path.exists():
         raise UffError(f"{path}: no such file; check the path")
     check_file(path, LIMIT, UffError)

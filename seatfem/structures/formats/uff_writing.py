@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from impact.extras import how_to_mend
 from impact.files.atomic import whole_file
 from impact.greens.base import Array, GreensFunction
 from seatfem.structures.formats.uff import UffError
@@ -87,8 +88,8 @@ def write_modes_uff(
 def _pyuff() -> Any:
     try:
         return import_module("pyuff")
-    except ModuleNotFoundError as missing:
-        raise UffError(f"universal files need pyuff ({missing}); install it with: pip install 'seatfem[uff]'") from None
+    except ImportError as missing:
+        raise UffError(f"universal files need pyuff: {how_to_mend('pyuff', 'uff', missing)}") from None
 
 
 def _write(pyuff: Any, sets: list[Any], path: str | os.PathLike[str]) -> None:

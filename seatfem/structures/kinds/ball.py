@@ -17,6 +17,7 @@ class Ball(Turned):
     a ball on a flat face, whose disc grows with the force, is kind = "rigid_mass" with law = { kind = "hertz", ... }:
     that has the compliance of both bodies, and no waves in the ball."""
 
+    group: ClassVar[str] = "strikers"
     sample: ClassVar[str] = """
 diameter = "10 mm"
 material = "steel"

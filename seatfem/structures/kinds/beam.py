@@ -18,6 +18,7 @@ from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure
+from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     from impact.bodies import reeds
@@ -65,6 +66,7 @@ class Release(Table):
 class Beam(Structure):
     """What all beams have that bend about their thin side."""
 
+    group: ClassVar[str] = "reeds"
     has_weight: ClassVar[bool] = True
     sample_opposite: ClassVar[str] = "annular"
     long: ClassVar[str] = "reed.length"
@@ -197,7 +199,11 @@ class Beam(Structure):
     def _force_on_the_reed(self) -> Self:
         at = None if self.point_force is None else self.point_force.at
         if at is not None and at > self.span:
-            raise KeyProblem("point_force.at", f"{at:g} m must lie on the reed, which ends at {self.span:g} m")
+            raise KeyProblem(
+                "point_force.at",
+                f"{write_quantity(at, 'length')} must lie on the reed, which ends at "
+                f"{write_quantity(self.span, 'length')}",
+            )
         return self
 
     def too_thick(self) -> str:
@@ -240,7 +246,7 @@ class Beam(Structure):
         )
 
     def assumed(self) -> tuple[str, ...]:
-        from impact.pictures.drawing import text  # of runs only
+        from impact.quantities import text  # of runs only
 
         values = {
             "width": text(self.mean_width, "m"),

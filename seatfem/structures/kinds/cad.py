@@ -26,6 +26,7 @@ OTHER_NAMES: Final = {"path": "file"}
 class Cad(Drawn):
     """A solid drawn in a CAD program, read from a STEP or BREP file. `seatfem faces FILE` numbers its faces."""
 
+    group: ClassVar[str] = "imported"
     has_faces: ClassVar[bool] = True
 
     sample: ClassVar[str] = """

@@ -278,7 +278,7 @@ class Turned(Drawn):
             return Applicability.refused(
                 "axisymmetric", "only an arc of the ring is struck: the load is not the axis's"
             )
-        reason = "body, supports and load are symmetric about the axis: nothing is left out"
+        reason = "axisymmetric (body, supports and load)"
         return Applicability("axisymmetric", True, 0.0, reason)
 
     def _harmonics(self) -> Applicability:

@@ -31,6 +31,7 @@ UNIVERSAL: Final = (".uff", ".unv")
 class FrequencyResponseFile(Moving):
     """A measured frequency response of the contact: poles are fitted to it."""
 
+    group: ClassVar[str] = "imported"
     sample: ClassVar[str] = """
 file = "response.csv"
 """

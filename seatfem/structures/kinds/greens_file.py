@@ -18,11 +18,13 @@ from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.method import Method
 from seatfem.structures.rings import with_fewer_rings
 from seatfem.structures.solved import Solved
+from seatfem.units import write_quantity
 
 
 class GreensFile(Moving):
     """A Green's function computed or measured before."""
 
+    group: ClassVar[str] = "imported"
     has_rings: ClassVar[bool] = True
 
     sample: ClassVar[str] = """
@@ -45,8 +47,10 @@ file = "seat.h5"
         greens = self._read()
         if greens.valid_for < duration * (1 - 1e-9):
             raise GreensFunctionError(
-                f"seat.file = {self.file.name}: the run lasts {duration:g} s (run.duration) but g is known up to "
-                f"{greens.valid_for:.6g} s only: shorten the run to that, or make the file anew for all of it (seatfem "
+                f"seat.file = {self.file.name}: the run lasts {write_quantity(duration, 'time')} (run.duration) but "
+                f"g is known up to "
+                f"{write_quantity(greens.valid_for, 'time', 6)} only: shorten the run to that, or make the file "
+                f"anew for all of it (seatfem "
                 f"greens, with this run.duration): {greens.lengthened}"
             )
         return greens

@@ -31,6 +31,7 @@ Constrained = Literal["refuse", "drop"]
 class Matrices(Reduced):
     """Mass, stiffness and damping matrices of another finite element program (.mtx, .npz, .npy)."""
 
+    group: ClassVar[str] = "imported"
     sample: ClassVar[str] = """
 mass = "mass.mtx"
 stiffness = "stiffness.mtx"

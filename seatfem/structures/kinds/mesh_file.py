@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 class MeshFile(Elastic):
     """A mesh made elsewhere, with named surface groups."""
 
+    group: ClassVar[str] = "imported"
     has_faces: ClassVar[bool] = True
 
     sample: ClassVar[str] = """

@@ -27,6 +27,7 @@ System = Literal["SI", "mm-N-s", "inch-lbf-s"]
 class UniversalModes(Moving):
     """Measured or computed modes in a universal file (dataset 55)."""
 
+    group: ClassVar[str] = "imported"
     sample: ClassVar[str] = """
 file = "modes.unv"
 node = 1

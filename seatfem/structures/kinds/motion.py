@@ -20,12 +20,14 @@ from seatfem.fields import (
     KeyProblem,
     Length,
     Position,
+    Rpm,
     SignedPressure,
     Table,
 )
 from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure
+from seatfem.units import write_quantity
 
 
 def as_value(given: object) -> object:
@@ -43,7 +45,7 @@ class _Course(Table):
         description="CSV file, its header as in `time [ms],pressure [bar]`, beyond its ends their values; with rpm as "
         "in `angle [deg],pressure [bar]`, repeated every 360 deg, of which no more than 90 deg may be left out",
     )
-    rpm: float | None = Field(None, gt=0, description="speed of the crank (1/min) for a file in crank angle")
+    rpm: Rpm | None = Field(None, description="speed of the crank (1/min) for a file in crank angle")
     angle: Angle | None = Field(None, description="crank angle at the start of the run, with rpm; 0 where absent")
 
     value: float | None = None
@@ -150,7 +152,8 @@ class Moving(Structure):
         assert known is not None
         if self.velocity is not None and math.isinf(known.mass()):
             raise GreensFunctionError(
-                f"reed.velocity = {self.velocity:g} m/s: a body of kind {self.kind!r} that is held cannot translate; "
+                f"reed.velocity = {write_quantity(self.velocity, 'velocity')}: a body of kind {self.kind!r} that is "
+                f"held cannot translate; "
                 "release it from a deflection, or drive it by a force"
             )
         state: ModalState | None = None

@@ -21,6 +21,7 @@ from seatfem.fields import (
     default,
 )
 from seatfem.structures.method import AUTO, Engine
+from seatfem.units import write_quantity
 
 METRES: Final = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}
 """Metres per length unit of a CAD or mesh file."""
@@ -55,7 +56,9 @@ contact_size = "0.5 mm"
     def _finer_at_the_contact(self) -> Self:
         if self.size and self.contact_size and self.contact_size > self.size:
             raise KeyProblem(
-                "contact_size", f"{self.contact_size:g} m must be at most the bulk's size, {self.size:g} m"
+                "contact_size",
+                f"{write_quantity(self.contact_size, 'length')} must be at most the bulk's size, "
+                f"{write_quantity(self.size, 'length')}",
             )
         return self
 

@@ -18,6 +18,7 @@ from seatfem.structures.kinds.plate_release import PlateRelease
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import Lip
+from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     from seatfem.structures.sheets import PlateModes
@@ -38,6 +39,7 @@ class ClampedPlate(ThinPlate):
     the 117 modes of 100 kHz 2e-7 and 3e-5.
     """
 
+    group: ClassVar[str] = "reeds"
     not_of_greens: ClassVar[tuple[str, ...]] = (
         "velocity",
         "release",
@@ -80,7 +82,9 @@ class ClampedPlate(ThinPlate):
             raise KeyProblem("pressure_radius", "there is no pressure; remove the key, or give pressure")
         if (wide := self.pressure_radius) is not None and wide > (most := self.geometry().room[1]):
             raise KeyProblem(
-                "pressure_radius", f"{wide:g} m must be at most what the plate has about {self.about}, {most:g} m"
+                "pressure_radius",
+                f"{write_quantity(wide, 'length')} must be at most what the plate has about {self.about}, "
+                f"{write_quantity(most, 'length')}",
             )
         return self
 
@@ -115,7 +119,11 @@ class ClampedPlate(ThinPlate):
 
     def check_place(self, at: float | None, key: str) -> None:
         if at is not None and at > self.axis:
-            raise KeyProblem(key, f"{at:g} m must lie on the reed, which ends at {self.axis:g} m")
+            raise KeyProblem(
+                key,
+                f"{write_quantity(at, 'length')} must lie on the reed, which ends at "
+                f"{write_quantity(self.axis, 'length')}",
+            )
 
     def pushed_at(self, body: Body, at: float | None) -> Array:
         plate = self.plate(body.greens)

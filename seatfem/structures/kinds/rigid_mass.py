@@ -17,6 +17,7 @@ from seatfem.structures.kinds.structure import Structure
 class RigidMass(Structure):
     """A rigid striker in free flight, as in a drop test."""
 
+    group: ClassVar[str] = "strikers"
     has_weight: ClassVar[bool] = True
 
     sample: ClassVar[str] = """

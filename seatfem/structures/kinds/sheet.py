@@ -66,6 +66,7 @@ class OutlinedSheet(ClampedPlate):
     `outline` or `file` means the same.
     """
 
+    group: ClassVar[str] = "imported"
     about: ClassVar[str] = "contact_at"
     also: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({"plate": ("outline", "file")})
 

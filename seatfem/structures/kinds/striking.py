@@ -13,6 +13,7 @@ from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from seatfem.fields import KeyProblem, Table
 from seatfem.structures.estimates.surrogate import Face
+from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     from impact.after.stresses import ReedStress
@@ -105,7 +106,11 @@ class Striking(Table):
         if self.reach is None:
             raise KeyProblem(key, f"a {self.kind.replace('_', ' ')} has no positions; remove the key")
         if at > self.reach:
-            raise KeyProblem(key, f"{at:g} m must lie on the reed, which ends at {self.reach:g} m")
+            raise KeyProblem(
+                key,
+                f"{write_quantity(at, 'length')} must lie on the reed, which ends at "
+                f"{write_quantity(self.reach, 'length')}",
+            )
 
     def check_place(self, at: float | None, key: str) -> None:
         """Raises `KeyProblem`, of ``key``, for a force at a place that it does not have."""

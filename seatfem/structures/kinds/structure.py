@@ -39,6 +39,8 @@ class Structure(Striking):
     What is said here holds for a body in closed form without files, patch and motion.
     """
 
+    group: ClassVar[str] = "seats"
+    """Under which name lists of kinds have it: one of `seatfem.fields.GROUPS`."""
     not_of_greens: ClassVar[tuple[str, ...]] = ("mesh", "greens", "model", "n_modes", "velocity", "deflection", "force")
     """Keys that say how a body is computed, which its method knows, and how it moves."""
 

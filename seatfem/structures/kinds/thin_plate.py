@@ -23,6 +23,7 @@ from seatfem.structures.lip import AnyLip, Lip
 from seatfem.structures.method import Applicability, Method
 from seatfem.structures.shapes import Flat
 from seatfem.structures.solved import Solved
+from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     from seatfem.structures.natural_modes import NaturalModes, Wanted
@@ -90,16 +91,24 @@ class ThinPlate(Moving):
         least, most = in_scene_words(self.geometry).room
         if (width := self.width) is not None and width > 2 * self.radius:
             key = "contact_radius" if self.contact_width is None else "contact_width"
-            raise KeyProblem(key, f"{width:g} m must be at most twice contact_radius, {self.radius:g} m")
+            raise KeyProblem(
+                key,
+                f"{write_quantity(width, 'length')} must be at most twice contact_radius, "
+                f"{write_quantity(self.radius, 'length')}",
+            )
         lip = self.own_lip
         key = "contact_width" if self.contact_radius is None and self.contact_width is not None else "contact_radius"
         if lip.outer > most * (1 + ROUND_OFF):
             raise KeyProblem(
-                key, f"the contact reaches {lip.outer:g} m from {self.about}, it must stay below the plate's {most:g} m"
+                key,
+                f"the contact reaches {write_quantity(lip.outer, 'length')} from {self.about}, it must stay below "
+                f"the plate's {write_quantity(most, 'length')}",
             )
         if lip.inner < least * (1 - ROUND_OFF):
             raise KeyProblem(
-                key, f"the contact begins {lip.inner:g} m from {self.about}, it must begin beyond the hole, {least:g} m"
+                key,
+                f"the contact begins {write_quantity(lip.inner, 'length')} from {self.about}, it must begin beyond "
+                f"the hole, {write_quantity(least, 'length')}",
             )
         return self
 
@@ -143,7 +152,8 @@ class ThinPlate(Moving):
                 relative,
                 SHORTEST,
                 "waves so short are those of a solid, not of a plate (2 % of g at 1/4, 8 % at 1/3), and no bar knows",
-                f"use reed.greens.bandwidth <= {self.greens.bandwidth * (SHORTEST / relative) ** 2:.3g} Hz, or a solid "
+                f"use reed.greens.bandwidth <= "
+                f"{write_quantity(self.greens.bandwidth * (SHORTEST / relative) ** 2, 'frequency', 3)}, or a solid "
                 "reed, of kind = 'cad' or 'mesh'",
             ),
         )
@@ -223,6 +233,8 @@ class ThinPlate(Moving):
 
 class FreePlate(ThinPlate):
     """What all flat plates have that nothing holds."""
+
+    group: ClassVar[str] = "strikers"
 
     @property
     def loose(self) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from impact.greens.base import Array
 from impact.progress import Progress, silent
+from impact.quantities import percent
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.mesh.gmsh_process import Gmsh, run_gmsh
 from seatfem.structures.mesh.io import MeshError
@@ -53,7 +54,9 @@ def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gms
             raise MeshError(f"{shape.source}: no node lies where it is clamped; mesh finer")
     mesh, drawn = PlateMesh(points, cells, lines), parts * float(made[f"cad:{EVERYWHERE}"])
     if abs(mesh.area / drawn - 1) > AREA_TOLERANCE:
-        raise MeshError(f"{shape.source}: the mesh has {mesh.area / drawn - 1:+.1%} more area than the drawing")
+        raise MeshError(
+            f"{shape.source}: the mesh has {percent(mesh.area / drawn - 1, sign=True)} more area than the drawing"
+        )
     return mesh
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from seatfem.structures.errors import GeometryError
+from seatfem.units import write_quantity
 
 LEAST_LAYERS = 8  # of hexahedra around a full circle
 
@@ -41,7 +42,10 @@ class MeshSpec:
             if value is not None and not (math.isfinite(value) and value > 0.0):
                 raise GeometryError(f"MeshSpec.{name} = {value:g}: must be finite and > 0")
         if self.contact_size is not None and self.contact_size > self.size:
-            raise GeometryError(f"MeshSpec.contact_size = {self.contact_size:g} m: must be <= size = {self.size:g} m")
+            raise GeometryError(
+                f"MeshSpec.contact_size = {write_quantity(self.contact_size, 'length')}: must be <= size = "
+                f"{write_quantity(self.size, 'length')}"
+            )
         if self.order not in (1, 2):
             raise GeometryError(f"MeshSpec.order = {self.order}: must be 1 or 2")
         if self.shape not in ("tet", "hex"):

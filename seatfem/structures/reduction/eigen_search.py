@@ -10,6 +10,7 @@ import numpy as np
 
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import Backend, Factorization, FactorizationError, factorize
+from seatfem.units import write_quantity
 
 _MOVES: Final = (0.0, 1e-4, -1e-3, 7e-3, -2e-2)  # of a shift that cannot be factorized, relative
 _COUNTED: Final = 1e-3  # residual of a first solve: of thin bodies 1e-6, which Lanczos and the count bear
@@ -74,7 +75,10 @@ def counting_shift(model: SecondOrderModel, value: float, backend: Backend) -> S
             continue
         if factor.negative_pivots is not None:
             return Shift(moved, factor.negative_pivots, factor)
-    raise CountError(f"no factorization near {np.sqrt(abs(value)) / (2 * np.pi):.4g} Hz counts eigenvalues: {problem}")
+    raise CountError(
+        f"no factorization near {write_quantity(np.sqrt(abs(value)) / (2 * np.pi), 'frequency', 4)} counts "
+        f"eigenvalues: {problem}"
+    )
 
 
 def expected(model: SecondOrderModel, count: float) -> float:

@@ -23,6 +23,7 @@ from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.modal import with_modes
 from seatfem.structures.reduction.modes import ConvergenceError, Modes, solve_modes
 from seatfem.structures.reduction.residual import residual
+from seatfem.units import write_quantity
 
 PUSHED: Final = 8  # ports under whose impulses the error is judged, all around the lip
 
@@ -69,5 +70,6 @@ def _modes(model: SecondOrderModel, aims: Aims) -> Modes:
             left = counting_shift(model, (2 * np.pi * BEYOND * lower) ** 2, aims.backend).count
         raise ConvergenceError(
             f"contact.ports: the seat has {crowded.count} modes below {BEYOND:g} times seat.greens.bandwidth = "
-            f"{aims.bandwidth:.3g} Hz (limit {MOST_MODES}): lower it to {lower:.3g} Hz"
+            f"{write_quantity(aims.bandwidth, 'frequency', 3)} (limit {MOST_MODES}): lower it to "
+            f"{write_quantity(lower, 'frequency', 3)}"
         ) from None

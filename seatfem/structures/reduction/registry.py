@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Final
 
+from impact.quantities import in_time
 from seatfem.structures.damping import Damping
 from seatfem.structures.errors import ModelError
 from seatfem.structures.method import AUTO, Aims
@@ -63,7 +64,9 @@ def choose(model: SecondOrderModel, damping: Damping, aims: Aims) -> tuple[Reduc
     if not serving:
         raise ModelError("; ".join(dict.fromkeys(refused.values())))
     (cost, best), *others = sorted(serving, key=lambda one: one[0].seconds)
-    time = f"about {cost.seconds:.2g} s predicted" if cost.seconds else "in no time"
-    against = [f"{other.name} {predicted.seconds:.2g} s" for predicted, other in others if predicted.seconds < math.inf]
+    time = f"about {in_time(cost.seconds)} predicted" if cost.seconds else "in no time"
+    against = [
+        f"{other.name} {in_time(predicted.seconds)}" for predicted, other in others if predicted.seconds < math.inf
+    ]
     reasons = dict.fromkeys(why.partition(":")[0] for why in refused.values())
     return best, "; ".join([f"{model.size} unknowns: {cost.effort}, {time}", *against, *reasons])

@@ -31,6 +31,7 @@ from seatfem.structures.reduction.eigen_search import ConvergenceError
 from seatfem.structures.reduction.factorization import Factorization, FactorizationError
 from seatfem.structures.reduction.krylov_basis import KrylovBasis
 from seatfem.structures.reduction.rigid import rigid_shapes
+from seatfem.units import write_quantity
 
 TAIL: Final = 12  # lines of what the ranks wrote, in messages
 PATIENCE: Final = 5.0  # s for the ranks to end by themselves
@@ -246,7 +247,8 @@ class RanksSpectrum:
         assert there is not None
         if most is not None and there > most:
             raise ConvergenceError(
-                f"{there} modes lie below {np.sqrt(value) / (2 * np.pi):.3g} Hz (limit {most}); lower the bandwidth"
+                f"{there} modes lie below {write_quantity(np.sqrt(value) / (2 * np.pi), 'frequency', 3)} (limit "
+                f"{most}); lower the bandwidth"
             )
         low = max(self.top, -value)
         if more := there - len(self.values):

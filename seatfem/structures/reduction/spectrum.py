@@ -28,6 +28,7 @@ from seatfem.structures.reduction.eigen_search import (
 )
 from seatfem.structures.reduction.factorization import Backend, factorize
 from seatfem.structures.reduction.rigid import rigid_shapes
+from seatfem.units import write_quantity
 
 TOLERANCE: Final = 1e-8  # ||OP y - theta y||/|theta|: the eigenvalue is then right to its square, or to round-off
 WIDEST: Final = 8  # columns of a block: 16 cost a quarter less each, and half as many again are needed
@@ -100,9 +101,9 @@ class Spectrum:
             return
         top = self._shift(value)
         if most is not None and top.count > most:
-            words = (
-                f"{top.count} modes lie below {np.sqrt(value) / (2 * np.pi):.3g} Hz (limit {most}); lower the bandwidth"
-            )
+            highest = write_quantity(np.sqrt(value) / (2 * np.pi), "frequency", 3)
+            highest = write_quantity(np.sqrt(value) / (2 * np.pi), "frequency", 3)
+            words = f"{top.count} modes lie below {highest} (limit {most}); lower the bandwidth"
             raise CrowdedError(words, top.count)
         while top.count - len(self.values) > _AT_ONCE:
             self.first(len(self.values) + _AT_ONCE)
@@ -211,7 +212,7 @@ class Spectrum:
         return solid and want <= _EXTRA * self.model.size**0.47
 
     def _failure(self, lanczos: BlockLanczos, ritz: RitzValues, shift: Shift, need: int) -> ConvergenceError:
-        where = f"about {np.sqrt(abs(shift.value)) / (2 * np.pi):.4g} Hz"
+        where = f"about {write_quantity(np.sqrt(abs(shift.value)) / (2 * np.pi), 'frequency', 4)}"
         if lanczos.exhausted:
             return CountError(f"{need} modes are counted {where}, where there are {lanczos.size} at all")
         worst = np.sort(ritz.errors)[min(need, len(ritz.errors)) - 1]

@@ -48,6 +48,32 @@ from seatfem.structures.shapes.shape import families as families
 from seatfem.structures.shapes.stopper import Stopper as Stopper
 from seatfem.structures.shapes.valve_plate import ValvePlate as ValvePlate
 
+__all__ = [
+    "AnnularSeat",
+    "Ball",
+    "Bar",
+    "Block",
+    "CadPart",
+    "ColourFace",
+    "ConeFace",
+    "ConicalSeat",
+    "CylinderFace",
+    "Disc",
+    "Flapper",
+    "GeometryError",
+    "Group",
+    "NamedFace",
+    "NumberedFace",
+    "Outlined",
+    "PlaneFace",
+    "PointFace",
+    "Region",
+    "RingPlate",
+    "Stopper",
+    "ValvePlate",
+    "select",
+]
+
 Geometry = Shape
 
 

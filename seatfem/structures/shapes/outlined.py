@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.greens.base import Array
+from impact.quantities import percent
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes import loops, polygons
 from seatfem.structures.shapes.flat import THINNER, Flat
@@ -28,7 +29,9 @@ ROUND_OFF: Final = 1e-9  # of the outline's size, in coordinates of a file
 
 @dataclass(frozen=True)
 class Outlined(Flat):
-    """Sheet with its underside at z = 0, of straight edges and circular arcs. The group "contact" is the upper side.
+    """Sheet with its underside at z = 0 (metres), of straight edges and circular arcs.
+
+    The group "contact" is the upper side.
 
     Attributes:
         outline: corners in order, either way round.
@@ -110,8 +113,8 @@ class Outlined(Flat):
                 raise GeometryError(f"Outlined.holes = number {number}: it must not meet the outline or another hole")
             if self.side is not None and 0 < np.mean(heights := self._height(hole) > 0) < 1:
                 raise GeometryError(
-                    f"Outlined.holes = number {number}: the line of clamped cuts it, {heights.mean():.0%} lies beyond; "
-                    "move the line"
+                    f"Outlined.holes = number {number}: the line of clamped cuts it, "
+                    f"{percent(heights.mean())} lies beyond; move the line"
                 )
 
     @property

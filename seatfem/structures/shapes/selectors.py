@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.faces import Colour, Face, Vector, connected, listing
+from seatfem.units import write_quantity
 
 LENGTH_TOLERANCE = 1e-6  # metres; what CAD exchange files keep
 ANGLE_TOLERANCE = 1e-3  # radians
@@ -58,7 +59,7 @@ class PlaneFace:
 
 @dataclass(frozen=True)
 class CylinderFace:
-    """The cylindrical face of this ``radius`` about the line through ``axis_point`` along ``axis``.
+    """The cylindrical face of this ``radius`` (metres) about the line through ``axis_point`` along ``axis``.
 
     Without the two, about any line; of several separate faces then those about the z axis, where there are such.
     ``several``: accept faces that do not touch each other.
@@ -72,7 +73,9 @@ class CylinderFace:
     def __post_init__(self) -> None:
         _check_direction("CylinderFace.axis", UP if self.axis is None else self.axis)
         if not (math.isfinite(self.radius) and self.radius > 0.0):
-            raise GeometryError(f"CylinderFace.radius = {self.radius:g} m: must be a finite length > 0")
+            raise GeometryError(
+                f"CylinderFace.radius = {write_quantity(self.radius, 'length')}: must be a finite length > 0"
+            )
 
     def matches(self, face: Face) -> bool:
         if face.axis is None or face.axis.half_angle > 0.0:
@@ -100,7 +103,7 @@ class CylinderFace:
 
 @dataclass(frozen=True)
 class ConeFace:
-    """The conical face with this ``half_angle`` about the line through ``axis_point`` along ``axis``.
+    """The conical face with this ``half_angle`` [rad] about the line through ``axis_point`` along ``axis``.
 
     ``radius_min`` and ``radius_max`` keep only faces between these distances from the axis. ``several``: accept
     faces that do not touch each other.
@@ -134,7 +137,7 @@ class ConeFace:
 
 @dataclass(frozen=True)
 class PointFace:
-    """The one face that contains ``point``, to ``tolerance``."""
+    """The one face that contains ``point``, to ``tolerance`` (metres)."""
 
     point: Vector
     tolerance: float = LENGTH_TOLERANCE

@@ -14,6 +14,7 @@ from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.profile import Point, Profile
 from seatfem.structures.shapes.selectors import Patches
+from seatfem.units import write_quantity
 
 EVERYWHERE = ""
 """The area that is the whole plan."""
@@ -33,7 +34,9 @@ def require_positive(spec: object, *fields: str) -> None:
     for field in fields:
         value = getattr(spec, field)
         if not (math.isfinite(value) and value > 0.0):
-            raise GeometryError(f"{type(spec).__name__}.{field} = {value:g} m: must be a finite length > 0")
+            raise GeometryError(
+                f"{type(spec).__name__}.{field} = {write_quantity(value, 'length')}: must be a finite length > 0"
+            )
 
 
 def require_below(spec: object, field: str, limit: float, meaning: str, *, inclusive: bool = False) -> None:
@@ -41,14 +44,20 @@ def require_below(spec: object, field: str, limit: float, meaning: str, *, inclu
     value = getattr(spec, field)
     if not (value < limit or (inclusive and value == limit)):
         sign = "<=" if inclusive else "<"
-        raise GeometryError(f"{type(spec).__name__}.{field} = {value:g} m: must be {sign} {limit:g} m ({meaning})")
+        raise GeometryError(
+            f"{type(spec).__name__}.{field} = {write_quantity(value, 'length')}: must be {sign} "
+            f"{write_quantity(limit, 'length')} ({meaning})"
+        )
 
 
 def require_above(spec: object, field: str, limit: float, meaning: str) -> None:
     """Raise `GeometryError` unless ``spec.field`` is above ``limit`` (metres), which ``meaning`` explains."""
     value = getattr(spec, field)
     if not value > limit:
-        raise GeometryError(f"{type(spec).__name__}.{field} = {value:g} m: must be > {limit:g} m ({meaning})")
+        raise GeometryError(
+            f"{type(spec).__name__}.{field} = {write_quantity(value, 'length')}: must be > "
+            f"{write_quantity(limit, 'length')} ({meaning})"
+        )
 
 
 def check_quarters(shape: object, sectors: int) -> None:

@@ -25,6 +25,7 @@ from seatfem.structures.shapes.shape import (
     require_positive,
     squares,
 )
+from seatfem.units import write_quantity
 
 INSIDE = 1e-2  # radians from the plane y = 0
 
@@ -53,7 +54,8 @@ class Stopper(Turning):
         require_positive(self, "dome_radius")
         if not self.dome_radius > self.radius:
             raise GeometryError(
-                f"Stopper.dome_radius = {self.dome_radius:g} m: must be > {self.radius:g} m, the radius"
+                f"Stopper.dome_radius = {write_quantity(self.dome_radius, 'length')}: must be > "
+                f"{write_quantity(self.radius, 'length')}, the radius"
             )
         require_above(self, "thickness", self.thickness - self.top(self.radius), "the dome's height")
 

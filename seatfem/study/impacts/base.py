@@ -12,6 +12,7 @@ from impact.bodies.body import Body
 from impact.greens.base import GreensFunction, GreensFunctionError
 from seatfem.structures.kinds.roles import in_role
 from seatfem.study.scene import Scene
+from seatfem.units import write_quantity
 
 STRAYS: Final = 0.01
 """Most that a body may bend by the inertia that is left out, over the way of its base."""
@@ -60,11 +61,14 @@ def check_base(scene: Scene, role: str, greens: GreensFunction) -> None:
     bends = push / lowest**2 if lowest > 0 else math.inf
     if push > 0 and bends > STRAYS * way:
         known = (
-            f"its lowest frequency is {lowest / (2 * math.pi):.4g} Hz" if lowest else "its frequencies are not known"
+            f"its lowest frequency is {write_quantity(lowest / (2 * math.pi), 'frequency', 4)}"
+            if lowest
+            else "its frequencies are not known"
         )
         raise GreensFunctionError(
             f"base.of = {role!r}: of a body of kind {structure.kind!r} the rigid motion alone is known; {known}, and "
-            f"{push:.3g} m/s^2 would bend it by more than {100 * STRAYS:g} % of the way of {way:.3g} m: give a slower "
+            f"{push:.3g} m/s^2 would bend it by more than {100 * STRAYS:g} % of the way of "
+            f"{write_quantity(way, 'length', 3)}: give a slower "
             "course, or a beam or plate"
         )
 

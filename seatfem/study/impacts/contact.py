@@ -48,6 +48,7 @@ from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import STOPPER, films_of, gaps_of, line_of, stopper_gaps, stopper_lip
 from seatfem.study.scene.measures import Blow, judged_landing
+from seatfem.units import write_quantity
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20
@@ -394,20 +395,23 @@ def check_step(scene: Scene) -> None:
     step, width = scene.run.time_step, scene.run.filter_width
     if width > scene.run.duration:
         raise RunError(
-            f"run.filter_width = {width:g} s is longer than run.duration = {scene.run.duration:g} s: state a shorter "
+            f"run.filter_width = {write_quantity(width, 'time')} is longer than run.duration = "
+            f"{write_quantity(scene.run.duration, 'time')}: state a shorter "
             "run.filter_width, or watch longer"
         )
     check_length(scene, width / LEAST_STEPS_PER_FILTER if step is None else step)
     if step is not None and step > (most := gas_step(scene)):
         raise RunError(
-            f"run.time_step = {step:g} s lets the gas follow the reed every {FOLLOW * step:g} s, less than "
+            f"run.time_step = {write_quantity(step, 'time')} lets the gas follow the reed every "
+            f"{write_quantity(FOLLOW * step, 'time')}, less than "
             f"{GAS_PER_DEGREE} times a degree of the crank at gas.rpm = {60 / scene.gas.turn if scene.gas else 0:g}: "
-            f"use at most {most:.3g} s"
+            f"use at most {write_quantity(most, 'time', 3)}"
         )
     if step is not None and 2 * step > width:
         raise RunError(
-            f"run.time_step = {step:g} s does not resolve filtered_peak_force_N: at most {width / 2:g} s "
-            f"(half of run.filter_width = {width:g} s); use a shorter step or a wider filter"
+            f"run.time_step = {write_quantity(step, 'time')} does not resolve the mean peak force: at most "
+            f"{write_quantity(width / 2, 'time')} "
+            f"(half of run.filter_width = {write_quantity(width, 'time')}); use a shorter step or a wider filter"
         )
 
 
@@ -422,9 +426,10 @@ def check_length(scene: Scene, dt: float, parts: int | None = None) -> None:
     if steps > most:
         chosen = "run.time_step" if scene.run.time_step else "the step that both bodies and run.filter_width need"
         raise RunError(
-            f"run.duration = {scene.run.duration:g} s takes {steps:.2g} steps of {dt:.2g} s ({chosen}), at most "
-            f"{most:.2g} are stored: shorten run.duration, widen run.filter_width, keep fewer modes "
-            "(reed.n_modes), or give a longer run.time_step"
+            f"run.duration = {write_quantity(scene.run.duration, 'time')} takes {steps:.2g} steps of "
+            f"{write_quantity(dt, 'time', 2)} ({chosen}), at most "
+            f"{most:.2g} are stored: shorten run.duration, widen run.filter_width, "
+            f"{'' if scene.reed.beam_modes is None else 'keep fewer reed.n_modes, '}or give a longer run.time_step"
         )
 
 

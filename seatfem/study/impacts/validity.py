@@ -9,6 +9,7 @@ from impact.after.measures import film_force_peak
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
 from seatfem.study.scene import Scene
+from seatfem.units import write_quantity
 
 THICKEST_GAS: Final = 1e-4
 """Viscosity [Pa s] above which a fluid is a liquid."""
@@ -28,9 +29,10 @@ def validity_advice(
                 "1/run.filter_width over the measured band",
                 1 / (scene.run.filter_width * band),
                 1.0,
-                f"the {role} was measured up to {band:.4g} Hz; what a filter of {scene.run.filter_width:.3g} s passes "
+                f"the {role} was measured up to {write_quantity(band, 'frequency', 4)}; what a filter of "
+                f"{write_quantity(scene.run.filter_width, 'time', 3)} passes "
                 "beyond is a guess, and no bar knows",
-                f"use run.filter_width >= {1 / band:.3g} s, or measure further",
+                f"use run.filter_width >= {write_quantity(1 / band, 'time', 3)}, or measure further",
             )
         )
     return tuple(found)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from impact.greens.base import GreensFunction
+from impact.quantities import percent
 from impact.runs.budget import safety, times
 from seatfem.structures.build import Cache
 from seatfem.structures.estimates.costs import seat_seconds
@@ -18,7 +19,7 @@ from seatfem.study.impacts.contact import seat_of
 from seatfem.study.planning.costs import finite_elements
 from seatfem.study.planning.seen import Seen
 from seatfem.study.safety import AIM, DOUBT, DOUBT_OF_ARCS, DOUBT_OF_COARSE, FLOOR_OF_SPRING, LEVEL_SHARE, OVERSTATED
-from seatfem.study.scene.measures import asked_name
+from seatfem.study.scene.measures import all_measures, asked_name
 
 TOLERANCE: Final = 0.02  # of the coarse seat's reduction: looser ones take as long and tell less
 PER_FILTER, REED_MODES = 320, 80
@@ -57,7 +58,8 @@ class WithoutWaves:
         """The largest change of what is asked for, and what it is known by."""
         name = max(self.asked, key=lambda measure: self.changes[measure])
         by = "measured on a coarse mesh of the seat" if self.measured else "estimated"
-        return f"without waves: {100 * self.changes[name]:.2g} % difference in {asked_name(name)}, {by}"
+        words = all_measures()[asked_name(name)].words
+        return f"a static seat would cost {percent(self.changes[name])} of {words}, {by}"
 
 
 def without_waves(seen: Seen) -> WithoutWaves:

@@ -179,9 +179,9 @@ def several_needed(scene: Scene) -> str:
     """Why the lip needs several ports whatever one would change; "" where nothing is against one."""
     names, contact = all_measures(), scene.contact
     if along := [name for name in scene.accuracy.measures if names[name].needs_line]:
-        return f"{along[0]} is told along the lip alone"
+        return f"{along[0]} is known along the lip alone"
     if uneven := contact.uneven or ("curvature" if scene.reed.is_curved else ""):
-        return f"one port cannot tell of {uneven}"
+        return f"a single contact point knows nothing of {uneven}"
     if scene.stress is not None or scene.life is not None:
         return "stress is asked for where the lip presses"
     return "" if scene.reed.meets_lips and lip_of(scene, 1) is not None else "the reed meets no lip as a whole"

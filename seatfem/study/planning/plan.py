@@ -20,12 +20,14 @@ class Choice:
         value: with unit.
         reason: in words, with numbers.
         given: whether the file states it; it is obeyed then.
+        leaves: the error that it leaves in the measure asked for that feels it most; "" where none is known.
     """
 
     key: str
     value: str
     reason: str
     given: bool
+    leaves: str = ""
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from impact.progress import Progress, silent
+from impact.quantities import in_digits, in_time, percent
 from impact.runs.budget import safety
 from seatfem.machine.compiling import compilation
 from seatfem.machine.rates import Machine
@@ -94,7 +95,7 @@ def _alternatives(choices: Choices, decision: Decision, compiling: float) -> tup
             other = choices.cheapest(target)
             if other.method != decision.method:
                 cost = predict_cost(seen.scene, other.method, seen.machine).after("compilation", compiling)
-                found.append(Alternative(f"target = {100 * target:.2g} %", cost, other.error))
+                found.append(Alternative(f"accuracy.target = {percent(target)}", cost, other.error))
     return tuple(found)
 
 
@@ -149,26 +150,26 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
         meets = all(error <= target for error in wanted.error.values())
         aim = "accuracy.target" if meets else "to come as close as can be to accuracy.target"
         found.append(
-            f"{aim} = {target:g} would take {cost.seconds:.2g} s and {cost.memory / 1e9:.2g} GB; this is what "
-            f"{LONGEST:g} s and {MEMORY:.0%} of the available memory allow. State seat.mesh.size to insist"
+            f"{aim} = {percent(target)} would take {in_time(cost.seconds)} and {in_digits(cost.memory / 1e9, 2)} GB; "
+            f"this is what {in_time(LONGEST)} and {percent(MEMORY)} of the available memory allow. State "
+            "seat.mesh.size to insist"
         )
     missed = {name: error for name, error in plan.error.items() if error > target}
     if missed:
-        words = ", ".join(f"{in_words(name)} {100 * error:.2g} %" for name, error in missed.items())
-        found.append(f"accuracy.target = {target:g} will be missed, predicted: {words}")
+        words = ", ".join(f"{in_words(name)} {percent(error)}" for name, error in missed.items())
+        found.append(f"accuracy.target = {percent(target)} will be missed, predicted: {words}")
     if surrogate.patch is None and not surrogate.exact:
         found.append(f"{surrogate.words}: a rough plan; the run measures what is left")
     if given := plan.scene.seat.given_mesh:
         found.append(
-            f"what the mesh in {given} is off by is not known, and in no error bar: a finer mesh of the same seat tells"
+            f"the error of the mesh in {given} is not known, and in no uncertainty: a finer mesh of the seat shows it"
         )
     found.extend(stopper_notes(plan.scene))
     if seen.band is not None:
-        found.append("what the mesh of the plate leaves is not predicted: the run measures it")
+        found.append("mesh error of the reed: known after the run")
     elif plan.scene.reed.is_solved:
         found.append(
-            "the striker is computed as [reed] states it; what its mesh, reduction and level leave is not predicted: "
-            "the run measures it"
+            "errors of the reed's mesh, reduction and model, which are as [reed] states them: known after the run"
         )
     for model, changes in seen.simpler.items():
         if model == ONE_PORT and not is_given(plan.scene, PORTS):  # chosen, or not
@@ -176,9 +177,9 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
         left = {name: safety(name) * changes[name] for name in plan.scene.accuracy.judged if name in changes}
         if len(left) == len(plan.scene.accuracy.judged) and max(left.values()) <= target:
             name = max(left, key=lambda measure: left[measure])
-            found.append(f"{WORDS[model]} would serve: it changes {name} by {100 * left[name]:.2g} %, margin included")
+            found.append(f"{WORDS[model]} would be enough: {percent(left[name])} of {in_words(name)}, margin included")
     if not seen.sensitivity.bench.window.touches:
-        found.append("no contact at a first look: the measures are zero unless run.duration is longer")
+        found.append("a quick trial run saw no contact: the measures are zero unless run.duration is longer")
     elif surrogate.patch is not None:
         found.extend(_hardly_counts(decision, target))
     return tuple(found)
@@ -192,6 +193,6 @@ def _hardly_counts(decision: Decision, target: float) -> tuple[str, ...]:
         return ()
     name = max(guessed, key=lambda measure: guessed[measure])
     return (
-        f"a spring (seat.kind = 'spring') with a stiffness guessed within a factor of two has an error bar of "
-        f"{100 * guessed[name]:.2g} % in {name}: for this target the seat hardly counts",
+        f"for this target the seat hardly counts: a spring (seat.kind = 'spring') whose stiffness is guessed within a "
+        f"factor of two is off by {percent(guessed[name])} in {in_words(name)}",
     )

@@ -10,7 +10,7 @@ import numpy as np
 from impact.greens.base import StepKernel
 from impact.greens.modal import ModalGreens, Residual
 from impact.march import engines
-from impact.runs.variations import NARROWER
+from impact.quantities import percent
 from seatfem.structures.estimates.costs import ALL_MODES
 from seatfem.structures.estimates.mesh_size import Sizes, per_wavelength
 from seatfem.structures.method import BEYOND
@@ -41,10 +41,11 @@ from seatfem.study.planning.lips import several_needed
 from seatfem.study.planning.plan import Choice
 from seatfem.study.safety import FEW, FEWER, LIP_SHARE, MANY
 from seatfem.study.scene import Scene
-from seatfem.study.scene.measures import asked_name
+from seatfem.study.scene.measures import all_measures, asked_name
+from seatfem.units import write_quantity
 
-WORDS: Final = {ONE_PORT: "one port", BEAM: "a beam"}
-COUPLED: Final = "the seat is no sum of oscillators (its damping couples the modes, or it is stepped): step weights"
+WORDS: Final = {ONE_PORT: "a single contact point", BEAM: "a beam model of the reed"}
+COUPLED: Final = "general method, as the seat is no sum of oscillators: its damping couples the modes, or it is stepped"
 
 
 def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Choice, ...]:
@@ -57,13 +58,14 @@ def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Cho
         unfelt = key in _WHERE_FELT and not any(each in decision.changes for each in _WHERE_FELT[key])
         if (key in _OF_THE_MESH and not of_the_mesh) or unfelt:
             continue
-        found.append(Choice(key, described(key, value), reason(decision, method), is_given(scene, key)))
+        left = _of(decision, key)
+        found.append(Choice(key, described(key, value), reason(decision, method), is_given(scene, key), _most(left)))
     if at_hand:
         found.insert(1, Choice("seat", "computed before", f"{at_hand}, at least as fine: costs nothing", False))
     window = decision.seen.sensitivity.bench.window
-    words = f"{window.groups} contacts" if window.touches else "no contact"
+    seen = f"{window.groups} contact{'s'[: window.groups != 1]}" if window.touches else "no contact"
     found.append(_history(decision, method))
-    found.append(Choice("run.duration", _time(scene.run.duration), f"{words} at a first look", True))
+    found.append(Choice("run.duration", _time(scene.run.duration), f"a quick trial run saw {seen}", True))
     found.append(Choice("accuracy.target", _percent(scene.accuracy.target), _asked(scene), _told_target(scene)))
     return tuple(found)
 
@@ -79,20 +81,25 @@ def _history(decision: Decision, method: RunMethod) -> Choice:
     count = decision.seen.scene.run.duration / dt
     steps, known = f"{_count(count)} steps", _poles(decision, method, dt, count)
     if known is None:
-        return Choice("history", "chosen once the seat is known", f"{steps}; poles for a sum of oscillators", False)
+        return Choice(
+            "history",
+            "chosen once the seat is known",
+            f"{steps}; modal recursion where the seat is a sum of oscillators",
+            False,
+        )
     poles, why = known
     known_reed = decision.seen.sensitivity.bench.striker
     marched_by_reed = striker_poles(decision.seen.scene, method, dt, count, known_reed)
     reed = None if marched_by_reed is None else max(1, round(marched_by_reed))
     plan = engines.choose([_stand_in(reed), _stand_in(poles)], 1, max(1, round(count)))
     if poles is not None and reed is None:
-        poles, why = None, "the striker has step weights"
+        poles, why = None, "general method, as the reed is no sum of oscillators"
     if poles is None:
         value = "direct sum" if plan.block >= round(count) else "FFT"
         return Choice("history", value, f"{steps}; {why}", False)
-    exact = "both bodies are sums of poles: "
-    marched = "an exact recursion" if all(plan.by_poles) else f"step weights of {_count(poles)} poles are faster here"
-    return Choice("history", "poles", f"{steps}; {exact}{marched}", False)
+    if all(plan.by_poles):
+        return Choice("history", "poles", f"{steps}; fast method: modal recursion", False)
+    return Choice("history", "poles", f"{steps}; step weights of {_count(poles)} poles are faster here", False)
 
 
 def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tuple[int | None, str] | None:
@@ -105,7 +112,7 @@ def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tu
     greens = surrogate.greens if surrogate.exact else closed_form(scene, method) if decision.level == "rod" else None
     if greens is None:
         return (None, COUPLED) if convolved else None
-    return greens.marched_poles(dt, steps), "the seat has step weights"
+    return greens.marched_poles(dt, steps), "general method, as the seat is no sum of oscillators"
 
 
 def _stand_in(poles: int | None) -> StepKernel:
@@ -123,11 +130,16 @@ def _of(decision: Decision, key: str) -> Changes:
 
 
 def _most(changes: Changes) -> str:
-    """The measure that changes most, and by how much."""
+    """How much the measure changes that changes most; "" where nothing is known."""
     if not changes:
-        return "no measure"
+        return ""
     name = max(changes, key=lambda measure: changes[measure])
-    return f"{asked_name(name)} by {_percent(changes[name])}"
+    return f"{_percent(changes[name])} of {_spoken(name)}"
+
+
+def _spoken(name: str) -> str:
+    """A measure in words, whichever landing it is of."""
+    return all_measures()[asked_name(name)].words
 
 
 def _level(decision: Decision, method: RunMethod) -> str:
@@ -137,23 +149,23 @@ def _level(decision: Decision, method: RunMethod) -> str:
 def _band(decision: Decision, method: RunMethod) -> str:
     if decision.level == "spring":
         return "no waves are asked for"
-    return f"the highest modes of the reduction, and all above them, change {_most(_of(decision, BAND))}"
+    return "highest frequency of the seat's response that is kept"
 
 
 def _tolerance(decision: Decision, method: RunMethod) -> str:
-    return f"that much of g changes {_most(_of(decision, TOLERANCE))}"
+    return "error allowed in the seat's response"
 
 
 def _reduction(decision: Decision, method: RunMethod) -> str:
     if decision.level == "spring":
-        return "one factorization, " + ("statics of each arc" if method.seat.in_arcs else "one static solution")
+        return "one static solution" + (" for each segment of the lip" if method.seat.in_arcs else "")
     model = finite_elements(decision.seen.scene, method)
     if model is None:
         return "chosen once the matrices are known"
     n = model.sizes.counts.dof
     if model.kept is not None and method.ports is not None:
         modes = model.kept - len(method.seat.division.names)
-        return f"about {_count(n)} unknowns, {modes:.0f} modes up to {BEYOND:g} times the band, statics of each arc"
+        return f"about {_count(n)} unknowns, {modes:.0f} modes up to {BEYOND:g} times the band, statics of each segment"
     if method.seat.reduction not in ("auto", "krylov"):
         return f"about {_count(n)} unknowns"
     if method.seat.reduction == "auto" and n <= ALL_MODES:
@@ -167,79 +179,79 @@ def _size(decision: Decision, method: RunMethod) -> str:
     assert patch is not None
     sizes = Sizes(method.value(SIZE), method.value(CONTACT_SIZE))
     waves = per_wavelength(patch, decision.seat.method.bandwidth or 0.0, sizes)
-    return f"shear wavelength over size {waves:.2g}; the mesh changes {_most(_of(decision, SIZE))}"
+    return f"{waves:.2g} elements in the shortest shear wave"
 
 
 def _contact_size(decision: Decision, method: RunMethod) -> str:
     patch = decision.seen.patch
     assert patch is not None
     across = patch.width / method.value(CONTACT_SIZE)
-    return f"{across:.2g} elements across the struck {1e3 * patch.width:.3g} mm"
+    enough = f"mesh {write_quantity(method.value(CONTACT_SIZE), 'length', 3)}: {across:.2g} elements across"
+    return f"contact face {write_quantity(patch.width, 'length', 3)} wide, {enough}"
 
 
 def _order(decision: Decision, method: RunMethod) -> str:
     if method.seat.order == 1:
-        return "straight, and too stiff: order 2 is the cheaper for one percent and less"
-    return "curved, and the cheaper for one percent and less"
+        return "linear elements, which are too stiff: order 2 is cheaper for one percent and less"
+    return "quadratic elements"
 
 
 def _rings(decision: Decision, method: RunMethod) -> str:
     left = _of(decision, RINGS)
     if method.seat.in_arcs:
-        return f"parts across the lip: {across_behind(method.seat.rings or 1)[0]} of them change {_most(left)}"
+        return f"parts across the lip; error from {across_behind(method.seat.rings or 1)[0]} of them"
     if (method.seat.rings or 1) > 1:
         most = max(left, key=lambda name: left[name], default="")
         alone = decision.seen.of_rings(1).get(most, 0.0)
-        return (
-            f"of {_percent(alone)} of {asked_name(most)} by a patch that moves as its mean, "
-            f"{_percent(left.get(most, 0.0))} is left"
-        )
+        return f"parts of the contact face; treated as one (mean displacement) it would cost {_percent(alone)}"
     if not any(left.values()):
         return "the struck end stays plane"
-    return f"a patch that moves as its mean changes {_most(left)}"
+    return "contact face treated as one (mean displacement)"
 
 
 def _ports(decision: Decision, method: RunMethod) -> str:
     if decision.seen.one_port is not None:
         change = {name: decision.seen.simpler[ONE_PORT][name] for name in decision.seen.scene.accuracy.judged}
-        within = f"within {LIP_SHARE:.0%} of the target, margins included"
-        return f"in place of arcs of the lip, it changes {_most(change)}: {within}"
+        within = f"within {percent(LIP_SHARE)} of the target, margins included"
+        return f"a single contact point in place of lip segments costs {_most(change)}: {within}"
     why = several_needed(decision.seen.scene)
     against = f" ({why})" if why and not is_given(decision.seen.scene, PORTS) else ""
-    return f"twice as many arcs of the lip change {_most(_of(decision, PORTS))}{_simpler(decision, ONE_PORT)}{against}"
+    return f"segments of the lip; error from twice as many{_simpler(decision, ONE_PORT)}{against}"
 
 
 def _reed_band(decision: Decision, method: RunMethod) -> str:
-    highest = _most(_of(decision, REED_BAND))
-    return f"the plate's highest modes, to 1/{NARROWER:g} of the last, change {highest}{_simpler(decision, BEAM)}"
+    return f"modes of the reed's plate up to here; error from leaving out the highest{_simpler(decision, BEAM)}"
 
 
 def _simpler(decision: Decision, model: str) -> str:
     """What a simpler model of the striker would change in what is asked for."""
     there = decision.seen.simpler.get(model, {})
     asked = {name: there[name] for name in decision.seen.scene.accuracy.judged if name in there}
-    return f"; {WORDS[model]} in place, {_most(asked)}" if asked else ""
+    return f"; {WORDS[model]} would be off by {_most(asked)}" if asked else ""
 
 
 def _modes(decision: Decision, method: RunMethod) -> str:
-    many = f", or {MANY}" if method.value(MODES) < FEW else ""
-    return f"{FEWER:g} times fewer, or half of half as many{many}, change {_most(_of(decision, MODES))}"
+    return _number_of_modes(method.value(MODES), "reed")
 
 
 def _seat_modes(decision: Decision, method: RunMethod) -> str:
-    many = f", or {MANY}" if method.value(SEAT_MODES) < FEW else ""
-    return f"{FEWER:g} times fewer, or half of half as many{many}, change {_most(_of(decision, SEAT_MODES))}"
+    return _number_of_modes(method.value(SEAT_MODES), "seat")
+
+
+def _number_of_modes(number: int, body: str) -> str:
+    many = f" and {MANY}" if number < FEW else ""
+    return f"modes of the {body}; error from {FEWER:g} times fewer{many}"
 
 
 def _step(decision: Decision, method: RunMethod) -> str:
     others = "longer and much shorter" if is_given(decision.seen.scene, STEP) else "longer"
-    return f"against {others} ones, it changes {_most(_of(decision, STEP))}"
+    return f"error from {others} steps"
 
 
 def _asked(scene: Scene) -> str:
     accuracy = scene.accuracy
     landing = "" if accuracy.landing == "run" else f" of the {accuracy.landing} landing"
-    return f"of {', '.join(accuracy.measures)}{landing}"
+    return f"of {' and '.join(map(_spoken, accuracy.measures))}{landing}"
 
 
 def _told_target(scene: Scene) -> bool:
@@ -252,22 +264,19 @@ def _count(value: float) -> str:
 
 
 def _percent(value: float) -> str:
-    return f"{100 * value:.2g} %" if value < 1 else f"{100 * value:,.0f} %"
+    return percent(value) if value < 1 else f"{100 * value:,.0f} %"
 
 
 def _time(value: float) -> str:
-    for unit, scale in (("s", 1.0), ("ms", 1e3), ("us", 1e6)):
-        if value * scale >= 1:
-            return f"{value * scale:.3g} {unit}"
-    return f"{1e9 * value:.3g} ns"
+    return write_quantity(value, "time", 3)
 
 
 def _length(value: float) -> str:
-    return f"{1e3 * value:.3g} mm" if value >= 1e-4 else f"{1e6 * value:.3g} um"
+    return write_quantity(value, "length", 3)
 
 
 def _frequency(value: float) -> str:
-    return f"{value / 1e6:.3g} MHz" if value >= 1e6 else f"{value / 1e3:.3g} kHz"
+    return write_quantity(value, "frequency", 3)
 
 
 Reason = Callable[[Decision, RunMethod], str]

@@ -7,9 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+from impact.quantities import in_digits
 from impact.runs.budget import safety, times
 from seatfem.machine.rates import Machine
 from seatfem.structures.rings import ACROSS, MOST_PORTS, MOST_RINGS, Division
+from seatfem.study.accuracy.source_words import in_words
 from seatfem.study.impacts.measures import LIP
 from seatfem.study.impacts.simpler import ONE_PORT
 from seatfem.study.method import (
@@ -94,7 +96,7 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
     method = plan.method.replaced(values)
     if method == plan.method:
         return None
-    reason = f"made finer: the {source.replace('_', ' ')}'s share of the error was {factor:.2g} times too large"
+    reason = f"made finer: the error from {in_words(source)} was {in_digits(factor, 2)} times too large"
     choices = tuple(
         replace(choice, value=described(choice.key, values[choice.key]), reason=reason)
         if choice.key in values
@@ -130,7 +132,7 @@ def _in_more_parts(plan: Plan, factor: float, machine: Machine | None) -> Plan |
     if key not in open_keys:
         return None
     method = plan.method.along(plan.scene, more[key].arcs, more[key].rings)
-    reason = f"made finer: the patch's share of the error was {factor:.2g} times too large"
+    reason = f"made finer: the error from the contact face was {in_digits(factor, 2)} times too large"
     choices = tuple(
         replace(choice, value=described(key, method.value(key)), reason=reason) if choice.key == key else choice
         for choice in plan.choices

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+from impact.quantities import percent
 from seatfem.machine.rates import Machine
 from seatfem.structures.estimates.costs import (
     PORTS_POWER,
@@ -25,11 +26,12 @@ from seatfem.study.planning.coarse_seat import WithoutWaves, without_waves
 from seatfem.study.planning.costs import coarser_elements, finite_elements
 from seatfem.study.planning.seen import RING_NUMBERS, Seen
 from seatfem.study.safety import FEWER_POLES, MESH_BAR, MESH_BAR_OF_ARCS
+from seatfem.study.scene.measures import all_measures, asked_name
 
 COARSEST_OF_ARCS: Final = 0.1  # error of g by a mesh for a lip in arcs: coarser ones cost a round more than they save
 REDUCTION: Final = 1e-6  # time of a reduction over its band, of a body whose modes cannot be counted yet [s/Hz]
 
-CHEAPER: Final = ": a spring is enough (seat.model = 'spring'), but would ask for a finer mesh or shorter steps"
+CHEAPER: Final = ": it is enough (seat.model = 'spring'), but would ask for a finer mesh or shorter steps"
 
 
 @dataclass(frozen=True)
@@ -138,7 +140,8 @@ def _rod(seen: Seen, method: Method) -> Iterator[SeatOption]:
     inertia, end = seen.sensitivity.between(form, better), seen.per_g(seen.scene.seat.form_error)
     left = {name: value + end[name] for name, value in inertia.items()}
     name = max(seen.sensitivity.asked, key=lambda measure: left[measure])
-    why = f"lateral inertia and the clamped end, which a rod leaves out, change {name} by {100 * left[name]:.2g} %"
+    words = all_measures()[asked_name(name)].words
+    why = f"a rod, without lateral inertia and the clamped end, is off by {percent(left[name])} in {words}"
     yield SeatOption(method, why, {MODEL: left})
 
 

@@ -14,6 +14,7 @@ from typing import Final
 from impact.files.atomic import whole_file
 from impact.life.places import left_of
 from impact.progress import Tell
+from impact.quantities import in_time
 from seatfem.pictures.apart import Picture
 from seatfem.pictures.margin_plot import plot_margins
 from seatfem.study.impacts.contact import run_contacts, stress_of, striker_of
@@ -116,7 +117,7 @@ def life_curves(done: Round, stressed: Stressed, *, price: float, tell: Tell) ->
     asked = dict(life.curves.asked())
     count = sum(map(len, asked.values()))
     least, most = (price * number for number in (count, count + OF_A_RUN * len(asked)))
-    tell(f"life.curves: {count} contacts and their lives, more where 1 is crossed: {least:.2g} to {most:.2g} s")
+    tell(f"life.curves: {count} contacts and their lives, more where 1 is crossed: {least:.2g} to {in_time(most)}")
     curves = []
     for name, values in asked.items():
         unit, factor = UNITS[name]
@@ -149,7 +150,7 @@ def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: fl
         margin, at = worst[0].life.margin, worst[0].at or at
         bar = left_of(margin, bars_of(done, stressed).get(body_of(at), math.inf))
     seconds = time.perf_counter() - start
-    tell(f"{name} = {value:.4g} {unit}: margin {margin:.4g}, {at}; {seconds:.2g} s")
+    tell(f"{name} = {value:.4g} {unit}: margin {margin:.4g}, {at}; {in_time(seconds)}")
     return margin, bar if math.isfinite(bar) else None
 
 

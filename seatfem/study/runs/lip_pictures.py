@@ -136,6 +136,6 @@ def landing_of(done: Round, lip: ImpactResult, landings: Sequence[Mapping[str, o
         -lip.gap[0],
         per_length(lip.force, dt, width, shape.lengths)[steps],
         total[steps],
-        f"forces mean over {1e6 * width:g} µs and each of {lip.force.shape[1]} arcs",
+        f"forces mean over {1e6 * width:g} µs and each of {lip.force.shape[1]} lip segments",
         shape.pieces,
     )

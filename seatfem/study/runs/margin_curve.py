@@ -31,7 +31,7 @@ def margin_curve(
     Args:
         scene: file with [life].
         key: dotted, as "reed.release.velocity" or "load.0.gravity".
-        values: as the file would have them, all in one unit, at least two.
+        values: as the file would have them, all in one unit, such as "2 m/s" or, of a ratio, 0.1; at least two.
         folder: of the runs.
         margin: "life_margin", or "life_speed_margin".
         tell: hears of every run.

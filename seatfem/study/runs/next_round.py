@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+from impact.quantities import in_time
 from impact.runs.budget import safety
 from seatfem.machine.memory import available_memory
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
@@ -17,6 +18,7 @@ from seatfem.study.planning.refining import refine
 from seatfem.study.runs.round import Round
 from seatfem.study.safety import LEAST_FINER, LONGEST, MEMORY, MOST_FINER, MOST_OFF, MOST_ROUNDS, RESERVE, TELLING
 from seatfem.study.scene.measures import key_of
+from seatfem.units import write_quantity
 
 STAGES: Final[Mapping[str, tuple[str, ...]]] = {
     "seat": OF_THE_SEAT,
@@ -58,7 +60,7 @@ class Limits:
         if self.rounds < 1:
             raise RunError(f"--rounds = {self.rounds} must be at least 1")
         if not self.seconds > 0:
-            raise RunError(f"--max-time = {self.seconds:g} s must be positive")
+            raise RunError(f"--max-time = {write_quantity(self.seconds, 'time')} must be positive")
 
 
 def paces(spent: Mapping[str, float], plan: Plan, before: Mapping[str, float]) -> Mapping[str, float]:
@@ -196,9 +198,11 @@ def _too_much(done: Round, plan: Plan, time_left: float) -> str:
         return f"the next round would take {cost.memory / 1e9:.2g} GB, {there / 1e9:.2g} GB are available"
     seconds = price(done, plan)
     if seconds > time_left:
-        return f"the next round would take about {seconds:.2g} s, {max(time_left, 0.0):.2g} s of --max-time are left"
+        return (
+            f"the next round would take about {in_time(seconds)}, {in_time(max(time_left, 0.0))} of --max-time are left"
+        )
     if math.isinf(time_left) and seconds > LONGEST:
-        return f"the next round would take about {seconds:.2g} s; --max-time, or a finer seat.mesh or step, insists"
+        return f"the next round would take about {in_time(seconds)}; --max-time, or a finer seat.mesh or step, insists"
     dt = plan.method.time_step
     if dt is not None and plan.scene.run.duration / dt > MAX_STEPS:
         return f"the next round would take {plan.scene.run.duration / dt:.2g} steps, at most {MAX_STEPS:.0e} are stored"

@@ -13,11 +13,12 @@ import numpy as np
 
 from impact.after.result import ImpactResult
 from impact.files.atomic import whole_file
-from impact.pictures.drawing import gap_of, text
+from impact.pictures.drawing import gap_of
 from impact.pictures.gas_plot import plot_gas
 from impact.pictures.greens_plots import plot_greens
 from impact.pictures.plots import plot_energy, plot_force, plot_motion
 from impact.progress import Progress
+from impact.quantities import text
 from seatfem.machine.libraries import picture_library_gap
 from seatfem.pictures.apart import Painter, Picture, drawing_apart
 from seatfem.pictures.cell_grid import CellGrid, revolve

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
@@ -12,25 +13,29 @@ import numpy as np
 import impact
 from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
+from impact.quantities import in_time, percent
 from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.seat_waves import tells_waves
+from seatfem.study.accuracy.source_words import in_words as source_in_words
 from seatfem.study.impacts.measures import LIP, STOPPER, STRIKER, is_of_a_landing
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import film_notes, stopper_notes, validity_advice
-from seatfem.study.method import MODES, PORTS, RINGS, STEP
+from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP
 from seatfem.study.planning.plan import Plan
+from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import all_measures, asked_name
 from seatfem.study.scene.measures import in_words as spoken
+from seatfem.units import write_quantity
 
 REMEDIES: Final[Mapping[str, str]] = {
     "mesh": "refine seat.mesh",
     "reduction": "raise seat.greens.bandwidth or lower seat.greens.tolerance",
     "time_step": "shorten run.time_step",
-    "model": "keep more reed.n_modes, or a seat.model that leaves less out",
+    "model": "take a seat.model that leaves less out",
     STRIKER: "refine reed.mesh, raise reed.greens.bandwidth, or take a reed.model that leaves less out",
     STOPPER: "refine stopper.mesh, raise stopper.greens.bandwidth, or keep more stopper.n_modes",
-    "patch": "divide the struck patch by contact.rings = 4, or more",
+    "patch": "divide the contact face by contact.rings = 4, or more",
     LIP: "divide the lip by contact.ports",
 }
 
@@ -112,11 +117,11 @@ def missed(done: Round) -> tuple[str, ...]:
             remedy = REMEDIES.get(source, "")
             if source == "patch" and done.plan.method.ports is not None:
                 remedy = f"divide the lip by more {_parts_behind(done.plan, name)}"
-            if source == "model" and done.plan.method.seat.n_modes is not None:
-                remedy = "keep more seat.n_modes or reed.n_modes"
+            if source == "model" and (modes := _modes_kept(done.plan)):
+                remedy = f"keep more {' or '.join(modes)}"
             found.append(
-                f"{spoken(name)} has an error bar of {bar:.2g}, above accuracy.target = {target:g}; most of it is the "
-                f"{source.replace('_', ' ')}'s: {remedy}"
+                f"{spoken(name)} has an uncertainty of {percent(bar)}, above accuracy.target = {percent(target)}; "
+                f"largest part: {source_in_words(source)}; {remedy}"
             )
     if found and done.stopped:
         found.append(f"stopped short of the target after {done.number} round{'s'[: done.number > 1]}: {done.stopped}")
@@ -128,16 +133,22 @@ def _parts_behind(plan: Plan, measure: str) -> str:
     return max((PORTS, RINGS), key=lambda key: plan.parts.get(key, {}).get(measure, 0.0))
 
 
+def _modes_kept(plan: Plan) -> list[str]:
+    """The keys of numbers of modes that the bodies have."""
+    kept = {SEAT_MODES: plan.method.seat.n_modes, MODES: plan.scene.reed.beam_modes}
+    return [key for key, number in kept.items() if number is not None]
+
+
 def in_words(done: Round) -> str:
     """The bar of each measure asked for, time and memory."""
     accuracy, left = done.plan.scene.accuracy, done.left
-    each = ((asked_name(name).replace("_", " "), 100 * left.relative(name)) for name in done.judged)
-    bars = ", ".join(f"{words} {f'+-{bar:.2g} %' if math.isfinite(bar) else 'not known'}" for words, bar in each)
+    each = ((all_measures()[asked_name(name)].words, left.relative(name)) for name in done.judged)
+    bars = ", ".join(f"{words} {f'+-{percent(bar)}' if math.isfinite(bar) else 'not known'}" for words, bar in each)
     memory = "" if math.isnan(done.memory) else f", {done.memory / 1e9:.2g} GB"
     if done.met is None:
-        return f"round {done.number}: no landing to judge; {sum(done.spent.values()):.3g} s{memory}"
-    verdict = "target met" if done.met else f"target {100 * accuracy.target:.3g} % missed"
-    return f"round {done.number}: {bars} ({verdict}); {sum(done.spent.values()):.3g} s{memory}"
+        return f"round {done.number}: no landing to judge; {in_time(sum(done.spent.values()))}{memory}"
+    verdict = "target met" if done.met else f"target {percent(accuracy.target, 3)} missed"
+    return f"round {done.number}: {bars} ({verdict}); {in_time(sum(done.spent.values()))}{memory}"
 
 
 UNKNOWN: Final = "the end of the run cuts this landing, or neighbouring runs have no such landing"
@@ -146,6 +157,11 @@ NO_VALUE: Final = (
     "is no modal body may not tell its displacement"
 )
 NARROWER: Final = "a narrower seat.greens.bandwidth"
+_STEP: Final = re.compile(r"dt <= (\S+) s\b")
+_NAMES: Final = {
+    "highest striker frequency times step": "time step coarse for the reed's modes: highest frequency times step",
+    "highest target frequency times step": "time step coarse for the seat's modes: highest frequency times step",
+}
 OF_EITHER: Final = "a narrower band (or fewer modes) of the seat, or of the stopper where that is the one"
 
 
@@ -175,12 +191,17 @@ def _advice(done: Round) -> tuple[str, ...]:
     for advice in done.result.advice:
         of_the_step = "dt <=" in advice.remedy
         if not (measured and of_the_step):
-            keys = {"dt <=": f"{STEP} <=", "fewer modes": f"fewer {MODES}" if "striker" in advice.name else narrower}
-            remedy = advice.remedy
-            for word, key in keys.items():
-                remedy = remedy.replace(word, key)
-            told.append(str(replace(advice, remedy=remedy)))
+            of_reed = "striker" in advice.name
+            remedy = _STEP.sub(lambda word: f"{STEP} <= {write_quantity(float(word[1]), 'time', 2)}", advice.remedy)
+            remedy = remedy.replace("fewer modes", _fewer_modes(done.plan.scene) if of_reed else narrower)
+            name = _NAMES.get(advice.name, advice.name)
+            told.append(str(replace(advice, name=name, remedy=remedy)))
     return tuple(told)
+
+
+def _fewer_modes(scene: Scene) -> str:
+    """What takes the highest modes from the reed."""
+    return f"fewer {MODES}" if scene.reed.beam_modes is not None else "a narrower reed.greens.bandwidth"
 
 
 def _no_bar(done: Round) -> tuple[str, ...]:
@@ -190,6 +211,6 @@ def _no_bar(done: Round) -> tuple[str, ...]:
     words = ", ".join(spoken(name) if asked_name(name) in asked_for else name for name in done.without_bar)
     remedy = f"add {', '.join(asked_for)} to accuracy.measures" if asked_for else "state seat.model"
     return (
-        f"{words}: no error bar: the plan took the seat for a spring, which serves the measures asked for, and what "
-        f"that leaves out of others is not known; {remedy}",
+        f"{words}: uncertainty not known. The seat was taken as its static stiffness, which is enough for what is "
+        f"asked for; what waves change in others is not known; {remedy}",
     )

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from impact.progress import Progress, Tell, untold
+from impact.quantities import in_time
 from impact.runs.budget import Budget, Values
 from impact.storage.hdf5 import save_greens
 from seatfem.machine.memory import peak_memory
@@ -85,7 +86,7 @@ def rounds(
             return
         number = done.number + 1
         yield replace(done, stopped=f"round {number} was begun and not finished")
-        cost = f"about {price(done, further):.2g} s and {further.cost.memory / 1e9:.2g} GB predicted"
+        cost = f"about {in_time(price(done, further))} and {further.cost.memory / 1e9:.2g} GB predicted"
         tell(f"round {done.number} is on file; round {number} follows, {cost}: {changed(done, further)}")
         try:
             done = _measured(partial(_round, limits=limits), further, folder, watch, _until(deadline, progress), done)

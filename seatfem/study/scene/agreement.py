@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 from seatfem.fields import KeyProblem
 from seatfem.structures.rings import Division
 from seatfem.study.scene.measures import any_needs_stress
+from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     from seatfem.study.scene.models import Scene
@@ -26,7 +27,8 @@ def _gas_of_the_run(scene: Scene) -> None:
     if gas.cycles is not None and not math.isclose(gas.cycles * gas.turn, scene.run.duration, rel_tol=1e-6):
         raise KeyProblem(
             "gas.cycles",
-            f"{gas.cycles:g} turns take {gas.cycles * gas.turn:g} s, run.duration is {scene.run.duration:g} s: keep "
+            f"{gas.cycles:g} turns take {write_quantity(gas.cycles * gas.turn, 'time')}, run.duration is "
+            f"{write_quantity(scene.run.duration, 'time')}: keep "
             "one of the two",
         )
     if gas.cylinder_pressure is not None:
@@ -34,7 +36,8 @@ def _gas_of_the_run(scene: Scene) -> None:
         if not gas.course.period and (time[0] > slack or time[-1] < scene.run.duration - slack):
             raise KeyProblem(
                 "gas.cylinder_pressure",
-                f"the record covers {time[0]:g}..{time[-1]:g} s, the run takes 0..{scene.run.duration:g} s: give a "
+                f"the record covers {write_quantity(time[0], 'time')} to {write_quantity(time[-1], 'time')}, the run "
+                f"takes {write_quantity(scene.run.duration, 'time')}: give a "
                 "longer record, or shorten run.duration",
             )
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Self
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import Angle, Gap, KeyProblem, Length, Position, Table, default, one_of
+from seatfem.fields import Angle, KeyProblem, Length, Opening, Position, Table, default, one_of
 from seatfem.structures.rings import MOST_CHOSEN, MOST_PORTS, MOST_RINGS
 from seatfem.study.scene.film import Film
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
@@ -34,7 +34,7 @@ class Contact(Table):
     law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
     film: Film | None = Field(None, description="fluid in the gap; none where absent")
     at: Length | None = Field(None, description="position on the reed, from its root; the tip where absent")
-    gap: Gap = default("0 mm", "opening between the undeformed bodies")
+    gap: Opening = default("0 mm", "opening between the undeformed bodies")
     preload: bool = Field(
         False, strict=True, description="whether the bodies start in equilibrium with the reed's loads and each other"
     )

@@ -21,6 +21,7 @@ from seatfem.fields import (
     Length,
     MolarMass,
     Pressure,
+    Rpm,
     SignedArea,
     Source,
     Table,
@@ -28,6 +29,7 @@ from seatfem.fields import (
     Volume,
     default,
 )
+from seatfem.units import write_quantity
 
 WIDEST: Final = 30.0  # degrees of crank angle between two samples of a record
 OF_THE_CRANK: Final = ("bore", "stroke", "rod", "clearance")
@@ -134,7 +136,7 @@ port_diameter = "12 mm"
     valve: Literal["suction", "discharge"] = Field(description="which valve the reed is")
     suction: GasPlenum = Field(description="plenum that the cylinder draws from")
     discharge: GasPlenum = Field(description="plenum that it delivers to")
-    rpm: float = Field(gt=0, le=1e6, description="speed of the crank (1/min)")
+    rpm: Rpm = Field(le=1e6, description="speed of the crank: a number (1/min), or with its unit")
     angle: Angle = default("0 deg", "crank angle at the start of the run, from the top dead centre")
     cycles: float | None = Field(None, gt=0, le=1e4, description="turns of the crank; in place of run.duration")
     bore: Length | None = Field(None, description="diameter of the cylinder")
@@ -180,7 +182,8 @@ port_diameter = "12 mm"
         if self.suction.pressure >= self.discharge.pressure:
             raise KeyProblem(
                 "discharge.pressure",
-                f"{self.discharge.pressure:g} Pa is not above suction.pressure = {self.suction.pressure:g} Pa: nothing "
+                f"{write_quantity(self.discharge.pressure, 'pressure')} is not above suction.pressure = "
+                f"{write_quantity(self.suction.pressure, 'pressure')}: nothing "
                 "is compressed; exchange them, or raise it",
             )
         try:
@@ -223,7 +226,8 @@ port_diameter = "12 mm"
             raise KeyProblem("cylinder_pressure", str(problem)) from None
         if (least := float(found.value.min())) <= 0:
             raise KeyProblem(
-                "cylinder_pressure", f"{path}: {least:g} Pa: pressures are absolute, they must be above 0 Pa"
+                "cylinder_pressure",
+                f"{path}: {write_quantity(least, 'pressure')}: pressures are absolute, they must be above 0 Pa",
             )
         return found
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import ExistingFile, Fraction, KeyProblem, PoissonRatio, Pressure, Speed, Table, default
+from seatfem.fields import ExistingFile, Fraction, KeyProblem, PoissonRatio, Pressure, Rpm, Speed, Table, default
 from seatfem.study.scene.life_curves import Curves
+from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     from impact.life.places import Demand
@@ -49,7 +50,7 @@ source = "report, page"
     )
     cycles: float | None = Field(None, gt=0, description="blocks to be survived; or give hours and rpm")
     hours: float | None = Field(None, gt=0, description="of running to be survived, with rpm")
-    rpm: float | None = Field(None, gt=0, description="blocks a minute (1/min), with hours")
+    rpm: Rpm | None = Field(None, description="blocks a minute, with hours: a number (1/min), or with its unit")
     block: Literal["run", "last cycle"] = Field("run", description="what repeats: the run, or the crank's last turn")
     contact_criterion: str = Field(
         "",
@@ -180,7 +181,8 @@ source = "report, page"
             if scene.run.duration < TURNS * turn * (1 - 1e-9):
                 raise KeyProblem(
                     "block",
-                    f"run.duration = {scene.run.duration:g} s holds fewer than {TURNS} turns of {turn:g} s, so that "
+                    f"run.duration = {write_quantity(scene.run.duration, 'time')} holds fewer than {TURNS} turns of "
+                    f"{write_quantity(turn, 'time')}, so that "
                     "the last one would hold the start: watch longer, or take the run as the block",
                 )
 

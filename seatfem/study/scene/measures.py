@@ -23,6 +23,11 @@ HARDEST: Final = "landing_"
 FIRST: Final = "first_landing_"
 PREFIXES: Final[Mapping[LandingChoice, str]] = {"hardest": HARDEST, "first": FIRST, "run": ""}
 """What the names of measures begin with when they are asked of a landing."""
+UNITS: Final[Mapping[str, str]] = {
+    "m_per_s": "m/s", "N_per_m": "N/m", "Ns_per_m": "N s/m", "Ns": "N s", "N": "N", "Pa": "Pa", "J": "J", "s": "s",
+    "m": "m", "deg": "deg", "kg": "kg", "Hz": "Hz",
+}  # fmt: skip
+"""Endings of keys, the longer ones first, and their units."""
 LANDING_WORDS: Final[Mapping[str, str]] = {HARDEST: " of the hardest landing", FIRST: " of the first landing", "": ""}
 
 
@@ -371,6 +376,18 @@ def in_words(name: str) -> str:
     """Return what a value of a run is, in words, its key in brackets."""
     prefix, measure = _parted(name)
     return f"{all_measures()[measure].words}{LANDING_WORDS[prefix]} ({key_of(name)})"
+
+
+def label_of(key: str) -> str:
+    """Return what stands on an axis for a key of summary.json, as "peak force [N]"; another name as it is."""
+    of_landing = {
+        each.landing_key: f"{each.words} of the landing" for each in all_measures().values() if each.landing_key
+    }
+    words = {each.key: each.words for each in all_measures().values()} | of_landing
+    if key not in words:
+        return key
+    unit = next((unit for ending, unit in UNITS.items() if key.endswith(f"_{ending}")), "")
+    return f"{words[key]} [{unit}]" if unit else words[key]
 
 
 def asked_name(name: str) -> str:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Self
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import Table, default, one_of
+from seatfem.fields import Table, default, one_of, read_rpm
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.study.scene.agreement import check_agreement
 from seatfem.study.scene.base import Base
@@ -19,6 +20,7 @@ from seatfem.study.scene.measures import any_needs_stress
 from seatfem.study.scene.run import Accuracy, Run
 from seatfem.study.scene.stopper import Stopper
 from seatfem.study.scene.stress import Stress
+from seatfem.units import UnitError
 
 if TYPE_CHECKING:
     Body = Structure
@@ -58,6 +60,8 @@ class Scene(Table):
         if not isinstance(given, Mapping) or not isinstance(gas, Mapping) or "cycles" not in gas:
             return given
         turns, rpm, run = gas["cycles"], gas.get("rpm"), given.get("run", {})
+        with suppress(UnitError):
+            rpm = read_rpm(rpm)
         plain = all(isinstance(number, int | float) and number > 0 for number in (turns, rpm))
         if not plain or not isinstance(run, Mapping) or "duration" in run:
             return given

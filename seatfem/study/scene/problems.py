@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, Final, Literal, get_args, get_origin
+from typing import Annotated, Any, Final, Literal, get_args, get_origin
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, BeforeValidator, ValidationError
+from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from seatfem.fields import KeyProblem, kind_of
+from seatfem.fields import KeyProblem, kind_of, kinds_in_words, read_number
 from seatfem.study.scene.locate import KeyPath, single
 
 MOST: Final = 100
+_LINE_END: Final = re.compile(r"\n(?!  )")
+"""Those of keys and values, which must not look like the next problem; lines of a list are indented."""
+ALIKE: Final = 0.7
+"""Words that have less in common were not meant."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +41,16 @@ class Problem:
             return f"{self.key}: {self.message}"
         place = f"{self.file}:{self.line}" if self.line else str(self.file)
         told = f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
-        return told.replace("\n", "\\n")  # keys may hold line ends
+        return _LINE_END.sub(r"\\n", told)
+
+
+_LIMITS: Final = {
+    "less_than": ("lt", "below"),
+    "less_than_equal": ("le", "at most"),
+    "greater_than": ("gt", "above"),
+    "greater_than_equal": ("ge", "at least"),
+}
+"""Kinds of findings, the name of the limit in each, and its words."""
 
 
 class SceneError(ValueError):
@@ -51,6 +66,7 @@ def explain(
 ) -> tuple[Problem, ...]:
     """Pydantic's findings in the words of scene files, in the order of the file; of a crowd the first `MOST`."""
     found = [_Place.of(details, model, lines) for details in error.errors(include_url=False)]
+    found = [place for place in found if not _follows(place, found)]
     found.sort(key=lambda place: place.line)
     problems = [Problem(file, place.line, place.key, _message(place, data)) for place in found[:MOST]]
     if len(found) > MOST:
@@ -58,6 +74,14 @@ def explain(
             Problem(file, found[MOST].line, "", f"{len(found) - MOST} more problems from here on; mend these first")
         )
     return tuple(problems)
+
+
+def _follows(place: _Place, found: list[_Place]) -> bool:
+    """Return whether a list is only too short because of what is wrong with one of its elements."""
+    size = len(place.path)
+    return place.details["type"] == "too_short" and any(
+        len(other.path) > size and other.path[:size] == place.path for other in found
+    )
 
 
 @dataclass(frozen=True)
@@ -69,6 +93,10 @@ class _Place:
     known: tuple[str, ...]
     table: type[BaseModel] | None
     line: int
+    choices: tuple[type[BaseModel], ...] = ()
+    """The tables that the key, or the one whose ``kind`` is meant, may hold."""
+    tables: tuple[str, ...] = ()
+    """Names of those of the whole file."""
 
     @property
     def key(self) -> str:
@@ -82,9 +110,12 @@ class _Place:
         cause = details.get("ctx", {}).get("error")
         if isinstance(cause, KeyProblem):
             path = (*path, *cause.key.split("."))
+        held = table.model_fields.get(str(path[-1])) if table and path else None
+        choices = tables_in(held.annotation) if held else ()
         if details["type"].startswith("union_tag"):
             path = (*path, "kind")
-        return _Place(details, path, known, table, line_of(path, lines))
+        of_file = tuple(name for name, field in model.model_fields.items() if tables_in(field.annotation))
+        return _Place(details, path, known, table, line_of(path, lines), choices, of_file)
 
 
 def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int:
@@ -100,13 +131,15 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
     match details["type"]:
         case "extra_forbidden":
             close = _did_you_mean(str(path[-1]), list(place.known))
+            if len(path) > 1 and path[-1] in place.tables:
+                close = f"; it is a table of the scene: write [{path[-1]}] on a line of its own"
             return "unknown key" + (close or f"; known here: {', '.join(place.known)}")
         case "missing":
             return "required key is missing" + _purpose(place.table, path[-1])
         case "union_tag_not_found":
             return "required key is missing"
         case "union_tag_invalid":
-            return _not_one_of(context["tag"], context["expected_tags"])
+            return _no_kind(context["tag"], context["expected_tags"], place.choices)
         case "literal_error":
             return _not_one_of(written, context["expected"])
         case "greater_than" if context["gt"] == 0:
@@ -114,10 +147,51 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
         case "greater_than_equal" if context["ge"] == 0:
             return f"{written!r} must be >= 0"
         case "model_type" | "model_attributes_type" | "dict_type":
-            return f"{written!r} is no table; write [{path[-1]}] or {path[-1]} = {{ ... }}"
+            return f"{written!r} is no table; write {_as_table(path)}{_content(place)}"
         case "value_error":
             return str(context["error"])
+        case limit if limit in _LIMITS:
+            name, words = _LIMITS[limit]
+            return f"{written!r} must be {words} {context[name]:g}" + _meant_percent(place, written)
     return f"{written!r}: {details['msg'][0].lower()}{details['msg'][1:]}"
+
+
+def _meant_percent(place: _Place, written: object) -> str:
+    """Return a question where a number above 1 stands for a share."""
+    field = place.table.model_fields.get(str(place.path[-1])) if place.table else None
+    is_share = field is not None and any(
+        isinstance(note, BeforeValidator) and note.func is read_number for note in _notes(field)
+    )
+    if not is_share or not isinstance(written, int | float) or not 1 <= written < 100:
+        return ""
+    return f'; did you mean {written:g} %? write {written / 100:g} or "{written:g} %"'
+
+
+def _notes(field: FieldInfo) -> Iterator[object]:
+    yield from field.metadata
+    for kind in get_args(field.annotation):
+        yield from get_args(kind)[1:] if get_origin(kind) is Annotated else ()
+
+
+def _content(place: _Place) -> str:
+    """Return what stands in the table that a key should hold."""
+    if len(place.choices) == 1:
+        inlined = getattr(place.choices[0], "inlined", "")
+        return f"; keys: {', '.join(key for key in place.choices[0].model_fields if key != inlined)}"
+    return f"; kinds: {kinds_in_words(place.choices)}" if any(map(kind_of, place.choices)) else ""
+
+
+def _as_table(path: KeyPath) -> str:
+    """Return how a table is written: of the scene itself under its name, others in one line."""
+    return f"[{path[-1]}]" if len(path) == 1 else f"{path[-1]} = {{ ... }}"
+
+
+def _no_kind(tag: object, expected: str, kinds: tuple[type[BaseModel], ...]) -> str:
+    """Return what kinds there are, by groups, and the one that has nearly this name."""
+    names = [kind_of(each) for each in kinds]
+    if not all(getattr(each, "group", "") for each in kinds) or not names:
+        return _not_one_of(tag, expected)
+    return f"{tag!r} is no kind; choose: {kinds_in_words(kinds)}{_did_you_mean(str(tag), names)}"
 
 
 def _not_one_of(written: object, expected: str) -> str:
@@ -127,7 +201,7 @@ def _not_one_of(written: object, expected: str) -> str:
 
 
 def _did_you_mean(written: str, known: list[str]) -> str:
-    close = get_close_matches(written, known, n=1)
+    close = get_close_matches(written, known, n=1, cutoff=ALIKE)
     return f"; did you mean {close[0]!r}?" if close else ""
 
 

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from seatfem.fields import Fraction, KeyProblem, Table, Time, default
 from seatfem.study.scene.measures import LandingChoice, all_measures, judged_names
+from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     Measure = str
@@ -28,7 +29,11 @@ class Run(Table):
     @model_validator(mode="after")
     def _several_steps(self) -> Self:
         if self.time_step is not None and 2 * self.time_step > self.duration:
-            raise KeyProblem("time_step", f"{self.time_step:g} s must leave at least two steps in {self.duration:g} s")
+            raise KeyProblem(
+                "time_step",
+                f"{write_quantity(self.time_step, 'time')} must leave at least two steps in "
+                f"{write_quantity(self.duration, 'time')}",
+            )
         return self
 
 

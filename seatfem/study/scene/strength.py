@@ -108,6 +108,20 @@ class StrengthTable(Table):
     limit_cycles: Count | None = Field(None, description="N of the two limits")
     impact_velocity: Speed | None = Field(None, description="largest speed of closing allowed")
 
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        try:
+            _ = self.strength
+        except LifeError as problem:
+            key, _, words = str(problem).removeprefix("strength.").partition(": ")
+            raise KeyProblem(key, words) from None
+        return self
+
+    @cached_property
+    def strength(self) -> Strength:
+        """In SI."""
+        return of_same_names(Strength, self, curve=self.curve and self.curve.curve)
+
 
 def load_strength(path: Path | str) -> Strength:
     """Read a file of measured strength (TOML, up to 1 MB) into SI.
@@ -116,5 +130,4 @@ def load_strength(path: Path | str) -> Strength:
         SceneError: everything that is wrong with it: no source, unknown keys, wrong units, values out of range, S-N
             points that rise.
     """
-    table = load_table(path, StrengthTable)
-    return of_same_names(Strength, table, curve=table.curve and table.curve.curve)
+    return load_table(path, StrengthTable).strength

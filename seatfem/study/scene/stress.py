@@ -7,6 +7,7 @@ from typing import ClassVar, Self
 from pydantic import Field, model_validator
 
 from seatfem.fields import Gap, KeyProblem, Position, Table, Time, default
+from seatfem.units import write_quantity
 
 MOST = 100
 MOST_FRAMES = 500
@@ -66,7 +67,9 @@ frames = 40
             raise KeyProblem(idle[0], "there are no frames: state their number, or remove the key")
         if self.frames_from and self.frames_until and self.frames_from >= self.frames_until:
             raise KeyProblem(
-                "frames_until", f"{self.frames_until:g} s must be later than frames_from = {self.frames_from:g} s"
+                "frames_until",
+                f"{write_quantity(self.frames_until, 'time')} must be later than frames_from = "
+                f"{write_quantity(self.frames_from, 'time')}",
             )
         return self
 
@@ -74,4 +77,7 @@ frames = 40
         """Raises `KeyProblem` of frames that lie beyond the run, ``duration`` [s]."""
         for key in ("frames_from", "frames_until"):
             if (time := getattr(self, key)) is not None and time > duration:
-                raise KeyProblem(key, f"{time:g} s must be at most run.duration = {duration:g} s")
+                raise KeyProblem(
+                    key,
+                    f"{write_quantity(time, 'time')} must be at most run.duration = {write_quantity(duration, 'time')}",
+                )

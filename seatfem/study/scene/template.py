@@ -13,13 +13,13 @@ from typing import Any, Final, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from seatfem.fields import kind_of
+from seatfem.fields import kind_of, kinds_in_words
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.study.scene.keys import as_toml, default_of, holds, own_keys
 from seatfem.study.scene.laws import laws
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.models import Scene
-from seatfem.study.scene.problems import tables_in
+from seatfem.study.scene.problems import ALIKE, tables_in
 
 WIDE: Final = 118  # characters
 AT: Final = 40  # where comments begin
@@ -52,9 +52,9 @@ def scene_template(name: str, *, file: str = "scene.toml") -> str:
     """
     kinds = {kind_of(each): each for each in kinds_of()}
     if name not in kinds:
-        close = get_close_matches(name, kinds, n=1)
+        close = get_close_matches(name, kinds, n=1, cutoff=ALIKE)
         hint = f"; did you mean {close[0]!r}?" if close else ""
-        raise NoTemplate(f"kind: {name!r} is none of {', '.join(sorted(kinds))}{hint}")
+        raise NoTemplate(f"kind: {name!r} is no kind; choose: {kinds_in_words(kinds_of())}{hint}")
     kind, other = kinds[name], kinds[kinds[name].sample_opposite]
     seat, reed = (other, kind) if kind.sample_motion else (kind, other)
     title = f"{kind_of(reed)} on {kind_of(seat)}".replace("_", " ")

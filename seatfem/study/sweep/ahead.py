@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final
 
+from impact.quantities import in_time
 from seatfem.machine.memory import available_memory
 from seatfem.machine.rates import Machine, cores
 from seatfem.study.planning.costs import OF_THE_SEAT, PROGRAM
@@ -61,12 +62,12 @@ class Ahead:
     def in_words(self, workers: int) -> str:
         """One line."""
         seats = f" with {self.seats} seat{'s'[: self.seats > 1]} to compute" if self.seats else ""
-        a_seat = f" {self.seat:.2g} s a seat," if self.seats else ""
+        a_seat = f" {in_time(self.seat)} a seat," if self.seats else ""
         beside = f" and {self.beside} side by side" if self.beside else ""
         counted = f"{self.scenes} scene{'s'[: self.scenes > 1]}{beside}{seats}"
         return (
-            f"{counted}: about {self.seconds(workers):.2g} s predicted with {workers} worker{'s'[: workers > 1]} "
-            f"({self.each:.2g} s a scene,{a_seat} {self.memory / 1e9:.2g} GB a worker)"
+            f"{counted}: about {in_time(self.seconds(workers))} predicted with {workers} worker{'s'[: workers > 1]} "
+            f"({in_time(self.each)} a scene,{a_seat} {self.memory / 1e9:.2g} GB a worker)"
         )
 
 

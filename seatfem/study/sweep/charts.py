@@ -11,6 +11,7 @@ import numpy as np
 
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, SKY, sheet
 from seatfem.study.impacts.landed import BAR
+from seatfem.study.scene.measures import label_of
 from seatfem.study.sweep.effects import CONFIDENCE, PERCENTILES, Band, Effect, Indices, drawn_rows, front, objectives
 from seatfem.study.sweep.goal import Optimise
 from seatfem.study.sweep.table import StudyTable
@@ -51,7 +52,7 @@ def draw_effects(table: StudyTable, effects: Sequence[Effect], path: Path) -> No
                 if row == len(measures) - 1:
                     panels[row, column].set_xlabel(effect.parameter)
                 if column == 0:
-                    panels[row, column].set_ylabel(effect.measure)
+                    panels[row, column].set_ylabel(label_of(effect.measure))
 
 
 def _effect(axes: Axes, table: StudyTable, effect: Effect) -> None:
@@ -108,7 +109,7 @@ def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> Non
                 axes.errorbar(
                     value, places + off, xerr=ends, linestyle="", color="black", capsize=2, elinewidth=0.8, zorder=3
                 )
-            axes.set_title(each.measure)
+            axes.set_title(label_of(each.measure))
             axes.set_yticks(places, table.parameters)
             axes.axvline(0.0, color="black", linewidth=0.7)
             axes.set_xlabel("share of the variance")
@@ -141,7 +142,7 @@ def draw_bands(table: StudyTable, bands: Sequence[Band], path: Path) -> None:
             axes.set_title(
                 f"{count} scenes" + (f", error bars up to {band.bar:.2g}" if math.isfinite(band.bar) else "")
             )
-            axes.set_xlabel(band.measure)
+            axes.set_xlabel(label_of(band.measure))
             axes.set_ylim(-3, 103)
             axes.locator_params(axis="x", nbins=5)
         for row in panels:
@@ -176,9 +177,9 @@ def draw_scatter(table: StudyTable, names: Sequence[str], path: Path) -> None:
                 if j > 0:
                     axes.set_yticklabels([])
                 if i == n - 1:
-                    axes.set_xlabel(right, fontsize=7)
+                    axes.set_xlabel(label_of(right), fontsize=7)
                 if j == 0:
-                    axes.set_ylabel(below, fontsize=7)
+                    axes.set_ylabel(label_of(below), fontsize=7)
                 axes.tick_params(labelsize=6.5)
 
 
@@ -194,8 +195,8 @@ def draw_front(table: StudyTable, path: Path) -> None:
         for place in best[:: math.ceil(len(best) / LABELS)]:
             words = f"scene {table.columns['scene'][place]}"
             axes.annotate(words, (x[place], y[place]), (7, -4), textcoords="offset points", fontsize=7, va="top")
-        axes.set_xlabel(f"{across} ({'more' if more_across else 'less'} is better)")
-        axes.set_ylabel(f"{up} ({'more' if more_up else 'less'} is better)")
+        axes.set_xlabel(f"{label_of(across)} ({'more' if more_across else 'less'} is better)")
+        axes.set_ylabel(f"{label_of(up)} ({'more' if more_up else 'less'} is better)")
         axes.legend()
 
 
@@ -210,7 +211,7 @@ def draw_history(
     number, value, inside = table.numbers("scene"), table.values(goal.measure), np.array(within)
     best = goal.sign * np.fmin.accumulate(np.where(inside, goal.sign * value, np.nan))
     with sheet(path, 5.6, 3.6) as figure:
-        _titled(figure, table, f"{'least' if goal.minimise else 'greatest'} {goal.measure}", HOLLOW)
+        _titled(figure, table, f"{'least' if goal.minimise else 'greatest'} {label_of(goal.measure)}", HOLLOW)
         axes = figure.add_subplot()
         axes.plot(number[inside], value[inside], "o", color=GREY, markersize=3.5, label="within the limits")
         if not inside.all():
@@ -221,5 +222,5 @@ def draw_history(
         axes.errorbar(at, measured, np.nan_to_num(bars), linestyle="", color=GREEN, marker="D", markersize=4.5,
                       capsize=3, zorder=3, label="at the target of accuracy")  # fmt: skip
         axes.set_xlabel("scene of the search")
-        axes.set_ylabel(goal.measure)
+        axes.set_ylabel(label_of(goal.measure))
         axes.legend()

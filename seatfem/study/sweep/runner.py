@@ -12,6 +12,7 @@ from typing import Final
 
 from impact.files.atomic import check_writable
 from impact.progress import Progress, silent
+from impact.quantities import in_time
 from seatfem.jobs import journal as lines
 from seatfem.jobs.batch import crew
 from seatfem.jobs.claims import claimed
@@ -48,7 +49,7 @@ def check_effort(effort: Effort) -> int | None:
     if workers is not None and workers < 1:
         raise StudyError(f"--workers = {workers} must be at least 1")
     if not (limit > 0 and math.isfinite(limit)):
-        raise StudyError(f"--limit = {limit:g} s must be positive and finite")
+        raise StudyError(f"--limit = {in_time(limit)} must be positive and finite")
     if effort.cluster is None:
         return workers
     if workers is not None:
@@ -180,5 +181,5 @@ def _again(outcome: Outcome, effort: Effort) -> bool:
 
 def _lost(answer: Lost, limit: float) -> Outcome:
     if answer.hung:
-        return Outcome("stopped", f"no end within {limit:g} s (--limit)", limit)
+        return Outcome("stopped", f"no end within {in_time(limit)} (--limit)", limit)
     return Outcome("failed", answer.in_words(), answer.seconds)

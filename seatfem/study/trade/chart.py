@@ -36,9 +36,9 @@ MARKERS: Final[Mapping[str, tuple[Any, str]]] = {
     "reed modes": ("P", "reed modes"),
     "time step": ("X", "time step"),
     "history": ("p", "history engine"),
-    "rings": ("H", "rings of the patch"),
-    "ports": ("h", "arcs of the lip"),
-    "one port": ((4, 1, 45), "one port"),
+    "rings": ("H", "parts across the contact face"),
+    "ports": ("h", "segments of the lip"),
+    "one port": ((4, 1, 45), "single contact point"),
     "beam": ((3, 1, 0), "beam"),
     "reed band": ("8", "band of the plate"),
 }

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Final
 
 from impact.progress import Progress, silent
+from impact.quantities import in_time
 from seatfem.jobs import journal as lines
 from seatfem.jobs.batch import crew
 from seatfem.jobs.cluster import Parcel, cluster_crew
@@ -110,7 +111,7 @@ def _may_end_now(outcome: Outcome, time_limit: float) -> bool:
 def _obstacle(point: Point, found: Mapping[str, Outcome], time_limit: float) -> Outcome | None:
     """Why a point is not even tried."""
     if point.predicted > TOO_LONG * time_limit:
-        return Outcome("stopped", f"not tried: {point.predicted:.3g} s predicted", processor=time_limit)
+        return Outcome("stopped", f"not tried: {in_time(point.predicted)} predicted", processor=time_limit)
     before = found.get(point.after)
     if before is None or before.state == "done":
         return None
@@ -140,7 +141,7 @@ def _outcome(answer: str | Lost, limit: float) -> Outcome:
     if isinstance(answer, str):
         return Outcome(**json.loads(answer))
     if answer.hung:
-        return Outcome("stopped", f"no end within {PATIENCE * limit:g} s", processor=limit)
+        return Outcome("stopped", f"no end within {in_time(PATIENCE * limit)}", processor=limit)
     if answer.code is not None and answer.code == -getattr(signal, "SIGXCPU", 0) < 0:
         return Outcome("stopped", f"no end within {limit:g} processor seconds", processor=limit)
     return Outcome("failed", answer.in_words())

@@ -22,6 +22,7 @@ from seatfem.study.scene.measures import FIRST, HARDEST
 from seatfem.study.trade.ladder import BY_HAND, RATIO, centre_of, finer_rung, ladder, reference_point
 from seatfem.study.trade.point import ALL_OPEN, Outcome, Point, scene_with, stated_choices
 from seatfem.study.trade.runner import TIME_LIMIT, run_point, run_points
+from seatfem.units import write_quantity
 
 PLANNED: Final = "planner's choice"
 AS_FILED: Final = "as the file says"
@@ -191,7 +192,8 @@ class _Runs:
         if ended and not any(_answers(each, asked) for each in ended):
             why = left_out_in_words((each.about[STATUS] for each in ended), "points")
             raise TradeError(
-                f"{self.path}: no landing to compare: {why}; lengthen run.duration = {self.scene.run.duration:g} s, "
+                f"{self.path}: no landing to compare: {why}; lengthen run.duration = "
+                f"{write_quantity(self.scene.run.duration, 'time')}, "
                 'or ask for the whole run by accuracy.landing = "run"'
             )
 

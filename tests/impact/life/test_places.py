@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impact.after.contact_stress import hertz_circular, hertz_stiffness
+from impact.exact.contact_stress import hertz_circular, hertz_stiffness
 from impact.life.curves import LifeError, basquin
 from impact.life.mean_stress import Goodman, mean_stress
 from impact.life.multiaxial import Crossland

@@ -51,7 +51,7 @@ class HertzImpact:
 
 @dataclass(frozen=True)
 class ShearMaximum:
-    """Largest shear stress on the axis, and its depth."""
+    """Largest shear stress on the axis, and its depth, both relative: over the pressure and over the half-width."""
 
     stress: float
     depth: float
@@ -70,7 +70,10 @@ def hertz_stiffness(*, reduced_modulus: float, radius: float) -> float:
 
 
 def hertz_circular(*, force: float, reduced_modulus: float, radius: float) -> HertzContact:
-    """Spheres: a = (3 N R/(4 E*))^(1/3), p0 = 3 N/(2 pi a^2), approach a^2/R. Source: Johnson 4.22 - 4.24."""
+    """Return the contact of spheres under N [N]: a = (3 N R/(4 E*))^(1/3), p0 = 3 N/(2 pi a^2), approach a^2/R.
+
+    Source: Johnson 4.22 - 4.24.
+    """
     _positive(force=force, reduced_modulus=reduced_modulus, radius=radius)
     a = (3 * force * radius / (4 * reduced_modulus)) ** (1 / 3)
     return HertzContact(a, 3 * force / (2 * math.pi * a**2), a**2 / radius)
@@ -97,9 +100,9 @@ def hertz_impact(*, stiffness: float, mass: float, speed: float) -> HertzImpact:
 
 
 def circular_axis_stress(depth: ArrayLike, *, poisson: float) -> tuple[Array, Array]:
-    """(sigma_r, sigma_z)/p0 on the axis of a circular Hertz contact, z = ``depth``/a; sigma_theta = sigma_r.
+    """Return the ratios (n,) sigma_r/p0 and sigma_z/p0 on the axis of a circular Hertz contact, z = ``depth``/a (n,).
 
-    sigma_r = -(1 + nu)(1 - z atan(1/z)) + 1/(2 (1 + z^2)), sigma_z = -1/(1 + z^2). Source: Johnson 3.45.
+    sigma_theta = sigma_r = -(1 + nu)(1 - z atan(1/z)) + 1/(2 (1 + z^2)), sigma_z = -1/(1 + z^2). Source: Johnson 3.45.
     """
     z = _depth(depth, poisson)
     inside = 1 / (1 + z**2)
@@ -107,9 +110,10 @@ def circular_axis_stress(depth: ArrayLike, *, poisson: float) -> tuple[Array, Ar
 
 
 def line_axis_stress(depth: ArrayLike) -> tuple[Array, Array]:
-    """(sigma_x, sigma_z)/p0 below the middle of a Hertz line contact, z = ``depth``/b, x across the line.
+    """Return the ratios (n,) sigma_x/p0 and sigma_z/p0 below the middle of a Hertz line contact, z = ``depth``/b (n,).
 
-    sigma_x = -((1 + 2 z^2)/sqrt(1 + z^2) - 2 z), sigma_z = -1/sqrt(1 + z^2). Source: Johnson 4.46.
+    x is across the line; sigma_x = -((1 + 2 z^2)/sqrt(1 + z^2) - 2 z), sigma_z = -1/sqrt(1 + z^2).
+    Source: Johnson 4.46.
     """
     z = _depth(depth, 0.0)
     root = np.sqrt(1 + z**2)
@@ -117,9 +121,9 @@ def line_axis_stress(depth: ArrayLike) -> tuple[Array, Array]:
 
 
 def disk_axis_stress(depth: ArrayLike, *, poisson: float) -> tuple[Array, Array]:
-    """(sigma_r, sigma_z)/p on the axis of a uniformly loaded disk, z = ``depth``/a; sigma_theta = sigma_r.
+    """Return the ratios (n,) sigma_r/p and sigma_z/p on the axis of a uniformly loaded disk, z = ``depth``/a (n,).
 
-    sigma_z = -(1 - c^3), sigma_r = -((1 + 2 nu)/2 - (1 + nu) c + c^3/2), c = z/sqrt(1 + z^2).
+    sigma_z = -(1 - c^3), sigma_theta = sigma_r = -((1 + 2 nu)/2 - (1 + nu) c + c^3/2), c = z/sqrt(1 + z^2).
 
     Source: Timoshenko & Goodier, Theory of Elasticity, load over part of the boundary of a semi-infinite solid.
     """
@@ -174,10 +178,10 @@ def first_contact_pressure(*, speed: float, impedance: float, impedance_2: float
 
 
 def tip_step_moment(eta: ArrayLike) -> Array:
-    """Bending moment over v sqrt(EI rho A) of a long beam whose free tip is given the velocity v at once.
+    """Return the ratio (n,) of the bending moment to v sqrt(EI rho A) in a long beam whose free tip gets v at once.
 
-    m(eta) = -Im erfc(eta exp(i pi/4)/2), eta = x/sqrt(a t), x from the tip, a = sqrt(EI/(rho A)); its travelling
-    maximum 0.48759 stands at eta = sqrt(pi). Equally a tip that is arrested from v.
+    m(eta) = -Im erfc(eta exp(i pi/4)/2), ``eta`` = x/sqrt(a t) (n,), x from the tip, a = sqrt(EI/(rho A)); its
+    travelling maximum 0.48759 stands at eta = sqrt(pi). Equally a tip that is arrested from v.
 
     From EI u'''' + rho A u_tt = 0, u_t(0, t) = v, u''(0, t) = 0, in the Laplace domain.
     """
@@ -187,7 +191,7 @@ def tip_step_moment(eta: ArrayLike) -> Array:
 def tip_step_stress(
     *, young: float, density: float, speed: float, eta: ArrayLike = TIP_STEP_MAXIMUM, section: float = RECTANGULAR
 ) -> Array:
-    """Surface stress [Pa] rho c_0 v ``section`` m(eta) of a tip given the velocity v: largest 0.8445 rho c_0 v.
+    """Surface stress (n,) [Pa] rho c_0 v ``section`` m(eta) of a tip given the velocity v: largest 0.8445 rho c_0 v.
 
     ``section`` is the distance of the surface from the neutral axis over the radius of gyration. Euler-Bernoulli:
     valid for waves longer than about 6 heights.
@@ -207,7 +211,7 @@ def tip_step_force(time: ArrayLike, *, speed: float, bending_stiffness: float, m
     """F = v sqrt(EI rho A)/sqrt(2 pi a t) [N], a = sqrt(EI/(rho A)): what gives a free tip the velocity v at once.
 
     Args:
-        time: t > 0 [s]; inf at 0.
+        time: (n,) t > 0 [s]; inf at 0.
         speed: v [m/s].
         bending_stiffness: EI [N m^2].
         mass_per_length: rho A [kg/m].

@@ -9,14 +9,19 @@ SOURCES: Final[Mapping[str, str]] = {
     "mesh": "mesh error",
     "reduction": "reduced model of the seat",
     "time_step": "time step",
-    "model": "simpler model of the seat",
+    "model": "simplified model of seat or reed",
     "patch": "contact face treated as one",
     "striker": "model of the reed",
     "stopper": "stopper",
     "lip": "one contact point in place of the lip",
 }
+OF_A_BODY: Final[Mapping[str, str]] = {"mesh": "mesh error", "reduction": "reduced model"}
+BODIES: Final[Mapping[str, str]] = {"striker": "reed", "stopper": "stopper", "seat": "seat"}
 
 
 def in_words(source: str) -> str:
     """Return a source of error of the budget in words; one that is new by its name."""
+    body, _, its = source.partition("'s ")
+    if its and body in BODIES:
+        return f"{OF_A_BODY.get(its, its.replace('_', ' '))} of the {BODIES[body]}"
     return SOURCES.get(source, source.replace("_", " "))

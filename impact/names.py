@@ -1,0 +1,70 @@
+"""Public names of a package: loaded on first use, and those that went elsewhere, which warn and name the new place."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+from typing import Any
+
+
+def lazy_names(
+    package: str, places: Mapping[str, str], former: Mapping[str, str] | None = None
+) -> Callable[[str], Any]:
+    """Return the ``__getattr__`` of a package, which imports what a name stands for when it is asked for.
+
+    Args:
+        package: its name.
+        places: names by the module that holds them, apart by blanks; a name that is the module's own is the module.
+        former: what was in the package, and where it is now: the full name of a module, or "module:name" of a name.
+    """
+    homes = {name: module for module, names in places.items() for name in names.split()}
+    moved = {f"{package}.{name}": place for name, place in (former or {}).items()}
+    if modules := {name: place for name, place in moved.items() if ":" not in place}:
+        sys.meta_path.append(FormerModules(modules))
+
+    def load_name(name: str) -> Any:
+        if place := moved.get(f"{package}.{name}"):
+            _warn(f"{package}.{name}", place)
+            module, _, held = place.partition(":")
+            return getattr(import_module(module), held) if held else import_module(module)
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        home = import_module(homes[name])
+        return home if homes[name].endswith(f".{name}") and not hasattr(home, name) else getattr(home, name)
+
+    return load_name
+
+
+@dataclass(frozen=True)
+class FormerModules(MetaPathFinder, Loader):
+    """Finds modules under names that they had once: ``places`` has the former full name and the present one."""
+
+    places: Mapping[str, str]
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Return how to load a former name; ``None`` of all others."""
+        return ModuleSpec(fullname, self) if fullname in self.places else None
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
+        """Leave it to Python."""
+        return None
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Warn, and fill the module with what the present one holds."""
+        place = self.places[module.__name__]
+        _warn(module.__name__, place)
+        held = vars(import_module(place)).items()
+        vars(module).update({name: value for name, value in held if not name.startswith("__")})
+
+
+def _warn(name: str, place: str) -> None:
+    words = f"{name} is {place.replace(':', '.')} now, and leaves with the next version: import it from there"
+    warnings.warn(words, DeprecationWarning, stacklevel=3)

@@ -1,0 +1,84 @@
+"""Numbers and quantities as people read them: the one way for terminal, messages, reports and pictures."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+_PREFIXES: Final = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+_FIXED: Final = {"": (1.0, ""), "rad": (180 / math.pi, "deg"), "kg": (1e3, "g"), "m^2": (1e6, "mm^2")}
+"""Factor and unit where no prefix stands: a prefix before a square is not one of the area."""
+
+
+ROUND_OFF: Final = 1e-9
+"""Share below which nothing but round-off is known."""
+
+
+def scaled(values: ArrayLike, unit: str) -> tuple[float, str]:
+    """Return factor and unit that bring the largest finite |value| into 0.99..990: ``(1e6, "µm")`` for 3e-5 m."""
+    data = np.abs(np.asarray(values, dtype=float))
+    largest = float(np.max(data[np.isfinite(data)], initial=0.0))
+    if largest == 0.0:
+        return 1.0, unit
+    exponent = min(max(3 * math.floor(math.log10(largest * 1.01) / 3), -12), 9)
+    return 10.0**-exponent, _PREFIXES[exponent] + unit
+
+
+def text(value: float, unit: str, digits: int = 3) -> str:
+    """Return a number with its prefixed unit, for pictures: ``"28.4 N"``; powers of ten beyond the prefixes."""
+    if not math.isfinite(value):
+        return "–"
+    factor, prefixed = scaled(value, unit)
+    number = value * factor
+    if number == 0.0:
+        return f"0 {unit}"
+    if not 1e-3 <= abs(number) < 1e6:
+        return f"{number:.{digits - 1}e} {prefixed}"
+    decimals = max(digits - 1 - math.floor(math.log10(abs(number) * (1 + 1e-9))), 0)
+    return f"{number:.{decimals}f} {prefixed}"
+
+
+def in_units(value: float, unit: str, digits: int = 3) -> str:
+    """Return a number [SI] with a unit of a fitting size, in letters that every terminal has: ``"0.2 us"``."""
+    factor, prefixed = _FIXED[unit] if unit in _FIXED else scaled(value, unit)
+    number = in_digits(factor * value, digits)
+    return f"{number} {plain(prefixed)}" if prefixed else number
+
+
+def in_digits(value: float, digits: int = 3) -> str:
+    """Return a number of at most so many digits, from 1e-4 to 1e6 without powers of ten: "183", "4.5e9", never "-0"."""
+    rounded = float(f"{value:.{digits}g}")
+    if not math.isfinite(rounded) or rounded == 0.0:
+        return f"{rounded + 0.0:g}"
+    if 1e-4 <= abs(rounded) < 1e6:
+        decimals = max(digits - 1 - math.floor(math.log10(abs(rounded))), 0)
+        number = f"{rounded:.{decimals}f}"
+        return number.rstrip("0").rstrip(".") if "." in number else number
+    mantissa, exponent = f"{rounded:.{digits - 1}e}".split("e")
+    return f"{mantissa.rstrip('0').rstrip('.') if '.' in mantissa else mantissa}e{int(exponent)}"
+
+
+def percent(share: float, digits: int = 2, *, sign: bool = False) -> str:
+    """Return a share in per cent: ``"0.44 %"``, ``"+120 %"`` with the ``sign``; a zero has none, nor has round-off."""
+    if 0 < abs(share) < ROUND_OFF:
+        return "0 %" if sign else f"< {in_digits(100 * ROUND_OFF)} %"
+    number = in_digits(100 * share, digits)
+    return f"{'+' if sign and share > 0 and number != '0' else ''}{number} %"
+
+
+def in_time(seconds: float) -> str:
+    """Return a time of computing in two figures: seconds, minutes from 100 s on, hours from 100 minutes on."""
+    if not math.isfinite(seconds):
+        return f"{seconds:g} s"
+    for unit, size in (("s", 1.0), ("min", 60.0)):
+        if seconds < 99.5 * size:
+            return f"{in_digits(seconds / size, 2)} {unit}"
+    return f"{in_digits(seconds / 3600)} h"
+
+
+def plain(unit: str) -> str:
+    """Return a unit in letters that every terminal has."""
+    return unit.replace("µ", "u")

@@ -1,0 +1,84 @@
+"""The sheet of mistakes: what a user of valves gets wrong, and that the answer names it, its limit and the remedy."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seatfem.faces.cli import BAD_INPUT, run_command
+
+SHEET = tomllib.loads((Path(__file__).with_name("mistakes.toml")).read_text(encoding="utf-8"))
+RECORD = "angle [deg],pressure [bar]\n0,-1\n90,0.1\n180,0.1\n270,-1\n360,-1\n"
+
+
+def test_the_sheet_is_long_and_each_mistake_stands_in_it_once() -> None:
+    names = [each["name"] for each in SHEET["mistake"]]
+    assert len(names) == len(set(names)) >= 25
+
+
+@pytest.mark.parametrize("mistake", SHEET["mistake"], ids=lambda each: each["name"])
+def test_a_mistake_is_answered(
+    mistake: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 2, every text of the answer, no picture of Python's insides, and no file left."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    texts = {"pressure.csv": RECORD, "scene.toml": SHEET["scene"], "strength.toml": SHEET["strength"]}
+    for file, changes in (("scene.toml", mistake.get("change", ())), ("strength.toml", mistake.get("swap", ()))):
+        for old, new in changes:
+            assert old in texts[file]
+            texts[file] = texts[file].replace(old, new, 1)
+    texts |= mistake.get("files", {})
+    for name, text in texts.items():
+        Path(name).write_text(text, encoding="utf-8")
+    assert run_command(mistake.get("command", ["plan", "scene.toml"])) == BAD_INPUT
+    told = " ".join(capfd.readouterr().err.split())
+    assert [words for words in mistake["answer"] if words not in told] == [], told
+    assert [words for words in (*mistake.get("never", ()), "Traceback", "pydantic") if words in told] == []
+    assert {path.name for path in tmp_path.iterdir()} == set(texts)
+
+
+def test_the_scene_of_the_sheet_is_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a mistake it is planned, with the speed of the crank as a number or with its unit."""
+    monkeypatch.chdir(tmp_path)
+    Path("pressure.csv").write_text(RECORD, encoding="utf-8")
+    from seatfem.study.scene import load_scene
+
+    for rpm in ("3000", '"3000 1/min"', '"3000 rpm"', '"50 1/s"'):
+        Path("scene.toml").write_text(SHEET["scene"].replace("rpm = 3000", f"rpm = {rpm}"), encoding="utf-8")
+        assert load_scene("scene.toml").load[0].pressure.rpm == pytest.approx(3000.0, rel=1e-15)
+
+
+def test_faces_are_listed_line_by_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """One face a line; a key with a line end in it makes no line of its own."""
+    part = Path(__file__).parents[2] / "meshes" / "annular_seat.step"
+    green = '{ kind = "colour", colour = [0, 255, 0] }'
+    body = f'[seat]\nkind = "cad"\nfile = "{part.as_posix()}"\nmaterial = "steel"\ncontact = {green}\n'
+    reed = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "1 ms"\n'
+    scene = tmp_path / "scene.toml"
+    scene.write_text(body + reed, encoding="utf-8")
+    assert run_command(["plan", str(scene)]) == BAD_INPUT
+    lines = capfd.readouterr().err.splitlines()
+    assert [line.partition(":")[0] for line in lines if line.startswith("  ")] == [f"  face {k}" for k in range(1, 9)]
+    scene.write_text(body.replace(green, "{ number = 6 }") + '"a\\nb" = 1\n' + reed, encoding="utf-8")
+    assert run_command(["plan", str(scene)]) == BAD_INPUT
+    assert len(capfd.readouterr().err.splitlines()) == 1
+
+
+def test_init_without_a_kind_lists_them_by_groups(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["init"]) == 0
+    told = capsys.readouterr().out
+    places = [
+        told.index(words) for words in ("reeds", "flapper", "seats", "annular", "strikers", "ball", "imported", "cad")
+    ]
+    assert places == sorted(places)
+
+
+@pytest.mark.parametrize(("text", "seconds"), [("90", 90.0), ("1min", 60.0), ("2 h", 7200.0), ("500 ms", 0.5)])
+def test_times_of_options_take_units(text: str, seconds: float) -> None:
+    from cyclopts import Token
+
+    from seatfem.faces.output import seconds_of
+
+    assert seconds_of(float, [Token(value=text)]) == pytest.approx(seconds, rel=1e-15)

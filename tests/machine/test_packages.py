@@ -1,0 +1,71 @@
+"""Packages of others that fail while they are imported are named, with their extra and the command that mends them."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from impact.extras import how_to_mend
+
+ROOT = Path(__file__).parents[2]
+RUN = "import sys; from seatfem.faces.cli import run_command; sys.exit(run_command(sys.argv[1:]))"
+
+
+def answer(folder: Path, module: str, code: str, *arguments: str) -> str:
+    """What the program says where such a module lies before the installed one."""
+    (folder / module).mkdir()
+    (folder / module / "__init__.py").write_text(code, encoding="utf-8")
+    made = f"import sys; sys.path[:0] = [{str(folder)!r}, {str(ROOT)!r}]; {RUN}"
+    done = subprocess.run([sys.executable, "-c", made, *arguments], capture_output=True, text=True, cwd=folder)
+    assert done.returncode == 1
+    return " ".join(done.stderr.split())
+
+
+@pytest.mark.parametrize(
+    ("module", "code", "whose", "reason"),
+    [
+        ("pint", 'raise ImportError("libpint.so: cannot open")', "pint", "libpint.so: cannot open"),
+        ("pint", 'raise AttributeError("module numpy has no float_")', "pint", "module numpy has no float_"),
+        ("pint", "import no_such_dependency", "pint", "No module named 'no_such_dependency'"),
+    ],
+)
+def test_a_broken_package_is_named(module: str, code: str, whose: str, reason: str, tmp_path: Path) -> None:
+    """It is no bug of this program, whatever its import raises."""
+    (tmp_path / "scene.toml").write_text('[reed]\nkind = "ball"\ndiameter = "1 furlong"\n', encoding="utf-8")
+    told = answer(tmp_path, module, code, "plan", "scene.toml")
+    assert f"{whose} is installed but cannot be imported ({reason})" in told
+    assert told.endswith(f"install it anew: pip install --force-reinstall {whose}")
+    assert "this is a bug" not in told
+
+
+def test_a_package_of_an_extra_is_named_with_it(tmp_path: Path) -> None:
+    """Universal files need pyuff, of the extra uff."""
+    (tmp_path / "modes.uff").write_text("    -1\n", encoding="utf-8")
+    (tmp_path / "scene.toml").write_text(
+        '[seat]\nkind = "modes"\nfile = "modes.uff"\nnode = 1\ndirection = "+z"\n[reed]\n'
+        'kind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "1 ms"\n',
+        encoding="utf-8",
+    )
+    (tmp_path / "pyuff").mkdir()
+    (tmp_path / "pyuff" / "__init__.py").write_text('raise ImportError("broken")', encoding="utf-8")
+    made = f"import sys; sys.path[:0] = [{str(tmp_path)!r}, {str(ROOT)!r}]; {RUN}"
+    command = [sys.executable, "-c", made, "run", "scene.toml", "--no-pictures"]
+    told = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path).stderr
+    assert "pyuff (extra 'uff') is installed but cannot be imported (broken)" in told
+    assert "pip install --force-reinstall pyuff" in told
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (ModuleNotFoundError("No module named 'pandas'", name="pandas"), "pandas is not installed; install it with: "),
+        (
+            ModuleNotFoundError("No module named 'dateutil'", name="dateutil"),
+            "pandas (extra 'tables') is installed but",
+        ),
+        (ImportError("x"), "pandas (extra 'tables') is installed but cannot be imported (x)"),
+    ],
+)
+def test_what_is_absent_is_installed_and_what_is_broken_anew(error: ImportError, words: str) -> None:
+    assert how_to_mend("pandas", "tables", error).startswith(words)
