@@ -26,6 +26,9 @@ FILES = {
         + "*NSET, NSET=N, GENERATE\n1,4000\n*SURFACE, NAME=S, TYPE=NODE\n" + "N\n" * 9000,
         "all sets of a deck may have 5e+06 together",
     ),
+    "blanks.xdmf": ("<Xdmf>" + ">" + " " * 400_000, "not readable as a .xdmf file"),
+    "brackets.xdmf": ("<Xdmf>" + "> " * 200_000, "not readable as a .xdmf file"),
+    "late.xdmf": ("<?xml version='1.0'?>" + " " * 100_000 + "<!DOCTYPE x><Xdmf/>", "defines or includes entities"),
     "place.inp": (
         DECK.replace("*ELEMENT", "".join(f"{k},0,0,0\n" for k in range(5, 40_001)) + "*ELEMENT", 1)
         + "".join(f"{k},{k},{k + 1},{k + 2},{k + 3}\n" for k in range(5, 39_997)),
