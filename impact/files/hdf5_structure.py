@@ -33,9 +33,9 @@ def check_structure(path: Path, error: type[Exception], most_packed: float = 100
 
     Refused: links that are soft, external or of a user's class, external storage, virtual datasets, filters that load
     a plug-in, groups with two names, more than `MOST_OBJECTS` objects, `MOST_ATTRIBUTES` attributes or `DEEPEST`
-    levels, datasets, chunks and attributes that claim together more than ``most_packed`` times the file's size and more than
-    `FREE` bytes. Entries of variable length may lie at one place of the file: each claims the whole file before it is
-    read.
+    levels, datasets, chunks and attributes that claim together more than ``most_packed`` times the file's size and more
+    than `FREE` bytes. Entries of variable length may lie at one place of the file: each claims the whole file before it
+    is read.
     """
     size = path.stat().st_size
     limit = max(FREE, int(most_packed * size))
