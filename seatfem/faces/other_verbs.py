@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -98,7 +99,8 @@ def init(
     from seatfem.study.sweep.study_template import STUDY, STUDY_SCHEMA_FILE, study_schema, study_template
 
     path, of_study = output or Path(f"{kind}.toml"), kind == STUDY
-    text = study_template(file=path.name) if of_study else scene_template(kind, file=path.name)
+    file = shlex.quote("".join(letter if letter.isprintable() else "?" for letter in path.name))
+    text = study_template(file=file) if of_study else scene_template(kind, file=file)
     if path.exists():
         raise NoTemplate(f"{path}: is there already; remove it, or name another file (--output)")
     name = STUDY_SCHEMA_FILE if of_study else SCHEMA_FILE
@@ -109,7 +111,7 @@ def init(
     for file, content in written.items():
         write_whole(file, content.encode("utf-8"))
     if not common.quiet:
-        lines().print(f"wrote {', '.join(map(str, written))}; next: seatfem plan {path}")
+        lines().print(f"wrote {', '.join(map(str, written))}; next: seatfem plan {shlex.quote(str(path))}")
     return DONE
 
 
