@@ -56,6 +56,7 @@ extremes: $(VENV)/installed-dev
 
 fuzz: $(VENV)/installed-dev
 	$(SINGLE_THREAD) $(PY) -m tests.fuzz --write
+	$(SINGLE_THREAD) $(PY) -m tests.fuzz.sizes
 
 # Speed of the main parts against earlier commits: a line of benchmarks/results/history.jsonl; it judges nothing.
 history: $(VENV)/installed-dev

@@ -16,6 +16,7 @@ import pytest
 from PIL import Image
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
+from seatfem.faces.report.asked import AskedError
 from seatfem.faces.report.bodies import body_figure
 from seatfem.faces.report.figures import MOST, _envelope
 from seatfem.faces.report.folder import ReportError
@@ -340,5 +341,5 @@ def test_the_command_that_does_it_again_is_safe_in_a_shell(tmp_path: Path, chang
 @pytest.mark.parametrize("line", ["x; touch made", "'a' + 'b'", "'a", "1", "[" * 2000, "'\\x'"])
 def test_a_copy_whose_changes_are_no_texts(tmp_path: Path, line: str) -> None:
     (tmp_path / "scene.toml").write_text(f"# --set {line}\n[seat]\n", encoding="utf-8")
-    with pytest.raises(ReportError, match="a change must be one text in quotes"):
+    with pytest.raises(AskedError, match="a change must be one text in quotes"):
         provenance(tmp_path, {})

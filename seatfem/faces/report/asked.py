@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Final
 
 from impact.files.atomic import write_whole
 from seatfem.faces.plan_view import plan_json
-from seatfem.faces.report.folder import ReportError
 from seatfem.study.scene.parcel import files_of
 
 if TYPE_CHECKING:
@@ -23,6 +22,10 @@ SET: Final = "# --set "
 PLAN_FILE: Final = "plan.json"
 _LITERAL: Final = re.compile(r"'(?:[^'\\]|\\.)*'|\"(?:[^\"\\]|\\.)*\"")  # one text in quotes
 _TEXT: Final = re.compile(r"\"[^\"\\\n]+\"|'[^'\n]+'")
+
+
+class AskedError(ValueError):
+    """A scene's copy beside its results that does not tell what was asked."""
 
 
 def keep_asked(
@@ -41,7 +44,7 @@ def keep_asked(
 
 
 def changes_in(text: str) -> list[str]:
-    """Return the changes of a scene that its copy names. Raises `ReportError` for a line that is no text in quotes."""
+    """Return the changes of a scene that its copy names. Raises `AskedError` for a line that is no text in quotes."""
     changes = []
     for line in text.splitlines():
         if not line.startswith(SET):
@@ -52,7 +55,7 @@ def changes_in(text: str) -> list[str]:
         except (SyntaxError, ValueError):
             change = None
         if not isinstance(change, str):
-            raise ReportError(f"{SCENE_COPY}: {line[:80]!r}: a change must be one text in quotes; remove the line")
+            raise AskedError(f"{SCENE_COPY}: {line[:80]!r}: a change must be one text in quotes; remove the line")
         changes.append(change)
     return changes
 
