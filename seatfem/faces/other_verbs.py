@@ -99,8 +99,8 @@ def init(
     from seatfem.study.sweep.study_template import STUDY, STUDY_SCHEMA_FILE, study_schema, study_template
 
     path, of_study = output or Path(f"{kind}.toml"), kind == STUDY
-    file = shlex.quote("".join(letter if letter.isprintable() else "?" for letter in path.name))
-    text = study_template(file=file) if of_study else scene_template(kind, file=file)
+    name_in_shell = shlex.quote("".join(letter if letter.isprintable() else "?" for letter in path.name))
+    text = study_template(file=name_in_shell) if of_study else scene_template(kind, file=name_in_shell)
     if path.exists():
         raise NoTemplate(f"{path}: is there already; remove it, or name another file (--output)")
     name = STUDY_SCHEMA_FILE if of_study else SCHEMA_FILE
