@@ -12,7 +12,7 @@ SINGLE_THREAD := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMB
 TEST_WORKERS  ?= auto
 
 .DELETE_ON_ERROR:
-.PHONY: help demo test quick lint types unit installed verify doctor docs extremes fuzz history clean distclean
+.PHONY: help demo test quick lint types unit installed lowest verify doctor docs extremes fuzz history clean distclean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -40,6 +40,11 @@ unit: $(VENV)/installed-dev
 # the wheel in bare environments outside the tree: PYTHONS="3.11 3.12 3.13"
 installed: $(VENV)/installed-dev
 	.ci/installed $(PY)
+
+# the wheel with the lowest versions of its dependencies that pyproject.toml allows, and with the newest
+lowest: $(VENV)/installed-dev
+	.ci/lowest lowest $(PY)
+	.ci/lowest newest $(PY)
 
 verify doctor: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem $@

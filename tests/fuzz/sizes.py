@@ -7,6 +7,7 @@ N bytes, reads it in a process of its own, and prints what that took; tests do s
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import math
 import os
@@ -191,7 +192,7 @@ def defects(readings: list[Reading]) -> Iterator[str]:
             yield f"{reading.count}: {reading.ended}"
         if reading.memory > MEMORY + PER_BYTE * reading.size:
             yield f"{reading.count}: {reading.memory / 1e6:.0f} MB of memory for {reading.size / 1e6:.3g} MB"
-    for before, after in zip(readings, readings[1:], strict=False):
+    for before, after in itertools.pairwise(readings):
         proportion = after.size / before.size
         if after.seconds > MARGIN * proportion * max(before.seconds, SHORTEST):
             yield (
