@@ -12,7 +12,7 @@ SINGLE_THREAD := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMB
 TEST_WORKERS  ?= auto
 
 .DELETE_ON_ERROR:
-.PHONY: help demo test quick lint types unit installed verify doctor docs extremes fuzz history clean distclean
+.PHONY: help demo test quick lint types unit installed lowest verify doctor docs extremes fuzz history clean distclean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -41,6 +41,11 @@ unit: $(VENV)/installed-dev
 installed: $(VENV)/installed-dev
 	.ci/installed $(PY)
 
+# the wheel with the lowest versions of its dependencies that pyproject.toml allows, and with the newest
+lowest: $(VENV)/installed-dev
+	.ci/lowest lowest $(PY)
+	.ci/lowest newest $(PY)
+
 verify doctor: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem $@
 
@@ -56,6 +61,7 @@ extremes: $(VENV)/installed-dev
 
 fuzz: $(VENV)/installed-dev
 	$(SINGLE_THREAD) $(PY) -m tests.fuzz --write
+	$(SINGLE_THREAD) $(PY) -m tests.fuzz.sizes
 
 # Speed of the main parts against earlier commits: a line of benchmarks/results/history.jsonl; it judges nothing.
 history: $(VENV)/installed-dev

@@ -13,13 +13,16 @@ import hashlib
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
 import h5py
+import numpy as np
 
 MB: Final = 1 << 20
 MOST_OBJECTS: Final = 20_000
+MOST_ATTRIBUTES: Final = 200_000
 DEEPEST: Final = 32
 OWN_FILTERS: Final = (*range(1, 7), 32000)  # HDF5's own, and 32000: LZF, which h5py brings along
 FREE: Final = 64 * MB  # bytes that any file may claim
@@ -29,17 +32,33 @@ def check_structure(path: Path, error: type[Exception], most_packed: float = 100
     """Raise ``error``, naming file, key, value and limit, for an HDF5 file that is not plain.
 
     Refused: links that are soft, external or of a user's class, external storage, virtual datasets, filters that load
-    a plug-in, more than `MOST_OBJECTS` objects or `DEEPEST` levels, datasets and chunks that claim together more than
-    ``most_packed`` times the file's size and more than `FREE` bytes.
+    a plug-in, groups with two names, more than `MOST_OBJECTS` objects, `MOST_ATTRIBUTES` attributes or `DEEPEST`
+    levels, datasets, chunks and attributes that claim together more than ``most_packed`` times the file's size and more
+    than `FREE` bytes. Entries of variable length may lie at one place of the file: each claims the whole file before it
+    is read.
     """
     size = path.stat().st_size
     limit = max(FREE, int(most_packed * size))
-    claimed = 0
+    claimed = attributes = 0
     with h5py.File(path, "r") as file:
-        for key, dataset in _datasets(file, path, error):
+        for key, found in _objects(file, path, error):
+            attributes += len(found.attrs)
+            if attributes > MOST_ATTRIBUTES:
+                raise error(f"{path}: has more than {MOST_ATTRIBUTES} attributes: refused")
+            for name in found.attrs:
+                claimed += _bytes_of_attribute(found, name, size, limit - claimed)
+                if claimed > limit:
+                    raise error(
+                        f"{path}: attribute {name!r} of {key or 'the file'}, with what is before it, may take more "
+                        f"than {limit / MB:.4g} MB from a file of {size / MB:.3g} MB: refused; write one short text"
+                    )
+            if not isinstance(found, h5py.Dataset):
+                continue
+            dataset = found
             if problem := _not_plain(dataset):
                 raise error(f"{path}: {key} {problem}: refused; write it as a plain dataset")
-            claimed += max(_bytes(dataset, dataset.shape or (1,)), _bytes(dataset, dataset.chunks or (0,)))
+            entry = size if dataset.dtype.hasobject else int(dataset.dtype.itemsize)
+            claimed += entry * max(_count(dataset.shape or ()), _count(dataset.chunks or (0,)))
             if claimed > limit:
                 raise error(
                     f"{path}: {key} of {dataset.shape} {dataset.dtype}, in chunks of {dataset.chunks}, with those "
@@ -48,11 +67,12 @@ def check_structure(path: Path, error: type[Exception], most_packed: float = 100
                 )
 
 
-def _datasets(file: Any, path: Path, error: type[Exception]) -> Iterator[tuple[str, Any]]:
-    """Name and dataset of every hard link; each group once, however many names it has."""
-    seen: set[Any] = set()
+def _objects(file: Any, path: Path, error: type[Exception]) -> Iterator[tuple[str, Any]]:
+    """Yield the file, then name and object of every hard link. A group of two names would be read once for each."""
+    seen = {_address(file)}
     waiting = [("", file, 0)]
     objects = 0
+    yield "", file
     while waiting:
         prefix, group, depth = waiting.pop()
         if depth > DEEPEST:
@@ -69,14 +89,40 @@ def _datasets(file: Any, path: Path, error: type[Exception]) -> Iterator[tuple[s
                     f"{getattr(link, 'path', '')!r}: links are not followed; write the data itself"
                 )
             found = group[name]
-            if isinstance(found, h5py.Dataset):
+            if isinstance(found, h5py.Group):
+                address = _address(found)
+                if address in seen:
+                    raise error(f"{path}: {key} is a group with another name, too: refused; write each group once")
+                seen.add(address)
+                waiting.append((key, found, depth + 1))
+            if isinstance(found, h5py.Dataset | h5py.Group):
                 yield key, found
-            elif isinstance(found, h5py.Group):
-                address = h5py.h5o.get_info(found.id)
-                mark = (address.fileno, address.addr)
-                if mark not in seen:
-                    seen.add(mark)
-                    waiting.append((key, found, depth + 1))
+
+
+def _address(group: Any) -> tuple[int, int]:
+    """Where the file has the group."""
+    place = h5py.h5o.get_info(group.id)
+    return place.fileno, place.addr
+
+
+def _bytes_of_attribute(found: Any, name: str, size: int, most: int) -> int:
+    """Return the bytes of an attribute's value, read to be sure; its claim alone where that is larger than ``most``."""
+    attribute = found.attrs.get_id(name)
+    count = _count(attribute.shape or ())
+    claim = count * (size if attribute.dtype.hasobject else int(attribute.dtype.itemsize))
+    if claim > most:
+        return claim
+    value: object = None
+    with suppress(TypeError, ValueError, OSError):  # of a type that is not known here, and asked for by nobody
+        value = found.attrs[name]
+    return _taken(value)
+
+
+def _taken(value: Any) -> int:
+    """Return the bytes that a text, a number or an array takes, entries of variable length with it."""
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        return value.nbytes + sum(map(_taken, value.flat))
+    return int(value.nbytes) if hasattr(value, "nbytes") else len(value) if isinstance(value, str | bytes) else 8
 
 
 def _not_plain(dataset: Any) -> str:
@@ -92,8 +138,8 @@ def _not_plain(dataset: Any) -> str:
     return ""
 
 
-def _bytes(dataset: Any, shape: tuple[int, ...]) -> int:
-    count = int(dataset.dtype.itemsize)
+def _count(shape: tuple[int, ...]) -> int:
+    count = 1
     for length in shape:
         count *= int(length)
     return count
@@ -101,7 +147,8 @@ def _bytes(dataset: Any, shape: tuple[int, ...]) -> int:
 
 USER_BLOCK = 512
 _MAGIC = b"impact file, sha256 of all after byte 512: "
-_PROBE = "import sys, h5py\nwith h5py.File(sys.argv[1]) as f: f.visititems(lambda _, x: dict(x.attrs) and None)"
+_PROBE_MEMORY: Final = 1024 * MB  # of address space, and as much as the file has
+_PROBE_SECONDS: Final = 20  # of the processor
 
 
 def seal_of(image: bytes) -> bytes:
@@ -123,8 +170,25 @@ def can_be_opened(path: Path) -> bool:
     """Whether HDF5 reads the file's structure without crashing, tried in a process of its own."""
     try:
         probe = subprocess.run(
-            [sys.executable, "-P", "-c", _PROBE, str(path)], capture_output=True, timeout=60, check=False
+            [sys.executable, "-P", __file__, str(path)], capture_output=True, timeout=60, check=False
         )
     except subprocess.TimeoutExpired:
         return False
     return probe.returncode >= 0
+
+
+def _probe(path: Path) -> None:
+    """Walk through a file within bounds of memory and time; what is wrong with it is told by who reads it."""
+    with suppress(ImportError, OSError, ValueError):  # absent on Windows
+        import resource
+
+        mapped = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+        most = mapped + _PROBE_MEMORY + path.stat().st_size
+        resource.setrlimit(resource.RLIMIT_AS, (most, resource.RLIM_INFINITY))
+        resource.setrlimit(resource.RLIMIT_CPU, (_PROBE_SECONDS, resource.RLIM_INFINITY))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, resource.RLIM_INFINITY))
+    check_structure(path, ValueError)
+
+
+if __name__ == "__main__":
+    _probe(Path(sys.argv[1]))

@@ -32,6 +32,7 @@ from impact.greens.sums import ScaledGreens, SumGreens
 SCHEMA = 1
 BLOCK = 1 << 20  # bytes by which a file grows in memory
 DEEPEST = 8  # sums of sums in one file
+MOST_PARTS = 1000  # of all sums of a file
 _CLOSED: dict[str, Callable[..., GreensFunction]] = {
     "delay_rod": DelayRod,
     "damped_fixed_rod": DampedFixedRod,
@@ -187,8 +188,10 @@ def _write_greens(file: Any, greens: GreensFunction, depth: int = 0) -> None:
         raise StorageError(
             f"a Green's function of type {type(greens).__name__} has no file form; sample it, and save the samples"
         )
-    if depth >= DEEPEST and stored.parts:
-        raise StorageError(f"sums of sums, more than {DEEPEST} deep, have no file form: add their parts up in one")
+    if (depth >= DEEPEST and stored.parts) or len(stored.parts) >= MOST_PARTS:
+        raise StorageError(
+            f"sums of sums more than {DEEPEST} deep, and sums of {MOST_PARTS} parts, have no file form: add parts up"
+        )
     file.attrs["kind"] = stored.kind
     for name, number in stored.numbers.items():
         file.attrs[name] = number
@@ -270,6 +273,8 @@ def _check_numbers(file: Any) -> None:
     """Raise `_Damage` naming the attribute, or key of the provenance, of a group that must be a number and is none."""
     groups = [("", file)]
     file.visititems(lambda name, found: groups.append((name, found)) if isinstance(found, h5py.Group) else None)
+    if (parts := sum("kind" in group.attrs for _, group in groups)) > MOST_PARTS:
+        raise _Damage(f"{parts} parts of sums, must be at most {MOST_PARTS}")
     for name, group in groups:
         stated = {key: group.attrs[key] for key in _NUMBER_ATTRIBUTES if key in group.attrs}
         origin = json.loads(str(group.attrs.get("provenance", "{}")))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +14,7 @@ from impact.greens.base import GreensFunction
 from impact.progress import Progress, silent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.output import load
-from seatfem.faces.report.asked import SCENE_COPY, SET
+from seatfem.faces.report.asked import SCENE_COPY, changes_in
 from seatfem.faces.report.folder import run_summary, text_of
 from seatfem.pictures.moving import KEPT, SOURCES, load_moving
 from seatfem.pictures.paraview import write_moving
@@ -168,9 +167,8 @@ def _scene_of(source: Path) -> Scene:
     path = source / SCENE_COPY
     if not path.is_file():
         raise ExportError(f"{source}: keeps no {SCENE_COPY}; give the scene itself")
-    told = (line.removeprefix(SET) for line in text_of(path).splitlines() if line.startswith(SET))
     try:
-        return load(path, [str(ast.literal_eval(change)) for change in told])
+        return load(path, changes_in(text_of(path)))
     except SceneError as error:
         raise ExportError(
             f"{error}\n{path} is a copy of the scene that was run and names its files where they were: "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -104,7 +105,8 @@ def init(
         lines().print("next: seatfem init KIND")
         return DONE
     path, of_study = output or Path(f"{kind}.toml"), kind == STUDY
-    text = study_template(file=path.name) if of_study else scene_template(kind, file=path.name)
+    name_in_shell = shlex.quote("".join(letter if letter.isprintable() else "?" for letter in path.name))
+    text = study_template(file=name_in_shell) if of_study else scene_template(kind, file=name_in_shell)
     if path.exists():
         raise NoTemplate(f"{path}: is there already; remove it, or name another file (--output)")
     name = STUDY_SCHEMA_FILE if of_study else SCHEMA_FILE
@@ -115,7 +117,7 @@ def init(
     for file, content in written.items():
         write_whole(file, content.encode("utf-8"))
     if not common.quiet:
-        lines().print(f"wrote {', '.join(map(str, written))}; next: seatfem plan {path}")
+        lines().print(f"wrote {', '.join(map(str, written))}; next: seatfem plan {shlex.quote(str(path))}")
     return DONE
 
 

@@ -130,7 +130,7 @@ def study_ahead(path: Path) -> Ahead | SearchAhead | None:
 
     if not has_table(path, "vary"):
         return None
-    from seatfem.study.sweep.ahead import ahead
+    from seatfem.study.sweep.ahead import LOOKED_AT, ahead, ahead_of_many
     from seatfem.study.sweep.optimum import ahead_of
     from seatfem.study.sweep.study import load_study
     from seatfem.study.sweep.sweep import scenes_of
@@ -138,4 +138,6 @@ def study_ahead(path: Path) -> Ahead | SearchAhead | None:
     study = load_study(path)
     if study.optimise is not None:
         return ahead_of(study, file=path)
+    if study.number_of_scenes > LOOKED_AT and study.error_bars == "every":
+        return ahead_of_many(study, file=path)
     return ahead(study.scene, scenes_of(study, file=path)[0])

@@ -7,6 +7,7 @@ import html
 import json
 import re
 import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import pytest
 from PIL import Image
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
+from seatfem.faces.report.asked import AskedError
 from seatfem.faces.report.bodies import body_figure
 from seatfem.faces.report.figures import MOST, _envelope
 from seatfem.faces.report.folder import ReportError
@@ -318,3 +320,26 @@ def test_the_command_that_does_it_again_has_the_changes(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text("# --set 'run.duration=\"1 ms\"'\n# --set-up\n[seat]\n", encoding="utf-8")
     told = html.unescape(provenance(tmp_path, {}))
     assert "seatfem run scene.toml --set 'run.duration=\"1 ms\"'<" in told
+
+
+@pytest.mark.parametrize(
+    "change",
+    ["title=it's $(touch made)", 'title="$(touch made)"', "title=`touch made`; touch made", "a b\nc", "$HOME!!", "--x"],
+)
+def test_the_command_that_does_it_again_is_safe_in_a_shell(tmp_path: Path, change: str) -> None:
+    """What a shell makes of it are these very words, and nothing is run."""
+    (tmp_path / "scene.toml").write_text(f"# --set {change!r}\n[seat]\n", encoding="utf-8")
+    page = html.unescape(provenance(tmp_path, {}))
+    command = page[page.index("seatfem run scene.toml") : page.index("</td>", page.index("seatfem run scene.toml"))]
+    shell = subprocess.run(
+        ["sh", "-c", f"printf '%s\\0' {command}"], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert shell.stdout.split("\0")[:-1] == ["seatfem", "run", "scene.toml", "--set", change]
+    assert not (tmp_path / "made").exists()
+
+
+@pytest.mark.parametrize("line", ["x; touch made", "'a' + 'b'", "'a", "1", "[" * 2000, "'\\x'"])
+def test_a_copy_whose_changes_are_no_texts(tmp_path: Path, line: str) -> None:
+    (tmp_path / "scene.toml").write_text(f"# --set {line}\n[seat]\n", encoding="utf-8")
+    with pytest.raises(AskedError, match="a change must be one text in quotes"):
+        provenance(tmp_path, {})

@@ -1,6 +1,8 @@
 """HDF5 files made to bring other files' bytes in, to take memory, or to state what is none."""
 
 import json
+import re
+import time
 import tracemalloc
 
 import h5py
@@ -8,7 +10,7 @@ import numpy as np
 import pytest
 
 import impact
-from impact.files.hdf5_structure import USER_BLOCK
+from impact.files.hdf5_structure import USER_BLOCK, can_be_opened
 from impact.storage.hdf5 import StorageError, load_greens, load_results, save_greens, save_results
 from seatfem.faces.cli import BAD_INPUT, run_command
 from tests.fuzz.hdf5 import seal
@@ -83,11 +85,119 @@ def test_no_other_files_bytes_become_numbers(seat, tmp_path, monkeypatch, make, 
 
 @pytest.mark.slow
 def test_groups_that_hold_themselves_and_crowds(seat):
-    changed(seat, lambda file: file.create_group("a").__setitem__("again", file["a"]))
-    assert load_greens(seat).ports == SEAT.ports  # each group is looked at once
-    changed(seat, lambda file: [file["a"].create_group(str(n)) for n in range(20_001)])
+    changed(seat, lambda file: [file.create_group(f"a/{n}") for n in range(20_001)])
     with pytest.raises(StorageError, match="more than 20000 objects"):
         load_greens(seat)
+
+
+@pytest.mark.parametrize("of", ["/", "a"])
+def test_groups_of_two_names(seat, of):
+    changed(seat, lambda file: file.create_group("a").__setitem__("again", file[of]))
+    with pytest.raises(StorageError, match=r"seat\.h5: a/again is a group with another name, too: refused"):
+        load_greens(seat)
+
+
+def copied_into(group, file):
+    for name, value in file.attrs.items():
+        group.attrs[name] = value
+    file.copy("values", group)
+
+
+def parts_of_parts(file):
+    """60 parts of 60 parts of 60 parts, by links to three groups."""
+    below = file.create_group("leaf")
+    copied_into(below, file)
+    for level in (file.create_group("one"), file.create_group("two"), file):
+        level.attrs["kind"] = "sum"
+        parts = level.create_group("parts")
+        for n in range(60):
+            parts[str(n)] = below
+        below = level
+
+
+def test_parts_that_are_links(seat, tmp_path):
+    changed(seat, parts_of_parts)
+    assert seat.stat().st_size < 40_000
+    with pytest.raises(StorageError, match="is a group with another name"):
+        load_greens(seat)
+
+
+def crowd_of_parts(file):
+    leaf = file.create_group("leaf")
+    copied_into(leaf, file)
+    file.attrs["kind"] = "sum"
+    for n in range(1001):
+        file.copy("leaf", f"parts/{n}")
+
+
+@pytest.mark.slow
+def test_sums_of_a_crowd_of_parts(seat):
+    changed(seat, crowd_of_parts)
+    with pytest.raises(StorageError, match=r"seat\.h5: damaged: 1003 parts of sums, must be at most 1000"):
+        load_greens(seat)
+
+
+def at_one_place(path, name, count, length):
+    """An attribute of ``count`` texts that all lie at one place: their descriptors in the file are made the same."""
+    with h5py.File(path, "r+") as file:
+        file.attrs.create(name, ["x" * length, *["a"] * (count - 1)], dtype=h5py.string_dtype())
+    data = bytearray(path.read_bytes())
+    first = next(
+        at
+        for at in range(len(data) - 32)
+        if data[at : at + 4] == length.to_bytes(4, "little") and data[at + 16 : at + 20] == b"\1\0\0\0"
+    )
+    data[first : first + 16 * count] = data[first : first + 16] * count
+    path.write_bytes(data)
+    with h5py.File(path) as file:
+        assert file.attrs.get_id(name).shape == (count,)
+
+
+@pytest.mark.parametrize("sealed", [True, False])
+@pytest.mark.parametrize("name", ["more", "provenance"])
+def test_texts_at_one_place(seat, sealed, name):
+    """450 MB from a file of 0.3 MB; without a seal it is tried in another process first."""
+    at_one_place(seat, name, 1500, 300_000)
+    if sealed:
+        seal(seat)
+    else:
+        seat.write_bytes(seat.read_bytes()[USER_BLOCK:])
+    tracemalloc.start()
+    with pytest.raises(StorageError, match=rf"seat\.h5: attribute '{name}' of the file, .* may take more than 64 MB"):
+        load_greens(seat)
+    assert tracemalloc.get_traced_memory()[1] < 32e6
+    tracemalloc.stop()
+
+
+def test_one_text_of_many_groups(seat):
+    """60 kB that 1,500 groups point to, one by one: counted as they are read."""
+
+    def change(file):
+        file.attrs["long"] = "x" * 60_000
+        for n in range(1500):
+            file.create_group(f"more-{n}").attrs["provenance"] = "x" * 77
+
+    changed(seat, change)
+    data = seat.read_bytes()
+    long = re.search(re.escape((60_000).to_bytes(4, "little")) + rb".{6}\0\0.{2}\0\0", data, re.DOTALL)
+    short = re.escape((77).to_bytes(4, "little")) + rb".{6}\0\0.{2}\0\0"
+    data, count = re.subn(short, lambda _: long[0], data, flags=re.DOTALL)
+    assert count >= 1500
+    seat.write_bytes(data)
+    seal(seat)
+    with pytest.raises(StorageError, match=r"attribute 'provenance' of more-\d+, with what is before it"):
+        load_greens(seat)
+
+
+@pytest.mark.slow
+def test_the_trial_of_a_file_takes_little(seat, tmp_path, monkeypatch):
+    """What stands in for HDF5 takes memory without end: the trial ends at its limit, and the caller is told."""
+    (tmp_path / "h5py.py").write_text("Dataset = Group = None\ndef File(*_):\n    return bytearray(8 << 30)\n")
+    (tmp_path / "numpy.py").write_text("")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    start = time.monotonic()
+    assert can_be_opened(seat)  # it ended by an error, not by a crash
+    assert time.monotonic() - start < 20
 
 
 def test_groups_nested_without_end(seat):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,7 @@ def line(*ends: float) -> str:
     return entity("LINE", *zip((10, 20, 11, 21), ends, strict=True))
 
 
-def written(path: Path, *entities: str, unit: int = 4) -> Path:
+def written(path: Path, *entities: str, unit: int | str = 4) -> Path:
     text = f"{HEAD.format(unit)}0\nSECTION\n2\nENTITIES\n{''.join(entities)}0\nENDSEC\n0\nEOF\n"
     path.write_text(text, encoding="utf-8")
     return path
@@ -75,12 +76,50 @@ def test_a_circle_and_units(tmp_path: Path) -> None:
         ((entity("SPLINE", (70, 8)),), 4, "a SPLINE; an outline may have LINE"),
         ((entity("ARC", (10, 0), (20, 0), (40, 3)),), 4, "draw its ARC again, its numbers are missing"),
         ((entity("ARC", (10, 0), (20, 0), (40, 3), (50, 0), (51, 9), (230, -1)),), 4, "drawn from below"),
+        ((entity("LINE", (10, 1e300), (20, 0), (11, 0), (21, 0)),), 4, "a LINE beyond 1000 m, or with a bulge beyond"),
+        ((entity("CIRCLE", (10, 0), (20, 0), (40, 1e200)),), 4, "a CIRCLE beyond 1000 m"),
+        ((entity("LWPOLYLINE", (70, 1), (10, 0), (20, 0), (42, 1e200), (10, 1), (20, 0)),), 4, "a bulge beyond 10000"),
+        (tuple(line(k, 0, k + 1, 0) for k in range(5001)), 4, "more than 10000 corners"),
+        ((entity("LWPOLYLINE", *[(10, 0), (20, 0)] * 40_001),), 4, "more than 10000 corners"),
+        ((POLYLINE,), "²", 'states no length unit that is known; state it: unit = "mm"'),
+        ((POLYLINE,), "4" * 5000, 'states no length unit that is known; state it: unit = "mm"'),
         ((POLYLINE,), 0, 'states no length unit that is known; state it: unit = "mm"'),
     ],
 )
-def test_what_is_no_outline_is_refused(entities: tuple[str, ...], unit: int, message: str, tmp_path: Path) -> None:
+def test_what_is_no_outline_is_refused(
+    entities: tuple[str, ...], unit: int | str, message: str, tmp_path: Path
+) -> None:
     with pytest.raises(GeometryError, match=message):
         read_outline(written(tmp_path / "a.dxf", *entities, unit=unit))
+
+
+def test_bulges_of_next_to_nothing_are_straight(tmp_path: Path) -> None:
+    square = [(10, 0), (20, 0), (42, 1e-200), (10, 1), (20, 0), (10, 1), (20, 1), (10, 0), (20, 1)]
+    (found,) = read_outline(written(tmp_path / "a.dxf", entity("LWPOLYLINE", (70, 1), *square), unit=4))
+    assert not found[:, 2].any()
+    assert loops.area(found) == pytest.approx(1e-6)
+
+
+def test_an_arc_of_next_to_nothing(tmp_path: Path) -> None:
+    arc = entity("ARC", (10, 0), (20, 0), (40, 3), (50, 0), (51, 1e-300))
+    with pytest.raises(GeometryError, match="its outline is open at"):
+        read_outline(written(tmp_path / "a.dxf", arc, POLYLINE, unit=4))
+
+
+def test_lines_are_joined_in_little_time(tmp_path: Path) -> None:
+    """4,900 lines in any order, each either way round."""
+    rng = np.random.default_rng(5)
+    turns = np.linspace(0, 2 * np.pi, 4901)
+    points = 9.0 * np.column_stack([np.cos(turns), np.sin(turns)])
+    lines = [
+        entity("LINE", (10, a[0]), (20, a[1]), (11, b[0]), (21, b[1]))
+        for a, b in (points[[k, k + 1]][:: rng.choice((-1, 1))] for k in rng.permutation(4900))
+    ]
+    start = time.process_time()
+    (found,) = read_outline(written(tmp_path / "a.dxf", *lines))
+    assert time.process_time() - start < 10
+    assert len(found) == 4900
+    assert abs(loops.area(found)) == pytest.approx(np.pi * 81e-6, rel=1e-4)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Scene files made to cost time or memory, and files that are none."""
 
 import os
+import re
 import time
 
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.units import UnitError, parse_fraction, parse_quantity
+from tests.bounded import GIB, assert_refused, run_bounded
 
 SCENE = (
     '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
@@ -98,3 +100,53 @@ def test_pipes_devices_and_folders_that_a_scene_names(seat, kind, tmp_path, caps
     assert run_command(["run", str(scene), "-o", str(tmp_path / "out")]) == BAD_INPUT
     err = capsys.readouterr().err
     assert f"seat.file: {named}: is a {kind}; a regular file is needed" in err
+
+
+BALL = """
+[seat]
+kind = "stopper"
+radius = "8 mm"
+thickness = "5 mm"
+contact_radius = "1 mm"
+material = "steel"
+damping_ratio = 0.02
+[reed]
+kind = "ball"
+diameter = "10 mm"
+material = { young = "5 MPa", density = "1100 kg/m^3", poisson = 0.49 }
+damping_ratio = 0.005
+velocity = "-0.5 m/s"
+[run]
+duration = "10 us"
+filter_width = "0.1 ns"
+"""
+CONE = """
+[seat]
+kind = "conical"
+bore_radius = "4 mm"
+face_width = "2 mm"
+material = "steel"
+damping_ratio = 0.02
+arc = "1e-6 rad"
+[reed]
+kind = "rigid_mass"
+mass = "1 g"
+velocity = "-1 m/s"
+[run]
+duration = "100 us"
+"""
+
+
+@pytest.mark.slow
+def test_what_takes_long_is_priced_or_refused_first(tmp_path):
+    """A ball of rubber whose waves of 0.1 ns need a mesh of some million elements; a line of 4 nm on a cone."""
+    (tmp_path / "ball.toml").write_text(BALL)
+    (tmp_path / "cone.toml").write_text(CONE)
+    ball = [["run", "ball.toml", "--no-pictures"], ["plan", "ball.toml"]]
+    run, plan = run_bounded(ball, tmp_path, memory=64 * GIB)  # as much as its plan may ask for
+    (cone,) = run_bounded([["run", "cone.toml"]], tmp_path)
+    assert re.search(r"about \d.* s and \d+ GB predicted for the first round", run.said), run.said
+    assert run.said.index("predicted for the first round") < run.said.index("meshing")
+    assert plan.code == 0
+    assert "predicted time" in plan.said
+    assert_refused(cone, "cone.toml:8: seat.arc: 5.72958e-05 deg must lie between 0.36 and 360 deg")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import re
 from collections.abc import Collection, Sequence
@@ -19,7 +20,12 @@ if TYPE_CHECKING:
 SCENE_COPY: Final = "scene.toml"
 SET: Final = "# --set "
 PLAN_FILE: Final = "plan.json"
+_LITERAL: Final = re.compile(r"'(?:[^'\\]|\\.)*'|\"(?:[^\"\\]|\\.)*\"")  # one text in quotes
 _TEXT: Final = re.compile(r"\"[^\"\\\n]+\"|'[^'\n]+'")
+
+
+class AskedError(ValueError):
+    """A scene's copy beside its results that does not tell what was asked."""
 
 
 def keep_asked(
@@ -35,6 +41,23 @@ def keep_asked(
     for name, content in written.items():
         write_whole(folder / name, content)
     return tuple(folder / name for name in written)
+
+
+def changes_in(text: str) -> list[str]:
+    """Return the changes of a scene that its copy names. Raises `AskedError` for a line that is no text in quotes."""
+    changes = []
+    for line in text.splitlines():
+        if not line.startswith(SET):
+            continue
+        literal = line.removeprefix(SET).strip()
+        try:
+            change = ast.literal_eval(literal) if _LITERAL.fullmatch(literal) else None
+        except (SyntaxError, ValueError):
+            change = None
+        if not isinstance(change, str):
+            raise AskedError(f"{SCENE_COPY}: {line[:80]!r}: a change must be one text in quotes; remove the line")
+        changes.append(change)
+    return changes
 
 
 def _placed(content: bytes, files: Collection[Path], home: Path) -> bytes:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import math
+import shlex
 from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from seatfem.faces.readings import as_number
-from seatfem.faces.report.asked import SCENE_COPY, SET
+from seatfem.faces.report.asked import SCENE_COPY, changes_in
 from seatfem.faces.report.folder import text_of
 from seatfem.faces.report.html_tables import html_rows
 from seatfem.faces.tables import time_line
@@ -58,8 +59,7 @@ def _is_there(name: str) -> bool:
 
 
 def _command(folder: Path) -> str:
-    """That runs the scene again, with the changes that were made to it."""
+    """Return the command line, quoted for a shell, that runs the scene again with the changes made to it."""
     if not (text := text_of(folder / SCENE_COPY)):
         return "seatfem run SCENE"
-    changes = [line.removeprefix("# ") for line in text.splitlines() if line.startswith(SET)]
-    return " ".join((f"seatfem run {SCENE_COPY}", *changes))
+    return shlex.join(["seatfem", "run", SCENE_COPY, *(word for each in changes_in(text) for word in ("--set", each))])

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from impact.files.hdf5_structure import check_structure
 from seatfem.jobs.limits import limit_process
 from seatfem.jobs.worker import answer_lines
 
 MEMORY: Final = 1 << 30  # bytes that any file may take
 PER_BYTE: Final = 60  # and more for each byte of the file
-SECONDS: Final = 60  # of the processor, for any file
-SIZE_A_SECOND: Final = 1 << 20  # and one more for so many bytes
+SECONDS: Final = 10  # of the processor, for any file
+SIZE_A_SECOND: Final = 1 << 18  # and one more for so many bytes
+_HDF5: Final = b"\x89HDF\r\n\x1a\n"
 
 
 def plain(mesh: Any) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
@@ -46,6 +49,15 @@ def _flat(values: Any) -> np.ndarray[Any, Any]:
     return array[:, 0] if array.ndim == 2 and array.shape[1] == 1 else array
 
 
+def check_hdf5(folder: Path) -> None:
+    """Raise `ValueError` for an HDF5 file of the folder that is not plain."""
+    for file in sorted(folder.iterdir()):
+        with file.open("rb") as content:
+            found = content.read(8) == _HDF5
+        if found:
+            check_structure(file, ValueError)
+
+
 def answer(line: str) -> str:
     """Read the file of a job; what its arrays are called, or the error."""
     job = json.loads(line)
@@ -53,6 +65,7 @@ def answer(line: str) -> str:
     try:
         import meshio
 
+        check_hdf5(Path(job["file"]).parent)
         arrays, said = plain(meshio.read(job["file"], file_format=job["format"]))
         np.savez(job["arrays"], **arrays)  # type: ignore[arg-type]
     except (Exception, SystemExit) as error:  # meshio raises what it likes, and leaves by sys.exit

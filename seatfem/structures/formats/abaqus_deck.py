@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from impact.files.input_files import MB, read_bytes, read_text
-from seatfem.structures.mesh.cell_kinds import Integers
+from seatfem.structures.mesh.cell_kinds import Integers, distinct
 from seatfem.structures.mesh.io import MeshError
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
@@ -18,7 +18,7 @@ GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "TR
 DEPTH = 8  # of files that include files
 MOST_FILES = 200
 MOST_BYTES = 512 * MB  # of all files of a deck together
-MOST_MEMBERS = 20_000_000  # of all sets of a deck together
+MOST_MEMBERS = 5_000_000  # of all sets of a deck together
 _ABAQUS = re.compile(r'^\*[ \t]*INCLUDE[ \t]*,\s*INPUT[ \t]*=[ \t]*"?([^",\r\n]+)', re.IGNORECASE | re.MULTILINE)
 
 
@@ -158,20 +158,22 @@ class Sets:
             self.internal.add(name.casefold())
         self.add(name, self._ranges(block) if "GENERATE" in block.options else self._listed(block))
 
-    def get(self, word: str, block: Block) -> Integers:
-        """The numbers a word stands for: itself, or a set's."""
+    def members_of(self, word: str, block: Block) -> Integers:
+        """Return the numbers that a word stands for, itself or those of a set, and count them."""
         word = word.strip('"').rpartition(".")[2]  # without the name of the instance
         if _WHOLE.fullmatch(word):
             return np.array([int(word)], dtype=np.int64)
         if word.casefold() not in self.members:
             there = ", ".join(map(repr, sorted(self.names.values()))) or "none"
             raise block.fail(f"no {self.kind} {word!r} before this line; there are: {there}")
-        return np.concatenate(self.members[word.casefold()])
+        parts = self.members[word.casefold()]
+        self.used(sum(map(len, parts)), block)
+        return np.concatenate(parts)
 
     def named(self) -> dict[str, Integers]:
         """The sets a user has named, with every number once."""
         return {
-            self.names[key]: np.unique(np.concatenate(parts))
+            self.names[key]: distinct(np.concatenate(parts))
             for key, parts in self.members.items()
             if key not in self.internal
         }
@@ -184,9 +186,8 @@ class Sets:
                 if _WHOLE.fullmatch(word):
                     numbers.append(int(word))
                 else:
-                    sets.append(self.get(word, block))
-                    self.used(len(sets[-1]), block)
-        return np.unique(np.concatenate([np.array(numbers, dtype=np.int64), *sets]))
+                    sets.append(self.members_of(word, block))
+        return distinct(np.concatenate([np.array(numbers, dtype=np.int64), *sets]))
 
     def _ranges(self, block: Block) -> Integers:
         try:

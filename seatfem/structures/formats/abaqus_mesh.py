@@ -19,11 +19,12 @@ from seatfem.structures.formats.file_mesh import (
     Elements,
     FileMesh,
     assembled,
+    check_group_count,
     face_width,
     free_face_mask,
     stacked,
 )
-from seatfem.structures.mesh.cell_kinds import Floats, Integers
+from seatfem.structures.mesh.cell_kinds import Floats, Integers, distinct
 from seatfem.structures.mesh.io import MeshError
 
 SOLID = re.compile(r"[DAQ]?C3D(4|8|10|20|27)[A-Z]*$")
@@ -40,13 +41,14 @@ def read_abaqus(path: Path) -> FileMesh:
     """
     deck, node_sets, element_sets, blocks = _collect(path)
     found = assembled(deck)
-    if len(np.unique(found.ids)) < len(found.ids):
+    if len(distinct(found.ids)) < len(found.ids):
         raise MeshError(f"{path}: an element number is used twice; number them anew")
     surfaces, held = dict(found.mesh.surfaces), dict(found.mesh.node_sets)
+    check_group_count(len(surfaces) + len(held) + len(blocks), str(path))
     for block in blocks:
         name = block.options.get("NAME", "")
         if block.options.get("TYPE", "ELEMENT").upper() == "NODE":
-            held[name] = deck.rows(np.concatenate([node_sets.get(row[0], block) for row in block.rows]))
+            held[name] = deck.rows(np.concatenate([node_sets.members_of(row[0], block) for row in block.rows]))
         else:
             surfaces[name] = stacked(list(_surface(block, found, element_sets)), face_width(found.mesh.cells))
     return replace(found.mesh, surfaces=surfaces, node_sets=held)
@@ -127,9 +129,7 @@ def _surface(block: Block, found: Assembled, element_sets: Sets) -> Iterator[Int
         side = row[1].upper() if len(row) > 1 else ""
         if side not in ("SPOS", "SNEG", "") and not (re.fullmatch(r"S[1-9]", side) and 1 <= int(side[1]) <= len(faces)):
             raise block.fail(f"{', '.join(row)}: the face must be S1 to S{len(faces)}, SPOS or SNEG")
-        members = element_sets.get(row[0], block)
-        element_sets.used(len(members), block)
-        by_side.setdefault(side, []).append(members)
+        by_side.setdefault(side, []).append(element_sets.members_of(row[0], block))
     for side, parts in by_side.items():
         members = np.concatenate(parts)
         if side in ("SPOS", "SNEG", ""):

@@ -15,6 +15,7 @@ from impact.greens.base import Array
 from seatfem.units import UnitError, parse_quantity
 
 LARGEST: Final = 50 * MB
+WIDEST: Final = 200  # characters of a column's name and unit
 _HEADER: Final = re.compile(r"\s*(\w+)\s*(?:\[\s*([^\]]+?)\s*\]\s*)?")
 
 
@@ -34,15 +35,19 @@ def read_columns(path: Path, known: Mapping[str, str], needed: tuple[str, ...]) 
         ColumnsError: another column, one that is missing or has no unit, a row that is no row of finite numbers.
     """
     text = read_text(path, LARGEST, ColumnsError)
-    rows = [(n, row) for n, row in enumerate(csv.reader(text.splitlines()), 1) if row and not row[0].startswith("#")]
+    try:
+        cells = list(enumerate(csv.reader(text.splitlines()), 1))
+    except csv.Error as error:
+        raise ColumnsError(f"{path}: no table: {error}; write rows of numbers") from None
+    rows = [(n, row) for n, row in cells if row and not row[0].startswith("#")]
     wanted = ",".join(f"{name} [unit]" if dimension else name for name, dimension in known.items())
     if len(rows) < 2:
         raise ColumnsError(f"{path}: no table; a header such as {wanted} and rows of numbers are needed")
     scales: dict[str, float] = {}
     for cell in rows[0][1]:
-        found = _HEADER.fullmatch(cell)
+        found = _HEADER.fullmatch(cell) if len(cell) <= WIDEST else None  # blanks take squares of time
         if not found or found[1] not in known or found[1] in scales or bool(found[2]) != bool(known[found[1]]):
-            raise ColumnsError(f"{path}:{rows[0][0]}: column {cell!r}; known are {wanted}, once each")
+            raise ColumnsError(f"{path}:{rows[0][0]}: column {cell[:WIDEST]!r}; known are {wanted}, once each")
         try:
             scales[found[1]] = parse_quantity(f"1 {found[2]}", known[found[1]]) if found[2] else 1.0
         except UnitError as error:

@@ -3,8 +3,11 @@ holes."""
 
 from __future__ import annotations
 
+import io
 import math
+import re
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Final
 
@@ -17,11 +20,16 @@ from seatfem.structures.shapes import loops
 
 JOINED: Final = 1e-6  # of the outline's size: ends nearer to each other are one point
 LARGEST: Final = 20 * MB
+MOST_CORNERS: Final = 10_000  # of all curves: each is looked for at the end of each other
+MOST_LENGTH: Final = 1e3  # metres, of coordinates and radii
+FLAT: Final = 1e-9  # bulge below which an edge is straight
+STEEP: Final = 1e4  # bulge beyond which an arc goes all the way round
 UNITS: Final = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 13: 1e-6}  # $INSUNITS -> metres
 CURVES: Final = ("LINE", "ARC", "CIRCLE", "LWPOLYLINE")
 OTHERS: Final = ("SPLINE", "ELLIPSE", "POLYLINE", "INSERT", "REGION", "3DSOLID", "MLINE")
 """Entities that may be part of an outline; texts, dimensions and points are not."""
-Groups = list[tuple[int, str]]
+Group = tuple[int, str]
+Groups = list[Group]
 
 
 def read_outline(path: Path, unit: float | None = None) -> tuple[Array, ...]:
@@ -34,9 +42,16 @@ def read_outline(path: Path, unit: float | None = None) -> tuple[Array, ...]:
     Raises:
         GeometryError: no DXF, no unit, other curves, an outline that is open.
     """
-    groups = _groups(path)
-    scale = _unit(groups, path) if unit is None else unit
-    chains = [chain for entity in _entities(groups) if len(chain := _chain(entity, path)) > 1]
+    text = read_text(path, LARGEST, GeometryError, errors="replace")
+    scale = _unit(_groups(text, path), path) if unit is None else unit
+    chains: list[Array] = []
+    corners = 0
+    for entity in _entities(_groups(text, path), path):
+        curve = _chain(entity, path, MOST_LENGTH / scale)
+        corners += len(curve)
+        if corners > MOST_CORNERS:
+            raise _crowded(path)
+        chains += [curve] if len(curve) > 1 else []
     if not chains:
         raise _wrong(path, f"no {', '.join(CURVES)} among its entities; draw its outline with these")
 
@@ -53,38 +68,47 @@ def _wrong(path: Path, what: str) -> GeometryError:
     return GeometryError(f"Outlined.file = {path.name}: {what}")
 
 
-def _groups(path: Path) -> Groups:
-    """(code, value) of all pairs of lines."""
-    lines = read_text(path, LARGEST, GeometryError, errors="replace").split("\n")
-    if lines and lines[0].startswith("AutoCAD Binary DXF"):
+def _crowded(path: Path) -> GeometryError:
+    return _wrong(path, f"its curves have more than {MOST_CORNERS} corners; keep the outline and its holes alone")
+
+
+def _groups(text: str, path: Path) -> Iterator[Group]:
+    """Yield (code, value) of each pair of lines."""
+    if text.startswith("AutoCAD Binary DXF"):
         raise _wrong(path, "a binary DXF file; save it as ASCII")
+    lines = iter(io.StringIO(text))
     try:
-        return [(int(code), value.strip()) for code, value in zip(lines[::2], lines[1::2], strict=False)]
+        for code, value in zip(lines, lines, strict=False):
+            yield int(code), value.strip()
     except ValueError:
         raise _wrong(path, "no DXF file: its lines are no pairs of codes and values; save it as ASCII DXF") from None
 
 
-def _unit(groups: Groups, path: Path) -> float:
-    place = next((k for k, group in enumerate(groups) if group == (9, "$INSUNITS")), None)
-    found = "" if place is None or place + 1 >= len(groups) else groups[place + 1][1]
-    if not found.isdigit() or int(found) not in UNITS:
+def _unit(groups: Iterator[Group], path: Path) -> float:
+    found = next((next(groups, (0, ""))[1] for group in groups if group == (9, "$INSUNITS")), "")
+    if not re.fullmatch("[0-9]{1,3}", found) or int(found) not in UNITS:
         raise _wrong(path, 'its header states no length unit that is known; state it: unit = "mm"')
     return UNITS[int(found)]
 
 
-def _entities(groups: Groups) -> Iterator[Groups]:
-    """Each entity of the section ENTITIES, its name first."""
-    starts = [k for k, (code, _) in enumerate(groups) if code == 0]
-    section = ""
-    for start, end in zip(starts, [*starts[1:], len(groups)], strict=True):
-        name = groups[start][1]
-        if name == "SECTION":
-            section = next((value for code, value in groups[start:end] if code == 2), "")
-        elif section == "ENTITIES" and name != "ENDSEC":
-            yield groups[start:end]
+def _entities(groups: Iterator[Group], path: Path) -> Iterator[Groups]:
+    """Yield each entity of the section ENTITIES, its name first."""
+    section, entity = "", Groups()
+    for code, value in chain(groups, [(0, "")]):
+        if code == 0:
+            if entity:
+                yield entity
+            entity = [(0, value)] if section == "ENTITIES" and value not in ("SECTION", "ENDSEC") else []
+            section = "" if value == "SECTION" else section
+        elif code == 2 and not section:
+            section = value
+        elif entity:
+            entity.append((code, value))
+        if len(entity) > 8 * MOST_CORNERS:
+            raise _crowded(path)
 
 
-def _chain(entity: Groups, path: Path) -> Array:
+def _chain(entity: Groups, path: Path, most: float) -> Array:
     """(n, 3) corners and bulges of a curve, the first again at the end of a closed one; (0, 3) of what is none."""
     name = entity[0][1]
     if name in OTHERS:
@@ -109,12 +133,16 @@ def _chain(entity: Groups, path: Path) -> Array:
         if isinstance(problem, GeometryError):
             raise
         raise _wrong(path, f"draw its {name} again, its numbers are missing or none: {problem}") from problem
-    return found
+    if np.abs(found[:, :2]).max() > most or np.abs(found[:, 2]).max() > STEEP:
+        raise _wrong(
+            path, f"a {name} beyond {MOST_LENGTH:g} m, or with a bulge beyond {STEEP:g}; check its numbers and the unit"
+        )
+    return np.where((np.abs(found) < FLAT) & (False, False, True), 0.0, found)
 
 
 def _arc(centre: Array, radius: float, start: float, turn: float) -> Array:
     """In pieces of half a circle at most."""
-    count = math.ceil(turn / math.pi - 1e-9)
+    count = max(1, math.ceil(turn / math.pi - 1e-9))
     angles = start + turn * np.arange(count + 1) / count
     points = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
     return np.column_stack([points, np.full(count + 1, math.tan(turn / count / 4))])

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from seatfem.structures.mesh.cell_kinds import (
     HEX_EDGES,
@@ -22,10 +21,13 @@ from seatfem.structures.mesh.cell_kinds import (
     CellKind,
     Floats,
     Integers,
+    distinct,
     serendipity_to_27,
 )
+from seatfem.structures.mesh.checks import near_pairs
 from seatfem.structures.mesh.io import MeshArrays, MeshError, facets_within
 
+MOST_GROUPS = 5000  # of a file: sets of nodes, of elements, surfaces
 Groups = tuple[tuple[int, ...], ...]
 TET_RING: Groups = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 BOTTOM: Groups = ((0, 1), (1, 2), (2, 3), (3, 0))
@@ -84,6 +86,12 @@ def one_kind(found: Mapping[str, tuple[int, Integers | None]], source: str) -> N
     )
 
 
+def check_group_count(count: int, source: str) -> None:
+    """Raise `MeshError` for more groups than a mesh may have: each of them is looked for in the whole mesh."""
+    if count > MOST_GROUPS:
+        raise MeshError(f"{source}: {count} groups and sets, must be at most {MOST_GROUPS}; export those that are used")
+
+
 def to_arrays(mesh: FileMesh, unit: float, source: str) -> MeshArrays:
     """In metres, 20-node hexahedra as 27, and node sets as surfaces: the free faces all of whose vertices they hold.
 
@@ -114,9 +122,9 @@ def free_faces(arrays: MeshArrays) -> Integers:
     return np.asarray(arrays.cells[:, faces][free_face_mask(arrays.cells, faces)])
 
 
-def merged(mesh: FileMesh, tolerance: float) -> FileMesh:
+def merged(mesh: FileMesh, tolerance: float, source: str) -> FileMesh:
     """Nodes nearer to each other than ``tolerance`` (the file's unit) become one: the first of them."""
-    pairs = cKDTree(mesh.points).query_pairs(tolerance, output_type="ndarray")
+    pairs = near_pairs(mesh.points, tolerance, source)
     n = len(mesh.points)
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     _, label = connected_components(graph, directed=False)
@@ -201,7 +209,7 @@ class Deck:
         order = np.argsort(self.node_ids, kind="stable")
         at = np.minimum(np.searchsorted(self.node_ids, wanted, sorter=order), len(self.node_ids) - 1)
         rows = order[at]
-        missing = np.unique(wanted[self.node_ids[rows] != wanted])
+        missing = distinct(wanted[self.node_ids[rows] != wanted])
         if len(missing):
             raise MeshError(
                 f"{self.source}: {self.what} {missing[0]} is used and not defined, export it too ({len(missing)} "
@@ -225,6 +233,7 @@ def assembled(deck: Deck) -> Assembled:
 
     Raises `MeshError`: solids that are not of one kind, nodes that are used and not defined.
     """
+    check_group_count(len(deck.element_sets) + len(deck.node_sets), deck.source)
     counts: dict[str, tuple[int, Integers | None]] = {}
     for each in deck.solids:
         count = counts.get(each.type, (0, None))[0] + len(each.table)

@@ -17,6 +17,7 @@ from seatfem.structures.formats.file_mesh import FileMesh, merged, to_arrays
 from seatfem.structures.formats.meshio_files import FORMATS, SURFACES_ONLY, read_by_meshio
 from seatfem.structures.formats.nastran_mesh import read_nastran
 from seatfem.structures.formats.unv_mesh import read_unv
+from seatfem.structures.mesh.cell_kinds import distinct
 from seatfem.structures.mesh.checks import check_coincident
 from seatfem.structures.mesh.gmsh_process import STAGE, MeshingError, run_gmsh
 from seatfem.structures.mesh.io import MeshArrays, MeshError, groups
@@ -71,7 +72,7 @@ def read_mesh(
         raise MeshError(f"{path}: contact and fixed are both {contact!r}: must be two groups")
     mesh, version = _read(path, progress)
     if merge:
-        mesh = merged(mesh, merge / unit)
+        mesh = merged(mesh, merge / unit, str(path))
     arrays = to_arrays(mesh, unit, str(path))
     _check_size(arrays, unit)
     names = {name: role for name, role in ((contact, "contact"), (fixed, "fixed")) if name is not None}
@@ -159,7 +160,7 @@ def _by_us(reader: Callable[[Path], FileMesh], path: Path) -> FileMesh:
 
 
 def _check_size(arrays: MeshArrays, unit: float) -> None:
-    extent = np.ptp(arrays.points[np.unique(arrays.vertices)], axis=0)
+    extent = np.ptp(arrays.points[distinct(arrays.vertices)], axis=0)
     if SMALLEST <= extent.max() <= LARGEST:
         return
     number = " x ".join(f"{length / unit:.4g}" for length in extent)

@@ -24,11 +24,10 @@ from seatfem.structures.mesh.io import MeshError
 
 SMALL, LARGE = 8, 4  # data fields on a line
 LIMIT = 512 * MB
-MOST_OF_A_CARD = 1_000_000  # numbers that THRU may stand for
 SOLIDS = {"CTETRA": (4, 10), "CHEXA": (8, 20)}
 OTHER_SOLIDS = ("CPENTA", "CPYRAM", "CPYRA", "CHEX8", "CHEX20")
 SKINS = {"CTRIA3": 3, "CTRIA6": 3, "CTRIAR": 3, "CQUAD4": 4, "CQUAD8": 4, "CQUADR": 4, "CQUAD": 4}
-MOST_HELD = 2_000_000  # nodes of a set of SPC1
+MOST_HELD = 5_000_000  # nodes of all sets of SPC1 of a deck together
 
 
 @dataclass(frozen=True)
@@ -62,23 +61,21 @@ class Card:
         except ValueError:
             raise self.fail(f"field {at + 2} is {self.field(at)!r}: must be a number") from None
 
-    def integers(self, start: int) -> list[int]:
-        """Whole numbers from a field on, "a THRU b" written out."""
+    def ranges(self, start: int) -> list[range]:
+        """Return the whole numbers from a field on, each and each "a THRU b" as a range."""
         words = [word for word in self.fields[start:] if word]
-        out: list[int] = []
+        ranges: list[range] = []
         for at, word in enumerate(words):
             if word.upper() == "THRU":
-                if not out or at + 1 >= len(words) or not words[at + 1].isdecimal():
+                ends = words[at - 1 : at] + words[at + 1 : at + 2]
+                if len(ends) < 2 or not all(end.isdecimal() for end in ends):
                     raise self.fail("THRU must stand between two whole numbers")
-                more = range(out[-1] + 1, int(words[at + 1]))
-                if more.stop - more.start > MOST_OF_A_CARD:
-                    raise self.fail(f"THRU spans {more.stop - more.start:.4g} numbers: at most {MOST_OF_A_CARD:.0e}")
-                out.extend(more)
+                ranges.append(range(int(ends[0]) + 1, int(ends[1])))
             elif word.isdecimal():
-                out.append(int(word))
+                ranges.append(range(int(word), int(word) + 1))
             else:
                 raise self.fail(f"{word!r}: must be a whole number or THRU")
-        return out
+        return ranges
 
 
 def read_cards(path: Path) -> Iterator[Card]:
@@ -135,7 +132,7 @@ class Cards:
     solids: dict[int, tuple[str, list[int]]] = field(default_factory=dict)
     skins: list[list[int]] = field(default_factory=list)
     properties: defaultdict[str, list[int]] = field(default_factory=lambda: defaultdict(list))
-    held: defaultdict[str, list[int]] = field(default_factory=lambda: defaultdict(list))
+    held: defaultdict[str, list[range]] = field(default_factory=lambda: defaultdict(list))
     loads: list[tuple[str, Card]] = field(default_factory=list)
 
 
@@ -169,13 +166,16 @@ def _deck(cards: Cards, source: str) -> Deck:
         solids=[Elements(name, np.array(rows), name.partition(" ")[0] in SOLIDS) for name, rows in solids.items()],
         skins=[Elements("shells", np.array(rows)) for rows in skins if rows],
         element_sets={name: np.array(cards.properties[name]) for name in sorted(cards.properties)},
-        node_sets={name: np.array(ids) for name, ids in cards.held.items()},
+        node_sets={
+            name: np.concatenate([np.arange(each.start, each.stop) for each in ranges])
+            for name, ranges in cards.held.items()
+        },
         what="GRID",
     )
 
 
 def _collect(path: Path) -> Cards:
-    cards = Cards()
+    cards, members = Cards(), 0
     for card in read_cards(path):
         match card.name:
             case "GRID":
@@ -193,12 +193,19 @@ def _collect(path: Path) -> Cards:
                 cards.skins.append([number, *(card.integer(2 + k) for k in range(SKINS[name]))])
                 cards.properties[f"PID {card.integer(1)}"].append(number)
             case "SPC1":
-                held = cards.held[f"SPC {card.integer(0)}"]
-                held += card.integers(2)
-                if len(held) > MOST_HELD:
-                    raise card.fail(f"set {card.integer(0)} holds {len(held):.4g} nodes: at most {MOST_HELD:.0e}")
+                more = card.ranges(2)
+                added = sum(max(0, each.stop - each.start) for each in more)
+                members += added
+                if members > MOST_HELD:
+                    raise card.fail(
+                        f"{added:.4g} nodes, {members:.4g} with those before; all sets of a deck may have "
+                        f"{MOST_HELD:.0e} together; check the numbers around THRU"
+                    )
+                cards.held[f"SPC {card.integer(0)}"] += more
             case "SPC":
-                cards.held[f"SPC {card.integer(0)}"] += [card.integer(k) for k in (1, 4) if card.field(k)]
+                cards.held[f"SPC {card.integer(0)}"] += [
+                    range(card.integer(k), card.integer(k) + 1) for k in (1, 4) if card.field(k)
+                ]
             case "PLOAD4":
                 cards.loads.append((f"PLOAD4 {card.integer(0)}", card))
             case _:

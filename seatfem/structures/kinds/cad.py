@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
@@ -76,7 +77,7 @@ damping_ratio = 0.02
             key = OTHER_NAMES.get(first, first)
             if key == "unit" and self.unit is None:
                 key = "file"
-            told = message if alone else _without_list(message, f"seatfem faces {self.file.name}")
+            told = message if alone else _without_list(message, f"seatfem faces {shlex.quote(self.file.name)}")
             yield (key, *rest), naming(self.file, told)
         if found.faces:
             yield from self.unknown_names(self.geometry().patches, found.regions)

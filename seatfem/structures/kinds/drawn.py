@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from seatfem.structures.lip import AnyLip, Lip
     from seatfem.structures.natural_modes import NaturalModes, Wanted
 
+MOST_HARMONICS: Final = 1000  # that are taken of a part of a ring (`seatfem.structures.reduction.harmonics`)
+NARROWEST: Final = 2 * math.pi / MOST_HARMONICS
 FLAT: Final = 1e-6  # of a ring's width: by as much its edges may differ in height
 UNDIVIDED: Final = ("rod", "harmonics", "sector", "3d")  # stated models of a ring that is struck as a whole
 WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # the same of a ring-shaped face of other bodies
@@ -217,8 +219,13 @@ class Turned(Drawn):
 
     @model_validator(mode="after")
     def _arc_of_a_ring(self) -> Self:
-        if self.arc is not None and not 0.0 < self.arc < 2 * math.pi:
-            raise KeyProblem("arc", f"{math.degrees(self.arc):g} deg must lie between 0 and 360 deg")
+        if self.arc is not None and not NARROWEST <= self.arc < 2 * math.pi:
+            least = math.degrees(NARROWEST)
+            raise KeyProblem(
+                "arc",
+                f"{math.degrees(self.arc):g} deg must lie between {least:g} and 360 deg: a narrower part of a ring "
+                f"needs more than {MOST_HARMONICS} harmonics",
+            )
         return self
 
     @property

@@ -82,6 +82,14 @@ CELL_KINDS: Mapping[int, CellKind] = MappingProxyType(
 )
 
 
+def distinct(numbers: Integers) -> Integers:
+    """Return the numbers sorted, each once. NumPy's `unique` hashes whole numbers, at ten times the time of sorting."""
+    ordered = np.sort(numbers, axis=None)
+    first = np.ones(len(ordered), dtype=bool)
+    first[1:] = ordered[1:] != ordered[:-1]
+    return np.asarray(ordered[first])
+
+
 def serendipity_to_27(points: Floats, cells: Integers) -> tuple[Floats, Integers]:
     """Hexahedra of 20 nodes -> 27, in gmsh's order: the same curved shape.
 

@@ -10,12 +10,13 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from seatfem.structures.mesh.cell_kinds import Floats, Integers
+from seatfem.structures.mesh.cell_kinds import Floats, Integers, distinct
 from seatfem.structures.mesh.io import MeshArrays, MeshError
 from seatfem.structures.mesh.quality import scaled_jacobian, straight_determinants
 
 FLAT = 1e-9  # of the volume of a box as long as the element's bounding box
 SAME_PLACE = 1e-7  # of the diagonal of the mesh: nodes that were meant to be one
+MOST_PAIRS = 16  # for each node: of nodes that are to be one
 SHOWN = 3  # places in a message
 
 
@@ -115,16 +116,32 @@ def part_of_element(arrays: MeshArrays) -> Integers:
 
 def check_coincident(arrays: MeshArrays) -> None:
     """No two vertices of elements at the same place: a seam that was never merged, or a slit."""
-    used = np.unique(arrays.vertices)
+    used = distinct(arrays.vertices)
     places = arrays.points[used]
     diagonal = float(np.linalg.norm(np.ptp(places, axis=0)))
-    pairs = cKDTree(places).query_pairs(SAME_PLACE * diagonal, output_type="ndarray")
+    pairs = near_pairs(places, SAME_PLACE * diagonal, arrays.source)
     if len(pairs):
         raise MeshError(
             f"{arrays.source}: {len(np.unique(pairs[:, 1]))} nodes stand where another one stands and the elements "
             f"there are not joined; first at {_places(places[pairs[:, 0]])}; merge = {1e-5 * diagonal:.1g} (metres) "
             "joins them, merge = 0 keeps the slit"
         )
+
+
+def near_pairs(points: Floats, within: float, source: str) -> Integers:
+    """Return the pairs of rows of points nearer to each other than a distance; (n, 2).
+
+    Raises:
+        MeshError: they are more than `MOST_PAIRS` for each point; they are counted before they are listed.
+    """
+    tree = cKDTree(points)
+    count = (int(tree.count_neighbors(tree, within)) - len(points)) // 2
+    if count > MOST_PAIRS * len(points):
+        raise MeshError(
+            f"{source}: {count:.3g} pairs of its {len(points)} nodes are nearer to each other than {within:.3g}, must "
+            f"be at most {MOST_PAIRS} for each node: its nodes stand on top of each other, export it again"
+        )
+    return np.asarray(tree.query_pairs(within, output_type="ndarray"))
 
 
 def _none(arrays: MeshArrays, bad: NDArray[np.bool_], measure: Floats, what: str, remedy: str) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from skfem import MeshHex, MeshHex2, MeshTet, MeshTet2
 from skfem.assembly import Dofs
 
-from seatfem.structures.mesh.cell_kinds import CELL_KINDS, CellKind, Floats, Integers, serendipity_to_27
+from seatfem.structures.mesh.cell_kinds import CELL_KINDS, CellKind, Floats, Integers, distinct, serendipity_to_27
 
 SolidMesh: TypeAlias = MeshTet | MeshTet2 | MeshHex | MeshHex2
 
@@ -89,7 +89,7 @@ def to_skfem(arrays: MeshArrays) -> SolidMesh:
     `MeshError` for a surface that is no part of the mesh; what else can be wrong is found by `mesh_checks`.
     """
     kind = arrays.kind
-    used = np.unique(arrays.vertices)
+    used = distinct(arrays.vertices)
     number = np.full(len(arrays.points), -1, dtype=np.int64)
     number[used] = np.arange(len(used))
     flat = CELL_KINDS[kind.corners]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from impact.brief import brief
+from seatfem.structures.mesh.cell_kinds import distinct
 from seatfem.structures.mesh.checks import check_mesh
 from seatfem.structures.mesh.io import MeshArrays, MeshError, SolidMesh, to_skfem
 from seatfem.structures.mesh.quality import MeshQuality, measure
@@ -75,7 +76,7 @@ def seat_mesh(
     notes = list(provenance.notes)
     if checked is not arrays:
         notes.append("all elements were in mirrored node order and are reordered")
-    if loose := len(arrays.points) - len(np.unique(arrays.cells)):
+    if loose := len(arrays.points) - len(distinct(arrays.cells)):
         notes.append(f"{loose} nodes of no element are dropped")
     mesh = to_skfem(checked)
     _check_outside(mesh, required, arrays.source)

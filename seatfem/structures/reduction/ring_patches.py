@@ -13,11 +13,15 @@ import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from seatfem.structures.model import Array, ModelError
+
+NARROWEST: Final = 1e-4
+"""Radians of a patch: its statics are a sum of 200 harmonics over its width, of which some arrays are made."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +30,7 @@ class RingPatch:
 
     Attributes:
         angle: of its middle [rad].
-        width: 0 < width <= 2 pi [rad].
+        width: `NARROWEST` <= width <= 2 pi [rad].
         boundary: name of the ring, a boundary of the meridian mesh.
 
     Raises:
@@ -38,8 +42,8 @@ class RingPatch:
     boundary: str = "contact"
 
     def __post_init__(self) -> None:
-        if not (0 < self.width <= 2 * math.pi * (1 + 1e-12)):
-            raise ModelError(f"ring patch: width = {self.width} rad must be > 0 and at most 2 pi")
+        if not (NARROWEST <= self.width <= 2 * math.pi * (1 + 1e-12)):
+            raise ModelError(f"ring patch: width = {self.width} rad must be at least {NARROWEST:g} and at most 2 pi")
         if not math.isfinite(self.angle):
             raise ModelError(f"ring patch: angle = {self.angle} rad must be finite")
 

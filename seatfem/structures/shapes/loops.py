@@ -66,6 +66,12 @@ def edges(loop: Array) -> Iterator[tuple[Array, Array]]:
     return zip(loop, np.roll(loop, -1, axis=0), strict=True)
 
 
+def chord_count(loop: Array) -> float:
+    """Return how many corners the loop's polygon has."""
+    turns = np.abs(angles(loop))
+    return float(np.where(turns == 0, 1.0, np.maximum(2.0, np.ceil(turns / CHORD - 1e-9))).sum())
+
+
 def polygon(loop: Array) -> tuple[Array, NDArray[np.int64]]:
     """(m, 2) corners, with arcs in chords of `CHORD` at most, and (m,) the edge of the loop that each lies on."""
     counts = [max(2, math.ceil(abs(turn) / CHORD - 1e-9)) if turn else 1 for turn in angles(loop)]
@@ -153,22 +159,22 @@ def closed(chains: Sequence[Array], within: float, wrong: Callable[[Array], Geom
 
     ``wrong``: what to raise of one that is open at a point.
     """
-    rest = list(chains)
-    while rest:
-        loop = rest.pop(0)
-        while np.linalg.norm(loop[-1, :2] - loop[0, :2]) > within or len(loop) < 3:
-            ends = [
-                (k, way)
-                for k, chain in enumerate(rest)
-                for way in (1, -1)
-                if np.linalg.norm(chain[::way][0, :2] - loop[-1, :2]) <= within
-            ]
-            if not ends:
-                raise wrong(loop[-1, :2])
-            k, way = ends[0]
-            more = rest.pop(k)
-            loop = np.concatenate([loop[:-1], more if way > 0 else turned_over(more)])
-        yield loop[:-1]
+    ends = np.array([chain[[0, -1], :2] for chain in chains])
+    free = np.ones(len(chains), dtype=bool)
+    for first, chain in enumerate(chains):
+        if not free[first]:
+            continue
+        free[first] = False
+        parts, end, count = [chain[:-1]], ends[first, 1], len(chain) - 1
+        while np.linalg.norm(end - ends[first, 0]) > within or count < 2:
+            near = free[:, None] & (np.linalg.norm(ends - end, axis=2) <= within)
+            if not near.any():
+                raise wrong(end)
+            k, last = divmod(int(np.argmax(near)), 2)
+            free[k] = False
+            parts.append((turned_over(chains[k]) if last else chains[k])[:-1])
+            end, count = ends[k, 1 - last], count + len(parts[-1])
+        yield np.concatenate(parts)
 
 
 def curve_loop(occ: Any, loop: Array) -> int:

@@ -24,6 +24,7 @@ Corner = tuple[float, ...]
 """(x, y) [m], or (x, y, bulge) with the bulge of the edge that follows (`seatfem.structures.shapes.loops`)."""
 SAME: Final = 1e-6  # of the outline's size: points nearer to each other are one
 MOST_POINTS: Final = 1000
+MOST_CHORDS: Final = 8000  # of all arcs, and straight edges: pairs of them are looked at
 ROUND_OFF: Final = 1e-9  # of the outline's size, in coordinates of a file
 
 
@@ -53,6 +54,7 @@ class Outlined(Flat):
 
     def __post_init__(self) -> None:
         require_positive(self, "thickness")
+        self._check_chords()
         self._check_loop(self.outline, "outline", f"{len(self.outline)} points", MOST_POINTS - self._holed)
         for number, hole in enumerate(self.holes, 1):
             self._check_loop(hole, "holes", f"number {number}", MOST_POINTS)
@@ -77,6 +79,20 @@ class Outlined(Flat):
     @property
     def _holed(self) -> int:
         return sum(map(len, self.holes))
+
+    def _check_chords(self) -> None:
+        """Raise `GeometryError` of points and arcs that are more than can be looked at."""
+        if self._holed > MOST_POINTS - 3:
+            raise GeometryError(
+                f"Outlined.holes = {len(self.holes)} holes: they have {self._holed} points together: must have at most "
+                f"{MOST_POINTS - 3}; leave small holes out"
+            )
+        chords = sum(loops.chord_count(loops.as_loop(loop)) for loop in (self.outline, *self.holes))
+        if chords > MOST_CHORDS:
+            raise GeometryError(
+                f"Outlined.outline = {len(self.outline)} points with {len(self.holes)} holes: their straight edges and "
+                f"arcs, in chords of 5 degrees, are {chords:.0f}: must be at most {MOST_CHORDS}; leave small holes out"
+            )
 
     def _check_loop(self, corners: tuple[Corner, ...], field: str, what: str, most: int) -> None:
         """Raise `GeometryError` of what encloses no area, or crosses itself."""

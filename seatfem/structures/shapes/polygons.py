@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from impact.greens.base import Array
 
 ALONG: Final = (0.1, 0.3, 0.5, 0.7, 0.9)  # of each edge: where widths are measured
+BLOCK: Final = 1 << 20  # pairs of edges that are looked at together
 FACING: Final = -0.5  # n.n of two edges at most, whose distance is a width: they make 60 degrees at most
 
 
@@ -52,6 +53,8 @@ def crossing(corners: Array, within: float) -> tuple[int, int] | None:
 
 def touching(one: Array, other: Array, within: float) -> bool:
     """Whether the edges of two polygons meet."""
+    if (one.min(axis=0) > other.max(axis=0) + within).any() or (other.min(axis=0) > one.max(axis=0) + within).any():
+        return False
     ahead = np.roll(other, -1, axis=0)
     return any(_meets(a, b, other, ahead, within).any() for a, b in zip(one, np.roll(one, -1, axis=0), strict=True))
 
@@ -74,14 +77,15 @@ def narrowest(around: Sequence[Array], within: float) -> float:
     start = np.concatenate(around)
     edges = np.concatenate([np.roll(corners, -1, axis=0) for corners in around]) - start
     inward = np.stack([-edges[:, 1], edges[:, 0]], axis=1) / np.linalg.norm(edges, axis=1)[:, None]
-    faces, rows, ways = inward @ inward.T <= FACING, np.arange(len(start)), []
-    for at in ALONG:
-        across = cross(inward[:, None], edges[None])
-        apart = start[None] - (start + at * edges)[:, None]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            far, along = cross(apart, edges[None]) / across, cross(apart, inward[:, None]) / across
-        hit = np.isfinite(far) & (along >= 0) & (along <= 1) & (far > within)
-        far = np.where(hit, far, np.inf)
-        first = np.argmin(far, axis=1)
-        ways.append(np.where(faces[rows, first], far[rows, first], np.inf).min())
+    ways = []
+    for rows in np.array_split(np.arange(len(start)), 1 + len(start) ** 2 // BLOCK):
+        faces, across = inward[rows] @ inward.T <= FACING, cross(inward[rows, None], edges[None])
+        for at in ALONG:
+            apart = start[None] - (start + at * edges)[rows, None]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                far, along = cross(apart, edges[None]) / across, cross(apart, inward[rows, None]) / across
+            hit = np.isfinite(far) & (along >= 0) & (along <= 1) & (far > within)
+            far = np.where(hit, far, np.inf)
+            first = np.argmin(far, axis=1)[:, None]
+            ways.append(np.where(np.take_along_axis(faces, first, 1), np.take_along_axis(far, first, 1), np.inf).min())
     return float(min(ways))

@@ -41,6 +41,7 @@ __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "missed", "rounds"]
 
 ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
+PRICED: Final = 60.0  # s predicted, from which on a first round is announced with its price
 FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
 """What a finer round may end with and cost no more than itself: all errors of the packages, of the factorizations and
 of the disk. What else there is, is a bug."""
@@ -70,6 +71,11 @@ def rounds(
     Yields:
         Each finished round, before the next begins; one that is not the last has that in ``stopped``.
     """
+    if plan.cost.seconds > PRICED:
+        tell(
+            f"about {plan.cost.seconds:.2g} s and {plan.cost.memory / 1e9:.2g} GB predicted for the first round; "
+            "seatfem plan shows what takes them, and what cheaper targets take"
+        )
     deadline = limits.seconds + (time.perf_counter() if start is None else start)
     done = _measured(partial(_first_round, limits=limits), plan, folder, watch, progress)
     while True:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Final
+
+import numpy as np
 
 from impact.quantities import in_time
 from seatfem.machine.memory import available_memory
@@ -16,8 +18,10 @@ from seatfem.study.planning.plan import Cost
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.safety import MEMORY
 from seatfem.study.scene import SceneError, load_scene, located
-from seatfem.study.sweep.cases import Case
+from seatfem.study.sweep.cases import Case, cases_of
+from seatfem.study.sweep.study import Study
 
+LOOKED_AT: Final = 1000  # scenes of a larger study that are checked before its price is told
 SAMPLED: Final = 3  # scenes that are planned: the first, the middle and the last
 LANE: Final = 0.1  # of a scene marched side by side, over the march of one by itself with all energies
 NOT_HERE: Final = ("program start", "compilation", "pictures", "files", *OF_THE_SEAT)
@@ -34,6 +38,7 @@ class Ahead:
         each, seat: of one scene without its seat, of a seat that is not there yet [s].
         memory: largest of a worker [bytes].
         beside: how many there are to march side by side; ``lane``: of one of them [s].
+        looked_at: by how many all scenes are predicted; 0: by all.
     """
 
     scenes: int
@@ -44,6 +49,7 @@ class Ahead:
     memory: float
     beside: int = 0
     lane: float = 0.0
+    looked_at: int = 0
 
     def seconds(self, workers: int = 1) -> float:
         """Of the clock. The seats are waited for by all, the scenes are shared out."""
@@ -68,7 +74,22 @@ class Ahead:
         return (
             f"{counted}: about {in_time(self.seconds(workers))} predicted with {workers} worker{'s'[: workers > 1]} "
             f"({in_time(self.each)} a scene,{a_seat} {self.memory / 1e9:.2g} GB a worker)"
+            + (f"; {self.looked_at} scenes, drawn by chance, were looked at" if self.looked_at else "")
         )
+
+
+def ahead_of_many(study: Study, file: Path | None = None) -> Ahead:
+    """Return what a study of more than `LOOKED_AT` scenes would take, by so many of them, drawn.
+
+    Raises:
+        SceneError: what is wrong with one of these; also what `ahead` raises.
+    """
+    count = study.number_of_scenes
+    drawn = np.random.default_rng(study.seed).choice(count, LOOKED_AT, replace=False) + 1
+    cases = cases_of(study, file=file, numbers=frozenset(drawn.tolist()))
+    found = ahead(study.scene, cases)
+    times = count / len(cases) if 2 * found.seats > len(cases) else 1.0  # few seats come again and again
+    return replace(found, scenes=count, seats=round(times * found.seats), looked_at=len(cases))
 
 
 def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import Final, Literal
 
+from impact.progress import Progress, silent
 from seatfem.machine.code import code_version
 from seatfem.structures.store import content_key
 from seatfem.study.impacts.contact import RunError, check_step
@@ -20,6 +21,8 @@ from seatfem.study.sweep.start import PILOTS
 from seatfem.study.sweep.study import Study
 from seatfem.study.sweep.variations import Listed
 from seatfem.units import number_and_unit
+
+TOLD_EVERY: Final = 100  # scenes
 
 
 @dataclass(frozen=True)
@@ -83,9 +86,15 @@ class Cases:
 
 
 def cases_of(
-    study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None, changes: Sequence[Changes] | None = None
+    study: Study,
+    rounds: int = MOST_ROUNDS,
+    file: Path | None = None,
+    changes: Sequence[Changes] | None = None,
+    *,
+    numbers: Collection[int] | None = None,
+    progress: Progress = silent,
 ) -> list[Case]:
-    """All scenes of the study, or those with such ``changes``.
+    """All scenes of the study, or those with such ``changes``, or with these ``numbers`` from 1.
 
     Args:
         rounds: of refinement that each may take.
@@ -98,12 +107,17 @@ def cases_of(
     problems: dict[str, Problem] = {}
     wrong: Counter[str] = Counter()
     made = Cases(study, rounds)
+    count = study.number_of_scenes if changes is None else len(changes)
     for number, changed in enumerate(changes_of(study) if changes is None else changes, start=1):
+        if numbers is not None and number not in numbers:
+            continue
+        if number % TOLD_EVERY == 0:
+            progress("checking scenes", number / count)
         try:
             found.append(made.case(number, changed))
         except (SceneError, RunError) as error:
             for problem in _problems(error, study):
-                which = f"scene {number} of {study.number_of_scenes if changes is None else len(changes)}"
+                which = f"scene {number} of {count}"
                 told = _in_the_study(problem, changed, which)
                 problems.setdefault(told.key, told)
                 wrong[told.key] += 1

@@ -16,7 +16,7 @@ from seatfem.machine.libraries import require_gmsh_libraries
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene, SceneError, load_scene, located
 from seatfem.study.scene.problems import explain
-from seatfem.study.sweep.ahead import ahead
+from seatfem.study.sweep.ahead import LOOKED_AT, ahead, ahead_of_many
 from seatfem.study.sweep.cases import Case, cases_of
 from seatfem.study.sweep.effort import USUAL, Effort
 from seatfem.study.sweep.outcome import Outcome
@@ -68,7 +68,10 @@ def run_study(
         raise StudyError(
             "optimise: this study asks for one best scene; run it by seatfem optimise, or remove the table"
         )
-    cases, scene, measures = scenes_of(study, effort.rounds, file)
+    if study.number_of_scenes > LOOKED_AT and study.error_bars == "every":
+        predicted = ahead_of_many(study, file)
+        tell(predicted.in_words(workers or predicted.workers()))
+    cases, scene, measures = scenes_of(study, effort.rounds, file, progress)
     if any(body.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
     with folder_of_ours(folder) as journal:
@@ -98,12 +101,14 @@ def run_study(
     return table
 
 
-def scenes_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) -> tuple[list[Case], Scene, Measures]:
+def scenes_of(
+    study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None, progress: Progress = silent
+) -> tuple[list[Case], Scene, Measures]:
     """All scenes of a study as they are going to be carried out, the first of them, and the measures asked for.
 
     Raises `SceneError` of what is wrong; ``file``: of the study, for messages.
     """
-    cases = cases_of(study, rounds, file)
+    cases = cases_of(study, rounds, file, progress=progress)
     scene = load_scene(study.scene, cases[0].changed)
     measures = measures_of(study, scene)
     if study.error_bars == "every":

@@ -1,0 +1,68 @@
+"""Studies of more scenes than can be checked at once: priced by some of them, bounded, with progress."""
+
+import pytest
+
+from seatfem.study.sweep import ahead, cases
+from seatfem.study.sweep.study import load_study
+from tests.bounded import assert_refused, run_bounded
+
+SCENE = """
+[seat]
+kind = "spring"
+stiffness = "1e6 N/m"
+[reed]
+kind = "rigid_mass"
+mass = "1 g"
+velocity = "-1 m/s"
+[run]
+duration = "100 us"
+"""
+DRAWN = """
+scene = "scene.toml"
+design = "monte_carlo"
+number = {0}
+limit = {0}
+[vary]
+"reed.velocity" = {{ from = "-2 m/s", to = "-1 m/s" }}
+"""
+GRID = """
+scene = "scene.toml"
+[vary]
+"reed.velocity" = { from = "-2 m/s", to = "-1 m/s", number = 40 }
+"seat.stiffness" = ["1e6 N/m", "2e6 N/m"]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "scene.toml").write_text(SCENE)
+    return tmp_path
+
+
+@pytest.mark.slow
+def test_a_plan_of_many_scenes_is_a_price_at_once(folder):
+    for count in (100_000, 1_000_000):
+        (folder / f"{count}.toml").write_text(DRAWN.format(count))
+    priced, refused = run_bounded([["plan", "100000.toml"], ["plan", "1000000.toml"]], folder)
+    assert priced.code == 0, priced.said
+    assert "100000 scenes: about" in priced.said
+    assert "1000 scenes, drawn by chance, were looked at" in " ".join(priced.said.split())
+    assert_refused(refused, "1000000.toml:4: number: 1000000: input should be less than or equal to 100000")
+
+
+def test_the_price_by_some_is_that_by_all(folder, monkeypatch):
+    """All scenes cost alike, and both seats are among those that are drawn."""
+    monkeypatch.setattr(ahead, "LOOKED_AT", 20)
+    (folder / "study.toml").write_text(GRID)
+    study = load_study(folder / "study.toml")
+    some, every = ahead.ahead_of_many(study), ahead.ahead(study.scene, cases.cases_of(study))
+    assert (some.scenes, some.seats, some.looked_at) == (every.scenes, every.seats, 20)
+    assert some.seconds(2) == pytest.approx(every.seconds(2), rel=0.3)
+
+
+def test_checking_reports_how_far_it_is(folder, monkeypatch):
+    monkeypatch.setattr(cases, "TOLD_EVERY", 20)
+    (folder / "study.toml").write_text(GRID)
+    told = []
+    cases.cases_of(load_study(folder / "study.toml"), progress=lambda *stage: told.append(stage))
+    assert told == [("checking scenes", share) for share in (0.25, 0.5, 0.75, 1.0)]
