@@ -215,11 +215,17 @@ def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:
     if not np.all(np.isfinite(flexible)):  # a dashpot stays what it is
         relaxing = Residual.relaxing(dropped.T @ dropped, 2 * np.pi * bandwidth)
         rest = Residual.together([greens.residual, relaxing])
-    elif np.all(np.isfinite(start)) and np.linalg.eigvalsh(start).min() > 0:
+    elif np.all(np.isfinite(start)) and _is_definite(start):
         rest = Residual.exponential(flexible, start)
     else:
         rest = Residual.spring(flexible)
     return replace(greens, omega=greens.omega[kept], zeta=greens.zeta[kept], shapes=greens.shapes[kept], residual=rest)
+
+
+def _is_definite(matrix: NDArray[np.float64]) -> bool:
+    """Return whether the least eigenvalue of a symmetric matrix is positive beyond round-off."""
+    values = np.linalg.eigvalsh(matrix)
+    return bool(values[0] > ROUND_OFF * abs(values[-1]))
 
 
 def _below(greens: ModalGreens, bandwidth: float) -> NDArray[np.bool_]:

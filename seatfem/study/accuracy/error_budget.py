@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, get_args
 
 import impact
+from impact.after.landings import Landing
 from impact.after.stresses import ReedStress
 from impact.greens.base import GreensFunction
 from impact.march.motion import Discrete
@@ -76,6 +77,12 @@ if TYPE_CHECKING:
 
 CUT: Final = ("impulse_Ns", "duration_s")
 """Numbers of a landing that its end takes part in."""
+KEYS_OF_MEASURES: Final[Mapping[str, tuple[str, ...]]] = {
+    FilteredPeak.name: ("filtered_peak_force_N", "excess_peak_force_N"),
+    Impulse.name: ("impulse_Ns",),
+    ContactDuration.name: ("duration_s",),
+}
+"""Numbers in the record of a landing that measures of a landing are, too, or follow."""
 
 
 def error_budget(
@@ -166,6 +173,26 @@ def with_cut_landings(left: Budget, landings: Landings | None) -> Budget:
     source = left.dominant("impulse")
     unknown = {name: math.inf for name in cut if name in left.values}
     return replace(left, parts={**left.parts, source: {**left.parts[source], **unknown}})
+
+
+def with_bars_of_measures(left: Budget, landings: Sequence[Landing]) -> Budget:
+    """Return the budget with no smaller parts in the record of a landing than in the measures of the same landing.
+
+    Half the step is marched through the judged landing alone, measures jump, and plans know more of them: the record of
+    that landing, which the same forces make, knows its numbers no better.
+    """
+    pairs = (
+        (landing_name("seat", landings.index(landing), key), prefix + measure)
+        for prefix, landing in judged_landings(landings).items()
+        for measure, keys in KEYS_OF_MEASURES.items()
+        for key in keys
+    )
+    same = {name: measure for name, measure in pairs if name in left.values and measure in left.values}
+    parts = {
+        source: {**part, **{name: max(part[name], part[measure]) for name, measure in same.items()}}
+        for source, part in left.parts.items()
+    }
+    return replace(left, parts=parts)
 
 
 def with_floors(left: Budget, floors: Mapping[str, float]) -> Budget:

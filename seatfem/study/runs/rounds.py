@@ -18,7 +18,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.build import Cache
 from seatfem.structures.cache import key_of
 from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.study.accuracy.error_budget import error_budget
+from seatfem.study.accuracy.error_budget import error_budget, with_bars_of_measures
 from seatfem.study.impacts.contact import (
     check_length,
     run_contacts,
@@ -195,7 +195,8 @@ def _round(
     with watch("error budget"):
         wanted_stress = stress if scene.needs_stress else None
         left = error_budget(scene, method, seat, striker, touches, wanted_stress, reed)
-    left = _at_least_planned(plan, left)
+    landings = () if touches.landings is None else touches.landings.seat
+    left = with_bars_of_measures(_at_least_planned(plan, left), landings)
     return Round(plan, seat, striker, touches, stress, left, reed)
 
 
