@@ -14,15 +14,41 @@ from impact.measured.passivity import positive_part
 from impact.measured.vector_fitting import Poles, basis
 
 
+_NOTHING = 1e-12  # of the largest response: a compliance that is round-off
+
+
 @dataclass(frozen=True)
 class FitData:
-    """Lines s (n,), responses (n, p, p), weights (n,), whether the body is free, and the columns beside the poles."""
+    """Lines s (n,), responses (n, p, p), weights (n,) one over the noise, whether the body is free, names of its ports;
+    ``above``: modes beyond the band [rad/s] that stand for what lies there, and their damping ratio; ``alike``: neighbouring
+    lines that share their noise."""
 
     s: ComplexArray
     g: ComplexArray
     weights: Array
     free: bool
     port_names: tuple[str, ...]
+    above: tuple[float, ...] = ()
+    above_zeta: float = 0.0
+    alike: int = 1
+
+    @property
+    def elements(self) -> ComplexArray:
+        """(n, q) the responses of the upper triangle."""
+        p = len(self.port_names)
+        return np.stack([self.g[:, i, j] for i in range(p) for j in range(i, p)], axis=1)
+
+    @property
+    def beyond(self) -> Poles:
+        """The modes ``above`` as poles."""
+        omega, zeta = np.array(self.above), self.above_zeta
+        return Poles(omega * (-zeta + 1j * np.sqrt(1 - zeta**2)), np.zeros(0))
+
+    @property
+    def fixed(self) -> ComplexArray:
+        """(n, e) columns beside the poles that move: `extra`, and oscillators at the modes ``above``."""
+        s, omega = self.s[:, None], np.array(self.above)
+        return np.concatenate([self.extra, 1 / (s**2 + 2 * self.above_zeta * omega * s + omega**2)], axis=1)
 
     @property
     def extra(self) -> ComplexArray:
@@ -44,6 +70,8 @@ def free_residues(data: FitData, poles: Poles) -> Residues:
     both = np.concatenate([phi, extra], axis=1)
     found = _least_squares(both, data.g, data.weights)
     beside[:] = [positive_part(matrix) for matrix in found[phi.shape[1] :]]
+    if np.abs(beside[0]).max() < _NOTHING * np.abs(data.g).max():
+        beside[0] = 0.0
     if np.any(beside != found[phi.shape[1] :]):
         found = _least_squares(phi, data.g - np.einsum("ne,eij->nij", extra, beside), data.weights)
     k = 2 * len(poles.pairs)
@@ -70,12 +98,13 @@ def response_of(residues: Residues, s: ComplexArray) -> ComplexArray:
 
 
 def modal_fit(data: FitData, poles: Poles, smallest: float) -> ModalGreens:
-    """Positive amplitudes of oscillators, relaxations, compliance and rigid body.
+    """Positive amplitudes of oscillators, those beyond the band too, of relaxations, compliance and rigid body.
 
     ``smallest``: part of a mode's amplitude matrix below which its further ranks are left out.
     """
-    omega, p = np.abs(poles.pairs), len(data.port_names)
-    zeta = -poles.pairs.real / omega
+    pairs, p = np.concatenate([poles.pairs, data.beyond.pairs]), len(data.port_names)
+    omega = np.abs(pairs)
+    zeta = -pairs.real / omega
     s = data.s[:, None]
     columns = np.concatenate([1 / (s**2 + 2 * zeta * omega * s + omega**2), 1 / (s + poles.rates), data.extra], axis=1)
     found = _positive_least_squares(columns, data.g, data.weights)

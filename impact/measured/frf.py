@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -43,6 +43,9 @@ class FrequencyResponse:
         port_names: p names.
         shift: decay rate of an exponential window laid over an impulse response [1/s]; 0 for measured FRFs.
         origin: provenance, plain JSON values.
+        measured_as: the quantity that was measured, in which its noise is looked for.
+        deviation: (n, p, p) or, for one port, (n,) standard deviation of the noise, its square E|error|^2 [m/N]; ``None``:
+            not known, to be estimated from the lines.
 
     Raises:
         FrequencyResponseError: shapes that do not match, fewer than 8 lines, values not finite, frequencies that do not
@@ -54,6 +57,8 @@ class FrequencyResponse:
     port_names: tuple[str, ...] = ("contact",)
     shift: float = 0.0
     origin: Mapping[str, object] = field(default_factory=dict)
+    measured_as: Kind = "receptance"
+    deviation: Array | None = None
 
     __repr__ = brief
 
@@ -72,14 +77,22 @@ class FrequencyResponse:
             )
         if f[0] <= 0 or np.any(np.diff(f) <= 0):
             raise FrequencyResponseError("frequency must be positive and increase from line to line")
+        deviation = self.deviation
+        if deviation is not None:
+            deviation = np.asarray(deviation, dtype=float).reshape(g.shape)
+            if not (np.all(np.isfinite(deviation)) and np.all(deviation >= 0)):
+                raise FrequencyResponseError("the noise of every line must be finite and not negative")
         turned = g.transpose(0, 2, 1)
-        skew = float(np.linalg.norm(g - turned)) / max(2 * float(np.linalg.norm(g)), 1e-300)
+        as_measured = ((self.shift + 2j * np.pi * f) ** _ORDER[self.measured_as])[:, None, None]
+        apart, size = (float(np.linalg.norm(as_measured * each)) for each in (g - turned, g))
+        skew = apart / max(2 * size, 1e-300)
         if skew > RECIPROCITY_LIMIT:
             raise FrequencyResponseError(
                 f"G_ij and G_ji differ by {skew:.0%} (rms): check places, directions and signs of hammer and sensor"
             )
         origin = dict(self.origin) | ({"reciprocity_defect": skew} if p > 1 else {})
-        for name, value in (("frequency", f), ("receptance", (g + turned) / 2), ("origin", origin)):
+        values = {"frequency": f, "receptance": (g + turned) / 2, "origin": origin, "deviation": deviation}
+        for name, value in values.items():
             object.__setattr__(self, name, value)
 
     @property
@@ -90,7 +103,13 @@ class FrequencyResponse:
     def within(self, lowest: float, highest: float) -> FrequencyResponse:
         """The lines from ``lowest`` to ``highest`` [Hz]."""
         kept = (self.frequency >= lowest) & (self.frequency <= highest)
-        return FrequencyResponse(self.frequency[kept], self.receptance[kept], self.port_names, self.shift, self.origin)
+        deviation = None if self.deviation is None else self.deviation[kept]
+        return replace(self, frequency=self.frequency[kept], receptance=self.receptance[kept], deviation=deviation)
+
+    @property
+    def per_receptance(self) -> ComplexArray:
+        """(n,) s^k: the measured quantity over the receptance, k = 0, 1, 2 of receptance, mobility, accelerance."""
+        return np.asarray(self.lines ** _ORDER[self.measured_as])
 
 
 def receptance(
@@ -100,16 +119,21 @@ def receptance(
     *,
     port_names: tuple[str, ...] = ("contact",),
     origin: Mapping[str, object] | None = None,
+    deviation: ArrayLike | None = None,
 ) -> FrequencyResponse:
-    """From mobility [m/(N s)] or accelerance [1/kg]: divided by (i w) or (i w)^2; a line at 0 Hz is left out there."""
+    """From mobility [m/(N s)] or accelerance [1/kg]: divided by (i w) or (i w)^2; a line at 0 Hz is left out.
+
+    ``deviation``: standard deviation of the noise of ``values``, in their unit; ``None``: not known.
+    """
     if kind not in get_args(Kind):
         raise FrequencyResponseError(f"kind {kind!r} is unknown; choose from {', '.join(get_args(Kind))}")
     f, h = np.asarray(frequency, dtype=float), np.asarray(values, dtype=complex)
     kept = f > 0
     f, h = f[kept], h[kept]
-    divisor = (2j * np.pi * f) ** _ORDER[kind]
-    found = {"kind": "measured", "measured_as": kind} | dict(origin or {})
-    return FrequencyResponse(f, h / divisor.reshape(-1, *[1] * (h.ndim - 1)), port_names, origin=found)
+    divisor = ((2j * np.pi * f) ** _ORDER[kind]).reshape(-1, *[1] * (h.ndim - 1))
+    provenance = {"kind": "measured", "measured_as": kind} | dict(origin or {})
+    noise = None if deviation is None else np.asarray(deviation, dtype=float)[kept] / np.abs(divisor)
+    return FrequencyResponse(f, h / divisor, port_names, origin=provenance, measured_as=kind, deviation=noise)
 
 
 def read_frf(path: str | os.PathLike[str], *, port_name: str = "contact", delimiter: str = ",") -> FrequencyResponse:
