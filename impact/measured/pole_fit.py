@@ -76,7 +76,7 @@ def fit_response(
     form: Form = "auto",
     free: bool | None = None,
     most_pairs: int = 80,
-    draws: int = DRAWS,
+    draws: int | None = None,
 ) -> PoleFit:
     """Return a passive sum of poles through a measured response, with draws of what its noise leaves open.
 
@@ -100,7 +100,7 @@ def fit_response(
         free: whether the body can move away (a term -1/(m w^2)); by default, whether the lines need that term and it
             outweighs all others at the lowest.
         most_pairs: limit of pole pairs.
-        draws: of records with other noise; a seed of its own, the same in every call.
+        draws: of records with other noise, `DRAWS` over the number of ports if absent; of a seed that is always the same.
 
     Raises:
         FrequencyResponseError: not causal, lines that hold nothing but noise, a misfit beyond the noise of more than
@@ -132,7 +132,8 @@ def fit_response(
             f"of it {in_words(ranges) or 'at all lines'}: check units and phase, or leave these lines out"
         )
     noise = _noise_of_draws(data, deviation, residual)
-    others = tuple(_drawn(data, poles, chosen, complex_form, noise, draws)) if response.shift == 0 else ()
+    count = DRAWS // len(names) if draws is None else draws
+    others = tuple(_drawn(data, poles, chosen, complex_form, noise, count)) if response.shift == 0 else ()
     report = {
         **_report(chosen, data, response, defect),
         "noise_rms": float(np.linalg.norm(deviation) / np.linalg.norm(np.abs(data.g).max(axis=(1, 2)))),

@@ -56,6 +56,8 @@ BEYOND: Final = (1.0, 2.0)
 OPENING: Final = 0.1
 """By how much an opening that ends a group of contacts, and one that does not, may be off: at most, and ..."""
 OF_IMPULSE: Final = 10.0  # ... so many times what the impulse is off
+OF_DRAWS: Final = 0.8
+"""Of the largest change among 24 draws of a record, 2.3 deviations: with the budget's own factor 2.8 deviations."""
 SHORT: Final = 0.3  # part of the run up to which an impact is marched alone with half the step, above: the run
 SHEAR_SHARE: Final = 0.05  # of the target, from which on the shear of the reed counts
 

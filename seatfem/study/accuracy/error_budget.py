@@ -13,7 +13,7 @@ from impact.greens.base import GreensFunction
 from impact.march.motion import Discrete
 from impact.march.problem import ContactProblem
 from impact.runs.budget import Budget, Values, changes, times, total
-from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed
+from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed, ringing_on
 from impact.runs.variations import of_g as of_body
 from seatfem.machine.memory import available_memory
 from seatfem.machine.threads import threads
@@ -47,6 +47,7 @@ from seatfem.study.impacts.contact import (
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.measures import (
     LIP,
+    RECORD,
     SOURCES,
     STOPPER,
     STRIKER,
@@ -57,8 +58,9 @@ from seatfem.study.impacts.measures import (
     values_of_record,
 )
 from seatfem.study.impacts.touches import Touches, stopper_in
+from seatfem.study.impacts.validity import fit_of
 from seatfem.study.method import RunMethod, chooses_one_port
-from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS, ONE_PORT_BAR, SHEAR_SHARE, SHORT
+from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS, OF_DRAWS, ONE_PORT_BAR, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import across_of, arcs_behind_rings, lip_of
 from seatfem.study.scene.measures import (
@@ -106,6 +108,8 @@ def error_budget(
       them is named beside the bars.
     - lip: of one port that a plan has chosen, what arcs in its place change, on the waves of the seat as a whole over a
       half-space, which tells the arcs from each other.
+    - record: of a measured seat, the largest change among the draws of its fit, what lies above the band as modes that
+      ring at its end, and g larger by a misfit beyond the noise; its reduction has then no error of its own.
     - stopper: the same of one that is computed, with its patch, and of a beam its modes; twice as many of its arcs.
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``touches``, if wanted.
     """
@@ -137,7 +141,7 @@ def error_budget(
     values = values_with_clock(own)
     left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer, threads=at_once)
     left = _with_end(scene, problem, left, result.dt, like)
-    names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP) if name in found))
+    names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP, RECORD) if name in found))
     known_parts = {str(s): left.parts[s] for s in names if s in left.parts}
     floors = {source: least for source, least in FLOORS.items() if found[source]}
     if method.seat.level == "spring":
@@ -230,6 +234,8 @@ def sources_of(
     }
     if chooses_one_port(scene, method):
         found[LIP] = _of_one_port(scene, method, seat, problem)
+    if draws := scene.seat.draws():
+        found["reduction"], found[RECORD] = (), _of_record(scene, seat, problem, draws)
     beside = {STRIKER: of_striker(scene, reed, problem), STOPPER: of_stopper(scene, method, problem)}
     for name, parts in beside.items():
         if parts is not None:
@@ -272,6 +278,17 @@ def _of_reduction(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms 
         return stated
     highest = float(modal.frequencies_hz.max())
     return (*stated, (_with_seat(scene, problem, narrowed(modal, highest / NARROWER)),))
+
+
+def _of_record(
+    scene: Scene, seat: Solved, problem: ContactProblem, draws: tuple[GreensFunction, ...]
+) -> Terms | None:
+    terms = [tuple(_with_seat(scene, problem, draw, OF_DRAWS) for draw in draws)]
+    fit = fit_of(seat.greens)
+    if (modal := seat.greens.modal) is not None and len(modal.omega) and fit.highest:
+        ringing = ringing_on(problem.target, 2 * math.pi * fit.highest / float(modal.omega.max()))
+        terms += [] if ringing is None else [(_with_seat(scene, problem, ringing.greens),)]
+    return (*terms, *(of_body(problem, problem.target, fit.unexplained) or ()))
 
 
 def _of_model(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:

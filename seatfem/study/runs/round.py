@@ -15,7 +15,7 @@ from impact.after.stresses import ReedStress
 from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.seat_waves import tells_waves
-from seatfem.study.impacts.measures import LIP, STOPPER, STRIKER, is_of_a_landing
+from seatfem.study.impacts.measures import LIP, RECORD, STOPPER, STRIKER, is_of_a_landing
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import film_notes, stopper_notes, validity_advice
 from seatfem.study.method import MODES, PORTS, RINGS, STEP
@@ -32,6 +32,7 @@ REMEDIES: Final[Mapping[str, str]] = {
     STOPPER: "refine stopper.mesh, raise stopper.greens.bandwidth, or keep more stopper.n_modes",
     "patch": "divide the struck patch by contact.rings = 4, or more",
     LIP: "divide the lip by contact.ports",
+    RECORD: "average over more blows, or measure further than 1/run.filter_width",
 }
 
 
