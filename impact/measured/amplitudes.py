@@ -20,16 +20,14 @@ _NOTHING = 1e-12  # of the largest response: a compliance that is round-off
 @dataclass(frozen=True)
 class FitData:
     """Lines s (n,), responses (n, p, p), weights (n,) one over the noise, whether the body is free, names of its ports;
-    ``above``: modes beyond the band [rad/s] that stand for what lies there, and their damping ratio; ``alike``: neighbouring
-    lines that share their noise."""
+    ``above``: poles beyond the band that stand for what lies there; ``alike``: neighbouring lines that share their noise."""
 
     s: ComplexArray
     g: ComplexArray
     weights: Array
     free: bool
     port_names: tuple[str, ...]
-    above: tuple[float, ...] = ()
-    above_zeta: float = 0.0
+    above: tuple[complex, ...] = ()
     alike: int = 1
 
     @property
@@ -40,15 +38,13 @@ class FitData:
 
     @property
     def beyond(self) -> Poles:
-        """The modes ``above`` as poles."""
-        omega, zeta = np.array(self.above), self.above_zeta
-        return Poles(omega * (-zeta + 1j * np.sqrt(1 - zeta**2)), np.zeros(0))
+        """The poles ``above``."""
+        return Poles(np.array(self.above, dtype=complex), np.zeros(0))
 
     @property
     def fixed(self) -> ComplexArray:
-        """(n, e) columns beside the poles that move: `extra`, and oscillators at the modes ``above``."""
-        s, omega = self.s[:, None], np.array(self.above)
-        return np.concatenate([self.extra, 1 / (s**2 + 2 * self.above_zeta * omega * s + omega**2)], axis=1)
+        """(n, e) columns beside the poles in the band: `extra`, and oscillators at the poles ``above``."""
+        return np.concatenate([self.extra, oscillators(self.s, self.beyond.pairs)], axis=1)
 
     @property
     def extra(self) -> ComplexArray:
@@ -61,6 +57,11 @@ class FitData:
     def misfit(self, model: ComplexArray) -> float:
         """Weighted, relative."""
         return float(np.linalg.norm(self.weights[:, None, None] * (model - self.g))) / self.scale
+
+
+def oscillators(s: ComplexArray, pairs: ComplexArray) -> ComplexArray:
+    """Return the columns 1/((s - p)(s - p*)) of pairs of poles (n, K)."""
+    return np.asarray(1 / ((s[:, None] - pairs) * (s[:, None] - pairs.conj())))
 
 
 def free_residues(data: FitData, poles: Poles) -> Residues:

@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.greens.base import Array, ComplexArray
-from impact.measured.amplitudes import FitData
+from impact.measured.amplitudes import FitData, oscillators
 from impact.measured.vector_fitting import Poles, basis, fitted_poles, left_over, refined, starting_poles
 
 ABOVE_NOISE: Final = 5.0  # times the noise of a line: what counts as a resonance
+BEYOND: Final = (1.03, 1.08, 1.16, 1.3, 1.6, 2.5)  # over the highest line: oscillators that stand for all above it
 _PATIENCE: Final = 3  # rounds of more poles in vain
 _MOST_ROUNDS: Final = 40
 _PROMINENCE: Final = 0.5  # of a resonance, in the logarithm of the mobility
@@ -51,9 +52,10 @@ def choose_poles(data: FitData, floor: Array, most: int) -> Poles:
 
 
 def residual_terms(s: ComplexArray) -> ComplexArray:
-    """Return the columns (n, 3) of what is not in the band: a compliance and its slope from above, a mass from below."""
-    scale = float(np.abs(s).max())
-    return np.stack([np.ones_like(s), (s / scale) ** 2, (np.abs(s).min() / s) ** 2], axis=1)
+    """Return the columns (n, 8) of what is not in the band: a compliance and oscillators above it, last a mass below it."""
+    highest = float(s.imag[-1])
+    above = highest**2 * oscillators(s, 1j * highest * np.array(BEYOND))
+    return np.concatenate([np.ones_like(s)[:, None], above, (np.abs(s).min() / s[:, None]) ** 2], axis=1)
 
 
 def within(s: ComplexArray, poles: Poles) -> Poles:

@@ -21,7 +21,7 @@ from impact.measured.frf import (
 )
 from impact.measured.noise import estimate_deviation
 from impact.measured.passive_residues import Residues, made_passive
-from impact.measured.pole_choice import choose_poles, criterion, residual_terms
+from impact.measured.pole_choice import choose_poles, criterion, residual_terms, within
 from impact.measured.pole_passivity import pole_passivity
 from impact.measured.vector_fitting import Poles, left_over, refined
 
@@ -34,11 +34,16 @@ _SEED: Final = 20_261
 _FLOOR: Final = 0.1  # of the tolerance: what a fit need not explain, whatever the noise
 _LEAN: Final = 0.01  # of a mode's amplitude matrix: what noise adds to its rank one
 _SURE: Final = 30.0  # decrease of the squares, in variances of the noise, from which on a term is in the lines
-_BEYOND: Final = (1.05, 1.1, 1.2, 1.4, 1.8, 2.5, 4.0)  # over the highest line: where modes above the band may stand
+_BEYOND: Final = (1.02, 1.04, 1.06, 1.09, 1.13, 1.18, 1.25, 1.35, 1.5, 1.8, 2.5, 4.0)
+"""Over the highest line: where modes above the band are looked for."""
+_MOST_BEYOND: Final = 3
+_FARTHEST: Final = 6.0  # likewise, where they may move to
+_MOST_DAMPED: Final = 0.3  # damping ratio that they may have
 _SIGNAL: Final = 10.0  # standard deviations of the noise's power by which a response must exceed it
 _MARGIN: Final = 1.5  # on the largest change among the draws
 _BLOCK: Final = 9  # lines whose misfit is looked at together
-_BLOCK_LIMIT: Final = 3.5  # of their mean square, in variances of the noise: six deviations, and noise known to 20 %
+BLOCK_LIMIT: Final = 4.5
+"""Of the mean square of their misfit, in variances of the noise: five deviations, where noise is known to 20 %."""
 _RANGES: Final = 5  # of lines that are named at most
 
 
@@ -125,7 +130,7 @@ def fit_response(
     chosen, complex_form = _chosen(data, poles, form, floor)
     residual = data.weights[:, None, None] * (chosen.transfer(data.s) - data.g)
     unexplained = _unexplained(data, residual)
-    ranges = _ranges_of(data, residual)
+    ranges, worst = _ranges_of(data, residual)
     if unexplained > MOST_UNEXPLAINED:
         raise FrequencyResponseError(
             f"the fit misses {unexplained:.0%} of the response beyond its noise, with {len(poles.pairs)} pole pairs, most "
@@ -141,7 +146,8 @@ def fit_response(
         "unexplained": unexplained,
         "unexplained_lines_hz": [[low, high] for low, high in ranges],
         "unexplained_allowed": tolerance,
-        "modes_beyond_band_hz": [float(w / (2 * np.pi)) for w in data.above],
+        "misfit_over_noise_worst": worst,
+        "modes_beyond_band_hz": [abs(pole) / (2 * np.pi) for pole in data.above],
     }
     error = None
     if response.shift == 0:
@@ -219,30 +225,57 @@ def _with_residual_terms(data: FitData, poles: Poles, free: bool | None) -> tupl
         return 2 * left_over(s, responses, weights, terms.fixed, poles)
 
     held, moving = replace(data, free=False), replace(data, free=True)
-    if free is None and left(held) - left(moving) > _SURE:
-        lightest = free_residues(moving, poles)
-        mass_line = float(np.abs(lightest.rigid).max() / np.abs(s[0]) ** 2)
-        rest = response_of(replace(lightest, rigid=0 * lightest.rigid), s[:1])
-        free = mass_line > float(np.abs(rest).max())
+    if free is None:
+        free = _is_free(moving, poles)
     data = moving if free else held
     if left(data) - 2 * left_over(s, responses, weights, residual_terms(s), poles) > _SURE:
         zeta = float(np.clip(np.median(-poles.pairs.real / np.abs(poles.pairs)), 0.002, 0.05)) if len(poles.pairs) else 0.02
-        data = _with_modes_beyond(data, poles, zeta)
-    return data, refined(s, responses, weights, data.fixed, poles)
+        return _with_modes_beyond(data, poles, zeta)
+    return _moved_together(data, poles)
 
 
-def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> FitData:
-    """Return the data with those of `_BEYOND` that positive amplitudes make use of, if they help; else as it is."""
-    highest = float(data.s.imag[-1])
-    all_of_them = tuple(ratio * highest for ratio in _BEYOND)
-    many = replace(data, above=all_of_them, above_zeta=zeta)
-    modal = modal_fit(many, poles, 1e-9)
-    used = tuple(w for w in all_of_them if np.any(np.abs(modal.omega - w) < 1e-9 * w))
-    few = replace(many, above=used)
-    without = modal_fit(data, poles, 1e-9)
-    decrease = 2 * float(np.sum(_squares(data, without.transfer(data.s) - data.g)))
-    decrease -= 2 * float(np.sum(_squares(data, modal.transfer(data.s) - data.g)))
-    return few if used and decrease > _SURE else data
+def _moved_together(data: FitData, poles: Poles, iterations: int = 6) -> tuple[FitData, Poles]:
+    """Return the data and the poles after least squares for those in the band and those beyond it; the latter stay where
+    they are if they would leave their place."""
+    several = refined(data.s, data.elements, data.weights, data.extra, _with_beyond(data, poles), iterations)
+    count, highest = len(poles.pairs), float(data.s.imag[-1])
+    inside, above = Poles(several.pairs[:count], several.rates), several.pairs[count:]
+    size = np.abs(above)
+    if np.all((size > highest) & (size < _FARTHEST * highest) & (-above.real < _MOST_DAMPED * size)):
+        return replace(data, above=tuple(map(complex, above))), within(data.s, inside)
+    moved = refined(data.s, data.elements, data.weights, data.fixed, poles, iterations)
+    return data, within(data.s, moved)
+
+
+def _is_free(data: FitData, poles: Poles) -> bool:
+    """Return whether the lines support a mass line: beside all that may come from above the band, and where it outweighs
+    the other terms."""
+    s, terms = data.s, residual_terms(data.s)
+    without = 2 * left_over(s, data.elements, data.weights, terms[:, :-1], poles)
+    if without - 2 * left_over(s, data.elements, data.weights, terms, poles) < _SURE:
+        return False
+    moving = free_residues(data, poles)
+    mass_line = np.abs(np.diagonal(moving.rigid)).max() / np.abs(s) ** 2
+    rest = np.abs(response_of(replace(moving, rigid=0 * moving.rigid), s)).max(axis=(1, 2))
+    return bool(np.sum((data.weights * mass_line)[mass_line > rest] ** 2) > _SURE)
+
+
+def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> tuple[FitData, Poles]:
+    """Return data and poles with as many modes beyond the band as its highest lines let be told, three at most; they
+    begin where `_BEYOND` fits best."""
+    turn, places = -zeta + 1j * np.sqrt(1 - zeta**2), float(data.s.imag[-1]) * np.array(_BEYOND)
+    found = [_moved_together(data, poles)]
+    for _ in range(_MOST_BEYOND):
+        last, beside = found[-1]
+        more = [replace(last, above=(*last.above, complex(w * turn))) for w in places]
+        best = min(more, key=lambda each: left_over(data.s, data.elements, data.weights, each.fixed, beside))
+        found.append(_moved_together(best, beside))
+
+    def cost(one: tuple[FitData, Poles]) -> float:
+        together = _with_beyond(*one)
+        return criterion(data, left_over(data.s, data.elements, data.weights, data.extra, together), together)
+
+    return min(found, key=cost)
 
 
 def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitted, bool]:
@@ -286,17 +319,17 @@ def _unexplained(data: FitData, residual: ComplexArray) -> float:
     return float(np.sqrt(max(missed - 1.2 * n, 0.0) / max(whole - n, 1e-300)))
 
 
-def _ranges_of(data: FitData, residual: ComplexArray) -> list[tuple[float, float]]:
-    """Return the ranges of lines [Hz] whose misfit is more than the noise, the worst first."""
+def _ranges_of(data: FitData, residual: ComplexArray) -> tuple[list[tuple[float, float]], float]:
+    """Return the ranges of lines [Hz] whose misfit is more than the noise, the worst first, and the largest ratio (rms)."""
     squares = np.mean(np.abs(residual) ** 2, axis=(1, 2))
     mean = np.convolve(np.pad(squares, _BLOCK // 2, mode="reflect"), np.ones(_BLOCK) / _BLOCK, mode="valid")
-    over = np.flatnonzero(mean > _BLOCK_LIMIT)
+    over, worst = np.flatnonzero(mean > BLOCK_LIMIT), float(np.sqrt(mean.max()))
     if not over.size:
-        return []
+        return [], worst
     runs = np.split(over, np.flatnonzero(np.diff(over) > _BLOCK) + 1)
     runs.sort(key=lambda lines: -float(mean[lines].sum()))
     f = data.s.imag / (2 * np.pi)
-    return [(float(f[lines[0]]), float(f[lines[-1]])) for lines in runs[:_RANGES]]
+    return [(float(f[lines[0]]), float(f[lines[-1]])) for lines in runs[:_RANGES]], worst
 
 
 def in_words(ranges: list[tuple[float, float]]) -> str:
@@ -324,7 +357,7 @@ def _drawn(
         error = rng.normal(size=own.shape) + 1j * rng.normal(size=own.shape)
         error = (error + error.transpose(0, 2, 1)) / 2 if own.shape[1] > 1 else error
         drawn = replace(data, g=own + noise[:, None, None] * error / np.sqrt(2))
-        moved = refined(data.s, drawn.elements, data.weights, data.fixed, poles, 3)
+        drawn, moved = _moved_together(drawn, poles, 3)
         if complex_form:
             passive = made_passive(
                 free_residues(drawn, _with_beyond(drawn, moved)), data.port_names, data.s, data.weights

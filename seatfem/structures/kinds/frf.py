@@ -19,6 +19,7 @@ from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
 from seatfem.structures.inspection.opened import FileState, opened, state_of
 from seatfem.structures.kinds.modes import Direction
 from seatfem.structures.kinds.motion import Moving
+from seatfem.structures.kinds.record_columns import ResponseColumns, ResponseUnits
 from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.method import Method
 from seatfem.structures.solved import Solved
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
     from impact.measured.pole_fit import PoleFit
 
+Kind = Literal["receptance", "mobility", "accelerance"]
 UNIVERSAL: Final = (".uff", ".unv")
 
 
@@ -43,6 +45,9 @@ file = "response.csv"
     direction: Direction = Field("+z", description="of a universal file: outward normal of the contact")
     tolerance: Tolerance = default("1 %", "misfit of the poles beyond the noise of the record")
     free: bool | None = Field(None, description="whether the body is free to move; told from the record if absent")
+    quantity: Kind | None = Field(None, description="what was measured, where neither heads nor units say")
+    columns: ResponseColumns | None = Field(None, description="heads of the columns, where they do not say their role")
+    units: ResponseUnits | None = Field(None, description="units of the columns, where the header does not say them")
     averages: int | None = Field(
         None, ge=1, strict=True, description="blows that were averaged: the noise by the column of coherence"
     )
@@ -61,7 +66,9 @@ file = "response.csv"
 
     @property
     def _record(self) -> _Record:
-        return _Record(self.file, self.node, self.direction, self.averages, state_of(self.file))
+        columns, units = (() if roles is None else tuple(roles.stated().items()) for roles in (self.columns, self.units))
+        state = state_of(self.file)
+        return _Record(self.file, self.node, self.direction, self.averages, self.quantity, columns, units, state)
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
         return unknown("poles are fitted to the response by the run", face)
@@ -88,6 +95,9 @@ class _Record:
     node: int | None
     direction: Direction
     averages: int | None
+    quantity: Kind | None
+    columns: tuple[tuple[str, str], ...]
+    units: tuple[tuple[str, str], ...]
     state: FileState
 
 
@@ -97,7 +107,8 @@ def _read(record: _Record) -> FrequencyResponse:
     from seatfem.structures.formats.uff import read_frf_uff
 
     if record.file.suffix.lower() not in UNIVERSAL:
-        return read_frf(record.file, averages=record.averages)
+        stated = {"columns": dict(record.columns), "units": dict(record.units)}
+        return read_frf(record.file, averages=record.averages, quantity=record.quantity, **stated)
     if record.node is None:
         raise FrequencyResponseError(f"{record.file}: a universal file needs seat.node, the contact's node number")
     return read_frf_uff(record.file, ports={"contact": (record.node, record.direction)})

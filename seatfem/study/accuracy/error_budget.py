@@ -7,13 +7,16 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, get_args
 
+import numpy as np
+
 import impact
 from impact.after.stresses import ReedStress
 from impact.greens.base import GreensFunction
+from impact.greens.modal import Residual
 from impact.march.motion import Discrete
 from impact.march.problem import ContactProblem
 from impact.runs.budget import Budget, Values, changes, times, total
-from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed, ringing_on
+from impact.runs.variations import AT_ONCE, NARROWER, Terms, Variation, budget_of, narrowed, ringing_on
 from impact.runs.variations import of_g as of_body
 from seatfem.machine.memory import available_memory
 from seatfem.machine.threads import threads
@@ -285,10 +288,24 @@ def _of_record(
 ) -> Terms | None:
     terms = [tuple(_with_seat(scene, problem, draw, OF_DRAWS) for draw in draws)]
     fit = fit_of(seat.greens)
-    if (modal := seat.greens.modal) is not None and len(modal.omega) and fit.highest:
-        ringing = ringing_on(problem.target, 2 * math.pi * fit.highest / float(modal.omega.max()))
-        terms += [] if ringing is None else [(_with_seat(scene, problem, ringing.greens),)]
+    if fit.highest is not None and (ringing := _ringing_from(seat.greens, 2 * math.pi * fit.highest)) is not None:
+        terms.append((_with_seat(scene, problem, ringing),))
     return (*terms, *(of_body(problem, problem.target, fit.unexplained) or ()))
+
+
+def _ringing_from(greens: GreensFunction, omega: float) -> GreensFunction | None:
+    """Return a fit whose bare compliance rings at ``omega`` [rad/s]; ``None`` without one."""
+    if (modal := greens.modal) is not None:
+        ringing = ringing_on(impact.Body(greens), omega / float(modal.omega.max())) if np.any(modal.omega) else None
+        return None if ringing is None else ringing.greens
+    if (poles := greens.pole_sum) is None or len(greens.ports) > 1 or not np.any(poles.compliance):
+        return None
+    above = (1 - AT_ONCE) * float(poles.compliance[0, 0])
+    zeta = float(np.median(-poles.poles.real / np.abs(poles.poles))) if len(poles.poles) else AT_ONCE
+    mode = impact.ModalGreens(
+        np.array([omega]), np.array([zeta]), np.array([[omega * math.sqrt(above)]]), Residual.none(), greens.ports
+    )
+    return impact.SumGreens((replace(poles, compliance=AT_ONCE * poles.compliance), mode))
 
 
 def _of_model(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:

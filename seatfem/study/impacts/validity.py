@@ -72,13 +72,15 @@ class Fit:
         highest: line [Hz]; ``None`` of what is no fit.
         unexplained: part of the response that it misses beyond the noise.
         allowed: of that.
-        ranges: of the lines that it misses most [Hz].
+        ranges: of the lines that it misses by more than the noise [Hz], the worst first.
+        worst: misfit of neighbouring lines over their noise.
     """
 
     highest: float | None = None
     unexplained: float = 0.0
     allowed: float = math.inf
     ranges: tuple[tuple[float, float], ...] = ()
+    worst: float = 0.0
 
 
 def fit_of(greens: GreensFunction) -> Fit:
@@ -89,24 +91,26 @@ def fit_of(greens: GreensFunction) -> Fit:
     band, ranges = fit.get("band_hz"), fit.get("unexplained_lines_hz")
     highest = float(band[1]) if isinstance(band, list | tuple) and len(band) == 2 else None
     lines = tuple((float(low), float(high)) for low, high in ranges) if isinstance(ranges, list | tuple) else ()
-    missed, allowed = (fit.get(f"unexplained{name}") for name in ("", "_allowed"))
-    if not (isinstance(missed, float) and isinstance(allowed, float)):
+    missed, allowed, worst = (fit.get(key) for key in ("unexplained", "unexplained_allowed", "misfit_over_noise_worst"))
+    if not (isinstance(missed, float) and isinstance(allowed, float) and isinstance(worst, float)):
         return Fit(highest)
-    return Fit(highest, missed, allowed, lines)
+    return Fit(highest, missed, allowed, lines, worst)
 
 
 def _misfits(scene: Scene, seat: GreensFunction | None, reed: GreensFunction | None) -> Iterator[Advice]:
     """Yield that the fit to a record misses more of it than its noise explains, with the lines."""
-    from impact.measured.pole_fit import in_words  # of measured bodies only
+    from impact.measured.pole_fit import BLOCK_LIMIT, in_words  # of measured bodies only
 
     for role, body, greens in (("seat", scene.seat, seat), ("reed", scene.reed, reed)):
-        if greens is None or body.measured() is None or (fit := fit_of(greens)).unexplained <= fit.allowed:
+        if greens is None or body.measured() is None:
             continue
-        where = f", most of it {words}" if (words := in_words(list(fit.ranges))) else ""
-        yield Advice(
-            f"part of the {role}'s record that its poles miss beyond the noise",
-            fit.unexplained,
-            fit.allowed,
-            f"it is no response of a linear, passive body with modes within the band alone{where}",
-            f"leave these lines out, state {role}.free = true of a body that is free, or measure lower and further",
-        )
+        fit = fit_of(greens)
+        remedy = f"leave these lines out, state {role}.free = true of a body that is free, or measure lower and further"
+        reason = "it is no response of a linear, passive body with modes within the band alone"
+        if fit.unexplained > fit.allowed:
+            what = f"part of the {role}'s record that its poles miss beyond the noise"
+            where = f", most of it {words}" if (words := in_words(list(fit.ranges))) else ""
+            yield Advice(what, fit.unexplained, fit.allowed, f"{reason}{where}", remedy)
+        elif fit.ranges:
+            what = f"largest misfit of the {role}'s poles over the noise of the record"
+            yield Advice(what, fit.worst, math.sqrt(BLOCK_LIMIT), f"{reason} {in_words(list(fit.ranges))}", remedy)
