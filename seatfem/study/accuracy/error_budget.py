@@ -146,7 +146,7 @@ def error_budget(
     left = _with_end(scene, problem, left, result.dt, like)
     names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP, RECORD) if name in found))
     known_parts = {str(s): left.parts[s] for s in names if s in left.parts}
-    floors = {source: least for source, least in FLOORS.items() if found[source]}
+    floors = {source: least for source, least in FLOORS.items() if found.get(source)}
     if method.seat.level == "spring":
         floors["model"] = FLOOR_OF_SPRING
     left = with_floors(Budget(left.values, known_parts, (*names, *unknown)), floors)
