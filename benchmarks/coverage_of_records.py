@@ -3,7 +3,7 @@
     python benchmarks/coverage_of_records.py [--seed SEED] [--records N] [--summary]
 
 appends a row per record to results/coverage_of_records.csv and writes the table into docs/coverage.md. Records that are
-there already are not run again. `TUNED` is the seed on which constants were settled; the table is of `SEED`.
+there already are not run again. `TUNED` are the seeds on which constants were settled; the table is of `SEED`.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from seatfem.study.impacts.contact import run_contacts, striker_of
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import load_scene
 
-SEED: Final = 8107
-TUNED: Final = 415
+SEED: Final = 5521
+TUNED: Final = (415, 8107)
 RECORDS: Final = 40
 FILE: Final = Path(__file__).parent / "results" / "coverage_of_records.csv"
 PAGE: Final = Path(__file__).parents[1] / "docs" / "coverage.md"

@@ -25,10 +25,14 @@ _LEAST_COHERENCE: Final = 1e-4
 def deviation_by_coherence(values: ArrayLike, coherence: ArrayLike, averages: int) -> Array:
     """Return the standard deviation of a complex response, whose squared magnitude is E|error|^2, from its coherence.
 
-    The variance of |H| over |H|^2 is (1 - g2)/(2 g2 n); real and imaginary part together have twice that.
+    The variance of |H| over |H|^2 is (1 - g2)/(2 g2 n); real and imaginary part together have twice that. It is taken over
+    neighbouring lines: where noise outweighs a response, lines that it happens to make small would seem exact.
     """
     share = np.clip(np.asarray(coherence, dtype=float), _LEAST_COHERENCE, 1.0)
-    return np.asarray(np.abs(np.asarray(values)) * np.sqrt((1 - share) / (share * averages)))
+    variance = np.abs(np.asarray(values)) ** 2 * (1 - share) / (share * averages)
+    width = min(2 * HALF + 1, (len(variance) - 1) | 1)
+    around = np.pad(variance, width // 2, mode="reflect")
+    return np.asarray(np.sqrt(np.convolve(around, np.ones(width) / width, mode="valid")))
 
 
 def estimate_deviation(values: ComplexArray, frequency: Array) -> Array:
