@@ -18,7 +18,8 @@ from impact.measured.vector_fitting import Poles, basis, fitted_poles, left_over
 ABOVE_NOISE: Final = 5.0  # times the noise of a line: what counts as a resonance
 BEYOND: Final = (1.03, 1.08, 1.16, 1.3, 1.6, 2.5)  # over the highest line: oscillators that stand for all above it
 _PATIENCE: Final = 3  # rounds of more poles in vain
-_MOST_ROUNDS: Final = 40
+_MOST_ROUNDS: Final = 20  # of more poles; a record that no number of poles explains would take minutes
+_MOST_IDLE: Final = 12  # poles that are taken out again
 _PROMINENCE: Final = 0.5  # of a resonance, in the logarithm of the mobility
 
 
@@ -95,7 +96,9 @@ def _left(data: FitData, extra: ComplexArray, poles: Poles) -> ComplexArray:
 def _without_idle(data: FitData, extra: ComplexArray, poles: Poles, cost: float) -> Poles:
     """Return the poles without those that the information criterion is better off without."""
     lines, responses = data.s, data.elements
-    while len(poles.pairs) > 0:
+    for _ in range(_MOST_IDLE):
+        if len(poles.pairs) == 0:
+            break
         fewer = [Poles(np.delete(poles.pairs, k), poles.rates) for k in range(len(poles.pairs))]
         fewer += [Poles(poles.pairs, np.delete(poles.rates, k)) for k in range(len(poles.rates))]
         costs = [criterion(data, left_over(lines, responses, data.weights, extra, each), each) for each in fewer]

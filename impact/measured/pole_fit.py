@@ -358,14 +358,12 @@ def _drawn(
         error = (error + error.transpose(0, 2, 1)) / 2 if own.shape[1] > 1 else error
         drawn = replace(data, g=own + noise[:, None, None] * error / np.sqrt(2))
         drawn, moved = _moved_together(drawn, poles, 3)
+        passive = None
         if complex_form:
-            passive = made_passive(
-                free_residues(drawn, _with_beyond(drawn, moved)), data.port_names, data.s, data.weights
-            )
-            if passive is not None:
-                found.append(passive.greens(data.port_names))
-        else:
-            found.append(modal_fit(drawn, moved, _LEAN if own.shape[1] > 1 else 1e-9))
+            together = free_residues(drawn, _with_beyond(drawn, moved))
+            passive = made_passive(together, data.port_names, data.s, data.weights)
+        modal = _LEAN if own.shape[1] > 1 else 1e-9
+        found.append(modal_fit(drawn, moved, modal) if passive is None else passive.greens(data.port_names))
     return found
 
 
