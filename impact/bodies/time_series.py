@@ -160,7 +160,9 @@ def _check_gaps(name: Path, angles: Array, lines: Sequence[int], most: float) ->
         )
 
 
-def _columns_of(table: CsvTable, quantity: str, rpm: float | None, columns: Stated, units: Stated) -> tuple[Array, Array]:
+def _columns_of(
+    table: CsvTable, quantity: str, rpm: float | None, columns: Stated, units: Stated
+) -> tuple[Array, Array]:
     """Return the columns of time, or angle, and of the quantity (n, 2), and their factors to SI (2,)."""
     first = ("time", SECONDS) if rpm is None else ("angle", {"deg": 60 / (TURN * rpm)})
     wanted = (first, (quantity, _UNITS[quantity]))
@@ -178,7 +180,8 @@ def _columns_of(table: CsvTable, quantity: str, rpm: float | None, columns: Stat
                     f"{wanted[0][0]} and {quantity}"
                 )
             raise table.error(
-                f"{table.path}, line {table.head_line}, column {place + 1}: header {head.text!r} must be '{word} [unit]' "
+                f"{table.path}, line {table.head_line}, column {place + 1}: header {head.text!r} must be '{word} "
+                f"[unit]' "
                 f"with the unit {', '.join(known)}, or be named by columns = {{ {word} = ... }}"
                 + _in_the_other(head.name.lower(), rpm)
             )

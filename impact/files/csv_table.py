@@ -100,7 +100,8 @@ class CsvTable:
     def column_of(self, role: str, names: Sequence[str], stated: Mapping[str, str]) -> int | None:
         """Return the number of the column with a role: that which ``stated`` names, else that of one of the ``names``.
 
-        ``None`` where there is none, and none is stated. Raises ``error`` of a stated name that no head has, and of several.
+        ``None`` where there is none, and none is stated. Raises ``error`` of a stated name that no head has, and of
+        several.
         """
         if role in stated:
             wanted = stated[role].strip().lower()
@@ -141,11 +142,13 @@ class CsvTable:
 def read_csv(
     path: Path, error: type[Exception], *, delimiter: str | None = None, most: int = CSV_LIMIT
 ) -> CsvTable | None:
-    """Return the table in a file; ``None`` of one without a line that holds something. Lines that begin with # are left out.
+    """Return the table in a file; ``None`` of one without a line that holds something. Lines that begin with # are
+    left out.
 
     ``delimiter``: between the columns; ``None``: as the lines tell.
 
-    Raises ``error``: no regular file, larger than ``most`` bytes, no text, too many columns or lines, commas that divide
+    Raises ``error``: no regular file, larger than ``most`` bytes, no text, too many columns or lines, commas that
+    divide
     columns and stand in numbers at once, both decimal points and commas.
     """
     with opened_file(path, most, error) as file:
@@ -241,12 +244,14 @@ def _with_decimal(table: CsvTable) -> CsvTable:
     )
     if comma and point:
         raise table.error(
-            f"{table.path}, line {max(comma[0], point[0])}: {point[1].strip()!r} has a decimal point, {comma[1].strip()!r} "
+            f"{table.path}, line {max(comma[0], point[0])}: {point[1].strip()!r} has a decimal point, "
+            f"{comma[1].strip()!r} "
             f"(line {comma[0]}) a comma: write all numbers alike, without marks of thousands"
         )
     if both := next(((line, cell) for line, cell in _cells(table) if re.search(r"\d[.,]\d{3}[.,]\d", cell)), None):
         raise table.error(
-            f"{table.path}, line {both[0]}: {both[1].strip()[:80]!r} has points and commas: write numbers without marks of "
+            f"{table.path}, line {both[0]}: {both[1].strip()[:80]!r} has points and commas: write numbers without "
+            f"marks of "
             "thousands"
         )
     return replace(table, decimal="," if comma else ".")

@@ -13,14 +13,14 @@ from impact.measured.passive_residues import Residues, signed_terms
 from impact.measured.passivity import positive_part
 from impact.measured.vector_fitting import Poles, basis
 
-
 _NOTHING = 1e-12  # of the largest response: a compliance that is round-off
 
 
 @dataclass(frozen=True)
 class FitData:
     """Lines s (n,), responses (n, p, p), weights (n,) one over the noise, whether the body is free, names of its ports;
-    ``above``: poles beyond the band that stand for what lies there; ``alike``: neighbouring lines that share their noise."""
+    ``above``: poles beyond the band that stand for what lies there; ``alike``: neighbouring lines that share their
+    noise."""
 
     s: ComplexArray
     g: ComplexArray

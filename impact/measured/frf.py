@@ -40,8 +40,10 @@ _ROLES: dict[str, tuple[str, ...]] = {
 }
 _LIKE = (
     "must be like 'frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]' or 'frequency [kHz],accelerance "
-    "magnitude [1/kg],accelerance phase [deg]', or its columns be named by columns = { frequency = ..., real = ..., imag = "
-    "... } and their units by units = { frequency = ..., response = ... }; quantities: receptance, mobility, accelerance; "
+    "magnitude [1/kg],accelerance phase [deg]', or its columns be named by columns = { frequency = ..., real = ..., "
+    "imag = "
+    "... } and their units by units = { frequency = ..., response = ... }; quantities: receptance, mobility, "
+    "accelerance; "
     f"lengths: {', '.join(_LENGTHS)}; of accelerance also {', '.join(_MASSES)}; magnitudes also in dB re 1 of a unit"
 )
 _ANGLES = {"deg": np.pi / 180, "rad": 1.0}
@@ -63,7 +65,8 @@ class FrequencyResponse:
         shift: decay rate of an exponential window laid over an impulse response [1/s]; 0 for measured FRFs.
         origin: provenance, plain JSON values.
         measured_as: the quantity that was measured, in which its noise is looked for.
-        deviation: (n, p, p) or, for one port, (n,) standard deviation of the noise, its square E|error|^2 [m/N]; ``None``:
+        deviation: (n, p, p) or, for one port, (n,) standard deviation of the noise, its square E|error|^2 [m/N];
+        ``None``:
             not known, to be estimated from the lines.
 
     Raises:
@@ -168,7 +171,8 @@ def read_frf(
     """Read an FRF under a header such as ``frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]``.
 
     Frequency in Hz, kHz, MHz; receptance, mobility or accelerance in {m, mm, um, nm} per N, (N s), (N s^2), accelerance
-    also in 1/kg or g/N (g = 9.80665 m/s^2); real and imag, or magnitude, also in dB re one of these, and phase [deg, rad].
+    also in 1/kg or g/N (g = 9.80665 m/s^2); real and imag, or magnitude, also in dB re one of these, and phase [deg,
+    rad].
     The noise by a column of coherence (with ``averages``, the number of blows) or of variance, in the square of the
     response's unit, real and imaginary part together; otherwise it is told from the lines when poles are fitted.
     Separators, decimals and other columns as in `impact.read_time_series`.
@@ -224,7 +228,8 @@ class _Columns:
 def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind | None) -> _Columns:
     if unknown := sorted({*columns} - {*_ROLES}) + sorted({*units} - {"frequency", "response", "phase"}):
         raise TimeSeriesError(
-            f"{table.path}: {unknown[0]!r} is no role: columns has {', '.join(_ROLES)}, units has frequency, response and phase"
+            f"{table.path}: {unknown[0]!r} is no role: columns has {', '.join(_ROLES)}, units has frequency, "
+            f"response and phase"
         )
     said = {k: _said(head.name) for k, head in enumerate(table.heads)}
     names = {role: [table.heads[k].name.lower() for k, (_, part) in said.items() if part == role] for role in _ROLES}

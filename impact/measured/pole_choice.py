@@ -1,6 +1,7 @@
 """Number and places of the poles of a noisy response: as many as its noise lets be told, all within its band.
 
-Sources: Schwarz, Ann. Statist. 6 (1978) 461 (the information criterion); Ewins, Modal Testing, 2nd ed., 4.4 (residual terms
+Sources: Schwarz, Ann. Statist. 6 (1978) 461 (the information criterion); Ewins, Modal Testing, 2nd ed., 4.4 (residual
+terms
 in place of modes below and above the band).
 """
 
@@ -53,7 +54,8 @@ def choose_poles(data: FitData, floor: Array, most: int) -> Poles:
 
 
 def residual_terms(s: ComplexArray) -> ComplexArray:
-    """Return the columns (n, 8) of what is not in the band: a compliance and oscillators above it, last a mass below it."""
+    """Return the columns (n, 8) of what is not in the band: a compliance and oscillators above it, last a mass below
+    it."""
     highest = float(s.imag[-1])
     above = highest**2 * oscillators(s, 1j * highest * np.array(BEYOND))
     return np.concatenate([np.ones_like(s)[:, None], above, (np.abs(s).min() / s[:, None]) ** 2], axis=1)

@@ -20,7 +20,7 @@ from impact.measured.frf import (
     of_impulse_response,
 )
 from impact.measured.noise import estimate_deviation
-from impact.measured.passive_residues import Residues, made_passive
+from impact.measured.passive_residues import made_passive
 from impact.measured.pole_choice import choose_poles, criterion, residual_terms, within
 from impact.measured.pole_passivity import pole_passivity
 from impact.measured.vector_fitting import Poles, left_over, refined
@@ -94,7 +94,8 @@ def fit_response(
         "complex": `PoleGreens` with free residues, changed as little as makes them passive (modes coupled by damping);
         "auto":    real modes unless the noise lets complex ones be told from them.
 
-    What lies above the band is a bare compliance, and where the highest lines rise towards it, oscillators at fixed places
+    What lies above the band is a bare compliance, and where the highest lines rise towards it, oscillators at fixed
+    places
     beyond them; what lies below is a rigid body, if ``free`` or the lines say so, and otherwise not known.
 
     ``error.reduction``: the largest change of g after a Hann pulse whose spectrum ends with the band (-6 dB at half the
@@ -105,7 +106,8 @@ def fit_response(
         free: whether the body can move away (a term -1/(m w^2)); by default, whether the lines need that term and it
             outweighs all others at the lowest.
         most_pairs: limit of pole pairs.
-        draws: of records with other noise, `DRAWS` over the number of ports if absent; of a seed that is always the same.
+        draws: of records with other noise, `DRAWS` over the number of ports if absent; of a seed that is always the
+        same.
 
     Raises:
         FrequencyResponseError: not causal, lines that hold nothing but noise, a misfit beyond the noise of more than
@@ -133,7 +135,8 @@ def fit_response(
     ranges, worst = _ranges_of(data, residual)
     if unexplained > MOST_UNEXPLAINED:
         raise FrequencyResponseError(
-            f"the fit misses {unexplained:.0%} of the response beyond its noise, with {len(poles.pairs)} pole pairs, most "
+            f"the fit misses {unexplained:.0%} of the response beyond its noise, with {len(poles.pairs)} pole "
+            f"pairs, most "
             f"of it {in_words(ranges) or 'at all lines'}: check units and phase, or leave these lines out"
         )
     noise = _noise_of_draws(data, deviation, residual)
@@ -187,7 +190,8 @@ def noise_of(response: FrequencyResponse) -> Array:
 
 
 def _lines_alike(response: FrequencyResponse) -> int:
-    """Return how many neighbouring lines share their noise: under an exponential window, those within its line width."""
+    """Return how many neighbouring lines share their noise: under an exponential window, those within its line
+    width."""
     spacing = 2 * np.pi * float(np.median(np.diff(response.frequency)))
     return int(min(1 + round(4 * response.shift / spacing), max(len(response.frequency) // 20, 1)))
 
@@ -206,7 +210,8 @@ def _check_signal(data: FitData) -> None:
     power, n = float(np.sum(_squares(data, data.g))), len(data.s) * data.elements.shape[1]
     if power - n < _SIGNAL * np.sqrt(n):
         raise FrequencyResponseError(
-            f"its {len(data.s)} lines hold nothing but noise: their power is {power / n:.3g} times that of it; average over "
+            f"its {len(data.s)} lines hold nothing but noise: their power is {power / n:.3g} times that of it; "
+            f"average over "
             "more blows, or check which column is which"
         )
 
@@ -229,13 +234,18 @@ def _with_residual_terms(data: FitData, poles: Poles, free: bool | None) -> tupl
         free = _is_free(moving, poles)
     data = moving if free else held
     if left(data) - 2 * left_over(s, responses, weights, residual_terms(s), poles) > _SURE:
-        zeta = float(np.clip(np.median(-poles.pairs.real / np.abs(poles.pairs)), 0.002, 0.05)) if len(poles.pairs) else 0.02
+        zeta = (
+            float(np.clip(np.median(-poles.pairs.real / np.abs(poles.pairs)), 0.002, 0.05))
+            if len(poles.pairs)
+            else 0.02
+        )
         return _with_modes_beyond(data, poles, zeta)
     return _moved_together(data, poles)
 
 
 def _moved_together(data: FitData, poles: Poles, iterations: int = 6) -> tuple[FitData, Poles]:
-    """Return the data and the poles after least squares for those in the band and those beyond it; the latter stay where
+    """Return the data and the poles after least squares for those in the band and those beyond it; the latter stay
+    where
     they are if they would leave their place."""
     several = refined(data.s, data.elements, data.weights, data.extra, _with_beyond(data, poles), iterations)
     count, highest = len(poles.pairs), float(data.s.imag[-1])
@@ -248,7 +258,8 @@ def _moved_together(data: FitData, poles: Poles, iterations: int = 6) -> tuple[F
 
 
 def _is_free(data: FitData, poles: Poles) -> bool:
-    """Return whether the lines support a mass line: beside all that may come from above the band, and where it outweighs
+    """Return whether the lines support a mass line: beside all that may come from above the band, and where it
+    outweighs
     the other terms."""
     s, terms = data.s, residual_terms(data.s)
     without = 2 * left_over(s, data.elements, data.weights, terms[:, :-1], poles)
@@ -320,7 +331,8 @@ def _unexplained(data: FitData, residual: ComplexArray) -> float:
 
 
 def _ranges_of(data: FitData, residual: ComplexArray) -> tuple[list[tuple[float, float]], float]:
-    """Return the ranges of lines [Hz] whose misfit is more than the noise, the worst first, and the largest ratio (rms)."""
+    """Return the ranges of lines [Hz] whose misfit is more than the noise, the worst first, and the largest ratio
+    (rms)."""
     squares = np.mean(np.abs(residual) ** 2, axis=(1, 2))
     mean = np.convolve(np.pad(squares, _BLOCK // 2, mode="reflect"), np.ones(_BLOCK) / _BLOCK, mode="valid")
     over, worst = np.flatnonzero(mean > BLOCK_LIMIT), float(np.sqrt(mean.max()))
@@ -338,18 +350,19 @@ def in_words(ranges: list[tuple[float, float]]) -> str:
 
 
 def _noise_of_draws(data: FitData, deviation: Array, residual: ComplexArray) -> Array:
-    """Return the standard deviation (n,) that records are drawn with: the noise, and what the fit misses around a line."""
+    """Return the standard deviation (n,) that records are drawn with: the noise, and what the fit misses around a
+    line."""
     squares = np.mean(np.abs(residual) ** 2, axis=(1, 2))
     width = min(51, len(squares) | 1)
-    around = np.convolve(np.pad(squares, width // 2, mode="reflect"), np.ones(width) / width, mode="valid")[: len(squares)]
+    around = np.convolve(np.pad(squares, width // 2, mode="reflect"), np.ones(width) / width, mode="valid")[
+        : len(squares)
+    ]
     missed = np.sqrt(around) / data.weights
     known = deviation * min(1.0, float(np.sqrt(np.mean(squares))))  # an estimate of the noise may be too large
     return np.asarray(np.maximum(missed, known))
 
 
-def _drawn(
-    data: FitData, poles: Poles, fitted: Fitted, complex_form: bool, noise: Array, count: int
-) -> list[Fitted]:
+def _drawn(data: FitData, poles: Poles, fitted: Fitted, complex_form: bool, noise: Array, count: int) -> list[Fitted]:
     """Return fits of the same order to the fit's own response with other noise."""
     rng = np.random.default_rng(_SEED)
     own, found = fitted.transfer(data.s), list[Fitted]()
@@ -367,9 +380,7 @@ def _drawn(
     return found
 
 
-def _report(
-    greens: Fitted, data: FitData, response: FrequencyResponse, defect: float | None
-) -> dict[str, object]:
+def _report(greens: Fitted, data: FitData, response: FrequencyResponse, defect: float | None) -> dict[str, object]:
     apart = np.abs(greens.transfer(data.s) - data.g)
     unit = np.abs(response.per_receptance)[:, None, None]
     complex_poles, highest = greens.pole_sum, float(response.frequency[-1])

@@ -34,7 +34,8 @@ def read_impulse_response(
     """Read g(t) from two columns under a header such as ``time [us],impulse_response [um/(N s)]``.
 
     Times in s, ms, us, equally spaced, t = 0 the blow; g in m/(N s), mm/(N s), um/(N s), nm/(N s). Empty lines and
-    lines that begin with # are skipped; separators, ``columns`` and ``units`` as in `impact.read_time_series`. The rest as `SampledGreens.from_series`; several ports: read each, stack
+    lines that begin with # are skipped; separators, ``columns`` and ``units`` as in `impact.read_time_series`. The
+    rest as `SampledGreens.from_series`; several ports: read each, stack
     the values and give them to it. ``static``: (1, 1) static compliance [m/N].
 
     Raises:
@@ -48,7 +49,9 @@ def read_impulse_response(
         raise GreensFunctionError(f"{name}: no such file; check the path")
     table = read_csv(name, TimeSeriesError, delimiter=delimiter)
     if table is None:
-        raise GreensFunctionError(f"{name}: is empty; the first line must be like 'time [us],impulse_response [um/(N s)]'")
+        raise GreensFunctionError(
+            f"{name}: is empty; the first line must be like 'time [us],impulse_response [um/(N s)]'"
+        )
     chosen, factors = _columns_of(table, columns or {}, units or {})
     time, values = table.numbers(chosen).T * factors[:, None]
     try:
@@ -127,7 +130,9 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated) -> tuple[list[i
     wanted = (("time", SECONDS), ("impulse_response", _UNITS))
     try:
         chosen = [table.column_of(word, (word,), columns) for word, _ in wanted]
-        found = [(column, word, known) for column, (word, known) in zip(chosen, wanted, strict=True) if column is not None]
+        found = [
+            (column, word, known) for column, (word, known) in zip(chosen, wanted, strict=True) if column is not None
+        ]
         factors = [table.factor_of(column, word, known, units) for column, word, known in found]
     except TimeSeriesError as problem:
         raise GreensFunctionError(str(problem)) from problem

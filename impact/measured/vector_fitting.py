@@ -100,7 +100,8 @@ def refined(
     iterations: int = 6,
     enough: float = 1e-7,
 ) -> Poles:
-    """Return the poles of the least weighted sum of squares near ``poles``: Gauss-Newton steps, each of which lowers it.
+    """Return the poles of the least weighted sum of squares near ``poles``: Gauss-Newton steps, each of which lowers
+    it.
 
     Vector fitting weighs its equations by the poles themselves and is off where the noise is large; this is not.
     ``weights`` (n,); ``enough``: relative decrease at which it ends.

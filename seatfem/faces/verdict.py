@@ -40,7 +40,8 @@ class Difference:
     Attributes:
         key: of the measure in summary.json.
         relative: spring/seat - 1.
-        bars: |spring - seat| over the larger of both error bars, of which a spring states one on measured seats alone; ``inf`` for a bar of zero, 0 where there is no difference.
+        bars: |spring - seat| over the larger of both error bars, of which a spring states one on measured seats alone;
+        ``inf`` for a bar of zero, 0 where there is no difference.
     """
 
     key: str

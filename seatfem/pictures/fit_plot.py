@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
 from impact.greens.poles import PoleGreens
-from impact.greens.base import Array
 from impact.measured.frf import FrequencyResponse
 from impact.measured.pole_fit import noise_of
 from impact.pictures.drawing import BLUE, GREY, ORANGE, scaled, sheet
@@ -75,7 +75,9 @@ def plot_fit(
         size.legend(loc="best")
 
 
-def _draw_misfit(axes: Axes, fitted: ModalGreens | PoleGreens, rate: float, f: Array, apart: Array, noise: Array) -> None:
+def _draw_misfit(
+    axes: Axes, fitted: ModalGreens | PoleGreens, rate: float, f: Array, apart: Array, noise: Array
+) -> None:
     """Draw |fit - measured| of each line over its noise, one as a line; ranges that are not explained in colour."""
     smallest = float(noise.max()) * 1e-12
     axes.plot(rate * f, apart / np.maximum(noise, smallest), ".", color=BLUE, markersize=2)
@@ -110,4 +112,5 @@ def _misfit(fitted: ModalGreens | PoleGreens) -> str:
     if not isinstance(fit, dict) or not isinstance(value := fit.get("misfit_rms"), float):
         return ""
     missed = fit.get("unexplained", 0.0)
-    return f"misfit {100 * value:.2g} % (rms), {100 * missed:.2g} % beyond the noise; {fit.get('pole_pairs')} modes in the band"
+    modes = f"{fit.get('pole_pairs')} modes in the band"
+    return f"misfit {100 * value:.2g} % (rms), {100 * missed:.2g} % beyond the noise; {modes}"

@@ -23,11 +23,12 @@ def test_known_noise_is_found(spacing: float, size: float, course: str) -> None:
     s = 2j * np.pi * f
     exact = BODY.transfer(s)[:, 0, 0] * s**2
     whole = np.sqrt(np.mean(np.abs(exact) ** 2))
-    shape = {"white": whole + 0 * f, "steep": whole * (1 + 10 * (f / 16e3) ** 3), "of each line": np.abs(exact)}[course]
+    steep = 1 + 10 * (f / 16e3) ** 3
+    shape = {"white": whole + 0 * f, "steep": whole * steep, "of each line": np.abs(exact)}[course]
     rng = np.random.default_rng(5)
     noise = size * shape * (rng.normal(size=len(f)) + 1j * rng.normal(size=len(f))) / np.sqrt(2)
     ratio = estimate_deviation(exact + noise, f) / (size * shape)
-    # 61 lines of about 10 degrees of freedom each, 15 of them alike: 40 independent ones tell it to 11 % (one deviation)
+    # 61 lines of about 10 degrees of freedom each, 15 of them alike: 40 independent ones tell it to 11 %
     assert 0.6 < np.median(ratio) < 1.5
     if course != "of each line":  # which a resonance, narrower than that, tells only where it stands out
         assert np.all(ratio > 0.6)

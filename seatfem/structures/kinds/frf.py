@@ -66,7 +66,9 @@ file = "response.csv"
 
     @property
     def _record(self) -> _Record:
-        columns, units = (() if roles is None else tuple(roles.stated().items()) for roles in (self.columns, self.units))
+        columns, units = (
+            () if roles is None else tuple(roles.stated().items()) for roles in (self.columns, self.units)
+        )
         state = state_of(self.file)
         return _Record(self.file, self.node, self.direction, self.averages, self.quantity, columns, units, state)
 

@@ -44,7 +44,9 @@ class _Course(Table):
         description="CSV file, its header as in `time [ms],pressure [bar]`, beyond its ends their values; with rpm as "
         "in `angle [deg],pressure [bar]`, repeated every 360 deg, of which no more than 90 deg may be left out",
     )
-    columns: CourseColumns | None = Field(None, description="heads of its columns, where they say neither time nor quantity")
+    columns: CourseColumns | None = Field(
+        None, description="heads of its columns, where they say neither time nor quantity"
+    )
     units: CourseUnits | None = Field(None, description="units of its columns, where the header does not say them")
     rpm: float | None = Field(None, gt=0, description="speed of the crank (1/min) for a file in crank angle")
     angle: Angle | None = Field(None, description="crank angle at the start of the run, with rpm; 0 where absent")

@@ -26,7 +26,9 @@ class ResponseColumns(Roles):
     magnitude: str | None = Field(None, description="of magnitudes, also in decibels")
     phase: str | None = Field(None, description="of phases")
     coherence: str | None = Field(None, description="of coherence, with averages")
-    variance: str | None = Field(None, description="of the noise: squared error of the complex value, in the square of its unit")
+    variance: str | None = Field(
+        None, description="of the noise: squared error of the complex value, in the square of its unit"
+    )
 
 
 class ResponseUnits(Roles):

@@ -283,9 +283,7 @@ def _of_reduction(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms 
     return (*stated, (_with_seat(scene, problem, narrowed(modal, highest / NARROWER)),))
 
 
-def _of_record(
-    scene: Scene, seat: Solved, problem: ContactProblem, draws: tuple[GreensFunction, ...]
-) -> Terms | None:
+def _of_record(scene: Scene, seat: Solved, problem: ContactProblem, draws: tuple[GreensFunction, ...]) -> Terms | None:
     terms = [tuple(_with_seat(scene, problem, draw, OF_DRAWS) for draw in draws)]
     fit = fit_of(seat.greens)
     if fit.highest is not None and (ringing := _ringing_from(seat.greens, 2 * math.pi * fit.highest)) is not None:

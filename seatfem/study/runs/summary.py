@@ -57,28 +57,32 @@ def summarise(
     thrown_back = stopper is not None and bool(np.any(stopper.force))
     values = measured(touches, filter_width, stress, asked)
     keys = {each.key: values.get(name) for name, each in all_measures().items()}
-    return keys | landing_keys(touches.landings, values) | {
-        "peak_force_N": measures.peak_force(result),
-        "filtered_peak_force_N": measures.filtered_peak_force(result, filter_width),
-        "filter_width_s": filter_width,
-        "impulse_Ns": measures.impulse(result),
-        "first_contact_s": float(groups[0, 0]) if touched else None,
-        "contact_duration_s": float(groups[0, 1] - groups[0, 0]) if touched else None,
-        "contact_count": len(groups),
-        "contact_count_raw": len(raw),
-        "restitution": None if thrown_back and math.isfinite(result.striker_mass) else _restitution(result),
-        **_blow_keys(result, filter_width),
-        "impact_velocity_m_per_s": _known(measures.impact_velocity(result)),
-        "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
-        **reed_stress_keys(stress),
-        "energy_residual": result.energy.residual,
-        "energy_by_work": ", ".join(result.energy.by_work),
-        "contact_loss_J": float(result.energy.contact_loss[-1]),
-        **_film_keys(result),
-        "time_step_s": result.dt,
-        "history_engine": result.engine,
-        **_line_keys(touches.line, result.dt, filter_width),
-    }
+    return (
+        keys
+        | landing_keys(touches.landings, values)
+        | {
+            "peak_force_N": measures.peak_force(result),
+            "filtered_peak_force_N": measures.filtered_peak_force(result, filter_width),
+            "filter_width_s": filter_width,
+            "impulse_Ns": measures.impulse(result),
+            "first_contact_s": float(groups[0, 0]) if touched else None,
+            "contact_duration_s": float(groups[0, 1] - groups[0, 0]) if touched else None,
+            "contact_count": len(groups),
+            "contact_count_raw": len(raw),
+            "restitution": None if thrown_back and math.isfinite(result.striker_mass) else _restitution(result),
+            **_blow_keys(result, filter_width),
+            "impact_velocity_m_per_s": _known(measures.impact_velocity(result)),
+            "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
+            **reed_stress_keys(stress),
+            "energy_residual": result.energy.residual,
+            "energy_by_work": ", ".join(result.energy.by_work),
+            "contact_loss_J": float(result.energy.contact_loss[-1]),
+            **_film_keys(result),
+            "time_step_s": result.dt,
+            "history_engine": result.engine,
+            **_line_keys(touches.line, result.dt, filter_width),
+        }
+    )
 
 
 def landing_keys(landings: Landings | None, values: Mapping[str, float]) -> dict[str, object]:
