@@ -69,18 +69,18 @@ def free_residues(data: FitData, poles: Poles) -> Residues:
     phi, extra, p = basis(data.s, poles), data.extra, len(data.port_names)
     beside = np.zeros((extra.shape[1], p, p))
     both = np.concatenate([phi, extra], axis=1)
-    found = _least_squares(both, data.g, data.weights)
+    found = least_squares(both, data.g, data.weights)
     beside[:] = [positive_part(matrix) for matrix in found[phi.shape[1] :]]
     if np.abs(beside[0]).max() < _NOTHING * np.abs(data.g).max():
         beside[0] = 0.0
     if np.any(beside != found[phi.shape[1] :]):
-        found = _least_squares(phi, data.g - np.einsum("ne,eij->nij", extra, beside), data.weights)
+        found = least_squares(phi, data.g - np.einsum("ne,eij->nij", extra, beside), data.weights)
     k = 2 * len(poles.pairs)
     rigid = beside[1] if data.free else np.zeros((p, p))
     return Residues(poles, found[0:k:2] + 1j * found[1:k:2], found[k : phi.shape[1]], beside[0], rigid)
 
 
-def _least_squares(columns: ComplexArray, g: ComplexArray, weights: Array) -> Array:
+def least_squares(columns: ComplexArray, g: ComplexArray, weights: Array) -> Array:
     """(m, p, p) real amplitudes of complex columns."""
     a = columns * weights[:, None]
     b = (g * weights[:, None, None]).reshape(len(g), -1)

@@ -12,7 +12,7 @@ from impact.greens.modal import ModalGreens
 from impact.greens.poles import PoleGreens
 from impact.greens.pulse import hann
 from impact.greens.sampled import SampledGreens
-from impact.measured.amplitudes import FitData, free_residues, modal_fit, response_of
+from impact.measured.amplitudes import FitData, free_residues, least_squares, modal_fit, response_of
 from impact.measured.frf import (
     FrequencyResponse,
     FrequencyResponseError,
@@ -23,7 +23,7 @@ from impact.measured.noise import estimate_deviation
 from impact.measured.passive_residues import made_passive
 from impact.measured.pole_choice import choose_poles, criterion, residual_terms, within
 from impact.measured.pole_passivity import pole_passivity
-from impact.measured.vector_fitting import Poles, left_over, refined
+from impact.measured.vector_fitting import Poles, basis, left_over, refined
 
 Form = Literal["auto", "modal", "complex"]
 Fitted = ModalGreens | PoleGreens
@@ -265,9 +265,10 @@ def _is_free(data: FitData, poles: Poles) -> bool:
     without = 2 * left_over(s, data.elements, data.weights, terms[:, :-1], poles)
     if without - 2 * left_over(s, data.elements, data.weights, terms, poles) < _SURE:
         return False
-    moving = free_residues(data, poles)
-    mass_line = np.abs(np.diagonal(moving.rigid)).max() / np.abs(s) ** 2
-    rest = np.abs(response_of(replace(moving, rigid=0 * moving.rigid), s)).max(axis=(1, 2))
+    columns = np.concatenate([basis(s, poles), terms], axis=1)
+    amplitudes = least_squares(columns, data.elements[:, :, None], data.weights)[:, :, 0]
+    mass_line = np.abs(columns[:, -1:] * amplitudes[-1]).max(axis=1)
+    rest = np.abs(columns[:, :-1] @ amplitudes[:-1]).max(axis=1)
     return bool(np.sum((data.weights * mass_line)[mass_line > rest] ** 2) > _SURE)
 
 
