@@ -75,7 +75,7 @@ def _about_rational(values: ComplexArray, half: int, degree: int) -> tuple[Array
     powers = x[:, :, None] ** np.arange(1, degree + 1)
     matrix = np.concatenate([np.ones_like(h)[..., None], powers, -h[..., None] * powers, h[..., None]], axis=2)
     q = 2 * degree + 1
-    r = np.linalg.qr(matrix, mode="r")
+    r = np.asarray(np.linalg.qr(matrix, mode="r"))
     diagonal = np.arange(q)
     ridge = 1e-13 * np.abs(r[:, diagonal, diagonal]).max(axis=1)
     r[:, diagonal, diagonal] += np.where(np.abs(r[:, diagonal, diagonal]) < ridge[:, None], ridge[:, None], 0.0)

@@ -109,8 +109,9 @@ def _read(record: _Record) -> FrequencyResponse:
     from seatfem.structures.formats.uff import read_frf_uff
 
     if record.file.suffix.lower() not in UNIVERSAL:
-        stated = {"columns": dict(record.columns), "units": dict(record.units)}
-        return read_frf(record.file, averages=record.averages, quantity=record.quantity, **stated)
+        columns, units = dict(record.columns), dict(record.units)
+        quantity, averages = record.quantity, record.averages
+        return read_frf(record.file, columns=columns, units=units, quantity=quantity, averages=averages)
     if record.node is None:
         raise FrequencyResponseError(f"{record.file}: a universal file needs seat.node, the contact's node number")
     return read_frf_uff(record.file, ports={"contact": (record.node, record.direction)})
