@@ -64,7 +64,16 @@ def scene_page() -> str:
     )
     parts = [_HEAD, "## Top level\n\n", _table(Scene)]
     parts += [_section(name, table) for name, table in sections]
-    for name, table in _once(inner):
+    known = tuple(inner)
+    there = {table for _, table in known}
+    deeper = {
+        (key, part)
+        for _, table in known
+        for key, field in own_keys(table).items()
+        for part in tables_in(field.annotation)
+        if part not in there
+    }
+    for name, table in _once((*known, *sorted(deeper, key=str))):
         if table is ByColour:
             parts.append(_FACES)
         parts.append(_section(f"{name} = {{ ... }}", table))

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import os
-import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
@@ -13,13 +12,14 @@ from typing import Literal, get_args
 import numpy as np
 
 from impact.brief import brief
-from impact.files.input_files import CSV_LIMIT, check_file
+from impact.files.csv_table import CsvTable, read_csv
 from impact.greens.base import Array
 
 Outside = Literal["forbid", "hold", "zero", "repeat"]
 Quantity = Literal["pressure", "force", "acceleration", "velocity", "displacement"]
 
-MOST_COLUMNS, MOST_LINES = 64, 2_000_000
+Stated = Mapping[str, str]
+"""What a header does not say, by the role of a column."""
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 TURN = 360.0  # degrees of crank angle after which a record in angles repeats
 MOST_GAP = 90.0  # degrees between neighbours all around the turn: a line over more is no record
@@ -30,7 +30,6 @@ _UNITS: dict[str, dict[str, float]] = {
     "velocity": {"m/s": 1.0, "mm/s": 1e-3},
     "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
 }
-_HEADER = re.compile(r"\s*(\w+)\s*[\[(]\s*([\w/^]+)\s*[\])]\s*")
 
 
 class TimeSeriesError(ValueError):
@@ -100,13 +99,17 @@ def read_time_series(
     quantity: Quantity,
     *,
     outside: Outside = "forbid",
-    delimiter: str = ",",
+    delimiter: str | None = None,
+    columns: Stated | None = None,
+    units: Stated | None = None,
     rpm: float | None = None,
     start: float = 0.0,
     most_gap: float = MOST_GAP,
 ) -> TimeSeries:
-    """Read two columns, time and value, under a header such as ``time [ms],pressure [bar]``.
+    """Read two columns, time and value, under a header such as ``time [ms],pressure [bar]``; others are left aside.
 
+    Columns are divided by tabs, semicolons or commas, with decimal points or commas, as the lines tell or ``delimiter``
+    says. ``columns`` and ``units`` name those of "time", or "angle", and of the quantity where the header does not.
     Times in s, ms, us; pressure in Pa, kPa, MPa, mbar, bar, psi; force in N, mN, kN; acceleration in m/s^2, mm/s^2;
     velocity in m/s, mm/s; displacement in m, mm, um. Units stand in [] or (). Empty lines and lines that begin with #
     are skipped. With ``rpm``, the speed of a crank [1/min], the first column is ``angle [deg]``, ``start`` [deg] is the
@@ -121,21 +124,15 @@ def read_time_series(
     name = Path(path)
     if not name.exists():
         raise TimeSeriesError(f"{name}: no such file; check the path")
-    rows = csv_rows(name, delimiter)
-    if not rows:
+    table = read_csv(name, TimeSeriesError, delimiter=delimiter)
+    if table is None:
         raise TimeSeriesError(f"{name}: is empty; the first line must be like 'time [s],{quantity} [SI unit]'")
     if rpm is not None and not (rpm > 0 and math.isfinite(rpm)):
         raise TimeSeriesError(f"{name}: rpm = {rpm:g} must be positive and finite")
-    factors = _factors(name, quantity, rpm, *rows[0])
-    samples = np.zeros((len(rows) - 1, 2))
-    for sample, (line, cells) in zip(samples, rows[1:], strict=True):
-        if len(cells) != 2:
-            raise TimeSeriesError(f"{name}, line {line}: {len(cells)} columns, 2 are needed (separator {delimiter!r})")
-        for column, cell in enumerate(cells):
-            sample[column] = csv_number(name, line, column + 1, cell)
+    samples, factors = _columns_of(table, quantity, rpm, columns or {}, units or {})
     back = np.flatnonzero(np.diff(samples[:, 0]) <= 0)
     if back.size:
-        line = rows[int(back[0]) + 2][0]
+        line = table.lines[int(back[0]) + 1]
         now, before = samples[back[0] + 1, 0], samples[back[0], 0]
         what = "time" if rpm is None else "angle"
         raise TimeSeriesError(f"{name}, line {line}, column 1: {what} {now:g} must exceed the one before, {before:g}")
@@ -145,12 +142,12 @@ def read_time_series(
         return TimeSeries(samples[:, 0] * factors[0], samples[:, 1] * factors[1], outside, str(name))
     if (covered := samples[-1, 0] - samples[0, 0]) > TURN * (1 + 1e-9):
         raise TimeSeriesError(f"{name}: covers {covered:g} deg, more than one turn of {TURN:g}; cut the record to one")
-    _check_gaps(name, samples[:, 0], [line for line, _ in rows[1:]], most_gap)
+    _check_gaps(name, samples[:, 0], table.lines, most_gap)
     time = (samples[:, 0] - start) * factors[0]
     return TimeSeries(time, samples[:, 1] * factors[1], "repeat", str(name), period=TURN * factors[0])
 
 
-def _check_gaps(name: Path, angles: Array, lines: list[int], most: float) -> None:
+def _check_gaps(name: Path, angles: Array, lines: Sequence[int], most: float) -> None:
     """Raise `TimeSeriesError` of angles that leave out more than ``most``, from the last to the first one, too."""
     gaps = np.diff(angles, append=angles[0] + TURN)
     worst = int(gaps.argmax())
@@ -163,65 +160,37 @@ def _check_gaps(name: Path, angles: Array, lines: list[int], most: float) -> Non
         )
 
 
-def csv_rows(name: Path, delimiter: str) -> list[tuple[int, list[str]]]:
-    """Line numbers and cells of the lines that hold something."""
-    check_file(name, CSV_LIMIT, TimeSeriesError)
-    rows: list[tuple[int, list[str]]] = []
-    try:
-        with name.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.reader(file, delimiter=delimiter)
-            for row in reader:
-                if any(c.strip() for c in row) and row[0].strip()[:1] != "#":
-                    rows.append((reader.line_num, row))
-                if len(row) > MOST_COLUMNS or len(rows) > MOST_LINES:
-                    raise TimeSeriesError(
-                        f"{name}, line {reader.line_num}: {len(row)} columns, {len(rows)} lines; at most "
-                        f"{MOST_COLUMNS} and {MOST_LINES} are read: resample the record, or cut it"
-                    )
-    except (UnicodeDecodeError, csv.Error) as problem:
-        raise TimeSeriesError(f"{name}: is no CSV text in UTF-8 ({problem}); save it as such") from problem
-    return rows
-
-
-def _factors(name: Path, quantity: str, rpm: float | None, line: int, cells: list[str]) -> tuple[float, float]:
+def _columns_of(
+    table: CsvTable, quantity: str, rpm: float | None, columns: Stated, units: Stated
+) -> tuple[Array, Array]:
+    """Return the columns of time, or angle, and of the quantity (n, 2), and their factors to SI (2,)."""
     first = ("time", SECONDS) if rpm is None else ("angle", {"deg": 60 / (TURN * rpm)})
     wanted = (first, (quantity, _UNITS[quantity]))
-    if len(cells) != 2:
-        raise TimeSeriesError(
-            f"{name}, line {line}: the header has {len(cells)} columns, 2 are needed: "
-            f"{wanted[0][0]} and {quantity}{separated(cells)}"
-        )
+    for role in sorted({*columns, *units} - {word for word, _ in wanted}):
+        raise table.error(f"{table.path}: columns and units know {wanted[0][0]} and {quantity}, not {role}: remove it")
     found = []
-    for column, (cell, (word, units)) in enumerate(zip(cells, wanted, strict=True), 1):
-        match = _HEADER.fullmatch(cell)
-        if match is None or match[1].lower() != word or match[2] not in units:
-            raise TimeSeriesError(
-                f"{name}, line {line}, column {column}: header {cell.strip()!r} must be '{word} [unit]' "
-                f"with the unit {', '.join(units)}" + _in_the_other(match, rpm)
+    for place, (word, known) in enumerate(wanted):
+        column = table.column_of(word, (word,), columns)
+        if column is None:
+            place = min(place, len(table.heads) - 1)
+            head = table.heads[place]
+            if len(table.heads) < 2:
+                raise table.error(
+                    f"{table.path}, line {table.head_line}: the header has {len(table.heads)} columns, 2 are needed: "
+                    f"{wanted[0][0]} and {quantity}"
+                )
+            raise table.error(
+                f"{table.path}, line {table.head_line}, column {place + 1}: header {head.text!r} must be '{word} "
+                f"[unit]' "
+                f"with the unit {', '.join(known)}, or be named by columns = {{ {word} = ... }}"
+                + _in_the_other(head.name.lower(), rpm)
             )
-        found.append(units[match[2]])
-    return found[0], found[1]
+        found.append((column, table.factor_of(column, word, known, units)))
+    return table.numbers([column for column, _ in found]), np.array([factor for _, factor in found])
 
 
-def separated(cells: list[str]) -> str:
-    """What to do about a line of one cell that another separator divides."""
-    found = [name for mark, name in ((";", "semicolons"), ("\t", "tabs")) if mark in "".join(cells[:1])]
-    return f"; its columns are divided by {found[0]}: write commas, and decimal points in the numbers" if found else ""
-
-
-def _in_the_other(match: re.Match[str] | None, rpm: float | None) -> str:
+def _in_the_other(name: str, rpm: float | None) -> str:
     """What to do about times where angles are expected, and the other way round."""
-    found = "" if match is None else match[1].lower()
-    if rpm is None and found not in ("time", *_UNITS):
+    if rpm is None and name not in ("time", *_UNITS):
         return "; of a record in crank angle, 'angle [deg]', state rpm, too"
-    return "; rpm is for records in crank angle: remove it" if rpm is not None and found == "time" else ""
-
-
-def csv_number(name: Path, line: int, column: int, cell: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise TimeSeriesError(f"{name}, line {line}, column {column}: {cell.strip()[:80]!r} must be a finite number")
-    return value
+    return "; rpm is for records in crank angle: remove it" if rpm is not None and name == "time" else ""

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from impact.files.atomic import whole_file
+from impact.files.csv_table import read_csv
 
 Row = Mapping[str, float]
 
@@ -22,9 +23,12 @@ def write_rows(path: str | os.PathLike[str], rows: Sequence[Mapping[str, object]
 
 
 def read_rows(path: str | os.PathLike[str]) -> list[Row]:
-    """Rows of numbers only."""
-    with Path(path).open(newline="", encoding="utf-8") as file:
-        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+    """Rows of numbers only. Raises `ValueError` that names file and line."""
+    table = read_csv(Path(path), ValueError)
+    if table is None:
+        return []
+    names = [head.text for head in table.heads]
+    return [dict(zip(names, map(float, row), strict=True)) for row in table.numbers()]
 
 
 def without_nan(value: object) -> object:

@@ -13,16 +13,38 @@ from impact.measured.passive_residues import Residues, signed_terms
 from impact.measured.passivity import positive_part
 from impact.measured.vector_fitting import Poles, basis
 
+_NOTHING = 1e-12  # of the largest response: a compliance that is round-off
+
 
 @dataclass(frozen=True)
 class FitData:
-    """Lines s (n,), responses (n, p, p), weights (n,), whether the body is free, and the columns beside the poles."""
+    """Lines s (n,), responses (n, p, p), weights (n,) one over the noise, whether the body is free, names of its ports;
+    ``above``: poles beyond the band that stand for what lies there; ``alike``: neighbouring lines that share their
+    noise."""
 
     s: ComplexArray
     g: ComplexArray
     weights: Array
     free: bool
     port_names: tuple[str, ...]
+    above: tuple[complex, ...] = ()
+    alike: int = 1
+
+    @property
+    def elements(self) -> ComplexArray:
+        """(n, q) the responses of the upper triangle."""
+        p = len(self.port_names)
+        return np.stack([self.g[:, i, j] for i in range(p) for j in range(i, p)], axis=1)
+
+    @property
+    def beyond(self) -> Poles:
+        """The poles ``above``."""
+        return Poles(np.array(self.above, dtype=complex), np.zeros(0))
+
+    @property
+    def fixed(self) -> ComplexArray:
+        """(n, e) columns beside the poles in the band: `extra`, and oscillators at the poles ``above``."""
+        return np.concatenate([self.extra, oscillators(self.s, self.beyond.pairs)], axis=1)
 
     @property
     def extra(self) -> ComplexArray:
@@ -37,21 +59,28 @@ class FitData:
         return float(np.linalg.norm(self.weights[:, None, None] * (model - self.g))) / self.scale
 
 
+def oscillators(s: ComplexArray, pairs: ComplexArray) -> ComplexArray:
+    """Return the columns 1/((s - p)(s - p*)) of pairs of poles (n, K)."""
+    return np.asarray(1 / ((s[:, None] - pairs) * (s[:, None] - pairs.conj())))
+
+
 def free_residues(data: FitData, poles: Poles) -> Residues:
     """Least squares without regard to passivity, but c and the rigid-body term positive semidefinite."""
     phi, extra, p = basis(data.s, poles), data.extra, len(data.port_names)
     beside = np.zeros((extra.shape[1], p, p))
     both = np.concatenate([phi, extra], axis=1)
-    found = _least_squares(both, data.g, data.weights)
+    found = least_squares(both, data.g, data.weights)
     beside[:] = [positive_part(matrix) for matrix in found[phi.shape[1] :]]
+    if np.abs(beside[0]).max() < _NOTHING * np.abs(data.g).max():
+        beside[0] = 0.0
     if np.any(beside != found[phi.shape[1] :]):
-        found = _least_squares(phi, data.g - np.einsum("ne,eij->nij", extra, beside), data.weights)
+        found = least_squares(phi, data.g - np.einsum("ne,eij->nij", extra, beside), data.weights)
     k = 2 * len(poles.pairs)
     rigid = beside[1] if data.free else np.zeros((p, p))
     return Residues(poles, found[0:k:2] + 1j * found[1:k:2], found[k : phi.shape[1]], beside[0], rigid)
 
 
-def _least_squares(columns: ComplexArray, g: ComplexArray, weights: Array) -> Array:
+def least_squares(columns: ComplexArray, g: ComplexArray, weights: Array) -> Array:
     """(m, p, p) real amplitudes of complex columns."""
     a = columns * weights[:, None]
     b = (g * weights[:, None, None]).reshape(len(g), -1)
@@ -70,12 +99,13 @@ def response_of(residues: Residues, s: ComplexArray) -> ComplexArray:
 
 
 def modal_fit(data: FitData, poles: Poles, smallest: float) -> ModalGreens:
-    """Positive amplitudes of oscillators, relaxations, compliance and rigid body.
+    """Positive amplitudes of oscillators, those beyond the band too, of relaxations, compliance and rigid body.
 
     ``smallest``: part of a mode's amplitude matrix below which its further ranks are left out.
     """
-    omega, p = np.abs(poles.pairs), len(data.port_names)
-    zeta = -poles.pairs.real / omega
+    pairs, p = np.concatenate([poles.pairs, data.beyond.pairs]), len(data.port_names)
+    omega = np.abs(pairs)
+    zeta = -pairs.real / omega
     s = data.s[:, None]
     columns = np.concatenate([1 / (s**2 + 2 * zeta * omega * s + omega**2), 1 / (s + poles.rates), data.extra], axis=1)
     found = _positive_least_squares(columns, data.g, data.weights)

@@ -5,26 +5,47 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.bodies.time_series import csv_number, csv_rows, separated
+from impact.bodies.time_series import Stated, TimeSeriesError
 from impact.brief import brief
+from impact.files.csv_table import CsvTable, normal_unit, read_csv
 from impact.greens.base import Array, ComplexArray
 from impact.greens.sampled import SampledGreens
+from impact.measured.noise import deviation_by_coherence
 
 Kind = Literal["receptance", "mobility", "accelerance"]
 HERTZ = {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6}
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
 _ORDER = {"receptance": 0, "mobility": 1, "accelerance": 2}
-_SUFFIX = {"receptance": ("{}/N",), "mobility": ("{}/(N s)", "{}/s/N"), "accelerance": ("{}/(N s^2)", "{}/s^2/N")}
+_SUFFIX = {
+    "receptance": ("{}/N",),
+    "mobility": ("{}/(N s)", "{}/s/N", "({}/s)/N"),
+    "accelerance": ("{}/(N s^2)", "{}/s^2/N", "({}/s^2)/N"),
+}
 _MASSES = {"1/kg": 1.0, "1/g": 1e3, "g/N": 9.80665}  # accelerance is one over a mass; g/N: of gravity per force
-_COLUMN = re.compile(r"\s*(\w+)\s+(real|imag|magnitude|phase)\s*\[\s*([^\]]*?)\s*\]\s*")
-_FREQUENCY = re.compile(r"\s*frequency\s*\[\s*(\w+)\s*\]\s*")
+_ROLES: dict[str, tuple[str, ...]] = {
+    "frequency": ("frequency", "freq", "f"),
+    "real": ("real", "re"),
+    "imag": ("imag", "im", "imaginary"),
+    "magnitude": ("magnitude", "mag", "amplitude", "abs"),
+    "phase": ("phase", "angle"),
+    "coherence": ("coherence", "coh"),
+    "variance": ("variance", "var"),
+}
+_LIKE = (
+    "must be like 'frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]' or 'frequency [kHz],accelerance "
+    "magnitude [1/kg],accelerance phase [deg]', or its columns be named by columns = { frequency = ..., real = ..., "
+    "imag = "
+    "... } and their units by units = { frequency = ..., response = ... }; quantities: receptance, mobility, "
+    "accelerance; "
+    f"lengths: {', '.join(_LENGTHS)}; of accelerance also {', '.join(_MASSES)}; magnitudes also in dB re 1 of a unit"
+)
 _ANGLES = {"deg": np.pi / 180, "rad": 1.0}
 RECIPROCITY_LIMIT = 0.2
 
@@ -43,6 +64,10 @@ class FrequencyResponse:
         port_names: p names.
         shift: decay rate of an exponential window laid over an impulse response [1/s]; 0 for measured FRFs.
         origin: provenance, plain JSON values.
+        measured_as: the quantity that was measured, in which its noise is looked for.
+        deviation: (n, p, p) or, for one port, (n,) standard deviation of the noise, its square E|error|^2 [m/N];
+        ``None``:
+            not known, to be estimated from the lines.
 
     Raises:
         FrequencyResponseError: shapes that do not match, fewer than 8 lines, values not finite, frequencies that do not
@@ -54,6 +79,8 @@ class FrequencyResponse:
     port_names: tuple[str, ...] = ("contact",)
     shift: float = 0.0
     origin: Mapping[str, object] = field(default_factory=dict)
+    measured_as: Kind = "receptance"
+    deviation: Array | None = None
 
     __repr__ = brief
 
@@ -72,14 +99,22 @@ class FrequencyResponse:
             )
         if f[0] <= 0 or np.any(np.diff(f) <= 0):
             raise FrequencyResponseError("frequency must be positive and increase from line to line")
+        deviation = self.deviation
+        if deviation is not None:
+            deviation = np.asarray(deviation, dtype=float).reshape(g.shape)
+            if not (np.all(np.isfinite(deviation)) and np.all(deviation >= 0)):
+                raise FrequencyResponseError("the noise of every line must be finite and not negative")
         turned = g.transpose(0, 2, 1)
-        skew = float(np.linalg.norm(g - turned)) / max(2 * float(np.linalg.norm(g)), 1e-300)
+        as_measured = ((self.shift + 2j * np.pi * f) ** _ORDER[self.measured_as])[:, None, None]
+        apart, size = (float(np.linalg.norm(as_measured * each)) for each in (g - turned, g))
+        skew = apart / max(2 * size, 1e-300)
         if skew > RECIPROCITY_LIMIT:
             raise FrequencyResponseError(
                 f"G_ij and G_ji differ by {skew:.0%} (rms): check places, directions and signs of hammer and sensor"
             )
         origin = dict(self.origin) | ({"reciprocity_defect": skew} if p > 1 else {})
-        for name, value in (("frequency", f), ("receptance", (g + turned) / 2), ("origin", origin)):
+        values = {"frequency": f, "receptance": (g + turned) / 2, "origin": origin, "deviation": deviation}
+        for name, value in values.items():
             object.__setattr__(self, name, value)
 
     @property
@@ -90,7 +125,13 @@ class FrequencyResponse:
     def within(self, lowest: float, highest: float) -> FrequencyResponse:
         """The lines from ``lowest`` to ``highest`` [Hz]."""
         kept = (self.frequency >= lowest) & (self.frequency <= highest)
-        return FrequencyResponse(self.frequency[kept], self.receptance[kept], self.port_names, self.shift, self.origin)
+        deviation = None if self.deviation is None else self.deviation[kept]
+        return replace(self, frequency=self.frequency[kept], receptance=self.receptance[kept], deviation=deviation)
+
+    @property
+    def per_receptance(self) -> ComplexArray:
+        """(n,) s^k: the measured quantity over the receptance, k = 0, 1, 2 of receptance, mobility, accelerance."""
+        return np.asarray(self.lines ** _ORDER[self.measured_as])
 
 
 def receptance(
@@ -100,24 +141,47 @@ def receptance(
     *,
     port_names: tuple[str, ...] = ("contact",),
     origin: Mapping[str, object] | None = None,
+    deviation: ArrayLike | None = None,
 ) -> FrequencyResponse:
-    """From mobility [m/(N s)] or accelerance [1/kg]: divided by (i w) or (i w)^2; a line at 0 Hz is left out there."""
+    """From mobility [m/(N s)] or accelerance [1/kg]: divided by (i w) or (i w)^2; a line at 0 Hz is left out.
+
+    ``deviation``: standard deviation of the noise of ``values``, in their unit; ``None``: not known.
+    """
     if kind not in get_args(Kind):
         raise FrequencyResponseError(f"kind {kind!r} is unknown; choose from {', '.join(get_args(Kind))}")
     f, h = np.asarray(frequency, dtype=float), np.asarray(values, dtype=complex)
     kept = f > 0
     f, h = f[kept], h[kept]
-    divisor = (2j * np.pi * f) ** _ORDER[kind]
-    found = {"kind": "measured", "measured_as": kind} | dict(origin or {})
-    return FrequencyResponse(f, h / divisor.reshape(-1, *[1] * (h.ndim - 1)), port_names, origin=found)
+    divisor = ((2j * np.pi * f) ** _ORDER[kind]).reshape(-1, *[1] * (h.ndim - 1))
+    provenance = {"kind": "measured", "measured_as": kind} | dict(origin or {})
+    noise = None if deviation is None else np.asarray(deviation, dtype=float)[kept] / np.abs(divisor)
+    return FrequencyResponse(f, h / divisor, port_names, origin=provenance, measured_as=kind, deviation=noise)
 
 
-def read_frf(path: str | os.PathLike[str], *, port_name: str = "contact", delimiter: str = ",") -> FrequencyResponse:
+def read_frf(
+    path: str | os.PathLike[str],
+    *,
+    port_name: str = "contact",
+    delimiter: str | None = None,
+    columns: Stated | None = None,
+    units: Stated | None = None,
+    quantity: Kind | None = None,
+    averages: int | None = None,
+) -> FrequencyResponse:
     """Read an FRF under a header such as ``frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]``.
 
     Frequency in Hz, kHz, MHz; receptance, mobility or accelerance in {m, mm, um, nm} per N, (N s), (N s^2), accelerance
-    also in 1/kg or g/N (g = 9.80665 m/s^2); real and imag, or magnitude and phase [deg, rad]. Empty lines and lines
-    that begin with # are skipped.
+    also in 1/kg or g/N (g = 9.80665 m/s^2); real and imag, or magnitude, also in dB re one of these, and phase [deg,
+    rad].
+    The noise by a column of coherence (with ``averages``, the number of blows) or of variance, in the square of the
+    response's unit, real and imaginary part together; otherwise it is told from the lines when poles are fitted.
+    Separators, decimals and other columns as in `impact.read_time_series`.
+
+    Args:
+        columns: heads by role (frequency, real, imag, magnitude, phase, coherence, variance), where these do not say.
+        units: likewise of frequency, response and phase.
+        quantity: what was measured, where neither heads nor units say.
+        averages: blows that were averaged.
 
     Raises:
         FrequencyResponseError: no such file, a header without quantities and units, values `FrequencyResponse` refuses.
@@ -126,41 +190,107 @@ def read_frf(path: str | os.PathLike[str], *, port_name: str = "contact", delimi
     name = Path(path)
     if not name.exists():
         raise FrequencyResponseError(f"{name}: no such file; check the path")
-    rows = csv_rows(name, delimiter)
-    kind, parts, factors = _header(name, *(rows[0] if rows else (1, [])))
-    table = np.empty((len(rows) - 1, 3))
-    for row, (line, cells) in zip(table, rows[1:], strict=True):
-        if len(cells) != 3:
-            raise FrequencyResponseError(f"{name}, line {line}: {len(cells)} columns, 3 are needed")
-        row[:] = [csv_number(name, line, c + 1, cells[c]) * factors[c] for c in range(3)]
-    first, second = table[:, 1], table[:, 2]
-    values = first + 1j * second if parts == ("real", "imag") else first * np.exp(1j * second)
+    table = read_csv(name, TimeSeriesError, delimiter=delimiter)
+    if table is None:
+        raise FrequencyResponseError(f"{name}, line 1: header '' {_LIKE}")
     try:
-        return receptance(table[:, 0], values, kind, port_names=(port_name,), origin={"file": name.name})
+        found = _columns_of(table, columns or {}, units or {}, quantity)
+    except TimeSeriesError as problem:
+        raise FrequencyResponseError(str(problem)) from problem
+    try:
+        numbers = table.numbers(list(found.places.values()))
+        values = dict(zip(found.places, numbers.T, strict=True))
+        f = found.factors["frequency"] * values["frequency"]
+        scale, response = found.factors["response"], np.empty(len(f), dtype=complex)
+        if found.parts == ("real", "imag"):
+            response[:] = scale * (values["real"] + 1j * values["imag"])
+        else:
+            size = 10 ** (values["magnitude"] / 20) if found.decibel else values["magnitude"]
+            response[:] = scale * size * np.exp(1j * found.factors["phase"] * values["phase"])
+        deviation = _deviation(name, values, response, scale, averages)
+        origin = {"file": name.name}
+        return receptance(f, response, found.kind, port_names=(port_name,), origin=origin, deviation=deviation)
     except FrequencyResponseError as problem:
         raise FrequencyResponseError(f"{name}: {problem}") from problem
 
 
-def _header(name: Path, line: int, cells: list[str]) -> tuple[Kind, tuple[str, str], list[float]]:
-    match = _FREQUENCY.fullmatch(cells[0]) if len(cells) == 3 else None
-    columns = [_COLUMN.fullmatch(cell) for cell in cells[1:]]
-    if match is not None and match[1] in HERTZ and all(columns):
-        kinds, parts, units = zip(*(column.groups() for column in columns if column), strict=True)
-        scales = _scales(kinds[0])
-        factor = [scales.get(units[0]), scales.get(units[1])]
-        if parts == ("magnitude", "phase"):
-            factor[1] = _ANGLES.get(units[1])
-        if kinds[0] == kinds[1] and parts in (("real", "imag"), ("magnitude", "phase")) and None not in factor:
-            return kinds[0], parts, [HERTZ[match[1]], *(f for f in factor if f is not None)]
-    raise FrequencyResponseError(
-        f"{name}, line {line}: header {','.join(cells)!r} must be like 'frequency [Hz],mobility real [mm/(N s)],"
-        "mobility imag [mm/(N s)]' or 'frequency [kHz],accelerance magnitude [1/kg],accelerance phase [deg]'; "
-        f"quantities: {', '.join(_ORDER)}; lengths: {', '.join(_LENGTHS)}; "
-        f"of accelerance also {', '.join(_MASSES)}{separated(cells)}"
-    )
+@dataclass(frozen=True)
+class _Columns:
+    """The columns of a response by role, their factors to SI, its kind, and whether magnitudes are in decibels."""
+
+    places: Mapping[str, int]
+    factors: Mapping[str, float]
+    kind: Kind
+    parts: tuple[str, str]
+    decibel: bool
+
+
+def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind | None) -> _Columns:
+    if unknown := sorted({*columns} - {*_ROLES}) + sorted({*units} - {"frequency", "response", "phase"}):
+        raise TimeSeriesError(
+            f"{table.path}: {unknown[0]!r} is no role: columns has {', '.join(_ROLES)}, units has frequency, "
+            f"response and phase"
+        )
+    said = {k: _said(head.name) for k, head in enumerate(table.heads)}
+    names = {role: [table.heads[k].name.lower() for k, (_, part) in said.items() if part == role] for role in _ROLES}
+    places = {}
+    for role in _ROLES:
+        if (place := table.column_of(role, names[role], columns)) is not None:
+            places[role] = place
+    pairs = [pair for pair in (("real", "imag"), ("magnitude", "phase")) if set(pair) <= set(places)]
+    if "frequency" not in places or not pairs:
+        raise TimeSeriesError(f"{table.path}, line {table.head_line}: header {table.header!r} {_LIKE}")
+    parts = pairs[0]
+    heads = [table.heads[places[part]] for part in parts]
+    texts = [normal_unit(units.get("response", head.unit)) for head in heads[: 2 if parts[0] == "real" else 1]]
+    unit, decibel = _without_decibel(texts[0])
+    told = {kind for k in (places[part] for part in parts) if (kind := said[k][0])}
+    kinds = [kind for kind in get_args(Kind) if unit in _scales(kind)]
+    if quantity is not None:
+        told |= {quantity}
+    kinds = [kind for kind in kinds if told <= {kind}]
+    angle = normal_unit(units.get("phase", heads[1].unit))
+    angles = parts[0] == "real" or angle in _ANGLES
+    hertz = normal_unit(units.get("frequency", table.heads[places["frequency"]].unit))
+    if len(kinds) != 1 or len(set(texts)) != 1 or not angles or hertz not in HERTZ or (decibel and parts[0] == "real"):
+        raise TimeSeriesError(f"{table.path}, line {table.head_line}: header {table.header!r} {_LIKE}")
+    factors = {"frequency": HERTZ[hertz], "response": _scales(kinds[0])[unit], "phase": _ANGLES.get(angle, 1.0)}
+    roles = ("frequency", *parts, *(role for role in ("coherence", "variance") if role in places))
+    return _Columns({role: places[role] for role in roles}, factors, kinds[0], parts, decibel)
+
+
+def _said(name: str) -> tuple[str, str]:
+    """Return the quantity and the role that the name of a column says, "" where it does not."""
+    words = re.split(r"[\s_.:|]+", name.lower())
+    roles = [role for role, synonyms in _ROLES.items() if any(word in synonyms for word in words)]
+    return next((word for word in words if word in _ORDER), ""), roles[0] if len(roles) == 1 else ""
+
+
+def _without_decibel(unit: str) -> tuple[str, bool]:
+    """Return the unit that decibels refer to, and whether they are: "dB re 1 m/N"."""
+    match = re.fullmatch(r"dB(?:\s+re\.?\s+(?:1\s+)?(.+))?", unit)
+    return (unit, False) if match is None else (normal_unit(match[1] or ""), True)
+
+
+def _deviation(
+    name: Path, values: Mapping[str, Array], response: ComplexArray, scale: float, averages: int | None
+) -> Array | None:
+    """Return the standard deviation of the response that the file states, in its SI unit."""
+    if (variance := values.get("variance")) is not None:
+        if np.any(variance < 0):
+            raise FrequencyResponseError(f"a variance of {variance.min():g} must be 0 or more")
+        return np.asarray(scale * np.sqrt(variance))
+    if (coherence := values.get("coherence")) is None or averages is None:
+        return None
+    if np.any((coherence < 0) | (coherence > 1 + 1e-6)):
+        raise FrequencyResponseError(
+            f"its coherence is {coherence.min():g} to {coherence.max():g}, must be 0 to 1: is it in per cent?"
+        )
+    return deviation_by_coherence(response, coherence, averages)
 
 
 def _scales(kind: str) -> dict[str, float]:
+    """Return the units of a quantity and their factors to SI."""
     forms = _SUFFIX.get(kind, ())
     scales = {form.format(unit): factor for form in forms for unit, factor in _LENGTHS.items()}
     return scales | (_MASSES if kind == "accelerance" else {})

@@ -102,6 +102,8 @@ def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
                         np.array([(1 + (i != j)) * v[i] * v[j] for i, j in pairs_of_ports])[:, None] * _row(poles, w)
                     )
                     goals.append(_MARGIN * float(size[0]) - float(value))
+        if not rows:  # a violation narrower than the grid
+            return None
         a, b = np.array(rows), np.array(goals)
         weight = np.array([1.0 + (i != j) for i, j in pairs_of_ports])
         inverse = np.stack(

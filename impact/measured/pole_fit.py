@@ -2,37 +2,64 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Literal, get_args
+from dataclasses import dataclass, replace
+from typing import Final, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impact.greens.base import Array, ComplexArray, ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens
 from impact.greens.poles import PoleGreens
 from impact.greens.pulse import hann
 from impact.greens.sampled import SampledGreens
-from impact.measured.amplitudes import FitData, free_residues, modal_fit, response_of
+from impact.measured.amplitudes import FitData, free_residues, least_squares, modal_fit, response_of
 from impact.measured.frf import (
     FrequencyResponse,
     FrequencyResponseError,
     causality_defect,
-    moves_away,
     of_impulse_response,
 )
+from impact.measured.noise import estimate_deviation
 from impact.measured.passive_residues import made_passive
+from impact.measured.pole_choice import choose_poles, criterion, residual_terms, within
 from impact.measured.pole_passivity import pole_passivity
-from impact.measured.vector_fitting import Poles, fitted_poles, starting_poles
+from impact.measured.vector_fitting import Poles, basis, left_over, refined
 
 Form = Literal["auto", "modal", "complex"]
-NOT_CAUSAL = 0.5  # causality defect from which a response is refused
-_FLOOR = 1e-3  # of the largest response: lines below count no more than it
-_ABOVE_NOISE = 5.0  # times the noise of a line: what counts as a resonance, and the least size that weights regard
-_GAIN = 0.9  # so many rounds of more poles must lower the misfit to this part
-_PATIENCE = 3
-_LEAN = 0.01  # of a mode's amplitude matrix: what noise adds to its rank one
-_ENOUGH = 1.25  # real modes are preferred while their misfit is below this multiple of the complex poles'
+Fitted = ModalGreens | PoleGreens
+NOT_CAUSAL: Final = 0.5  # causality defect from which a response is refused
+DRAWS: Final = 24  # of the record with other noise, each fitted anew
+MOST_UNEXPLAINED: Final = 0.5  # of the response, from which on a fit is refused
+_SEED: Final = 20_261
+_FLOOR: Final = 0.1  # of the tolerance: what a fit need not explain, whatever the noise
+_LEAN: Final = 0.01  # of a mode's amplitude matrix: what noise adds to its rank one
+_SURE: Final = 30.0  # decrease of the squares, in variances of the noise, from which on a term is in the lines
+_BEYOND: Final = (1.02, 1.04, 1.06, 1.09, 1.13, 1.18, 1.25, 1.35, 1.5, 1.8, 2.5, 4.0)
+"""Over the highest line: where modes above the band are looked for."""
+_MOST_BEYOND: Final = 3
+_FARTHEST: Final = 6.0  # likewise, where they may move to
+_MOST_DAMPED: Final = 0.3  # damping ratio that they may have
+_SIGNAL: Final = 10.0  # standard deviations of the noise's power by which a response must exceed it
+_MARGIN: Final = 1.5  # on the largest change among the draws
+_BLOCK: Final = 9  # lines whose misfit is looked at together
+BLOCK_LIMIT: Final = 4.5
+"""Of the mean square of their misfit, in variances of the noise: five deviations, where noise is known to 20 %."""
+_RANGES: Final = 5  # of lines that are named at most
+
+
+@dataclass(frozen=True)
+class PoleFit:
+    """Poles through a measured response, and what its noise leaves open.
+
+    Attributes:
+        greens: the passive fit.
+        draws: the same fit, of the same order, to records that differ by their noise.
+        deviation: (n,) standard deviation of the noise, from the file or from the lines [m/N].
+    """
+
+    greens: Fitted
+    draws: tuple[Fitted, ...]
+    deviation: Array
 
 
 def fit_poles(
@@ -42,27 +69,49 @@ def fit_poles(
     form: Form = "auto",
     free: bool | None = None,
     most_pairs: int = 80,
-) -> ModalGreens | PoleGreens:
-    """A passive sum of poles through a measured response.
+) -> Fitted:
+    """Return a passive sum of poles through a measured response: `fit_response` without its draws."""
+    return fit_response(response, tolerance=tolerance, form=form, free=free, most_pairs=most_pairs).greens
 
-    The poles by vector fitting, more of them until the relative misfit (rms, weighted by |G|^(-1/2)) is below
-    ``tolerance``, or the noise, or stands still. Then either:
+
+def fit_response(
+    response: FrequencyResponse,
+    *,
+    tolerance: float = 0.01,
+    form: Form = "auto",
+    free: bool | None = None,
+    most_pairs: int = 80,
+    draws: int | None = None,
+) -> PoleFit:
+    """Return a passive sum of poles through a measured response, with draws of what its noise leaves open.
+
+    Each line counts by its noise in the quantity that was measured (`response.deviation`, or what neighbouring lines
+    have beyond a smooth course), which a misfit of a tenth of ``tolerance`` adds to. Poles by vector fitting, then by
+    least squares; their number by the Bayesian information criterion; all of them within the band. Then either:
 
         "modal":   g_ij = sum of damped oscillators with positive matrices of amplitudes, relaxations and a bare
                    compliance, by least squares under these signs: passive by construction (uncoupled modes);
         "complex": `PoleGreens` with free residues, changed as little as makes them passive (modes coupled by damping);
-        "auto":    real modes unless complex poles miss the response by less than 1/1.25 of what they miss.
+        "auto":    real modes unless the noise lets complex ones be told from them.
 
-    What lies above the band is a bare compliance, what lies below is not known. ``error.reduction`` is the misfit after
-    a Hann pulse whose spectrum ends with the band (-6 dB at half the highest line), over the largest response to it;
-    ``origin["fit"]`` holds misfit, causality, passivity and order.
+    What lies above the band is a bare compliance, and where the highest lines rise towards it, oscillators at fixed
+    places
+    beyond them; what lies below is a rigid body, if ``free`` or the lines say so, and otherwise not known.
+
+    ``error.reduction``: the largest change of g after a Hann pulse whose spectrum ends with the band (-6 dB at half the
+    highest line) among the draws, what oscillations beyond the band leave after it, and the misfit that noise does not
+    explain, over the largest response to it. ``origin["fit"]`` holds misfit, noise, causality, passivity and order.
 
     Args:
-        free: whether the body can move away (a term -1/(m w^2)); by default, whether the lowest lines fall as f^-2.
+        free: whether the body can move away (a term -1/(m w^2)); by default, whether the lines need that term and it
+            outweighs all others at the lowest.
         most_pairs: limit of pole pairs.
+        draws: of records with other noise, `DRAWS` over the number of ports if absent; of a seed that is always the
+        same.
 
     Raises:
-        FrequencyResponseError: not causal, a misfit above one half, a "complex" fit that cannot be made passive.
+        FrequencyResponseError: not causal, lines that hold nothing but noise, a misfit beyond the noise of more than
+            half of the response, a "complex" fit that cannot be made passive.
     """
     if form not in get_args(Form):
         raise FrequencyResponseError(f"form {form!r} is unknown; choose from {', '.join(get_args(Form))}")
@@ -72,30 +121,42 @@ def fit_poles(
             f"not causal: {defect:.0%} of the energy comes before the blow; where the phase is that of exp(-i w t), "
             "give the conjugate values; otherwise remove the delay between the channels"
         )
-    data = _data(response, free)
-    poles = _poles(data, tolerance, most_pairs)
-    candidates: list[tuple[float, ModalGreens | PoleGreens]] = []
-    freely = free_residues(data, poles)
-    best = data.misfit(response_of(freely, data.s))
-    if form != "complex":
-        whole, lean = (modal_fit(data, poles, smallest) for smallest in (1e-9, _LEAN))
-        misfits = [data.misfit(modal.transfer(data.s)) for modal in (whole, lean)]
-        candidates.append((misfits[1], lean) if misfits[1] <= 1.05 * misfits[0] else (misfits[0], whole))
-    if form == "complex" or (form == "auto" and candidates[0][0] > max(_ENOUGH * best, tolerance)):
-        passive = made_passive(freely, data.port_names, data.s, data.weights)
-        if passive is None and form == "complex":
-            raise FrequencyResponseError(
-                'the residues cannot be made passive by a small change: use form="modal", or fewer pole pairs'
-            )
-        if passive is not None:
-            candidates.append((data.misfit(response_of(passive, data.s)), passive.greens(data.port_names)))
-    misfit, chosen = min(candidates, key=lambda candidate: candidate[0])
-    if misfit > 0.5:
+    deviation = noise_of(response)
+    floor = _floor_of(response, _FLOOR * tolerance)
+    weights = 1 / np.hypot(deviation, floor)
+    names = response.port_names
+    data = FitData(response.lines, response.receptance, weights, bool(free), names, alike=_lines_alike(response))
+    _check_signal(data)
+    poles = choose_poles(data, floor, most_pairs)
+    data, poles = _with_residual_terms(data, poles, free)
+    chosen, complex_form = _chosen(data, poles, form, floor)
+    residual = data.weights[:, None, None] * (chosen.transfer(data.s) - data.g)
+    unexplained = _unexplained(data, residual)
+    ranges, worst = _ranges_of(data, residual)
+    if unexplained > MOST_UNEXPLAINED:
         raise FrequencyResponseError(
-            f"the fit misses {misfit:.0%} of the response with {len(poles.pairs)} pole pairs: check units and phase, "
-            "or leave noisy lines out"
+            f"the fit misses {unexplained:.0%} of the response beyond its noise, with {len(poles.pairs)} pole "
+            f"pairs, most "
+            f"of it {in_words(ranges) or 'at all lines'}: check units and phase, or leave these lines out"
         )
-    return _reported(chosen, data, response, misfit, defect)
+    noise = _noise_of_draws(data, deviation, residual)
+    count = DRAWS // len(names) if draws is None else draws
+    others = tuple(_drawn(data, poles, chosen, complex_form, noise, count)) if response.shift == 0 else ()
+    report = {
+        **_report(chosen, data, response, defect),
+        "noise_rms": float(np.linalg.norm(deviation) / np.linalg.norm(np.abs(data.g).max(axis=(1, 2)))),
+        "noise_from": "the lines" if response.deviation is None else "the file",
+        "unexplained": unexplained,
+        "unexplained_lines_hz": [[low, high] for low, high in ranges],
+        "unexplained_allowed": tolerance,
+        "misfit_over_noise_worst": worst,
+        "modes_beyond_band_hz": [abs(pole) / (2 * np.pi) for pole in data.above],
+    }
+    error = None
+    if response.shift == 0:
+        error = _pulse_error(chosen, others, data, unexplained)
+    fitted = replace(chosen, error=ErrorEstimate(error, None), origin={**response.origin, "fit": report})
+    return PoleFit(fitted, others, deviation)
 
 
 def fit_impulse_response(
@@ -116,103 +177,239 @@ def fit_impulse_response(
     return fit.with_error(ErrorEstimate(error, None))
 
 
-def _data(response: FrequencyResponse, free: bool | None) -> FitData:
-    g = response.receptance
-    size = np.linalg.norm(g, axis=(1, 2))
-    free = moves_away(response) if free is None else free
-    weights = 1 / np.sqrt(np.maximum(size, max(_FLOOR * size.max(), _ABOVE_NOISE * _noise(g))))
-    return FitData(response.lines, g, np.asarray(weights), free, response.port_names)
+def noise_of(response: FrequencyResponse) -> Array:
+    """Return the standard deviation (n,) of the noise of a line, of its noisiest element, as receptance [m/N]."""
+    if response.deviation is not None:
+        return np.asarray(response.deviation.max(axis=(1, 2)))
+    unit = response.per_receptance
+    p = len(response.port_names)
+    elements = [unit * response.receptance[:, i, j] for i in range(p) for j in range(i, p)]
+    f, every = response.frequency, _lines_alike(response)
+    largest = np.max([estimate_deviation(values[::every], f[::every]) for values in elements], axis=0)
+    return np.asarray(np.interp(f, f[::every], largest) / np.abs(unit))
 
 
-def _poles(data: FitData, tolerance: float, most: int) -> Poles:
-    """The fewest poles that reach the tolerance, or beyond which more are in vain."""
-    p = len(data.port_names)
-    elements = [(i, j) for i in range(p) for j in range(i, p)]
-    responses = np.stack([data.g[:, i, j] for i, j in elements], axis=1)
-    weights = np.stack([data.weights * (1 if i == j else np.sqrt(2)) for i, j in elements], axis=1)
-    most = min(most, len(data.s) // 3)
-    poles = starting_poles(data.s, *_peaks(data, most))
-    enough = max(tolerance, _noise(data.g) * float(np.linalg.norm(data.weights)) / data.scale)
-    found: list[tuple[float, Poles]] = []
-    while True:
-        poles = fitted_poles(data.s, responses, weights, data.extra, poles)
-        apart = data.weights * np.linalg.norm(response_of(free_residues(data, poles), data.s) - data.g, axis=(1, 2))
-        found.append((float(np.linalg.norm(apart) / data.scale), poles))
-        vain = len(found) > _PATIENCE and found[-1][0] > _GAIN * found[-1 - _PATIENCE][0]
-        if found[-1][0] <= enough or vain or len(poles.pairs) >= most:
-            break
-        poles = _with_more(poles, data.s, apart, max(1, len(poles.pairs) // 6))
-    least = min(misfit for misfit, _ in found)
-    return next(poles for misfit, poles in found if misfit <= max(enough, least / _GAIN))
+def _lines_alike(response: FrequencyResponse) -> int:
+    """Return how many neighbouring lines share their noise: under an exponential window, those within its line
+    width."""
+    spacing = 2 * np.pi * float(np.median(np.diff(response.frequency)))
+    return int(min(1 + round(4 * response.shift / spacing), max(len(response.frequency) // 20, 1)))
 
 
-def _noise(g: ComplexArray) -> float:
-    """Of one line, from the second differences of the lines: the median leaves resonances out."""
-    return float(np.median(np.linalg.norm(np.diff(g, 2, axis=0), axis=(1, 2))) / np.sqrt(6))
+def _floor_of(response: FrequencyResponse, share: float) -> Array:
+    """Return the misfit (n,) that counts as none: ``share`` of the root of the line's size and of the median size, as
+    measured; so that it is a smaller part of resonances than of what lies between them."""
+    unit = np.abs(response.per_receptance)
+    size = unit * np.linalg.norm(response.receptance, axis=(1, 2))
+    middle = float(np.median(size))
+    return np.asarray(share * np.sqrt(np.maximum(size, 1e-3 * middle) * middle) / unit)
 
 
-def _local_peaks(values: Array, prominence: float | None = None) -> NDArray[np.int64]:
-    """Indices of the local maxima that stand out of their surroundings by ``prominence``."""
-    from scipy.signal import find_peaks  # here, for its import alone takes longer than many a scene
-
-    return np.asarray(find_peaks(values, prominence=prominence)[0], dtype=np.int64)
-
-
-def _peaks(data: FitData, most: int) -> tuple[int, Array]:
-    """How many pole pairs to begin with, and the resonances that stand out of the noise [rad/s]."""
-    size = np.linalg.norm(data.g, axis=(1, 2))
-    peaks = _local_peaks(np.log(size * data.s.imag), prominence=0.5)
-    peaks = data.s.imag[peaks[size[peaks] > _ABOVE_NOISE * _noise(data.g)]]
-    return min(max(1, len(peaks)), most), peaks
+def _check_signal(data: FitData) -> None:
+    """Raise `FrequencyResponseError` where the power of the lines is that of their noise."""
+    power, n = float(np.sum(_squares(data, data.g))), len(data.s) * data.elements.shape[1]
+    if power - n < _SIGNAL * np.sqrt(n):
+        raise FrequencyResponseError(
+            f"its {len(data.s)} lines hold nothing but noise: their power is {power / n:.3g} times that of it; "
+            f"average over "
+            "more blows, or check which column is which"
+        )
 
 
-def _with_more(poles: Poles, s: ComplexArray, apart: Array, count: int) -> Poles:
-    """``count`` pairs more, where the fit is worst: at the highest peaks of the misfit, smoothed over five lines."""
-    smooth = np.convolve(apart, np.ones(5) / 5, mode="same")
-    peaks = _local_peaks(np.concatenate([[0.0], smooth, [0.0]])) - 1
-    worst = s.imag[peaks[np.argsort(-smooth[peaks])[:count]]]
-    pairs = np.concatenate([poles.pairs, (-0.01 + 1j) * worst])
-    return Poles(pairs[np.argsort(pairs.imag)], poles.rates)
+def _squares(data: FitData, values: ComplexArray) -> Array:
+    """Return the squares (n,) of the upper triangle of ``values`` (n, p, p), over the variance of the noise."""
+    rows, columns = np.triu_indices(values.shape[1])
+    return np.asarray(data.weights**2 * np.sum(np.abs(values[:, rows, columns]) ** 2, axis=1))
 
 
-def _reported(
-    greens: ModalGreens | PoleGreens, data: FitData, response: FrequencyResponse, misfit: float, defect: float | None
-) -> ModalGreens | PoleGreens:
+def _with_residual_terms(data: FitData, poles: Poles, free: bool | None) -> tuple[FitData, Poles]:
+    """Return the data with the terms below and above the band that the lines support, and the poles beside them."""
+    s, responses, weights = data.s, data.elements, data.weights
+
+    def left(terms: FitData) -> float:
+        return 2 * left_over(s, responses, weights, terms.fixed, poles)
+
+    held, moving = replace(data, free=False), replace(data, free=True)
+    if free is None:
+        free = _is_free(moving, poles)
+    data = moving if free else held
+    if left(data) - 2 * left_over(s, responses, weights, residual_terms(s), poles) > _SURE:
+        zeta = (
+            float(np.clip(np.median(-poles.pairs.real / np.abs(poles.pairs)), 0.002, 0.05))
+            if len(poles.pairs)
+            else 0.02
+        )
+        return _with_modes_beyond(data, poles, zeta)
+    return _moved_together(data, poles)
+
+
+def _moved_together(data: FitData, poles: Poles, iterations: int = 6) -> tuple[FitData, Poles]:
+    """Return the data and the poles after least squares for those in the band and those beyond it; the latter stay
+    where
+    they are if they would leave their place."""
+    several = refined(data.s, data.elements, data.weights, data.extra, _with_beyond(data, poles), iterations)
+    count, highest = len(poles.pairs), float(data.s.imag[-1])
+    inside, above = Poles(several.pairs[:count], several.rates), several.pairs[count:]
+    size = np.abs(above)
+    if np.all((size > highest) & (size < _FARTHEST * highest) & (-above.real < _MOST_DAMPED * size)):
+        return replace(data, above=tuple(map(complex, above))), within(data.s, inside)
+    moved = refined(data.s, data.elements, data.weights, data.fixed, poles, iterations)
+    return data, within(data.s, moved)
+
+
+def _is_free(data: FitData, poles: Poles) -> bool:
+    """Return whether the lines support a mass line: beside all that may come from above the band, and where it
+    outweighs
+    the other terms."""
+    s, terms = data.s, residual_terms(data.s)
+    without = 2 * left_over(s, data.elements, data.weights, terms[:, :-1], poles)
+    if without - 2 * left_over(s, data.elements, data.weights, terms, poles) < _SURE:
+        return False
+    columns = np.concatenate([basis(s, poles), terms], axis=1)
+    amplitudes = least_squares(columns, data.elements[:, :, None], data.weights)[:, :, 0]
+    mass_line = np.abs(columns[:, -1:] * amplitudes[-1]).max(axis=1)
+    rest = np.abs(columns[:, :-1] @ amplitudes[:-1]).max(axis=1)
+    return bool(np.sum((data.weights * mass_line)[mass_line > rest] ** 2) > _SURE)
+
+
+def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> tuple[FitData, Poles]:
+    """Return data and poles with as many modes beyond the band as its highest lines let be told, three at most; they
+    begin where `_BEYOND` fits best."""
+    turn, places = -zeta + 1j * np.sqrt(1 - zeta**2), float(data.s.imag[-1]) * np.array(_BEYOND)
+    found = [_moved_together(data, poles)]
+    for _ in range(_MOST_BEYOND):
+        last, beside = found[-1]
+        more = [replace(last, above=(*last.above, complex(w * turn))) for w in places]
+        best = min(more, key=lambda each: left_over(data.s, data.elements, data.weights, each.fixed, beside))
+        found.append(_moved_together(best, beside))
+
+    def cost(one: tuple[FitData, Poles]) -> float:
+        together = _with_beyond(*one)
+        return criterion(data, left_over(data.s, data.elements, data.weights, data.extra, together), together)
+
+    return min(found, key=cost)
+
+
+def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitted, bool]:
+    """Return the passive fit of the form asked for, and whether its residues are complex."""
+    real: tuple[float, Fitted] | None = None
+    if form != "complex":
+        whole, lean = (modal_fit(data, poles, smallest) for smallest in (1e-9, _LEAN))
+        lefts = [float(np.sum(_squares(data, modal.transfer(data.s) - data.g))) for modal in (whole, lean)]
+        left, modal = (lefts[1], lean) if lefts[1] <= 1.1 * lefts[0] else (lefts[0], whole)
+        real = (criterion(data, left, poles, "modal"), modal)
+        enough = np.mean(np.abs(modal.transfer(data.s) - data.g) ** 2 / floor[:, None, None] ** 2) <= 1
+        if form == "modal" or enough:
+            return modal, False
+    freely = free_residues(data, _with_beyond(data, poles))
+    left = float(np.sum(_squares(data, response_of(freely, data.s) - data.g)))
+    if real is not None and real[0] <= criterion(data, left, poles):
+        return real[1], False
+    passive = made_passive(freely, data.port_names, data.s, data.weights)
+    if passive is None and real is None:
+        raise FrequencyResponseError(
+            'the residues cannot be made passive by a small change: use form="modal", or fewer pole pairs'
+        )
+    if passive is None:
+        assert real is not None
+        return real[1], False
+    left = float(np.sum(_squares(data, response_of(passive, data.s) - data.g)))
+    if real is not None and real[0] <= criterion(data, left, poles):
+        return real[1], False
+    return passive.greens(data.port_names), True
+
+
+def _with_beyond(data: FitData, poles: Poles) -> Poles:
+    return Poles(np.concatenate([poles.pairs, data.beyond.pairs]), poles.rates)
+
+
+def _unexplained(data: FitData, residual: ComplexArray) -> float:
+    """Return the part of the response that the fit misses beyond the noise, 0 ... 1 (rms, by the weights)."""
+    n = len(data.s) * data.elements.shape[1]
+    unit = replace(data, weights=np.ones(len(data.s)))
+    missed, whole = (float(np.sum(_squares(each, values))) for each, values in ((unit, residual), (data, data.g)))
+    return float(np.sqrt(max(missed - 1.2 * n, 0.0) / max(whole - n, 1e-300)))
+
+
+def _ranges_of(data: FitData, residual: ComplexArray) -> tuple[list[tuple[float, float]], float]:
+    """Return the ranges of lines [Hz] whose misfit is more than the noise, the worst first, and the largest ratio
+    (rms)."""
+    squares = np.mean(np.abs(residual) ** 2, axis=(1, 2))
+    mean = np.convolve(np.pad(squares, _BLOCK // 2, mode="reflect"), np.ones(_BLOCK) / _BLOCK, mode="valid")
+    over, worst = np.flatnonzero(mean > BLOCK_LIMIT), float(np.sqrt(mean.max()))
+    if not over.size:
+        return [], worst
+    runs = np.split(over, np.flatnonzero(np.diff(over) > _BLOCK) + 1)
+    runs.sort(key=lambda lines: -float(mean[lines].sum()))
+    f = data.s.imag / (2 * np.pi)
+    return [(float(f[lines[0]]), float(f[lines[-1]])) for lines in runs[:_RANGES]], worst
+
+
+def in_words(ranges: list[tuple[float, float]]) -> str:
+    """Return ranges of lines as text: "from 1200 to 1310 Hz, from 4 to 4.1 kHz"."""
+    return ", ".join(f"from {low:.4g} to {high:.4g} Hz" for low, high in ranges)
+
+
+def _noise_of_draws(data: FitData, deviation: Array, residual: ComplexArray) -> Array:
+    """Return the standard deviation (n,) that records are drawn with: the noise, and what the fit misses around a
+    line."""
+    squares = np.mean(np.abs(residual) ** 2, axis=(1, 2))
+    width = min(51, len(squares) | 1)
+    around = np.convolve(np.pad(squares, width // 2, mode="reflect"), np.ones(width) / width, mode="valid")[
+        : len(squares)
+    ]
+    missed = np.sqrt(around) / data.weights
+    known = deviation * min(1.0, float(np.sqrt(np.mean(squares))))  # an estimate of the noise may be too large
+    return np.asarray(np.maximum(missed, known))
+
+
+def _drawn(data: FitData, poles: Poles, fitted: Fitted, complex_form: bool, noise: Array, count: int) -> list[Fitted]:
+    """Return fits of the same order to the fit's own response with other noise."""
+    rng = np.random.default_rng(_SEED)
+    own, found = fitted.transfer(data.s), list[Fitted]()
+    for _ in range(count):
+        error = rng.normal(size=own.shape) + 1j * rng.normal(size=own.shape)
+        error = (error + error.transpose(0, 2, 1)) / 2 if own.shape[1] > 1 else error
+        drawn = replace(data, g=own + noise[:, None, None] * error / np.sqrt(2))
+        drawn, moved = _moved_together(drawn, poles, 3)
+        passive = None
+        if complex_form:
+            together = free_residues(drawn, _with_beyond(drawn, moved))
+            passive = made_passive(together, data.port_names, data.s, data.weights)
+        modal = _LEAN if own.shape[1] > 1 else 1e-9
+        found.append(modal_fit(drawn, moved, modal) if passive is None else passive.greens(data.port_names))
+    return found
+
+
+def _report(greens: Fitted, data: FitData, response: FrequencyResponse, defect: float | None) -> dict[str, object]:
     apart = np.abs(greens.transfer(data.s) - data.g)
-    complex_poles = greens.pole_sum
-    report = {
+    unit = np.abs(response.per_receptance)[:, None, None]
+    complex_poles, highest = greens.pole_sum, float(response.frequency[-1])
+    return {
         "form": "modal" if complex_poles is None else "complex",
-        "pole_pairs": int(np.sum(greens.frequencies_hz > 0)),
+        "measured_as": response.measured_as,
+        "pole_pairs": int(np.sum((greens.frequencies_hz > 0) & (greens.frequencies_hz <= highest))),
         "free": data.free,
-        "band_hz": [float(response.frequency[0]), float(response.frequency[-1])],
-        "misfit_weighted_rms": misfit,
-        "misfit_rms": float(np.linalg.norm(apart) / np.linalg.norm(data.g)),
-        "misfit_worst_of_peak": float(apart.max() / np.abs(data.g).max()),
+        "band_hz": [float(response.frequency[0]), highest],
+        "misfit_weighted_rms": float(np.linalg.norm(data.weights[:, None, None] * apart) / data.scale),
+        "misfit_rms": float(np.linalg.norm(unit * apart) / np.linalg.norm(unit * data.g)),
+        "misfit_worst_of_peak": float((unit * apart).max() / np.abs(unit * data.g).max()),
         "causality_defect": defect,
         "passivity": "by construction" if complex_poles is None else str(pole_passivity(complex_poles)),
     }
-    error = _pulse_error(greens, data, response) if response.shift == 0 else None
-    return replace(greens, error=ErrorEstimate(error, None), origin={**response.origin, "fit": report})
 
 
-def _pulse_error(greens: ModalGreens | PoleGreens, data: FitData, response: FrequencyResponse) -> float:
-    """Largest |(1/pi) Re integral of dG P exp(i w t) dw|, t over one period of the lines, and what oscillations beyond
-    the band, whose frequencies nobody measured, leave after the pulse; over the largest filtered g."""
-    f, w = response.frequency, data.s.imag
-    width = float(2 / f[-1])
-    u = w * width / (2 * np.pi)
-    near = np.abs(1 - u**2) < 1e-9
-    pulse = np.exp(-1j * np.pi * u) * np.where(near, 0.5, np.sinc(u) / np.where(near, 1.0, 1 - u**2))
-    apart = (greens.transfer(data.s) - data.g) * (pulse * np.gradient(w))[:, None, None]
-    end = float(1 / np.median(np.diff(f)))
-    t = np.linspace(0.0, end, int(min(4 * end * f[-1], 8000)) + 2)
-    largest = 0.0
-    for start in range(0, len(t), 256):
-        turns = np.exp(1j * np.outer(t[start : start + 256], w))
-        largest = max(largest, float(np.abs(np.tensordot(turns, apart, axes=1).real).max()) / np.pi)
+def _pulse_error(greens: Fitted, draws: tuple[Fitted, ...], data: FitData, unexplained: float) -> float:
+    """Return what draws change of g after the pulse of the band, what oscillations beyond the band, whose frequencies
+    nobody measured, leave after it, and the part that is not explained, over the largest filtered g."""
+    w = data.s.imag
+    width, end = float(4 * np.pi / w[-1]), float(2 * np.pi / np.median(np.diff(w)))
+    t = np.linspace(0.0, min(end, 200 * width), int(min(4 * end * w[-1] / (2 * np.pi), 2000)) + 2)
+    own = greens.filtered_matrix(t, width)
+    peak = float(np.abs(own).max())
+    changes = [float(np.abs(draw.filtered_matrix(t, width) - own).max()) for draw in draws]
     beyond = greens.above(float(w[-1])).filtered_matrix(width * np.linspace(1, 6, 200), width)
-    peak = float(np.abs(greens.filtered_matrix(t[t <= 200 * width], width)).max())
-    return (largest + float(np.abs(beyond).max(initial=0.0))) / peak
+    return (_MARGIN * max(changes, default=0.0) + float(np.abs(beyond).max(initial=0.0))) / peak + unexplained
 
 
 def _sampled_error(greens: SampledGreens, fit: GreensFunction, width: float) -> float:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-import re
 from pathlib import Path
 
 import numpy as np
 
 from impact.advice import Advice
-from impact.bodies.time_series import SECONDS, csv_number, csv_rows
+from impact.bodies.time_series import SECONDS, Stated, TimeSeriesError
+from impact.files.csv_table import CsvTable, read_csv
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.greens.sampled import Pretrigger, SampledGreens, Tail
 from impact.measured.passivity import passivity
@@ -18,7 +18,6 @@ UNRESOLVED_LIMIT = 0.01  # share of the response above the run's Nyquist frequen
 REST_LIMIT = 0.05  # of the largest value: what a record may end with under the tail rule 'zero'
 _CHECKED_STEPS = 8192
 _UNITS = {"m/(N s)": 1.0, "mm/(N s)": 1e-3, "um/(N s)": 1e-6, "nm/(N s)": 1e-9}
-_HEADER = re.compile(r"\s*(\w+)\s*\[\s*([^\]]*?)\s*\]\s*")
 
 
 def read_impulse_response(
@@ -28,31 +27,33 @@ def read_impulse_response(
     pretrigger: Pretrigger = "refuse",
     port_name: str = "contact",
     static: Array | None = None,
-    delimiter: str = ",",
+    delimiter: str | None = None,
+    columns: Stated | None = None,
+    units: Stated | None = None,
 ) -> SampledGreens:
     """Read g(t) from two columns under a header such as ``time [us],impulse_response [um/(N s)]``.
 
     Times in s, ms, us, equally spaced, t = 0 the blow; g in m/(N s), mm/(N s), um/(N s), nm/(N s). Empty lines and
-    lines that begin with # are skipped. The rest as `SampledGreens.from_series`; several ports: read each, stack
+    lines that begin with # are skipped; separators, ``columns`` and ``units`` as in `impact.read_time_series`. The
+    rest as `SampledGreens.from_series`; several ports: read each, stack
     the values and give them to it. ``static``: (1, 1) static compliance [m/N].
 
     Raises:
-        GreensFunctionError: what `SampledGreens.from_series` refuses, a header without quantity and unit, a line
-            without two columns; the message names the file.
-        TimeSeriesError: no CSV text, or a cell that is not a number; the message names file, line and column.
+        GreensFunctionError: what `SampledGreens.from_series` refuses, a header without quantity and unit; the message
+            names the file.
+        TimeSeriesError: no CSV text, another number of columns, or a cell that is not a number; the message names file,
+            line and column.
     """
     name = Path(path)
     if not name.exists():
         raise GreensFunctionError(f"{name}: no such file; check the path")
-    rows = csv_rows(name, delimiter)
-    factors = _factors(name, rows[0] if rows else (1, []))
-    for line, cells in rows[1:]:
-        if len(cells) != 2:
-            raise GreensFunctionError(
-                f"{name}, line {line}: {len(cells)} columns, 2 are needed (separator {delimiter!r})"
-            )
-    samples = np.array([[csv_number(name, line, c + 1, cells[c]) for c in (0, 1)] for line, cells in rows[1:]])
-    time, values = samples.reshape(-1, 2).T * np.array(factors)[:, None]
+    table = read_csv(name, TimeSeriesError, delimiter=delimiter)
+    if table is None:
+        raise GreensFunctionError(
+            f"{name}: is empty; the first line must be like 'time [us],impulse_response [um/(N s)]'"
+        )
+    chosen, factors = _columns_of(table, columns or {}, units or {})
+    time, values = table.numbers(chosen).T * factors[:, None]
     try:
         return SampledGreens.from_series(
             time,
@@ -124,18 +125,21 @@ def _above(greens: SampledGreens, frequency: float) -> float:
     return float(power[above].sum() / max(power.sum(), 1e-300))
 
 
-def _factors(name: Path, header: tuple[int, list[str]]) -> tuple[float, float]:
-    line, cells = header
+def _columns_of(table: CsvTable, columns: Stated, units: Stated) -> tuple[list[int], Array]:
+    """Return the columns of time and impulse response, and their factors to SI (2,)."""
     wanted = (("time", SECONDS), ("impulse_response", _UNITS))
-    matches = [_HEADER.fullmatch(cell) for cell in cells]
-    found = [
-        units[match[2]]
-        for match, (word, units) in zip(matches, wanted, strict=False)
-        if match is not None and match[1].lower() == word and match[2] in units
-    ]
-    if len(found) != 2 or len(cells) != 2:
+    try:
+        chosen = [table.column_of(word, (word,), columns) for word, _ in wanted]
+        found = [
+            (column, word, known) for column, (word, known) in zip(chosen, wanted, strict=True) if column is not None
+        ]
+        factors = [table.factor_of(column, word, known, units) for column, word, known in found]
+    except TimeSeriesError as problem:
+        raise GreensFunctionError(str(problem)) from problem
+    if len(found) != 2:
         raise GreensFunctionError(
-            f"{name}, line {line}: header {','.join(cells)!r} must be like 'time [us],impulse_response [um/(N s)]'; "
-            f"time in {', '.join(SECONDS)}; impulse_response in {', '.join(_UNITS)}"
+            f"{table.path}, line {table.head_line}: header {table.header!r} must be like "
+            "'time [us],impulse_response [um/(N s)]', or its columns be named by columns = { time = ..., "
+            f"impulse_response = ... }}; time in {', '.join(SECONDS)}; impulse_response in {', '.join(_UNITS)}"
         )
-    return found[0], found[1]
+    return [column for column, _, _ in found], np.array(factors)

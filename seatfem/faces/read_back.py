@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from rich.table import Table
 
-from impact.bodies.time_series import TimeSeriesError, csv_rows
+from impact.files.csv_table import read_csv
 from impact.quantities import in_digits
 from seatfem.fields import kind_of
 from seatfem.structures.kinds import Structure
@@ -143,12 +143,12 @@ def _file(path: Path, key: str) -> str:
 def _columns(path: Path) -> str:
     """Rows, and under each head the range of its numbers; "" of a table without heads or of other cells."""
     try:
-        (_, heads), *rows = csv_rows(path, ",")
-        numbers = np.array([cells for _, cells in rows], dtype=float)
-    except (TimeSeriesError, ValueError):
+        table = read_csv(path, ValueError)
+        numbers = np.zeros((0, 0)) if table is None else table.numbers()
+    except ValueError:
         return ""
-    if numbers.ndim != 2 or numbers.shape[1] != len(heads):
+    if table is None or not numbers.size:
         return ""
-    ranges = zip(heads, numbers.min(axis=0), numbers.max(axis=0), strict=True)
-    each = (f"{head.strip()} {in_digits(low, 6)} to {in_digits(high, 6)}" for head, low, high in ranges)
-    return f"{len(rows)} rows: {', '.join(each)}"
+    ranges = zip(table.heads, numbers.min(axis=0), numbers.max(axis=0), strict=True)
+    columns = ", ".join(f"{head.text} {in_digits(low, 6)} to {in_digits(high, 6)}" for head, low, high in ranges)
+    return f"{len(numbers)} rows, {table.dialect}: {columns}"

@@ -105,7 +105,7 @@ def _cells(summary: Mapping[str, object], row: Row) -> tuple[str, ...]:
     baseline, off = as_number(summary.get(f"spring_{row.key}")), difference(summary, row.key)
     return (
         first,
-        _beside(baseline, value, bar, row),
+        _beside(baseline, value, bar, row, bar_of(summary, f"spring_{row.key}")),
         "" if off is None else percent(off.relative, sign=True),
         "" if off is None else count(off.bars),
         _target(summary, row.key, value, bar),
@@ -124,10 +124,12 @@ def _contacts(summary: Mapping[str, object], prefix: str) -> str:
     return "-" if contacts is None else f"{contacts:.0f}{several}{closed}"
 
 
-def _beside(baseline: float | None, value: float | None, bar: float | None, row: Row) -> str:
-    """Return the baseline's value with the unit and the decimals of the seat's, where that is not far from its own."""
+def _beside(baseline: float | None, value: float | None, bar: float | None, row: Row, own: float | None) -> str:
+    """Return the baseline's value with its ``own`` bar, or with the seat's unit and decimals if they are near."""
     if baseline is None:
         return "-"
+    if own is not None and row.key not in OF_EACH_STEP:
+        return in_text(row.key, baseline, own, row.unit)
     far = value and baseline and not 0.1 < abs(baseline / value) < 1000
     factor, unit = prefix_of(row.unit, *([] if value is None or far else [value]), baseline)
     places = None if value is None or bar is None or far else places_of(factor * value, factor * bar)

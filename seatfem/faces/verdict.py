@@ -40,7 +40,8 @@ class Difference:
     Attributes:
         key: of the measure in summary.json.
         relative: spring/seat - 1.
-        bars: |spring - seat| over the seat's error bar; ``inf`` for a bar of zero, 0 where there is no difference.
+        bars: |spring - seat| over the larger of both error bars, of which a spring states one on measured seats alone;
+        ``inf`` for a bar of zero, 0 where there is no difference.
     """
 
     key: str
@@ -55,6 +56,8 @@ def difference(summary: Mapping[str, object], key: str) -> Difference | None:
     load, which a spring bears as any seat.
     """
     seat, spring, bar = (as_number(summary.get(name)) for name in (key, f"spring_{key}", f"error_bar_{key}"))
+    if bar is not None and (of_spring := as_number(summary.get(f"error_bar_spring_{key}"))) is not None:
+        bar = max(bar, of_spring)
     if key in (*OF_EACH_STEP, STATIC) or key.endswith(WITHOUT_ZERO):
         return None
     if seat is None or spring is None or bar is None or seat == 0.0:

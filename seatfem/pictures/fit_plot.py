@@ -7,15 +7,23 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
 from impact.greens.poles import PoleGreens
 from impact.measured.frf import FrequencyResponse
+from impact.measured.pole_fit import noise_of
 from impact.pictures.drawing import BLUE, GREY, ORANGE, sheet
 from impact.quantities import percent, scaled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+QUANTITIES: Final[dict[str, tuple[int, str]]] = {
+    "receptance": (0, "m/N"),
+    "mobility": (1, "m/(N s)"),
+    "accelerance": (2, "1/kg"),
+}
+"""Derivatives of the displacement, and their unit."""
 BEYOND: Final = 1.6  # by which the curve goes on beyond the measured lines, on either side
 POINTS: Final = 1500
 
@@ -28,7 +36,8 @@ def plot_fit(
     width: float | None = None,
     title: str = "Poles fitted to the measured response",
 ) -> None:
-    """Magnitude and phase of the receptance: measured lines as dots, the fitted poles as a curve, the band shaded.
+    """Draw magnitude and phase of the measured quantity, lines as dots, the fitted poles as a curve, the band shaded;
+    below them what the fit misses of each line, over its noise, with the lines marked that it does not explain.
 
     ``width``: of the run's filter [s]; a dotted line at 1/width shows whether the run looks beyond the data.
 
@@ -39,27 +48,49 @@ def plot_fit(
     last = BEYOND * (high if width is None else max(high, min(1 / width, 10 * high)))
     between = response.frequency[(response.frequency > low) & (response.frequency < high)]
     f = np.unique(np.concatenate([np.geomspace(low / BEYOND, last, POINTS), between]))
-    curve = fitted.transfer(response.shift + 2j * np.pi * f)[:, 0, 0]
-    data = response.receptance[:, 0, 0]
-    factor, unit = scaled(np.abs(data), "m/N")
+    order, unit = QUANTITIES[response.measured_as]
+    s = response.shift + 2j * np.pi * f
+    curve = fitted.transfer(s)[:, 0, 0] * s**order
+    data = response.receptance[:, 0, 0] * response.per_receptance
+    apart = fitted.transfer(response.lines)[:, 0, 0] * response.per_receptance - data
+    noise = noise_of(response) * np.abs(response.per_receptance)
+    factor, unit = scaled(np.abs(data), unit)
     rate, frequency_unit = scaled(high, "Hz")
-    with sheet(path, 7.2, 5.4) as figure:
+    with sheet(path, 7.2, 7.2) as figure:
         figure.suptitle(title)
-        size, phase = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1.0])
+        size, phase, left = figure.subplots(3, 1, sharex=True, height_ratios=[1.6, 0.8, 1.0])
         size.plot(rate * response.frequency, factor * np.abs(data), ".", color=ORANGE, markersize=3, label="measured")
         size.plot(rate * f, factor * np.abs(curve), color=BLUE, linewidth=1.1, label="fitted poles")
         phase.plot(rate * response.frequency, _degrees(data), ".", color=ORANGE, markersize=3)
         phase.plot(rate * f, _degrees(curve), color=BLUE, linewidth=1.1)
-        for axes in (size, phase):
+        _draw_misfit(left, fitted, rate, response.frequency, np.abs(apart), noise)
+        for axes in (size, phase, left):
             _mark(axes, rate * low, rate * high, None if width is None else rate / width)
-        size.set(xscale="log", yscale="log", ylabel=f"|receptance| [{unit}]")
+        size.set(xscale="log", yscale="log", ylabel=f"|{response.measured_as}| [{unit}]")
         size.set_title("Magnitude")
         size.set_title(_misfit(fitted), loc="right", color=GREY, fontsize=8)
         phase.set(ylim=(-200, 200), yticks=(-180, -90, 0, 90, 180), ylabel="phase [°]")
-        phase.set(xlabel=f"frequency [{frequency_unit}]", xlim=(rate * f[0], rate * f[-1]))
         phase.set_title("Phase")
-        phase.xaxis.set_major_formatter("{x:g}")
+        left.set(xlabel=f"frequency [{frequency_unit}]", xlim=(rate * f[0], rate * f[-1]))
+        left.xaxis.set_major_formatter("{x:g}")
         size.legend(loc="best")
+
+
+def _draw_misfit(
+    axes: Axes, fitted: ModalGreens | PoleGreens, rate: float, f: Array, apart: Array, noise: Array
+) -> None:
+    """Draw |fit - measured| of each line over its noise, one as a line; ranges that are not explained in colour."""
+    smallest = float(noise.max()) * 1e-12
+    axes.plot(rate * f, apart / np.maximum(noise, smallest), ".", color=BLUE, markersize=2)
+    axes.axhline(1.0, color=GREY, linewidth=0.9)
+    fit = fitted.provenance.get("fit")
+    ranges = fit.get("unexplained_lines_hz", []) if isinstance(fit, dict) else []
+    for number, (low, high) in enumerate(ranges):
+        axes.axvspan(rate * low, rate * high, color=ORANGE, alpha=0.3, label="beyond the noise" if not number else None)
+    axes.set(yscale="log", ylabel="misfit / noise")
+    axes.set_title("Misfit of each line over its noise")
+    if ranges:
+        axes.legend(loc="best")
 
 
 def _mark(axes: Axes, low: float, high: float, seen: float | None) -> None:
@@ -79,5 +110,8 @@ def _degrees(values: np.ndarray) -> np.ndarray:
 def _misfit(fitted: ModalGreens | PoleGreens) -> str:
     """What the fit says of itself."""
     fit = fitted.provenance.get("fit")
-    value = fit.get("misfit_weighted_rms") if isinstance(fit, dict) else None
-    return f"misfit {percent(value)} (rms, weighted by |receptance|^-1/2)" if isinstance(value, float) else ""
+    if not isinstance(fit, dict) or not isinstance(value := fit.get("misfit_rms"), float):
+        return ""
+    missed = fit.get("unexplained", 0.0)
+    modes = f"{fit.get('pole_pairs')} modes in the band"
+    return f"misfit {percent(value)} (rms), {percent(missed)} beyond the noise; {modes}"

@@ -57,11 +57,15 @@ BEYOND: Final = (1.0, 2.0)
 OPENING: Final = 0.1
 """By how much an opening that ends a group of contacts, and one that does not, may be off: at most, and ..."""
 OF_IMPULSE: Final = 10.0  # ... so many times what the impulse is off
+OF_DRAWS: Final = 1.2
+"""Of the largest change among 24 draws of a record, 2.3 deviations: with the budget's own factor 4 deviations. A mode
+that is
+too weak to be told is left out, and may change as much as noise does (seed 415: 3.6 deviations)."""
 SHORT: Final = 0.3  # part of the run up to which an impact is marched alone with half the step, above: the run
 SHEAR_SHARE: Final = 0.05  # of the target, from which on the shear of the reed counts
 
 # What no bar is below, of a source that can err: relative, by its name.
-FLOORS: Final = {"mesh": 1e-5, "reduction": 1e-5, "patch": 1e-5}
+FLOORS: Final = {"mesh": 1e-5, "reduction": 1e-5, "patch": 1e-5, "record": 1e-5}
 """Squares of 0.3 %, to which g is known in the band at best. A measure may not follow g to first order, as the plateau
 of a rod's force on a seat that hardly yields, ``rho c A v``: then no coarser run changes it, the second order is
 left."""

@@ -25,7 +25,8 @@ def test_a_record_is_told_with_its_heads_rows_and_ranges() -> None:
     numbers = [tuple(map(float, row.split(","))) for row in rows if re.match(r"-?\d", row)]
     low, high = min(p for _, p in numbers), max(p for _, p in numbers)
     words = (
-        f"suction_cycle.csv ({len(numbers)} rows: angle [deg] 0 to 360, pressure [bar] {low:g} to {high:g}), rpm 3000"
+        f"suction_cycle.csv ({len(numbers)} rows, divided by commas, decimal point: angle [deg] 0 to 360, pressure "
+        f"[bar] {low:g} to {high:g}), rpm 3000"
     )
     assert f"pressure (file {words}, angle 30 deg)" in told["load 1"]
     assert "area [95 mm^2, 85 mm^2, 60 mm^2]" in told["load 1"]
@@ -40,7 +41,7 @@ def test_another_unit_reads_differently(tmp_path: Path) -> None:
     record = tmp_path / "course.csv"
     record.write_text("time [ms],pressure [kPa]\n0,-1\n2.5,20\n", encoding="utf-8")
     told = read("tilted_landing.toml", load=[{"pressure": {"file": str(record)}, "area": "80 mm^2"}])["load"]
-    columns = "2 rows: time [ms] 0 to 2.5, pressure [kPa] -1 to 20"
+    columns = "2 rows, divided by commas, decimal point: time [ms] 0 to 2.5, pressure [kPa] -1 to 20"
     assert told == f"pressure (file course.csv ({columns})), area (lift [0 mm], area [80 mm^2])"
 
 
@@ -49,7 +50,8 @@ def test_struck_faces_releases_and_strengths_are_told() -> None:
     assert told["seat, face"].startswith("flat ring, mean radius 5.5 mm, width 1 mm; area 34.558 mm^2")
     assert "material steel (young 200 GPa" in told["seat"]
     assert "release (mode 1, velocity -2 m/s)" in told["reed"]
-    assert "ultimate 1.8 GPa, curve (file invented_strip.csv (5 rows: stress [MPa] 410 to 735" in told["life"]
+    table = "file invented_strip.csv (5 rows, divided by commas, decimal point: stress [MPa] 410 to 735"
+    assert f"ultimate 1.8 GPa, curve ({table}" in told["life"]
     assert "impact velocity 8 m/s" in told["life"]
     of_cad = read("kidney_landing.toml")
     assert of_cad["seat, face"].startswith("lip 34.2")

@@ -8,9 +8,15 @@ from scipy.linalg import eig
 
 import impact
 from impact.greens.base import Array
-from impact.measured.frf import FrequencyResponse, FrequencyResponseError, causality_defect, of_impulse_response
+from impact.measured.frf import (
+    FrequencyResponse,
+    FrequencyResponseError,
+    causality_defect,
+    of_impulse_response,
+    receptance,
+)
 from impact.measured.passive_residues import Residues, made_passive, takagi
-from impact.measured.pole_fit import fit_impulse_response, fit_poles
+from impact.measured.pole_fit import fit_impulse_response, fit_poles, fit_response
 from impact.measured.pole_passivity import pole_passivity
 from impact.measured.vector_fitting import Poles
 
@@ -256,7 +262,93 @@ def test_a_noise_floor_adds_no_modes() -> None:
 def test_noise_alone_is_refused() -> None:
     rng = np.random.default_rng(0)
     g = rng.normal(size=len(F)) + 1j * rng.normal(size=len(F))
-    with pytest.raises(FrequencyResponseError, match=r"misses|not causal"):
+    with pytest.raises(FrequencyResponseError, match=r"nothing but noise|not causal"):
         fit_poles(FrequencyResponse(F, g), most_pairs=6)
     with pytest.raises(FrequencyResponseError, match="form 'real' is unknown"):
         fit_poles(measured(SEAT), form="real")  # type: ignore[arg-type]
+
+
+HAMMER_F = np.arange(20.0, 16e3, 10.0)
+HAMMER_S = 2j * np.pi * HAMMER_F
+STATIC = 2.11e-8  # m/N
+
+
+def hammered() -> impact.ModalGreens:
+    """Modes at 2.3, 6.1 and 11.8 kHz, 9 % of the static compliance above them."""
+    omega, parts = 2 * np.pi * np.array([2.3e3, 6.1e3, 11.8e3]), np.array([1.2e-8, 5e-9, 2.1e-9])
+    shapes = (omega * np.sqrt(parts))[:, None]
+    return impact.ModalGreens(
+        omega, np.array([0.02, 0.015, 0.02]), shapes, impact.Residual.spring(STATIC - parts.sum())
+    )
+
+
+def accelerance(body: impact.GreensFunction, noise: float, seed: int) -> FrequencyResponse:
+    """White noise, a part of the root mean square of all lines."""
+    exact = body.transfer(HAMMER_S)[:, 0, 0] * HAMMER_S**2
+    size = noise * np.sqrt(np.mean(np.abs(exact) ** 2)) / np.sqrt(2)
+    rng = np.random.default_rng(seed)
+    white = size * (rng.normal(size=len(exact)) + 1j * rng.normal(size=len(exact)))
+    return receptance(HAMMER_F, exact + white, "accelerance")
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_noisy_accelerance_gives_its_modes_and_its_static_compliance(seed: int) -> None:
+    """Divided by the squared frequency, the noise of the lowest lines is 400 times the receptance."""
+    fit = fit_response(accelerance(hammered(), 0.02, seed))
+    found, report = fit.greens, fit.greens.provenance["fit"]
+    assert isinstance(found, impact.ModalGreens)
+    assert isinstance(report, dict)
+    assert found.frequencies_hz == pytest.approx([2.3e3, 6.1e3, 11.8e3], rel=1e-3)
+    assert (report["free"], report["pole_pairs"], report["modes_beyond_band_hz"]) == (False, 3, [])
+    static = [float(each.static_compliance()[0, 0]) / STATIC for each in (found, *fit.draws)]
+    deviation = np.std(static[1:])
+    assert 0.001 < deviation < 0.01
+    assert abs(static[0] - 1) < 4 * deviation
+    assert report["misfit_rms"] == pytest.approx(0.02, rel=0.05)  # the noise, no more and no less
+    assert report["unexplained"] == 0.0
+    assert report["unexplained_lines_hz"] == []
+
+
+def test_draws_are_the_same_in_every_call() -> None:
+    response = accelerance(hammered(), 0.02, 0)
+    one, two = (fit_response(response, draws=4) for _ in range(2))
+    for a, b in zip(one.draws, two.draws, strict=True):
+        assert a.static_compliance() == b.static_compliance()
+    assert len({float(draw.static_compliance()[0, 0]) for draw in one.draws}) == 4
+
+
+def test_lines_that_no_mode_explains_are_named() -> None:
+    response = accelerance(hammered(), 0.002, 0)
+    odd = (response.frequency > 8.4e3) & (response.frequency < 9.0e3)
+    values = np.where(odd[:, None, None], 1.3 * response.receptance, response.receptance)
+    report = fit_poles(replace(response, receptance=values)).provenance["fit"]
+    assert isinstance(report, dict)
+    low, high = report["unexplained_lines_hz"][0]
+    assert report["misfit_over_noise_worst"] > 3
+    assert 8.2e3 < low < high < 9.2e3
+
+
+def test_a_mode_above_the_band_is_no_mode_in_it() -> None:
+    response = accelerance(hammered(), 0.01, 1).within(20.0, 10e3)
+    fit = fit_response(response)
+    report = fit.greens.provenance["fit"]
+    assert isinstance(report, dict)
+    assert fit.greens.frequencies_hz[:2] == pytest.approx([2.3e3, 6.1e3], rel=1e-3)
+    assert (report["pole_pairs"], report["free"]) == (2, False)
+    assert report["modes_beyond_band_hz"] == pytest.approx([11.8e3], rel=0.02)
+    static = [float(each.static_compliance()[0, 0]) / STATIC for each in (fit.greens, *fit.draws)]
+    assert abs(static[0] - 1) < 4 * np.std(static[1:])
+
+
+def test_a_free_body_in_a_noisy_accelerance_is_told() -> None:
+    body = hammered()
+    free = replace(
+        body,
+        omega=np.append(0.0, body.omega),
+        zeta=np.append(0.0, body.zeta),
+        shapes=np.vstack([[1 / np.sqrt(0.05)], body.shapes]),
+    )
+    fit = fit_poles(accelerance(free, 0.02, 3))
+    assert impact.Body(fit).mass == pytest.approx(0.05, rel=0.05)
+    held = fit_response(accelerance(body, 0.02, 3), free=False).greens
+    assert np.isfinite(held.static_compliance()[0, 0])

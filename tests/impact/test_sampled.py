@@ -143,7 +143,7 @@ def test_read_impulse_response(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", r"line 1: header '' must be like"),
+        ("", r"is empty; the first line must be like"),
         ("time [us],force [N]\n0,1\n", r"line 1: header 'time \[us\],force \[N\]' must be like"),
         ("time [us],impulse_response [um]\n0,1\n", r"m/\(N s\), mm/\(N s\)"),
         ("time [us],impulse_response [um/(N s)]\n0,1,2\n", "line 2: 3 columns"),

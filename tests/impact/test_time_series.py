@@ -54,11 +54,19 @@ def test_beyond_the_record() -> None:
     [
         ("", "is empty; the first line must be like 'time \\[s\\],pressure"),
         ("0,1\n1,2\n", "line 1, column 1: header '0' must be 'time \\[unit\\]'"),
-        ("time [s],pressure\n0,1\n1,2\n", "line 1, column 2: header 'pressure' must be 'pressure \\[unit\\]'"),
+        (
+            "time [s],pressure\n0,1\n1,2\n",
+            "line 1, column 2: header 'pressure' has no unit: write 'pressure \\[unit\\]', or give units",
+        ),
         ("time [s],force [N]\n0,1\n1,2\n", "line 1, column 2: header 'force \\[N\\]' must be 'pressure"),
         ("time [h],pressure [Pa]\n0,1\n1,2\n", "column 1: header 'time \\[h\\]' .* with the unit s, ms, us"),
         ("time [s]\n0\n1\n", "line 1: the header has 1 columns, 2 are needed: time and pressure$"),
-        ("time [s];pressure [Pa]\n0;1,5\n", "divided by semicolons: write commas, and decimal points in the numbers"),
+        ("time [s],pressure [Pa]\n0,1,5\n1,2,5\n", "line 2: 3 columns under 2 heads: commas divide .* export it with"),
+        (
+            "time [s];pressure [Pa]\n0;1,5\n1;2.5\n",
+            "line 3: '2.5' has a decimal point, '1,5' .line 2. a comma: write all",
+        ),
+        ("time [s];pressure [Pa]\n0;1.234,5\n1;2\n", "line 2: '1.234,5' has points and commas: .* marks of thou"),
         ("crank angle,pressure [Pa]\n0,1\n", "of a record in crank angle, 'angle \\[deg\\]', state rpm, too"),
         ("time [s],pressure [Pa]\n0,1\n1,x\n", "line 3, column 2: 'x' must be a finite number"),
         ("time [s],pressure [Pa]\n0,1\nnan,1\n", "line 3, column 1: 'nan' must be"),

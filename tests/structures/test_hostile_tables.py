@@ -191,7 +191,7 @@ def test_tables_of_many_columns(tmp_path, text):
 
 
 def test_tables_of_many_lines(tmp_path, monkeypatch):
-    monkeypatch.setattr("impact.bodies.time_series.MOST_LINES", 1000)
+    monkeypatch.setattr("impact.files.csv_table.MOST_LINES", 1000)
     path = tmp_path / "p.csv"
     path.write_text("time [s],force [N]\n" + "1,1\n" * 2000)
     with pytest.raises(TimeSeriesError, match=r"p\.csv, line 1001: 2 columns, 1001 lines; at most"):

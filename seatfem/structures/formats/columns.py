@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from impact.files.input_files import MB, read_text
+from impact.files.csv_table import normal_unit, read_csv
+from impact.files.input_files import MB
 from impact.greens.base import Array
 from seatfem.units import UnitError, parse_quantity
 
 LARGEST: Final = 50 * MB
-WIDEST: Final = 200  # characters of a column's name and unit
-_HEADER: Final = re.compile(r"\s*(\w+)\s*(?:\[\s*([^\]]+?)\s*\]\s*)?")
 
 
 class ColumnsError(ValueError):
@@ -34,35 +31,22 @@ def read_columns(path: Path, known: Mapping[str, str], needed: tuple[str, ...]) 
     Raises:
         ColumnsError: another column, one that is missing or has no unit, a row that is no row of finite numbers.
     """
-    text = read_text(path, LARGEST, ColumnsError)
-    try:
-        cells = list(enumerate(csv.reader(text.splitlines()), 1))
-    except csv.Error as error:
-        raise ColumnsError(f"{path}: no table: {error}; write rows of numbers") from None
-    rows = [(n, row) for n, row in cells if row and not row[0].startswith("#")]
+    table = read_csv(path, ColumnsError, most=LARGEST)
     wanted = ",".join(f"{name} [unit]" if dimension else name for name, dimension in known.items())
-    if len(rows) < 2:
+    if table is None or not table.rows:
         raise ColumnsError(f"{path}: no table; a header such as {wanted} and rows of numbers are needed")
     scales: dict[str, float] = {}
-    for cell in rows[0][1]:
-        found = _HEADER.fullmatch(cell) if len(cell) <= WIDEST else None  # blanks take squares of time
-        if not found or found[1] not in known or found[1] in scales or bool(found[2]) != bool(known[found[1]]):
-            raise ColumnsError(f"{path}:{rows[0][0]}: column {cell[:WIDEST]!r}; known are {wanted}, once each")
+    for head in table.heads:
+        if head.name not in known or head.name in scales or bool(head.unit) != bool(known[head.name]):
+            raise ColumnsError(f"{path}:{table.head_line}: column {head.text[:80]!r}; known are {wanted}, once each")
         try:
-            scales[found[1]] = parse_quantity(f"1 {found[2]}", known[found[1]]) if found[2] else 1.0
+            unit = normal_unit(head.unit)
+            scales[head.name] = parse_quantity(f"1 {unit}", known[head.name]) if unit else 1.0
         except UnitError as error:
-            raise ColumnsError(f"{path}:{rows[0][0]}: column {cell!r}: {error}") from error
+            raise ColumnsError(f"{path}:{table.head_line}: column {head.text[:80]!r}: {error}") from error
     if missing := [name for name in needed if name not in scales]:
-        raise ColumnsError(f"{path}:{rows[0][0]}: add a column {missing[0]}; the header is {','.join(rows[0][1])}")
-    values = np.empty((len(rows) - 1, len(scales)))
-    for k, (line, row) in enumerate(rows[1:]):
-        told = repr(",".join(row)[:60])
-        try:
-            values[k] = np.array([float(cell) for cell in row]).reshape(len(scales))
-        except ValueError:
-            raise ColumnsError(f"{path}:{line}: {len(scales)} numbers are needed, found {told}") from None
-        if not np.isfinite(values[k]).all():
-            raise ColumnsError(f"{path}:{line}: {told}: the numbers must be finite")
+        raise ColumnsError(f"{path}:{table.head_line}: add a column {missing[0]}; the header is {table.header}")
+    values = table.numbers()
     return {name: scale * values[:, k] for k, (name, scale) in enumerate(scales.items())}
 
 

@@ -11,7 +11,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from scipy import sparse
 
-from impact.bodies.time_series import TimeSeriesError, csv_number, csv_rows
+from impact.files.csv_table import read_csv
 from seatfem.structures.formats.matrix_files import load_matrix
 from seatfem.structures.model import Array, ModelError, Port, SecondOrderModel
 
@@ -194,21 +194,18 @@ def _weights(path: Path) -> dict[int, float]:
     """A table of dof and weight."""
     if not path.exists():
         raise ModelError(f"{path}: no such file; check the path")
-    try:
-        rows = csv_rows(path, ",")
-        if not rows or [cell.strip().lower() for cell in rows[0][1]] != ["dof", "weight"]:
-            raise ModelError(f"{path}: the first line must be 'dof,weight'")
-        out: dict[int, float] = {}
-        for line, cells in rows[1:]:
-            if len(cells) != 2 or not _DOF.fullmatch(cells[0].strip()):
-                raise ModelError(f"{path}, line {line}: {','.join(cells)!r} must be a dof number and a weight")
-            dof = int(cells[0])
-            if dof in out:
-                raise ModelError(f"{path}, line {line}: dof {dof} stands there twice; keep one")
-            out[dof] = csv_number(path, line, 2, cells[1])
-    except TimeSeriesError as problem:
-        raise ModelError(str(problem)) from problem
-    return out
+    table = read_csv(path, ModelError)
+    if table is None or [head.text.lower() for head in table.heads] != ["dof", "weight"]:
+        raise ModelError(f"{path}: the first line must be 'dof,weight'")
+    out: dict[int, float] = {}
+    for line, cells in zip(table.lines, table.rows, strict=True):
+        if len(cells) != 2 or not _DOF.fullmatch(cells[0].strip()):
+            raise ModelError(f"{path}, line {line}: {','.join(cells)!r} must be a dof number and a weight")
+        dof = int(cells[0])
+        if dof in out:
+            raise ModelError(f"{path}, line {line}: dof {dof} stands there twice; keep one")
+        out[dof] = 0.0
+    return dict(zip(out, map(float, table.numbers([1])[:, 0]), strict=True))
 
 
 def _listed(mask: Any, first: int) -> str:

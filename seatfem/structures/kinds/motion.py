@@ -25,6 +25,7 @@ from seatfem.fields import (
     Table,
 )
 from seatfem.structures.estimates.surrogate import Face
+from seatfem.structures.kinds.record_columns import CourseColumns, CourseUnits
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure
 from seatfem.units import write_quantity
@@ -45,6 +46,10 @@ class _Course(Table):
         description="CSV file, its header as in `time [ms],pressure [bar]`, beyond its ends their values; with rpm as "
         "in `angle [deg],pressure [bar]`, repeated every 360 deg, of which no more than 90 deg may be left out",
     )
+    columns: CourseColumns | None = Field(
+        None, description="heads of its columns, where they say neither time nor quantity"
+    )
+    units: CourseUnits | None = Field(None, description="units of its columns, where the header does not say them")
     rpm: Rpm | None = Field(None, description="speed of the crank (1/min) for a file in crank angle")
     angle: Angle | None = Field(None, description="crank angle at the start of the run, with rpm; 0 where absent")
 
@@ -56,6 +61,8 @@ class _Course(Table):
             raise KeyProblem("value", "give exactly one of value and file")
         if self.rpm is not None and self.file is None:
             raise KeyProblem("rpm", "there is no file in crank angle; remove the key")
+        if self.file is None and (self.columns is not None or self.units is not None):
+            raise KeyProblem("units" if self.columns is None else "columns", "there is no file; remove the key")
         if self.angle is not None and self.rpm is None:
             raise KeyProblem("angle", "there is no rpm; remove the key, or give rpm")
         if self.file is not None:
@@ -74,7 +81,10 @@ class _Course(Table):
         from impact.bodies.time_series import read_time_series  # of scenes with records only
 
         start = math.degrees(self.angle or 0.0)
-        return read_time_series(self.file, self.quantity, outside="hold", rpm=self.rpm, start=start)
+        columns, units = ({} if stated is None else stated.stated() for stated in (self.columns, self.units))
+        return read_time_series(
+            self.file, self.quantity, outside="hold", columns=columns, units=units, rpm=self.rpm, start=start
+        )
 
 
 class PressureCourse(_Course):

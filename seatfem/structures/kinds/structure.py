@@ -220,6 +220,10 @@ class Structure(Striking):
         """The response that its poles are fitted to."""
         return None
 
+    def draws(self) -> tuple[GreensFunction, ...]:
+        """The same body as other noise of its record would have it; none of a body without a record."""
+        return ()
+
     # Computing it
 
     def solve(

@@ -7,14 +7,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, get_args
 
+import numpy as np
+
 import impact
 from impact.after.landings import Landing
 from impact.after.stresses import ReedStress
 from impact.greens.base import GreensFunction
+from impact.greens.modal import Residual
 from impact.march.motion import Discrete
 from impact.march.problem import ContactProblem
 from impact.runs.budget import Budget, Values, changes, times, total
-from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed
+from impact.runs.variations import AT_ONCE, NARROWER, Terms, Variation, budget_of, narrowed, ringing_on
 from impact.runs.variations import of_g as of_body
 from seatfem.machine.memory import available_memory
 from seatfem.machine.threads import threads
@@ -48,6 +51,7 @@ from seatfem.study.impacts.contact import (
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.measures import (
     LIP,
+    RECORD,
     SOURCES,
     STOPPER,
     STRIKER,
@@ -58,8 +62,9 @@ from seatfem.study.impacts.measures import (
     values_of_record,
 )
 from seatfem.study.impacts.touches import Touches, stopper_in
+from seatfem.study.impacts.validity import fit_of
 from seatfem.study.method import RunMethod, chooses_one_port
-from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS, ONE_PORT_BAR, SHEAR_SHARE, SHORT
+from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS, OF_DRAWS, ONE_PORT_BAR, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import across_of, arcs_behind_rings, lip_of
 from seatfem.study.scene.measures import (
@@ -113,6 +118,8 @@ def error_budget(
       them is named beside the bars.
     - lip: of one port that a plan has chosen, what arcs in its place change, on the waves of the seat as a whole over a
       half-space, which tells the arcs from each other.
+    - record: of a measured seat, the largest change among the draws of its fit, what lies above the band as modes that
+      ring at its end, and g larger by a misfit beyond the noise; its reduction has then no error of its own.
     - stopper: the same of one that is computed, with its patch, and of a beam its modes; twice as many of its arcs.
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``touches``, if wanted.
     """
@@ -144,9 +151,9 @@ def error_budget(
     values = values_with_clock(own)
     left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer, threads=at_once)
     left = _with_end(scene, problem, left, result.dt, like)
-    names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP) if name in found))
+    names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP, RECORD) if name in found))
     known_parts = {str(s): left.parts[s] for s in names if s in left.parts}
-    floors = {source: least for source, least in FLOORS.items() if found[source]}
+    floors = {source: least for source, least in FLOORS.items() if found.get(source)}
     if method.seat.level == "spring":
         floors["model"] = FLOOR_OF_SPRING
     left = with_floors(Budget(left.values, known_parts, (*names, *unknown)), floors)
@@ -257,6 +264,8 @@ def sources_of(
     }
     if chooses_one_port(scene, method):
         found[LIP] = _of_one_port(scene, method, seat, problem)
+    if draws := scene.seat.draws():
+        found["reduction"], found[RECORD] = (), _of_record(scene, seat, problem, draws)
     beside = {STRIKER: of_striker(scene, reed, problem), STOPPER: of_stopper(scene, method, problem)}
     for name, parts in beside.items():
         if parts is not None:
@@ -299,6 +308,29 @@ def _of_reduction(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms 
         return stated
     highest = float(modal.frequencies_hz.max())
     return (*stated, (_with_seat(scene, problem, narrowed(modal, highest / NARROWER)),))
+
+
+def _of_record(scene: Scene, seat: Solved, problem: ContactProblem, draws: tuple[GreensFunction, ...]) -> Terms | None:
+    terms = [tuple(_with_seat(scene, problem, draw, OF_DRAWS) for draw in draws)]
+    fit = fit_of(seat.greens)
+    if fit.highest is not None and (ringing := _ringing_from(seat.greens, 2 * math.pi * fit.highest)) is not None:
+        terms.append((_with_seat(scene, problem, ringing),))
+    return (*terms, *(of_body(problem, problem.target, fit.unexplained) or ()))
+
+
+def _ringing_from(greens: GreensFunction, omega: float) -> GreensFunction | None:
+    """Return a fit whose bare compliance rings at ``omega`` [rad/s]; ``None`` without one."""
+    if (modal := greens.modal) is not None:
+        ringing = ringing_on(impact.Body(greens), omega / float(modal.omega.max())) if np.any(modal.omega) else None
+        return None if ringing is None else ringing.greens
+    if (poles := greens.pole_sum) is None or len(greens.ports) > 1 or not np.any(poles.compliance):
+        return None
+    above = (1 - AT_ONCE) * float(poles.compliance[0, 0])
+    zeta = float(np.median(-poles.poles.real / np.abs(poles.poles))) if len(poles.poles) else AT_ONCE
+    mode = impact.ModalGreens(
+        np.array([omega]), np.array([zeta]), np.array([[omega * math.sqrt(above)]]), Residual.none(), greens.ports
+    )
+    return impact.SumGreens((replace(poles, compliance=AT_ONCE * poles.compliance), mode))
 
 
 def _of_model(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:

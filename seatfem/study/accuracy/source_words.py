@@ -13,6 +13,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "patch": "contact face treated as one",
     "striker": "model of the reed",
     "stopper": "stopper",
+    "record": "noise of the measured record",
     "lip": "one contact point in place of the lip",
 }
 OF_A_BODY: Final[Mapping[str, str]] = {"mesh": "mesh error", "reduction": "reduced model"}

@@ -18,7 +18,7 @@ from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene.measures import Blow, LandingChoice, judged_landing, key_of, values_of
 
-Source = Literal["mesh", "reduction", "time_step", "model", "patch", "striker", "stopper", "lip"]
+Source = Literal["mesh", "reduction", "time_step", "model", "patch", "striker", "stopper", "lip", "record"]
 SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model", "patch")
 STRIKER: Final = "striker"
 """What is left by one that was computed; of a plate, a plan chooses the band."""
@@ -26,6 +26,9 @@ STOPPER: Final = "stopper"
 """What is left by one that is not exact."""
 LIP: Final = "lip"
 """What one port in place of the arcs of a lip leaves, where a plan has chosen it."""
+
+RECORD: Final = "record"
+"""What the noise of a measured seat's record leaves, and a misfit beyond it."""
 
 
 def measured(

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Final
 
 from impact.advice import Advice
@@ -19,9 +22,9 @@ def validity_advice(
     scene: Scene, seat: GreensFunction | None = None, reed: GreensFunction | None = None
 ) -> tuple[Advice, ...]:
     """What the run answers beyond the limits of its theory or of its data."""
-    found = list(scene.reed.limits())
+    found = [*scene.reed.limits(), *_misfits(scene, seat, reed)]
     for role, greens in (("seat", seat), ("reed", reed)):
-        band = None if greens is None else _measured_band(greens)
+        band = None if greens is None else fit_of(greens).highest
         if band is None or scene.run.filter_width >= 1 / band:
             continue
         found.append(
@@ -63,8 +66,53 @@ def stopper_notes(scene: Scene) -> tuple[str, ...]:
     )
 
 
-def _measured_band(seat: GreensFunction) -> float | None:
-    """Highest line of a fit to measured responses [Hz]."""
-    fit = seat.provenance.get("fit")
-    band = fit.get("band_hz") if isinstance(fit, dict) else None
-    return float(band[1]) if isinstance(band, list | tuple) and len(band) == 2 else None
+@dataclass(frozen=True)
+class Fit:
+    """What a fit to a measured response says of itself.
+
+    Attributes:
+        highest: line [Hz]; ``None`` of what is no fit.
+        unexplained: part of the response that it misses beyond the noise.
+        allowed: of that.
+        ranges: of the lines that it misses by more than the noise [Hz], the worst first.
+        worst: misfit of neighbouring lines over their noise.
+    """
+
+    highest: float | None = None
+    unexplained: float = 0.0
+    allowed: float = math.inf
+    ranges: tuple[tuple[float, float], ...] = ()
+    worst: float = 0.0
+
+
+def fit_of(greens: GreensFunction) -> Fit:
+    """Return what a Green's function says of the fit that it is."""
+    fit = greens.provenance.get("fit")
+    if not isinstance(fit, dict):
+        return Fit()
+    band, ranges = fit.get("band_hz"), fit.get("unexplained_lines_hz")
+    highest = float(band[1]) if isinstance(band, list | tuple) and len(band) == 2 else None
+    lines = tuple((float(low), float(high)) for low, high in ranges) if isinstance(ranges, list | tuple) else ()
+    missed, allowed, worst = (fit.get(key) for key in ("unexplained", "unexplained_allowed", "misfit_over_noise_worst"))
+    if not (isinstance(missed, float) and isinstance(allowed, float) and isinstance(worst, float)):
+        return Fit(highest)
+    return Fit(highest, missed, allowed, lines, worst)
+
+
+def _misfits(scene: Scene, seat: GreensFunction | None, reed: GreensFunction | None) -> Iterator[Advice]:
+    """Yield that the fit to a record misses more of it than its noise explains, with the lines."""
+    from impact.measured.pole_fit import BLOCK_LIMIT, in_words  # of measured bodies only
+
+    for role, body, greens in (("seat", scene.seat, seat), ("reed", scene.reed, reed)):
+        if greens is None or body.measured() is None:
+            continue
+        fit = fit_of(greens)
+        remedy = f"leave these lines out, state {role}.free = true of a body that is free, or measure lower and further"
+        reason = "it is no response of a linear, passive body with modes within the band alone"
+        if fit.unexplained > fit.allowed:
+            what = f"part of the {role}'s record that its poles miss beyond the noise"
+            where = f", most of it {words}" if (words := in_words(list(fit.ranges))) else ""
+            yield Advice(what, fit.unexplained, fit.allowed, f"{reason}{where}", remedy)
+        elif fit.ranges:
+            what = f"largest misfit of the {role}'s poles over the noise of the record"
+            yield Advice(what, fit.worst, math.sqrt(BLOCK_LIMIT), f"{reason} {in_words(list(fit.ranges))}", remedy)

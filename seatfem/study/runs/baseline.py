@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,27 +11,34 @@ import impact
 from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.greens.base import GreensFunction
+from impact.march.problem import ContactProblem
+from impact.runs.budget import SAFETY, Budget, Values
+from impact.runs.variations import Variation, budget_of
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.rings import Division, face_compliance
 from seatfem.structures.statics import bed
-from seatfem.study.impacts.contact import RunError, run_contacts, stress_of
+from seatfem.study.impacts.contact import RunError, problem_of, record_of, run_contacts, stress_of
 from seatfem.study.impacts.gas import lift_of
-from seatfem.study.impacts.measures import stress_since
+from seatfem.study.impacts.measures import RECORD, RunRecord, blow_of, stress_since, values_of_record
 from seatfem.study.impacts.simpler import simpler_models
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.runs.round import Round
+from seatfem.study.safety import OF_DRAWS
 
 
 @dataclass(frozen=True)
 class Baseline:
     """The spring of equal static stiffness, struck as the seat was in ``beside``; and ``simpler`` models of the seat
-    itself."""
+    itself. ``left``, ``stiffness_bar``: the errors in it and in the stiffness [N/m], where a record is what it is from;
+    ``None`` where they are not known."""
 
     beside: ImpactResult
     stiffness: float
     touches: Touches
     stress: ReedStress | None
     simpler: Mapping[str, Touches]
+    left: Budget | None = None
+    stiffness_bar: float | None = None
 
     @property
     def result(self) -> ImpactResult:
@@ -57,7 +64,32 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
     if done.touches.line is not None or scene.contact.film is not None:
         with watch("simpler models"):
             simpler = simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
-    return Baseline(done.result, stiffness, touches, stress, simpler)
+    left, bar = None, None
+    if draws := scene.seat.draws():
+        with watch("spring baseline"):
+            others = [static_stiffness(draw) for draw in draws]
+            left = _left_by_record(done, touches, stress, stiffness, others)
+            bar = SAFETY * OF_DRAWS * max(abs(other - stiffness) for other in others)
+    return Baseline(done.result, stiffness, touches, stress, simpler, left, bar)
+
+
+def _left_by_record(
+    done: Round, touches: Touches, stress: ReedStress | None, stiffness: float, others: Sequence[float]
+) -> Budget:
+    """Return what the step and the noise of the record, by the stiffnesses of its draws, leave in the baseline."""
+    scene, width = done.plan.scene, done.plan.scene.run.filter_width
+
+    def problem(value: float) -> ContactProblem:
+        return problem_of(scene, done.striker, impact.Body(impact.spring(stiffness=value)))
+
+    def run(varied: ContactProblem, dt: float) -> Values:
+        return values_of_record(record_of(scene, varied, dt, like=touches.landings), touches.landings)
+
+    own = problem(stiffness)
+    blow = blow_of(touches, width, stress, scene.accuracy.landing)
+    values = values_of_record(RunRecord(blow, touches.landings, touches.stopper_force), touches.landings)
+    draws = tuple(Variation(problem(other), OF_DRAWS) for other in others)
+    return budget_of(run, own, values, touches.seat.dt, {RECORD: (draws,)}, filter_width=width)
 
 
 def static_stiffness(greens: GreensFunction) -> float:
@@ -66,6 +98,6 @@ def static_stiffness(greens: GreensFunction) -> float:
     if not np.isfinite(compliance) or compliance <= 0:
         raise RunError(
             "the seat has no static stiffness (it is free to move, or sampled without a rest), so there is no spring "
-            "to compare with; hold the seat somewhere"
+            "to compare with; hold the seat somewhere, or state seat.free = false of a record"
         )
     return 1.0 / compliance

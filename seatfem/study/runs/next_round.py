@@ -11,7 +11,7 @@ from impact.quantities import in_time
 from impact.runs.budget import safety
 from seatfem.machine.memory import available_memory
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
-from seatfem.study.impacts.measures import STOPPER, STRIKER
+from seatfem.study.impacts.measures import RECORD, STOPPER, STRIKER
 from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.refining import refine
@@ -30,6 +30,7 @@ STATED: Final = "stated in the file?"
 AT_ITS_END: Final[Mapping[str, str]] = {
     STRIKER: "its band is stated, or ends where its theory does",
     STOPPER: "it is computed as its own keys state",
+    RECORD: "it is as it was measured",
 }
 CUT_OFF: Final = "the end of the run cuts the landing that is judged; a longer run.duration has all of it"
 AFTER: Final = ("spring baseline", "files")  # of a round, as far off as its contact

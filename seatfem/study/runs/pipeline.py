@@ -41,6 +41,7 @@ from seatfem.study.runs.summary import (
     plan_keys,
     reed_keys,
     regime_keys,
+    spring_bar_keys,
     stopper_face_keys,
     stopper_keys,
     summarise,
@@ -173,10 +174,12 @@ def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) ->
         "contact_wall_time_s": watch.stages["contact"],
         **landing_bar_keys(records, measured["landing_number"]),
         **bar_keys(done.left, done.without_bar),
+        **spring_bar_keys(baseline.left),
         "landings": records,
         **accuracy_keys(done),
         **plan_keys(done.plan, watch.stages["plan"]),
         "seat_static_stiffness_N_per_m": baseline.stiffness,
+        **_stiffness_bar(baseline),
         **greens_error_keys(done.seat.greens),
         **done.seat.about,
         "seat_reused": done.seat.reused,
@@ -186,6 +189,11 @@ def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) ->
         **reed_keys(scene.reed.kind, done.striker, done.reed),
         **regime_keys(done.striker, as_a_whole(done.seat.greens), done.result),
     }
+
+
+def _stiffness_bar(baseline: Baseline) -> dict[str, object]:
+    bar = baseline.stiffness_bar
+    return {} if bar is None else {"error_bar_seat_static_stiffness_N_per_m": bar}
 
 
 def _write_gas(scene: Scene, done: Round, folder: Path) -> tuple[Path, ...]:

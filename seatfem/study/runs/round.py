@@ -18,7 +18,7 @@ from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.seat_waves import tells_waves
 from seatfem.study.accuracy.source_words import in_words as source_in_words
-from seatfem.study.impacts.measures import LIP, STOPPER, STRIKER, is_of_a_landing
+from seatfem.study.impacts.measures import LIP, RECORD, STOPPER, STRIKER, is_of_a_landing
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import film_notes, stopper_notes, validity_advice
 from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP
@@ -37,6 +37,7 @@ REMEDIES: Final[Mapping[str, str]] = {
     STOPPER: "refine stopper.mesh, raise stopper.greens.bandwidth, or keep more stopper.n_modes",
     "patch": "divide the contact face by contact.rings = 4, or more",
     LIP: "divide the lip by contact.ports",
+    RECORD: "average over more blows, or measure further than 1/run.filter_width",
 }
 
 

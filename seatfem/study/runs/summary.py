@@ -26,7 +26,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.rings import Division
 from seatfem.structures.solved import Solved
 from seatfem.study.impacts.landings import Face, Landings
-from seatfem.study.impacts.measures import OF_A_LANDING, landing_name, measured, stopper_values
+from seatfem.study.impacts.measures import OF_A_LANDING, is_of_a_landing, landing_name, measured, stopper_values
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
@@ -158,6 +158,14 @@ def landing_bar_keys(records: Sequence[Mapping[str, object]], number: object) ->
     """Return the error bars of the hardest landing, of this number, from its record."""
     hard = next((each for each in records if each["body"] == "seat" and each["number"] == number), {})
     return {f"error_bar_landing_{key}": hard.get(f"error_bar_{key}") for key in OF_A_LANDING.values()}
+
+
+def spring_bar_keys(left: Budget | None) -> dict[str, object]:
+    """Return error_bar_spring_KEY of each measure of the baseline; none where its errors are not looked at."""
+    if left is None:
+        return {}
+    names = [name for name in left.values if not is_of_a_landing(name)]
+    return {f"error_bar_spring_{key_of(name)}": bar if math.isfinite(bar := left.bar(name)) else None for name in names}
 
 
 def _place(line: Line, arc: int) -> tuple[float | None, float]:

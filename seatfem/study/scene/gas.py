@@ -8,7 +8,8 @@ from typing import Annotated, ClassVar, Final, Literal, Self
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from impact.bodies.time_series import TimeSeries, TimeSeriesError, csv_rows, read_time_series
+from impact.bodies.time_series import TimeSeries, TimeSeriesError, read_time_series
+from impact.files.csv_table import read_csv
 from impact.gas.cylinder import Plenum, SliderCrank
 from impact.gas.nozzle import GASES, GasError, PerfectGas, of_molar_mass
 from impact.gas.valve import NOT_MEASURED, AreaTable, ReedValve, port_flow, port_force
@@ -218,8 +219,8 @@ port_diameter = "12 mm"
         path = self.cylinder_pressure
         assert path is not None
         try:
-            rows = csv_rows(path, ",")
-            by_time = bool(rows) and rows[0][1][0].strip().lower().startswith("time")
+            table = read_csv(path, TimeSeriesError)
+            by_time = table is not None and any(head.name.lower() == "time" for head in table.heads)
             rpm, start = None if by_time else self.rpm, math.degrees(self.angle)
             found = read_time_series(path, "pressure", outside="hold", rpm=rpm, start=start, most_gap=WIDEST)
         except TimeSeriesError as problem:

@@ -1,0 +1,265 @@
+"""CSV files as programs and analysers write them: separators, decimals, heads with units, columns by name.
+
+Columns are divided by tabs, semicolons or commas; numbers have a decimal point or comma; a head is ``name [unit]``,
+``name (unit)`` or ``name``. What cannot be told for sure is refused in words.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.files.input_files import CSV_LIMIT, opened_file
+
+Array = NDArray[np.float64]
+
+MOST_COLUMNS: Final = 64
+MOST_LINES: Final = 2_000_000
+SEPARATORS: Final[Mapping[str, str]] = {"\t": "tabs", ";": "semicolons", ",": "commas"}
+_LOOKED_AT: Final = 200  # lines that the separator and the decimal mark are told from
+_NUMBER: Final = re.compile(r"\s*[+-]?(\d+([.,]\d*)?|[.,]\d+)([eEdD][+-]?\d+)?\s*")
+_SAME: Final = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "·": " ", "*": " ", "⋅": " ", "°": "deg"})
+
+
+@dataclass(frozen=True)
+class Head:
+    """The head of one column: what stands there, and name and unit in it ("" of none)."""
+
+    text: str
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class CsvTable:
+    """A table as text: heads, and rows of cells with the numbers of their lines.
+
+    Attributes:
+        path: of the file.
+        error: that is raised of what is wrong in it.
+        heads, head_line: of the first line that holds something.
+        lines, rows: of the others.
+        separator, decimal: in it.
+    """
+
+    path: Path
+    error: type[Exception]
+    heads: tuple[Head, ...]
+    head_line: int
+    lines: tuple[int, ...]
+    rows: list[list[str]] = field(repr=False)
+    separator: str = ","
+    decimal: str = "."
+
+    @property
+    def dialect(self) -> str:
+        """Return how its columns and numbers are written, in words."""
+        return f"divided by {SEPARATORS.get(self.separator, repr(self.separator))}, decimal " + (
+            "comma" if self.decimal == "," else "point"
+        )
+
+    @property
+    def header(self) -> str:
+        """Return its first line, to be quoted."""
+        return self.separator.join(head.text for head in self.heads)
+
+    def numbers(self, columns: Sequence[int] | None = None) -> Array:
+        """Return the columns (n, k), all if ``None``. Raises ``error``: other rows, a cell that is no finite number."""
+        chosen, count = range(len(self.heads)) if columns is None else columns, len(self.heads)
+        values = np.empty((len(self.rows), len(chosen)))
+        for row, line, cells in zip(values, self.lines, self.rows, strict=True):
+            if len(cells) != count:
+                raise self.error(
+                    f"{self.path}, line {line}: {len(cells)} columns, {count} are needed (separator {self.separator!r})"
+                )
+            for place, column in enumerate(chosen):
+                row[place] = self._number(line, column, cells[column])
+        return values
+
+    def _number(self, line: int, column: int, cell: str) -> float:
+        text = cell.replace(",", ".") if self.decimal == "," else cell
+        try:
+            value = float(text) if "_" not in text else math.nan
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise self.error(
+                f"{self.path}, line {line}, column {column + 1}: {cell.strip()[:80]!r} must be a finite number"
+            )
+        return value
+
+    def column_of(self, role: str, names: Sequence[str], stated: Mapping[str, str]) -> int | None:
+        """Return the number of the column with a role: that which ``stated`` names, else that of one of the ``names``.
+
+        ``None`` where there is none, and none is stated. Raises ``error`` of a stated name that no head has, and of
+        several.
+        """
+        if role in stated:
+            wanted = stated[role].strip().lower()
+            found = [k for k, head in enumerate(self.heads) if wanted in (head.text.lower(), head.name.lower())]
+            words = f"columns.{role} = {stated[role]!r}"
+        else:
+            found = [k for k, head in enumerate(self.heads) if head.name.lower() in names]
+            words = f"the name of {role}"
+        if len(found) > 1 or (not found and role in stated):
+            heads = ", ".join(repr(head.text) for head in self.heads)
+            raise self.error(
+                f"{self.path}, line {self.head_line}: {words} is the head of {len(found)} columns; give columns = "
+                f"{{ {role} = ... }} one of {heads}"
+            )
+        return found[0] if found else None
+
+    def factor_of(self, column: int, role: str, units: Mapping[str, float], stated: Mapping[str, str]) -> float:
+        """Return the factor of a column to SI, by its head or by the unit that is ``stated``.
+
+        Raises ``error``: no unit, one that is unknown, another one in the head than stated.
+        """
+        head = self.heads[column]
+        unit = normal_unit(stated.get(role, head.unit))
+        if role in stated and head.unit and normal_unit(head.unit) != unit:
+            raise self.error(
+                f"{self.path}, line {self.head_line}, column {column + 1}: the head says {head.unit!r}, units.{role} = "
+                f"{stated[role]!r}: remove the key, or correct the head"
+            )
+        if unit not in units:
+            found = f"unit {unit!r} is unknown" if unit else "has no unit"
+            raise self.error(
+                f"{self.path}, line {self.head_line}, column {column + 1}: header {head.text!r} {found}: write "
+                f"'{head.name} [unit]', or give units = {{ {role} = ... }}, with the unit {', '.join(units)}"
+            )
+        return units[unit]
+
+
+def read_csv(
+    path: Path, error: type[Exception], *, delimiter: str | None = None, most: int = CSV_LIMIT
+) -> CsvTable | None:
+    """Return the table in a file; ``None`` of one without a line that holds something. Lines that begin with # are
+    left out.
+
+    ``delimiter``: between the columns; ``None``: as the lines tell.
+
+    Raises ``error``: no regular file, larger than ``most`` bytes, no text, too many columns or lines, commas that
+    divide
+    columns and stand in numbers at once, both decimal points and commas.
+    """
+    with opened_file(path, most, error) as file:
+        first = file.read(1 << 20)
+    encoding = _encoding_of(first)
+    separator = _separator_of(first.decode(encoding, errors="replace")) if delimiter is None else delimiter
+    lines: list[int] = []
+    rows: list[list[str]] = []
+    with opened_file(path, most, error) as file:
+        try:
+            reader = csv.reader(io.TextIOWrapper(file, encoding=encoding, newline=""), delimiter=separator)
+            for row in reader:
+                if any(cell.strip() for cell in row) and row[0].strip()[:1] != "#":
+                    lines.append(reader.line_num)
+                    rows.append(row)
+                if len(row) > MOST_COLUMNS or len(rows) > MOST_LINES:
+                    raise error(
+                        f"{path}, line {reader.line_num}: {len(row)} columns, {len(rows)} lines; at most "
+                        f"{MOST_COLUMNS} and {MOST_LINES} are read: resample the record, or cut it"
+                    )
+        except (UnicodeDecodeError, csv.Error) as problem:
+            raise error(f"{path}: is no CSV text in UTF-8 ({problem}); save it as such") from problem
+    if not rows:
+        return None
+    rows = _without_trailing(rows)
+    heads = tuple(head_of(cell) for cell in rows[0])
+    table = CsvTable(path, error, heads, lines[0], tuple(lines[1:]), rows[1:], separator)
+    return _with_decimal(table)
+
+
+def head_of(cell: str) -> Head:
+    """Return name and unit of a head, the unit in the last pair of brackets of either kind."""
+    text = cell.strip()
+    if (start := _opening(text)) is None:
+        return Head(text, text, "")
+    return Head(text, text[:start].strip(), text[start + 1 : -1].strip())
+
+
+def normal_unit(unit: str) -> str:
+    """Return a unit as tables of units have it: u for micro, ^2 for a raised 2, one space for a product."""
+    return " ".join(unit.translate(_SAME).split())
+
+
+def _opening(text: str) -> int | None:
+    """Return where the bracket opens that closes at the end of the text; ``None`` without one."""
+    pairs = {"]": "[", ")": "("}
+    if not text or text[-1] not in pairs:
+        return None
+    closing, opening, depth = text[-1], pairs[text[-1]], 0
+    for place in range(len(text) - 1, -1, -1):
+        depth += (text[place] == closing) - (text[place] == opening)
+        if depth == 0:
+            return place
+    return None
+
+
+def _encoding_of(first: bytes) -> str:
+    """Return UTF-8, or the code page of Western Windows for text that is none but has no control characters either."""
+    try:
+        first.decode("utf-8-sig")
+    except UnicodeDecodeError as problem:
+        if problem.start < len(first) - 3 and min(first) >= 9:
+            return "cp1252"
+    return "utf-8-sig"
+
+
+def _separator_of(first: str) -> str:
+    """Return the first of tab, semicolon and comma that stands in each of the first lines; the comma of none."""
+    lines = [line for line in first.splitlines() if line.strip() and line.lstrip()[:1] != "#"][:_LOOKED_AT]
+    whole = lines[:-1] if len(lines) > 2 else lines  # the last one may be cut off
+    return next((mark for mark in SEPARATORS if whole and all(mark in line for line in whole)), ",")
+
+
+def _without_trailing(rows: list[list[str]]) -> list[list[str]]:
+    """Return the rows without a last column that is empty in all of them, as a separator at the end of lines leaves."""
+    if len(rows[0]) > 1 and all(len(row) == len(rows[0]) and not row[-1].strip() for row in rows):
+        return [row[:-1] for row in rows]
+    return rows
+
+
+def _with_decimal(table: CsvTable) -> CsvTable:
+    """Return the table with the decimal mark that its cells tell."""
+    count = len(table.heads)
+    wide = table.rows and count > 1 and all(len(row) > count for row in table.rows[:_LOOKED_AT])
+    if table.separator == "," and wide and len(table.rows) > 1:
+        raise table.error(
+            f"{table.path}, line {table.lines[0]}: {len(table.rows[0])} columns under {count} heads: commas divide the "
+            "columns and stand in the numbers, too; export it with semicolons or tabs, or with decimal points"
+        )
+    comma, point = (
+        next(((line, cell) for line, cell in _cells(table) if mark in cell and _NUMBER.fullmatch(cell)), None)
+        for mark in (",", ".")
+    )
+    if comma and point:
+        raise table.error(
+            f"{table.path}, line {max(comma[0], point[0])}: {point[1].strip()!r} has a decimal point, "
+            f"{comma[1].strip()!r} "
+            f"(line {comma[0]}) a comma: write all numbers alike, without marks of thousands"
+        )
+    if both := next(((line, cell) for line, cell in _cells(table) if re.search(r"\d[.,]\d{3}[.,]\d", cell)), None):
+        raise table.error(
+            f"{table.path}, line {both[0]}: {both[1].strip()[:80]!r} has points and commas: write numbers without "
+            f"marks of "
+            "thousands"
+        )
+    return replace(table, decimal="," if comma else ".")
+
+
+def _cells(table: CsvTable) -> Iterator[tuple[int, str]]:
+    """Yield the lines and cells that tell the decimal mark: all of them, so that none is read by the wrong one."""
+    for line, row in zip(table.lines, table.rows, strict=True):
+        for cell in row:
+            if "," in cell or "." in cell:
+                yield line, cell

@@ -1,0 +1,137 @@
+"""Number and places of the poles of a noisy response: as many as its noise lets be told, all within its band.
+
+Sources: Schwarz, Ann. Statist. 6 (1978) 461 (the information criterion); Ewins, Modal Testing, 2nd ed., 4.4 (residual
+terms
+in place of modes below and above the band).
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.greens.base import Array, ComplexArray
+from impact.measured.amplitudes import FitData, oscillators
+from impact.measured.vector_fitting import Poles, basis, fitted_poles, left_over, refined, starting_poles
+
+ABOVE_NOISE: Final = 5.0  # times the noise of a line: what counts as a resonance
+BEYOND: Final = (1.03, 1.08, 1.16, 1.3, 1.6, 2.5)  # over the highest line: oscillators that stand for all above it
+_PATIENCE: Final = 3  # rounds of more poles in vain
+_MOST_ROUNDS: Final = 20  # of more poles; a record that no number of poles explains would take minutes
+_MOST_IDLE: Final = 12  # poles that are taken out again
+_PROMINENCE: Final = 0.5  # of a resonance, in the logarithm of the mobility
+
+
+def choose_poles(data: FitData, floor: Array, most: int) -> Poles:
+    """Return the poles of least Bayesian information criterion, with free terms in place of what is beyond the band.
+
+    Args:
+        data: ``weights``: one over the noise.
+        floor: (n,) misfit that is small enough, whatever the noise [m/N].
+        most: limit of pole pairs.
+    """
+    lines, responses, extra = data.s, data.elements, residual_terms(data.s)
+    most = min(most, len(lines) // 3)
+    poles = starting_poles(lines, *_peaks(data, most))
+    weights = np.repeat(data.weights[:, None], responses.shape[1], axis=1)
+    best, least, vain = Poles(np.zeros(0, dtype=complex), np.zeros(0)), np.inf, 0
+    for _ in range(_MOST_ROUNDS):
+        poles = within(lines, fitted_poles(lines, responses, weights, extra, poles))
+        poles = within(lines, refined(lines, responses, data.weights, extra, poles))
+        cost = criterion(data, left_over(lines, responses, data.weights, extra, poles), poles)
+        vain = 0 if cost < least else vain + 1
+        best, least = (poles, cost) if cost < least else (best, least)
+        apart = _left(data, extra, poles)
+        if np.mean(np.abs(apart) ** 2 / floor[:, None] ** 2) <= 1:
+            return poles
+        if vain >= _PATIENCE or len(poles.pairs) >= most:
+            break
+        size = data.weights * np.linalg.norm(apart, axis=1)
+        poles = _with_more(poles, lines, size, max(1, len(poles.pairs) // 6))
+    return _without_idle(data, extra, best, least)
+
+
+def residual_terms(s: ComplexArray) -> ComplexArray:
+    """Return the columns (n, 8) of what is not in the band: a compliance and oscillators above it, last a mass below
+    it."""
+    highest = float(s.imag[-1])
+    above = highest**2 * oscillators(s, 1j * highest * np.array(BEYOND))
+    return np.concatenate([np.ones_like(s)[:, None], above, (np.abs(s).min() / s[:, None]) ** 2], axis=1)
+
+
+def within(s: ComplexArray, poles: Poles) -> Poles:
+    """Return the poles whose frequencies, and rates, are in the band of the lines."""
+    low, high = s.imag[0], s.imag[-1]
+    pairs, rates = np.abs(poles.pairs), poles.rates
+    return Poles(poles.pairs[(pairs >= low) & (pairs <= high)], rates[(rates >= low) & (rates <= high)])
+
+
+def criterion(data: FitData, squares: float, poles: Poles, form: str = "complex") -> float:
+    """Return the information criterion of a fit that leaves a sum of squares, in units of the noise's variance.
+
+    Noise that was estimated too large is taken for as small as the fit finds it; never for larger. The frequency of a
+    pole counts twice, for it is looked for along all lines.
+    """
+    q = data.elements.shape[1]
+    numbers = 2 * len(data.s) * q / data.alike
+    expected = numbers  # each of real and imaginary part has half of the variance
+    squares = 2 * squares / data.alike
+    fit = squares if squares >= expected else expected * (1 + np.log(max(squares / expected, 1e-300)))
+    per_pair = 3 + (2 if form == "complex" else 1) * q
+    return fit + float(np.log(numbers)) * (per_pair * len(poles.pairs) + (1 + q) * len(poles.rates))
+
+
+def _left(data: FitData, extra: ComplexArray, poles: Poles) -> ComplexArray:
+    """Return what the best residues leave (n, q)."""
+    columns = np.concatenate([basis(data.s, poles), extra], axis=1) * data.weights[:, None]
+    goal = data.elements * data.weights[:, None]
+    a, b = np.concatenate([columns.real, columns.imag]), np.concatenate([goal.real, goal.imag])
+    size = np.linalg.norm(a, axis=0)
+    x = np.linalg.lstsq(a / size, b, rcond=1e-13)[0]
+    left = b - (a / size) @ x
+    n = len(data.s)
+    return np.asarray((left[:n] + 1j * left[n:]) / data.weights[:, None])
+
+
+def _without_idle(data: FitData, extra: ComplexArray, poles: Poles, cost: float) -> Poles:
+    """Return the poles without those that the information criterion is better off without."""
+    lines, responses = data.s, data.elements
+    for _ in range(_MOST_IDLE):
+        if len(poles.pairs) == 0:
+            break
+        fewer = [Poles(np.delete(poles.pairs, k), poles.rates) for k in range(len(poles.pairs))]
+        fewer += [Poles(poles.pairs, np.delete(poles.rates, k)) for k in range(len(poles.rates))]
+        costs = [criterion(data, left_over(lines, responses, data.weights, extra, each), each) for each in fewer]
+        least = int(np.argmin(costs))
+        moved = within(lines, refined(lines, responses, data.weights, extra, fewer[least]))
+        new = criterion(data, left_over(lines, responses, data.weights, extra, moved), moved)
+        if new >= cost:
+            break
+        poles, cost = moved, new
+    return poles
+
+
+def _local_peaks(values: Array, prominence: float | None = None) -> NDArray[np.int64]:
+    """Indices of the local maxima that stand out of their surroundings by ``prominence``."""
+    from scipy.signal import find_peaks  # here, for its import alone takes longer than many a scene
+
+    return np.asarray(find_peaks(values, prominence=prominence)[0], dtype=np.int64)
+
+
+def _peaks(data: FitData, most: int) -> tuple[int, Array]:
+    """How many pole pairs to begin with, and the resonances that stand out of the noise [rad/s]."""
+    size = np.linalg.norm(data.g, axis=(1, 2))
+    peaks = _local_peaks(np.log(np.maximum(size * data.s.imag, 1e-300)), prominence=_PROMINENCE)
+    peaks = data.s.imag[peaks[(size * data.weights)[peaks] > ABOVE_NOISE]]
+    return min(max(1, len(peaks)), most), peaks
+
+
+def _with_more(poles: Poles, s: ComplexArray, apart: Array, count: int) -> Poles:
+    """``count`` pairs more, where the fit is worst: at the highest peaks of the misfit, smoothed over five lines."""
+    smooth = np.convolve(apart, np.ones(5) / 5, mode="same")
+    peaks = _local_peaks(np.concatenate([[0.0], smooth, [0.0]])) - 1
+    worst = s.imag[peaks[np.argsort(-smooth[peaks])[:count]]]
+    pairs = np.concatenate([poles.pairs, (-0.01 + 1j) * worst])
+    return Poles(pairs[np.argsort(pairs.imag)], poles.rates)

@@ -1,0 +1,127 @@
+"""A seat of a noisy record in a scene: its columns, bars of seat and baseline, lines that do not fit."""
+
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+import impact
+from seatfem.faces.result_table import result_table
+from seatfem.study.impacts.validity import fit_of, validity_advice
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+
+F = np.arange(40.0, 12e3, 20.0)
+S = 2j * np.pi * F
+BODY = impact.ModalGreens(
+    2 * np.pi * np.array([2.3e3, 6.1e3]),
+    np.array([0.02, 0.015]),
+    2 * np.pi * np.array([[2.3e3 * 1.1e-4], [6.1e3 * 7e-5]]),
+    impact.Residual.spring(2e-9),
+)
+REED = """
+[reed]
+kind = "rigid_mass"
+mass = "400 g"
+velocity = "-1 m/s"
+[contact]
+law = { kind = "spring", stiffness = "5e7 N/m" }
+[run]
+duration = "3 ms"
+filter_width = "200 us"
+"""
+SEAT = """[seat]
+kind = "frf"
+file = "hammer.csv"
+columns = { frequency = "f", magnitude = "H1", phase = "Phi" }
+units = { frequency = "kHz", response = "dB re 1 g/N", phase = "deg" }
+quantity = "accelerance"
+"""
+
+
+def scene(folder: Path, noise: float, seat: str = SEAT, odd: float = 1.0) -> Scene:
+    exact = BODY.transfer(S)[:, 0, 0] * S**2 * np.where((F > 8.4e3) & (F < 8.6e3), odd, 1.0)
+    rng = np.random.default_rng(4)
+    size = noise * np.sqrt(np.mean(np.abs(exact) ** 2) / 2)
+    h = exact + size * (rng.normal(size=len(F)) + 1j * rng.normal(size=len(F)))
+    columns = (F / 1e3, 20 * np.log10(np.abs(h) / 9.80665), np.degrees(np.angle(h)))
+    rows = ["\t".join(f"{x:.7f}" for x in row).replace(".", ",") for row in zip(*columns, strict=True)]
+    (folder / "hammer.csv").write_text("\n".join(["f\tH1\tPhi", *rows]), encoding="utf-8-sig")
+    (folder / "scene.toml").write_text(seat + REED, encoding="utf-8")
+    return load_scene(folder / "scene.toml")
+
+
+def test_bars_of_seat_and_baseline_hold_the_truth(tmp_path: Path) -> None:
+    asked = scene(tmp_path, 0.02)
+    summary = run_scene(asked, tmp_path / "out", pictures=False).summary
+    static = float(BODY.static_compliance()[0, 0])
+    apart = abs(summary["seat_static_stiffness_N_per_m"] * static - 1)
+    assert apart < summary["error_bar_seat_static_stiffness_N_per_m"] * static < 0.05
+    for prefix, body in (("", BODY), ("spring_", impact.spring(stiffness=1 / static))):
+        law, striker = impact.LinearSpring(stiffness=5e7), impact.rigid_mass(mass=0.4, velocity=-1.0)
+        problem = impact.ContactProblem(striker, target=impact.Body(body), law=law)
+        result = impact.solve(problem, dt=5e-7, duration=3e-3)
+        exact = {
+            "filtered_peak_force_N": impact.measures.filtered_peak_force(result, 200e-6),
+            "impulse_Ns": impact.measures.impulse(result),
+        }
+        for key, value in exact.items():
+            bar = summary[f"error_bar_{prefix}{key}"]
+            assert abs(summary[prefix + key] - value) < bar < 0.2 * value
+    assert summary["error_record_filtered_peak_force_N"] > 0
+    assert summary["error_reduction_filtered_peak_force_N"] == 0
+    text = StringIO()
+    Console(file=text, width=160).print(result_table(summary))
+    (line,) = [each for each in text.getvalue().splitlines() if "peak force, 200" in each][:1]
+    assert line.count("±") == 2  # the baseline's, too
+
+
+def test_a_run_that_finds_its_seat_again_has_the_same_bars(tmp_path: Path) -> None:
+    asked = scene(tmp_path, 0.02)
+    first, again = (run_scene(asked, tmp_path / "out", pictures=False).summary for _ in range(2))
+    assert again["seat_reused"]
+    for key in ("error_record_impulse_Ns", "error_bar_spring_impulse_Ns", "error_bar_seat_static_stiffness_N_per_m"):
+        assert again[key] == pytest.approx(first[key], rel=1e-6)
+
+
+def test_lines_that_do_not_fit_are_advised(tmp_path: Path) -> None:
+    asked = scene(tmp_path, 0.002, odd=1.4)
+    (advice,) = validity_advice(asked, asked.seat.fitted())  # type: ignore[attr-defined]
+    assert "misfit of the seat's poles over the noise of the record" in str(advice) or "miss beyond" in str(advice)
+    ranges = fit_of(asked.seat.fitted()).ranges  # type: ignore[attr-defined]
+    assert any(low < 8.6e3 and high > 8.4e3 for low, high in ranges)
+    assert f"from {ranges[0][0]:.4g} to {ranges[0][1]:.4g} Hz" in str(advice)
+    assert "seat.free = true" in advice.remedy
+    whole = scene(tmp_path, 0.002)
+    assert not validity_advice(whole, whole.seat.fitted())  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('magnitude = "H1"', 'magnitude = "H2"', "columns.magnitude = 'H2' is the head of 0 columns; give columns"),
+        ('response = "dB re 1 g/N", ', "", "must be like 'frequency .Hz.,mobility real"),
+        ('quantity = "accelerance"', 'quantity = "mobility"', "must be like 'frequency .Hz.,mobility real"),
+        ('quantity = "accelerance"', "averages = 0", "seat.averages: "),
+    ],
+)
+def test_what_the_scene_says_of_columns_is_checked(tmp_path: Path, old: str, new: str, words: str) -> None:
+    with pytest.raises((SceneError, ValueError), match=words):
+        scene(tmp_path, 0.01, SEAT.replace(old, new)).seat.measured()
+
+
+def test_courses_of_any_header(tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text("Zeit;p_zyl\n0;-0,1\n1,5;0,2\n9;0,2\n", encoding="utf-8")
+    stated = 'columns = { time = "Zeit", pressure = "p_zyl" }, units = { time = "ms", pressure = "bar" }'
+    course = f'{{ file = "p.csv", {stated} }}'
+    text = '[seat]\nkind = "spring"\nstiffness = "1e7 N/m"\n[reed]\nkind = "rigid_mass"\nmass = "1 g"\n'
+    text += 'velocity = "-1 m/s"\n'
+    text += f'[[load]]\npressure = {course}\narea = "80 mm^2"\n[run]\nduration = "1 ms"\nfilter_width = "20 us"\n'
+    (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
+    pressure = load_scene(tmp_path / "scene.toml").load[0].pressure.course
+    assert pressure(np.array([0.0, 1.5e-3])) == pytest.approx([-1e4, 2e4])
+    (tmp_path / "scene.toml").write_text(text.replace('file = "p.csv"', 'value = "1 bar"'), encoding="utf-8")
+    with pytest.raises(SceneError, match="columns: there is no file; remove the key"):
+        load_scene(tmp_path / "scene.toml")
