@@ -5,8 +5,12 @@ from __future__ import annotations
 import base64
 import html
 import json
+import os
 import re
 import shutil
+import subprocess
+import sys
+import webbrowser
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +20,7 @@ from PIL import Image
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.faces.report.bodies import body_figure
+from seatfem.faces.report.browser import SCREENS
 from seatfem.faces.report.figures import MOST, _envelope
 from seatfem.faces.report.folder import ReportError
 from seatfem.faces.report.page import _landings, _shares, _state, report_page
@@ -162,6 +167,56 @@ def test_what_is_no_run(tmp_path: Path, content: str | None, message: str) -> No
         report_page(tmp_path)
     assert run_command(["report", str(tmp_path), "--quiet"]) == BAD_INPUT
     assert not (tmp_path / "report.html").exists()
+
+
+def test_a_scene_is_no_folder_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "valve.toml").touch()
+    assert run_command(["report", str(tmp_path / "valve.toml")]) == BAD_INPUT
+    assert "is a file; give the folder of a run (seatfem run -o), as valve-result" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the browser is named by the variable BROWSER")
+def test_view_opens_the_page_in_the_browser(folder: Path, tmp_path: Path) -> None:
+    page, asked = tmp_path / "a page.html", tmp_path / "asked"
+    program = tmp_path / "browser"
+    program.write_text(f'#!/bin/sh\nprintf %s "$*" > {asked}\n', encoding="utf-8")
+    program.chmod(0o755)
+    words = [sys.executable, "-m", "seatfem", "view", str(folder), "-o", str(page)]
+    shown = {**os.environ, "BROWSER": f"{program} %s"}
+    told = subprocess.run(words, env=shown, capture_output=True, text=True, timeout=300, check=True)
+    assert told.stdout == f"wrote {page}\n"
+    assert asked.read_text(encoding="utf-8") == page.as_uri()
+    assert page.read_text(encoding="utf-8").startswith("<!doctype html>")
+
+
+def _no_browser(address: str) -> bool:
+    raise webbrowser.Error("could not locate runnable browser")
+
+
+@pytest.mark.parametrize("screen", ["", ":0"])
+def test_view_without_a_browser_says_where_the_page_is(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, screen: str
+) -> None:
+    """No screen: nothing is asked; a screen without a browser: the library's error is no error of the verb."""
+    monkeypatch.setattr(sys, "platform", "linux")
+    for name in SCREENS:
+        monkeypatch.setenv(name, screen)
+    asked: list[str] = []
+    monkeypatch.setattr(webbrowser, "open", lambda address: asked.append(address) or _no_browser(address))
+    page = tmp_path / "page.html"
+    assert run_command(["view", str(folder), "-o", str(page)]) == DONE
+    assert asked == ([page.as_uri()] if screen else [])
+    assert f"no browser opens here; open {page} in one" in capsys.readouterr().out
+    assert page.is_file()
+    asked.clear()
+    assert run_command(["view", str(folder), "-o", str(page), "--no-browser"]) == DONE
+    assert asked == []
+    assert capsys.readouterr().out == f"wrote {page}\n"
+
+
+def test_view_of_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["view", str(tmp_path)]) == BAD_INPUT
+    assert "holds no summary.json; give the folder of a run (seatfem run -o)" in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")

@@ -87,7 +87,7 @@ def _notes(made: Moving, shown: Moving) -> Iterator[str]:
     if made.before > count:
         yield f"Of {made.before:,} triangles of the surface {count:,} are drawn, on corners of the mesh."
     if len(shown.labels) < len(made.labels):
-        yield f"Of {len(made.labels)} frames {len(shown.labels)} are in this page; seatfem view shows all."
+        yield f"Of {len(made.labels)} frames {len(shown.labels)} are in this page; seatfem export --to vtk writes all."
     if made.values is not None and np.isnan(made.values).any():
         yield "Grey: no value is told."
 
