@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import html
+import io
 import json
 import os
 import re
@@ -314,6 +315,45 @@ def test_time_is_scrubbed_and_a_click_tells_the_stress(browser: Any) -> None:
     put(browser, figure.find_element("css selector", "[data-of=colour]"), "0")
     changed(canvas, after, "coloured by displacement", share=0.0)
     assert "displacement [µm]" in figure.text
+    assert browser.get_log("browser") == []
+
+
+def _share_of_sand(canvas: Any) -> float:
+    """Return the share of a canvas in the colour of the inside, in light and shade."""
+    red, green, blue = np.moveaxis(np.asarray(Image.open(io.BytesIO(canvas.screenshot_as_png)), dtype=float), 2, 0)[:3]
+    return float(((red < 240) & (abs(red / (green + 1) - 1.2) < 0.05) & (abs(red / (blue + 1) - 1.55) < 0.1)).mean())
+
+
+@pytest.mark.slow
+def test_a_section_shows_the_inside(browser: Any) -> None:
+    """Across z the upper part goes, where a click finds nothing then; in y the half that faces the first view."""
+    from selenium.webdriver import ActionChains
+
+    figure, canvas = _body(browser, "stress_wave.h5")
+    put(browser, figure.find_element("css selector", "[data-of=frame]"), "2")
+    axis, cut = (figure.find_element("css selector", f"[data-of={name}]") for name in ("axis", "cut"))
+    assert not cut.is_enabled()
+    browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+    whole = shot(canvas)
+    assert _share_of_sand(canvas) < 0.0005
+    top = np.flatnonzero((whole[:, : whole.shape[1] // 2] < 240).any(axis=1))[0]  # left of the scale
+    put(browser, axis, "2")
+    half = changed(canvas, whole, "a section across z")
+    assert "z = 5.000 mm" in figure.text
+    assert np.flatnonzero((half[:, : half.shape[1] // 2] < 240).any(axis=1))[0] > top + 50
+    assert _share_of_sand(canvas) > 0.003
+    ActionChains(browser).move_to_element_with_offset(
+        canvas, 0, round(float(top) + 30 - whole.shape[0] / 2)
+    ).click().perform()
+    until(lambda: figure.find_element("css selector", ".probe").text == "Nothing there.", "no body where it is cut off")
+    put(browser, cut, "300")
+    lower = changed(canvas, half, "a section elsewhere")
+    assert "z = 3.000 mm" in figure.text
+    put(browser, axis, "1")
+    changed(canvas, lower, "a section across y")
+    assert _share_of_sand(canvas) > 0.01
+    put(browser, axis, "")
+    until(lambda: (np.abs(shot(canvas) - whole) > 12).mean() < 0.001, "as it was before it was cut")
     assert browser.get_log("browser") == []
 
 
