@@ -44,7 +44,8 @@ def main() -> None:
         browser.get(page.as_uri())
         time.sleep(SETTLED)
         figure = browser.find_element("css selector", "figure.body[data-file='stress_wave.h5']")
-        set_to(browser, figure.find_element("css selector", "[data-of=frame]"), "9")
+        for name, value in (("frame", "9"), ("axis", "0"), ("cut", "600")):
+            set_to(browser, figure.find_element("css selector", f"[data-of={name}]"), value)
         keep(figure.screenshot_as_png, "report.png")
     finally:
         browser.quit()
