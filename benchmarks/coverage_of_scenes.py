@@ -5,8 +5,8 @@
 
 appends rows to results/coverage_of_scenes.csv as scenes end, one for each measure, or one that says why a scene has
 none; scenes that are in the file are not run again; ``--short`` runs twenty scenes. ``--summary`` tells what the file
-holds and runs nothing, ``--document`` writes its table into docs/coverage.md, too. The reference of a run is
-`finer_scenes.finest_reference`: finer in every key.
+holds and runs nothing, ``--document`` writes its table into docs/coverage.md, too, and counts by kind into the package
+(`checked_scenes`). The reference of a run is `finer_scenes.finest_reference`: finer in every key.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
 from typing import Final
 
+from checked_scenes import write_checked_scenes
 from coverage_of_stress import told
 from drawn_scenes import DrawnScene, draw_scene
 from finer_scenes import REFUSALS, NoReference, Reference, finer_round, finest_reference
@@ -240,6 +241,7 @@ def main(given: Sequence[str] | None = None) -> None:
     print(summary(rows))  # noqa: T201
     if asked.document:
         document(rows, PAGE)
+        write_checked_scenes()
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What bodies kept for viewers cost: processor time to write and read one, its file, and its share of a report.
+"""What bodies kept for reports cost: processor time to write and read one, its file, and its share of a report.
 
     .venv/bin/python benchmarks/moving_bodies.py
 
@@ -55,7 +55,7 @@ def main() -> None:
             rows.append((f"{triangles:,}", what, *spent, *(f"{size / 1e6:.2g}" for size in sizes)))
     note = f"At most {MOST_TRIANGLES:,} triangles are kept. Processor seconds of one thread."
     columns = ("triangles of the surface", "frames", "write [s]", "read [s]", "file [MB]", "in a report [MB]")
-    publish("moving_bodies", Table("Bodies kept for viewers", (note,), columns, tuple(rows)))
+    publish("moving_bodies", Table("Bodies kept for reports", (note,), columns, tuple(rows)))
 
 
 if __name__ == "__main__":

@@ -1,16 +1,14 @@
-"""Pictures of the report and of the viewer for docs/report_and_viewer.md, by a headless Chromium.
+"""A picture of a report for docs/report.md, by a headless Chromium.
 
     .venv/bin/python docs/page_pictures.py [FOLDER]
 
-Runs examples/impact_stress.toml (or takes FOLDER, where it has run), and writes docs/images/report.png and viewer.png.
+Runs examples/impact_stress.toml (or takes FOLDER, where it has run), and writes docs/images/report.png.
 """
 
 from __future__ import annotations
 
 import io
 import shutil
-import signal
-import subprocess
 import sys
 import tempfile
 import time
@@ -46,24 +44,9 @@ def main() -> None:
         browser.get(page.as_uri())
         time.sleep(SETTLED)
         figure = browser.find_element("css selector", "figure.body[data-file='stress_wave.h5']")
-        set_to(browser, figure.find_element("css selector", "[data-of=frame]"), "9")
+        for name, value in (("frame", "9"), ("axis", "0"), ("cut", "600")):
+            set_to(browser, figure.find_element("css selector", f"[data-of={name}]"), value)
         keep(figure.screenshot_as_png, "report.png")
-        served = subprocess.Popen(
-            [sys.executable, "-m", "seatfem", "view", str(folder)], stdout=subprocess.PIPE, text=True
-        )
-        try:
-            assert served.stdout is not None
-            browser.get(served.stdout.readline().strip())
-            time.sleep(SETTLED)
-            set_to(browser, browser.find_element("id", "mode"), "3")
-            set_to(browser, browser.find_element("id", "plane"), "x")
-            time.sleep(SETTLED)
-            browser.find_element("id", "stage").click()
-            time.sleep(SETTLED)
-            keep(browser.get_screenshot_as_png(), "viewer.png")
-        finally:
-            served.send_signal(signal.SIGINT)
-            served.wait()
     finally:
         browser.quit()
 

@@ -1,4 +1,4 @@
-"""A block of 2 by 4 by 10 mm whose modes and stress wave are stated, for viewers to show."""
+"""A block of 2 by 4 by 10 mm whose modes and stress wave are stated, for reports to show."""
 
 from __future__ import annotations
 

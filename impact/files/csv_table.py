@@ -148,8 +148,7 @@ def read_csv(
     ``delimiter``: between the columns; ``None``: as the lines tell.
 
     Raises ``error``: no regular file, larger than ``most`` bytes, no text, too many columns or lines, commas that
-    divide
-    columns and stand in numbers at once, both decimal points and commas.
+    divide columns and stand in numbers at once, both decimal points and commas.
     """
     with opened_file(path, most, error) as file:
         first = file.read(1 << 20)
@@ -245,14 +244,12 @@ def _with_decimal(table: CsvTable) -> CsvTable:
     if comma and point:
         raise table.error(
             f"{table.path}, line {max(comma[0], point[0])}: {point[1].strip()!r} has a decimal point, "
-            f"{comma[1].strip()!r} "
-            f"(line {comma[0]}) a comma: write all numbers alike, without marks of thousands"
+            f"{comma[1].strip()!r} (line {comma[0]}) a comma: write all numbers alike, without marks of thousands"
         )
     if both := next(((line, cell) for line, cell in _cells(table) if re.search(r"\d[.,]\d{3}[.,]\d", cell)), None):
         raise table.error(
             f"{table.path}, line {both[0]}: {both[1].strip()[:80]!r} has points and commas: write numbers without "
-            f"marks of "
-            "thousands"
+            "marks of thousands"
         )
     return replace(table, decimal="," if comma else ".")
 

@@ -1,12 +1,12 @@
 """Number and places of the poles of a noisy response: as many as its noise lets be told, all within its band.
 
 Sources: Schwarz, Ann. Statist. 6 (1978) 461 (the information criterion); Ewins, Modal Testing, 2nd ed., 4.4 (residual
-terms
-in place of modes below and above the band).
+terms in place of modes below and above the band).
 """
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
@@ -78,7 +78,7 @@ def criterion(data: FitData, squares: float, poles: Poles, form: str = "complex"
     numbers = 2 * len(data.s) * q / data.alike
     expected = numbers  # each of real and imaginary part has half of the variance
     squares = 2 * squares / data.alike
-    fit = squares if squares >= expected else expected * (1 + np.log(max(squares / expected, 1e-300)))
+    fit = squares if squares >= expected else expected * (1 + math.log(max(squares / expected, 1e-300)))
     per_pair = 3 + (2 if form == "complex" else 1) * q
     return fit + float(np.log(numbers)) * (per_pair * len(poles.pairs) + (1 + q) * len(poles.rates))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Parameter, validators
+from cyclopts import Parameter
 
 from seatfem.faces.output import COMMON, DONE, Common, Output, lines, progress_of
 
@@ -34,32 +34,29 @@ def view(
     folder: Path,
     /,
     *,
-    port: Annotated[int, Parameter(validator=validators.Number(gte=0, lte=65535))] = 0,
-    timeout: Annotated[int, Parameter(validator=validators.Number(gte=0))] = 0,
+    output: Output = None,
+    no_browser: Annotated[bool, Parameter(negative="", help="Write the page only.")] = False,
     common: Common = COMMON,
 ) -> int:
-    """Look at a run in a browser: modes, stress waves and landings to turn, scrub, cut and point at. Prints an address
-    that opens on this machine alone; Ctrl-C ends it.
+    """Write a run as one web page, as report does, and open it in the browser: modes, stress waves and landings to
+    turn, scrub, cut and point at. Where no browser opens, the file is named that is to be opened elsewhere.
 
     Parameters
     ----------
     folder:
-        Of a run (seatfem run -o), or of modes (seatfem modes -o).
-    port:
-        To listen at [default: any that is free].
-    timeout:
-        Seconds after which it ends when nobody looks [default: never].
+        Of a run (seatfem run -o).
+    output:
+        The file [default: report.html in that folder].
     """
-    from seatfem.faces.viewer.serve import view as serve
-    from seatfem.jobs.signals import Terminated
+    from seatfem.faces.report.browser import open_in_browser
+    from seatfem.faces.report.page import write_report
 
-    told = lines()
-    try:
-        serve(folder, lambda address: told.print(f"{address}\nCtrl-C ends it"), port=port, timeout=timeout)
-    except KeyboardInterrupt as stopped:
-        if isinstance(stopped, Terminated):
-            raise
-        lines(stderr=True, quiet=common.quiet).print("ended")
+    path = output or folder / "report.html"
+    write_report(folder, path)
+    told = lines(quiet=common.quiet)
+    told.print(f"wrote {path}")
+    if not no_browser and not open_in_browser(path):
+        told.print(f"no browser opens here; open {path.resolve()} in one")
     return DONE
 
 

@@ -36,7 +36,6 @@ EXTRAS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
         "pictures": PICTURE_PACKAGES,
         "tables": ("pandas", "pyarrow"),
         "report": ("plotly",),
-        "web": ("trame", "trame-vtk", "aiohttp"),
         "cluster": ("distributed",),
         "uff": ("pyuff",),
         "docs": ("sphinx", "docutils", "myst-parser", "sphinx-gallery", "pydata-sphinx-theme"),

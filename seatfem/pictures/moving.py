@@ -1,10 +1,10 @@
-"""A body in motion, kept for viewers: triangles, where their corners go, and what colours them."""
+"""A body in motion, kept for reports and other programs: triangles, where their corners go, and what colours them."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -226,11 +226,6 @@ def load_moving(path: str | os.PathLike[str]) -> Moving:
 def moving_bodies(folder: Path) -> dict[str, Moving]:
     """What a folder has of `KEPT`. Raises `StorageError` of a damaged file."""
     return {name: load_moving(folder / name) for name in KEPT if (folder / name).is_file()}
-
-
-def absent(bodies: Collection[str]) -> str:
-    """What of `KEPT` is not among the ``bodies``, and what puts it there; "" for none."""
-    return "; ".join(f"{KEPT[name].lower()} ({SOURCES[name]})" for name in KEPT if name not in bodies)
 
 
 def steps_of_displacement(made: Moving) -> NDArray[np.int16]:

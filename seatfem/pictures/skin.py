@@ -8,6 +8,8 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from seatfem.pictures.cell_grid import CellGrid, section_triangles
 from seatfem.structures.elements.mindlin import PlateMesh
@@ -100,6 +102,36 @@ def skin_of_plate(mesh: PlateMesh) -> Skin:
     """One face of a plate, drawn in its mid-surface."""
     quarters = mesh.cells[:, np.array(_QUARTERS)].reshape(-1, 4)
     return _skin(np.column_stack([mesh.points, np.zeros(len(mesh.points))]), _halved(quarters))
+
+
+def wound_outward(points: Array, triangles: Integers) -> Integers | None:
+    """Return the triangles of a closed surface with corners that run anticlockwise as seen from outside; ``None`` of a
+    surface with a rim.
+
+    Each triangle stands in a graph twice, as it is and turned over, and is linked to its neighbours as they would be
+    wound alike. Of the two parts that this makes of a body, the one that encloses a positive volume is taken.
+    """
+    count = len(triangles)
+    sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    owner, rising = np.tile(np.arange(count), 3), sides[:, 0] < sides[:, 1]
+    _, edge, users = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True)
+    edge = edge.reshape(-1)
+    if (users % 2).any():
+        return None
+    order = np.argsort(edge, kind="stable")
+    one, two = order[users[edge[order]] == 2].reshape(-1, 2).T
+    turned = np.where(rising[one] != rising[two], 0, count)  # neighbours wound alike pass their edge in opposite ways
+    ends = (
+        np.concatenate([owner[one], owner[one] + count]),
+        np.concatenate([owner[two] + turned, owner[two] + count - turned]),
+    )
+    _, part = connected_components(
+        coo_array((np.ones(len(ends[0])), ends), shape=(2 * count, 2 * count)), directed=False
+    )
+    corners = (points - points.mean(axis=0))[triangles]
+    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
+    enclosed = np.bincount(part, np.concatenate([volume, -volume]))
+    return np.where((enclosed[part[:count]] < 0)[:, None], triangles[:, ::-1], triangles)
 
 
 def _skin(points: Array, triangles: Integers) -> Skin:

@@ -28,7 +28,7 @@ from seatfem.study.sweep.study import load_study
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 DEAR = 1.5  # predicted seconds of a run, without the start of the program and pictures
-ELSEWHERE = ("demo", "verify", "trade", "sweep", "optimise", "view")  # verbs of minutes, or that serve; tested there
+ELSEWHERE = ("demo", "verify", "trade", "sweep", "optimise", "view")  # of minutes, or that open windows; tested there
 SCRIPTS = [path.read_text(encoding="utf-8") for path in (ROOT / "examples").glob("*.py")]  # tested as such
 REASON = "# not run here: "
 OTHERS = {"text", "{eval-rst}"}

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import base64
 import html
+import io
 import json
+import os
 import re
 import shutil
 import subprocess
+import sys
+import webbrowser
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +22,7 @@ from PIL import Image
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.faces.report.asked import AskedError
 from seatfem.faces.report.bodies import body_figure
+from seatfem.faces.report.browser import SCREENS
 from seatfem.faces.report.figures import MOST, _envelope
 from seatfem.faces.report.folder import ReportError
 from seatfem.faces.report.page import _landings, _shares, _state, report_page
@@ -166,6 +171,56 @@ def test_what_is_no_run(tmp_path: Path, content: str | None, message: str) -> No
     assert not (tmp_path / "report.html").exists()
 
 
+def test_a_scene_is_no_folder_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "valve.toml").touch()
+    assert run_command(["report", str(tmp_path / "valve.toml")]) == BAD_INPUT
+    assert "is a file; give the folder of a run (seatfem run -o), as valve-result" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the browser is named by the variable BROWSER")
+def test_view_opens_the_page_in_the_browser(folder: Path, tmp_path: Path) -> None:
+    page, asked = tmp_path / "a page.html", tmp_path / "asked"
+    program = tmp_path / "browser"
+    program.write_text(f'#!/bin/sh\nprintf %s "$*" > {asked}\n', encoding="utf-8")
+    program.chmod(0o755)
+    words = [sys.executable, "-m", "seatfem", "view", str(folder), "-o", str(page)]
+    shown = {**os.environ, "BROWSER": f"{program} %s"}
+    told = subprocess.run(words, env=shown, capture_output=True, text=True, timeout=300, check=True)
+    assert told.stdout == f"wrote {page}\n"
+    assert asked.read_text(encoding="utf-8") == page.as_uri()
+    assert page.read_text(encoding="utf-8").startswith("<!doctype html>")
+
+
+def _no_browser(address: str) -> bool:
+    raise webbrowser.Error("could not locate runnable browser")
+
+
+@pytest.mark.parametrize("screen", ["", ":0"])
+def test_view_without_a_browser_says_where_the_page_is(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, screen: str
+) -> None:
+    """No screen: nothing is asked; a screen without a browser: the library's error is no error of the verb."""
+    monkeypatch.setattr(sys, "platform", "linux")
+    for name in SCREENS:
+        monkeypatch.setenv(name, screen)
+    asked: list[str] = []
+    monkeypatch.setattr(webbrowser, "open", lambda address: asked.append(address) or _no_browser(address))
+    page = tmp_path / "page.html"
+    assert run_command(["view", str(folder), "-o", str(page)]) == DONE
+    assert asked == ([page.as_uri()] if screen else [])
+    assert f"no browser opens here; open {page} in one" in capsys.readouterr().out
+    assert page.is_file()
+    asked.clear()
+    assert run_command(["view", str(folder), "-o", str(page), "--no-browser"]) == DONE
+    assert asked == []
+    assert capsys.readouterr().out == f"wrote {page}\n"
+
+
+def test_view_of_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["view", str(tmp_path)]) == BAD_INPUT
+    assert "holds no summary.json; give the folder of a run (seatfem run -o)" in capsys.readouterr().err
+
+
 @pytest.fixture(scope="module")
 def browser(folder: Path, chromium: Any) -> Any:
     """The report in a headless Chromium."""
@@ -261,6 +316,45 @@ def test_time_is_scrubbed_and_a_click_tells_the_stress(browser: Any) -> None:
     put(browser, figure.find_element("css selector", "[data-of=colour]"), "0")
     changed(canvas, after, "coloured by displacement", share=0.0)
     assert "displacement [µm]" in figure.text
+    assert browser.get_log("browser") == []
+
+
+def _share_of_sand(canvas: Any) -> float:
+    """Return the share of a canvas in the colour of the inside, in light and shade."""
+    red, green, blue = np.moveaxis(np.asarray(Image.open(io.BytesIO(canvas.screenshot_as_png)), dtype=float), 2, 0)[:3]
+    return float(((red < 240) & (abs(red / (green + 1) - 1.2) < 0.05) & (abs(red / (blue + 1) - 1.55) < 0.1)).mean())
+
+
+@pytest.mark.slow
+def test_a_section_shows_the_inside(browser: Any) -> None:
+    """Across z the upper part goes, where a click finds nothing then; in y the half that faces the first view."""
+    from selenium.webdriver import ActionChains
+
+    figure, canvas = _body(browser, "stress_wave.h5")
+    put(browser, figure.find_element("css selector", "[data-of=frame]"), "2")
+    axis, cut = (figure.find_element("css selector", f"[data-of={name}]") for name in ("axis", "cut"))
+    assert not cut.is_enabled()
+    browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+    whole = shot(canvas)
+    assert _share_of_sand(canvas) < 0.0005
+    top = np.flatnonzero((whole[:, : whole.shape[1] // 2] < 240).any(axis=1))[0]  # left of the scale
+    put(browser, axis, "2")
+    half = changed(canvas, whole, "a section across z")
+    assert "z = 5.000 mm" in figure.text
+    assert np.flatnonzero((half[:, : half.shape[1] // 2] < 240).any(axis=1))[0] > top + 50
+    assert _share_of_sand(canvas) > 0.003
+    ActionChains(browser).move_to_element_with_offset(
+        canvas, 0, round(float(top) + 30 - whole.shape[0] / 2)
+    ).click().perform()
+    until(lambda: figure.find_element("css selector", ".probe").text == "Nothing there.", "no body where it is cut off")
+    put(browser, cut, "300")
+    lower = changed(canvas, half, "a section elsewhere")
+    assert "z = 3.000 mm" in figure.text
+    put(browser, axis, "1")
+    changed(canvas, lower, "a section across y")
+    assert _share_of_sand(canvas) > 0.01
+    put(browser, axis, "")
+    until(lambda: (np.abs(shot(canvas) - whole) > 12).mean() < 0.001, "as it was before it was cut")
     assert browser.get_log("browser") == []
 
 

@@ -379,8 +379,7 @@ def test_damaged_bodies_are_told_by_the_verbs_that_open_them(
     (tmp_path / "summary.json").write_text('{"impulse_Ns": 0.0, "first_contact_s": null}', encoding="utf-8")
     path.write_bytes(path.read_bytes()[:2000])
     (tmp_path / "modes.h5").unlink()
-    for verb in ("report", "view"):
-        assert run_command([verb, str(tmp_path)]) in (BAD_INPUT, FAILED)
-        said = capsys.readouterr().err
-        assert "stress_wave.h5" in said
-        assert "bug" not in said
+    assert run_command(["report", str(tmp_path)]) in (BAD_INPUT, FAILED)
+    said = capsys.readouterr().err
+    assert "stress_wave.h5" in said
+    assert "bug" not in said

@@ -1,4 +1,4 @@
-"""Bodies kept for viewers: what is read is what was written, to the steps stated; damage is told."""
+"""Bodies kept for reports: what is read is what was written, to the steps stated; damage is told."""
 
 from __future__ import annotations
 

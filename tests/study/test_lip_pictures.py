@@ -128,7 +128,7 @@ def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: 
     assert (tmp_path / "alone.png").stat().st_size > 50_000
 
 
-def test_the_landing_is_kept_for_viewers(landed: Any, tmp_path: Path) -> None:
+def test_the_landing_is_kept_for_reports(landed: Any, tmp_path: Path) -> None:
     """Up and down as the plate moves, to 1/32767 of the farthest; the film's times and forces."""
     found = landing_of(landed.done, by_arc(landed.done.touches.parts, Division(ARCS, 2)))
     assert found is not None

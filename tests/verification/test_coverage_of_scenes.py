@@ -8,6 +8,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
+import checked_scenes
 import coverage_of_scenes
 import pytest
 from drawn_scenes import SEATS, STRIKERS, draw_scene
@@ -177,6 +178,23 @@ def test_the_page_has_the_table() -> None:
     """Nobody writes its numbers by hand."""
     page = coverage_of_scenes.PAGE.read_text(encoding="utf-8")
     assert [line for line in (ends(ROWS), *table(ROWS)) if line not in page] == []
+
+
+def test_the_package_has_the_counts_of_the_tables() -> None:
+    """Reports show them; `python benchmarks/checked_scenes.py` writes them."""
+    assert checked_scenes.FILE.read_text(encoding="utf-8") == checked_scenes.checked_scenes()
+    page = coverage_of_scenes.PAGE.read_text(encoding="utf-8")
+    assert [heading for heading in checked_scenes.SECTIONS if f"\n## {heading}\n" not in page] == []
+
+
+def test_numbers_with_a_bar_that_is_shown_are_counted_by_kind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a scene one inside and one outside, of another one inside; a bar above half of its value does not count."""
+    lines = ("seed,index,seat,striker,value,bar,inside", "1,0,rod,ball,2,1,True", "1,0,rod,ball,-2,0.5,False")
+    more = ("1,1,rod,ball,2,0.1,True", "1,2,rod,ball,2,1.1,True", "1,3,rod,ball,2,nan,", "1,4,rod,disc,2,0.1,True")
+    (tmp_path / "made_up.csv").write_text("\n".join((*lines, *more)) + "\n", encoding="utf-8")
+    monkeypatch.setattr(checked_scenes, "RESULTS", tmp_path)
+    monkeypatch.setattr(checked_scenes, "SECTIONS", {"Made up": ("made_up.csv",)})
+    assert checked_scenes.checked_scenes().splitlines()[1:] == ["Made up,rod,ball,2,2,3", "Made up,rod,disc,1,1,1"]
 
 
 @of_the_table

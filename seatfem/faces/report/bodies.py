@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from impact.files.input_files import MB
 from impact.quantities import scaled
 from seatfem.pictures.moving import FINEST, UNTOLD, Moving, steps_of_displacement, steps_of_values
+from seatfem.pictures.skin import wound_outward
 
 MOST_OF_BODIES: Final = 3 * MB  # of numbers, before base64 makes them a third longer
 HINT: Final = (
     "Drag or use the arrow keys to turn, Shift and drag to move, + and - (or the wheel, once clicked) to zoom, 0 to "
-    "reset, the space bar to play; a click on the body tells the values there."
+    "reset, the space bar to play; a click on the body tells the values there; a section takes away "
+    "the half that faces you when it is chosen, and shows the inside of the surface in the colour of sand."
 )
-
 
 UNDRAWN: Final = "This browser does not draw it (no WebGL 2); the pictures below show it at rest."
 
@@ -50,6 +51,9 @@ def body_figure(name: str, made: Moving, most: int = MOST_OF_BODIES) -> str:
         f'<button type="button" data-of="play" aria-pressed="false">play</button>{picked}{coloured}'
         '<label>exaggeration <input type="range" data-of="scale" min="0" max="100" value="50"></label>'
         '<output data-of="factor"></output>'
+        f'<label>section across <select data-of="axis">{_axes(made)}</select></label>'
+        '<label>at <input type="range" data-of="cut" min="0" max="1000" value="500" disabled></label>'
+        '<output data-of="place"></output>'
         '<span><button type="button" data-of="nearer" aria-label="zoom in">+</button> '
         '<button type="button" data-of="farther" aria-label="zoom out">−</button> '
         '<button type="button" data-of="reset">reset view</button></span></div>'
@@ -59,6 +63,13 @@ def body_figure(name: str, made: Moving, most: int = MOST_OF_BODIES) -> str:
         f'<figcaption>{title}. {html.escape(telling)} <span class="screen">{html.escape(HINT)}</span></figcaption>'
         f'<script type="application/json">{data}</script></figure>'
     )
+
+
+def _axes(made: Moving) -> str:
+    """Return the axes across which a body can be cut: those along which it has an extent."""
+    extents = np.ptp(made.points, axis=0)
+    across = (f'<option value="{k}">{name}</option>' for k, name in enumerate("xyz") if extents[k] > 0)
+    return "".join(('<option value="">off</option>', *across))
 
 
 def _thinned(made: Moving, most: int) -> Moving:
@@ -87,19 +98,21 @@ def _notes(made: Moving, shown: Moving) -> Iterator[str]:
     if made.before > count:
         yield f"Of {made.before:,} triangles of the surface {count:,} are drawn, on corners of the mesh."
     if len(shown.labels) < len(made.labels):
-        yield f"Of {len(made.labels)} frames {len(shown.labels)} are in this page; seatfem view shows all."
+        yield f"Of {len(made.labels)} frames {len(shown.labels)} are in this page; seatfem export --to vtk writes all."
     if made.values is not None and np.isnan(made.values).any():
         yield "Grey: no value is told."
 
 
 def _numbers(made: Moving) -> dict[str, Any]:
     """What the script draws: arrays in base64, little-endian."""
+    outward = wound_outward(made.points, made.triangles)
     factor, unit = scaled(max(abs(made.low), abs(made.high)), made.unit) if made.values is not None else (1.0, "")
     rate, moved = (1.0, "") if made.time is None else scaled(made.largest, "m")
     return {
         "points": _coded(made.points - (made.points.min(axis=0) + made.points.max(axis=0)) / 2, "<f4"),
         "centre": ((made.points.min(axis=0) + made.points.max(axis=0)) / 2).tolist(),
-        "triangles": _coded(made.triangles, "<u4"),
+        "triangles": _coded(made.triangles if outward is None else outward, "<u4"),
+        "closed": outward is not None,
         "displacement": _coded(steps_of_displacement(made), "<i2"),
         "values": None if made.values is None else _coded(steps_of_values(made), "<u2"),
         "finest": FINEST,

@@ -12,6 +12,12 @@ class Body {
     this.steps = decoded(data.displacement, Int16Array);
     this.values = data.values && decoded(data.values, Uint16Array);
     this.count = this.points.length / 3;
+    this.ends = [0, 1, 2].map(axis => {  // of the body at rest along each axis
+      let low = Infinity, high = -Infinity;
+      for (let k = axis; k < this.points.length; k += 3) { low = Math.min(low, this.points[k]); high = Math.max(high, this.points[k]); }
+      return [low, high];
+    });
+    this.side = 1;  // of a section that is taken away: that of the greater or of the lesser numbers
     this.view = { ...HOME };
     this.frame = data.first; this.phase = 1; this.playing = false;
     this.reach = this.turned().slice(0, 2).map(axis => {  // half of what is seen to the side and upwards, at least
@@ -58,12 +64,18 @@ class Body {
     this.edges = kept(gl.ELEMENT_ARRAY_BUFFER, edges); this.edgeCount = edges.length;
     this.at = name => gl.getUniformLocation(program, name);
     gl.uniform3fv(this.at("colours"), VIRIDIS.flatMap(hex => [0, 2, 4].map(k => parseInt(hex.slice(k, k + 2), 16) / 255)));
-    gl.uniform3fv(this.at("grey"), GREY);
+    gl.uniform3fv(this.at("grey"), GREY); gl.uniform3fv(this.at("inside"), INSIDE); gl.uniform1i(this.at("closed"), this.data.closed);
     gl.enable(gl.DEPTH_TEST); gl.clearColor(1, 1, 1, 1);
     this.canvas.addEventListener("webglcontextlost", () => { this.of.probe.textContent = "The drawing was lost; reload the page."; });
   }
 
   get coloured() { return Boolean(this.values) && this.of.colour.value === "1"; }
+
+  get section() {  // normal and place of the plane beyond which nothing is drawn, in the body at rest
+    if (this.of.axis.value === "") return UNCUT;
+    const axis = Number(this.of.axis.value), [low, high] = this.ends[axis], share = Number(this.of.cut.value) / 1000;
+    return [...[0, 1, 2].map(k => k === axis ? this.side : 0), this.side * (low + share * (high - low))];
+  }
 
   get factor() {  // drawn over true displacements; of modes the largest drawn over the size of the body
     const share = Number(this.of.scale.value) / 100;
@@ -102,6 +114,7 @@ class Body {
     }
     gl.uniform2fv(this.at("scale"), [65535 / (data.untold - 1), 1]);
     gl.uniform1i(this.at("coloured"), this.coloured);
+    gl.uniform4fv(this.at("cut"), this.section);
     gl.uniform1i(this.at("line"), 0); gl.uniform1f(this.at("pull"), pull);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.faces);
     gl.drawElements(gl.TRIANGLES, this.triangles.length, gl.UNSIGNED_INT, 0);
@@ -118,6 +131,10 @@ class Body {
     of.high.textContent = own ? short(data.high) : short(data.moved);
     of.unit.textContent = own ? `${data.quantity} [${data.unit}]` : data.modes ? "displacement, relative" : `displacement [${data.moved_unit}]`;
     of.factor.textContent = data.modes ? `${short(100 * this.factor)} % of the size` : `${short(this.factor)} times`;
+    const axis = Number(of.axis.value), cut = this.section;
+    of.cut.disabled = of.axis.value === "";
+    of.place.textContent = of.cut.disabled ? "" : `${"xyz"[axis]} = ${(1e3 * (this.side * cut[3] + data.centre[axis])).toPrecision(4)} mm`;
+    of.cut.setAttribute("aria-valuetext", of.place.textContent);
     if (of.frame.type === "range") of.frame.setAttribute("aria-valuetext", data.labels[this.frame]);
     of.scale.setAttribute("aria-valuetext", of.factor.textContent);
   }
@@ -154,6 +171,11 @@ class Body {
     const of = this.of, canvas = this.canvas;
     of.frame.addEventListener("input", () => this.show(Number(of.frame.value)));
     of.scale.addEventListener("input", () => { this.label(); this.draw(); });
+    of.axis.addEventListener("input", () => {
+      if (of.axis.value !== "") this.side = this.turned()[2][Number(of.axis.value)] < 0 ? -1 : 1;  // the half towards the camera
+      this.label(); this.draw();
+    });
+    of.cut.addEventListener("input", () => { this.label(); this.draw(); });
     if (of.colour) of.colour.addEventListener("input", () => { this.label(); this.draw(); });
     of.play.addEventListener("click", () => this.play(!this.playing));
     of.nearer.addEventListener("click", () => this.zoomBy(1.25));
@@ -197,6 +219,7 @@ class Body {
       for (let j = 0; j < 3; j++) seen[3 * k + j] = axes[j][0] * p[0] + axes[j][1] * p[1] + axes[j][2] * p[2];
       seen[3 * k] = seen[3 * k] * this.zoom[0] + this.view.x; seen[3 * k + 1] = seen[3 * k + 1] * this.zoom[1] + this.view.y;
     }
+    const cut = this.section, beyond = k => cut[0] * this.points[k] + cut[1] * this.points[k + 1] + cut[2] * this.points[k + 2];
     let depth = -Infinity, found = -1;
     for (let t = 0; t < this.triangles.length; t += 3) {
       const [a, b, c] = [0, 1, 2].map(k => 3 * this.triangles[t + k]);
@@ -204,6 +227,7 @@ class Body {
       const v = ((x - seen[a]) * (seen[c + 1] - seen[a + 1]) - (seen[c] - seen[a]) * (y - seen[a + 1])) / area;
       const w = ((seen[b] - seen[a]) * (y - seen[a + 1]) - (x - seen[a]) * (seen[b + 1] - seen[a + 1])) / area;
       if (!(v >= 0 && w >= 0 && v + w <= 1)) continue;
+      if ((1 - v - w) * beyond(a) + v * beyond(b) + w * beyond(c) > cut[3]) continue;  // taken away
       const here = (1 - v - w) * seen[a + 2] + v * seen[b + 2] + w * seen[c + 2];
       if (here > depth) { depth = here; found = [[1 - v - w, a], [v, b], [w, c]].sort((p, q) => q[0] - p[0])[0][1] / 3; }
     }

@@ -2,12 +2,14 @@
 // largest displacement; shading is that of each flat triangle as it is drawn.
 "use strict";
 const VIRIDIS = ["440154", "482475", "414487", "355f8d", "2a788e", "21918c", "22a884", "44bf70", "7ad151", "bddf26", "fde725"];
-const GREY = [0.847, 0.855, 0.867], HOME = { turn: -1.148, lift: 0.514, zoom: 1, x: 0, y: 0 }, SHARP = Math.cos(35 * Math.PI / 180);
+const GREY = [0.847, 0.855, 0.867], INSIDE = [0.84, 0.70, 0.54], UNCUT = [0, 0, 0, 1];
+const HOME = { turn: -1.148, lift: 0.514, zoom: 1, x: 0, y: 0 }, SHARP = Math.cos(35 * Math.PI / 180);
 const VERTEX = `#version 300 es
 in vec3 rest; in vec3 moved; in float value;
 uniform mat3 turn; uniform vec3 shift; uniform vec3 zoom; uniform float pull; uniform vec2 scale; uniform bool coloured;
-out vec3 place; out float share; out float told;
+out vec3 place; out vec3 material; out float share; out float told;
 void main() {
+  material = rest;
   place = turn * (rest + pull * moved);
   share = coloured ? value * scale.x : length(moved) * scale.y;
   told = coloured && value > 0.999995 ? 0.0 : 1.0;
@@ -15,14 +17,17 @@ void main() {
 }`;
 const FRAGMENT = `#version 300 es
 precision highp float;
-in vec3 place; in float share; in float told;
-uniform vec3 colours[11]; uniform vec3 grey; uniform bool line;
+in vec3 place; in vec3 material; in float share; in float told;
+uniform vec3 colours[11]; uniform vec3 grey; uniform vec3 inside; uniform vec4 cut; uniform bool closed; uniform bool line;
 out vec4 colour;
 void main() {
+  float depth = cut.w - dot(cut.xyz, material), pixel = fwidth(depth);
+  if (depth < 0.0) discard;
   if (line) { colour = vec4(0.35, 0.38, 0.42, 1.0); return; }
   vec3 normal = normalize(cross(dFdx(place), dFdy(place)));
   float at = clamp(share, 0.0, 1.0) * 10.0; int low = int(min(at, 9.0));
-  vec3 own = told < 0.99 ? grey : mix(colours[low], colours[low + 1], at - float(low));
+  vec3 own = closed && !gl_FrontFacing ? inside : told < 0.99 ? grey : mix(colours[low], colours[low + 1], at - float(low));
+  if (depth < 1.5 * pixel) own = vec3(0.1, 0.12, 0.15);  // the outline of the section
   colour = vec4(own * (0.62 + 0.42 * abs(dot(normal, normalize(vec3(0.3, 0.5, 1.0))))), 1.0);
 }`;
 

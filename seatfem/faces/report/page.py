@@ -17,9 +17,11 @@ from seatfem.faces.landings_table import landings_of, landings_table
 from seatfem.faces.readings import as_number
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
 from seatfem.faces.report.bodies import MOST_OF_BODIES, body_figure
+from seatfem.faces.report.checked import who_checked
 from seatfem.faces.report.folder import ReportError, run_summary, text_of
 from seatfem.faces.report.html_tables import html_rows, html_table
 from seatfem.faces.report.kept_pictures import kept_pictures
+from seatfem.faces.report.omissions import omissions
 from seatfem.faces.report.provenance import provenance, versions
 from seatfem.faces.report.stressed import hot_spots, life_table
 from seatfem.faces.result_table import result_table
@@ -82,6 +84,8 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
     lines = (pressed_on(summary), simpler(summary), lasting(summary))
     sentences = [f"<p>{html.escape(line)}</p>" for line in lines if line]
     yield "Result", html_table(result_table(summary)) + _landings(summary) + "".join(sentences)
+    left_out = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in omissions(summary))
+    yield "What was left out", f"<ul>{left_out}</ul><h3>Who checked this kind of scene</h3>{who_checked(summary)}"
     figures = _figures(folder, summary)
     for name, (caption, figure) in figures.items():
         told = html.escape(caption).replace(CURVES, f'<span class="screen">{CURVES}</span>')

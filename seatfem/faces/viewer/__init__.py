@@ -1,1 +1,0 @@
-"""A run to look at in a browser, drawn by this machine."""

@@ -1,0 +1,112 @@
+"""The part of a report that says what its numbers do not tell, and who checked scenes of this kind."""
+
+from __future__ import annotations
+
+import html
+import json
+from pathlib import Path
+
+import pytest
+
+from seatfem.faces.report import checked
+from seatfem.faces.report.checked import CheckedScenes, checked_scenes, who_checked
+from seatfem.faces.report.omissions import omissions
+from seatfem.faces.report.page import report_page
+
+HOSTILE = "<script>document.title='taken'</script>"
+WHOLE = {
+    "impulse_Ns": 1.0,
+    "error_bar_impulse_Ns": 0.1,
+    "peak_seat_stress_Pa": 1e6,
+    "error_bar_peak_seat_stress_Pa": 1e4,
+    "peak_reed_stress_Pa": 1e8,
+    "error_bar_peak_reed_stress_Pa": 1e6,
+    "life_margin": 1.2,
+    "error_bar_life_margin": 0.1,
+    "contact_count": 2,
+    "accuracy_judged_keys": "impulse_Ns",
+    "accuracy_met": True,
+    "error_unknown": "",
+}
+"""Summary of a run that leaves nothing open."""
+
+
+def test_a_run_of_which_all_is_known_leaves_nothing_out() -> None:
+    assert list(omissions(WHOLE)) == []
+
+
+@pytest.mark.parametrize(
+    ("changed", "sentence"),
+    [
+        ({"error_unknown": "mesh, patch"}, "Not included in the uncertainty: mesh error, contact face treated as one."),
+        ({"error_bar_impulse_Ns": None}, "Uncertainty not known (whole run): impulse."),
+        (
+            {"error_bar_impulse_Ns": 0.51},
+            "Not known, since the uncertainty is above half of the value (whole run): impulse.",
+        ),
+        (
+            {"contact_duration_s": 1e-4, "first_contact_s": 1e-3, "error_bar_first_contact_s": 1e-6},
+            "Without an uncertainty (whole run): first contact: lasts.",
+        ),
+        ({"peak_force_N": 3.0}, "Without an uncertainty (raw): peak force."),
+        ({"impulse_Ns": None}, "Asked for, but without a value in this run: impulse."),
+        (
+            {"accuracy_met": False, "accuracy_stopped_because": "no time is left"},
+            "The accuracy asked for was missed, and no further round followed: no time is left.",
+        ),
+        (
+            {"peak_seat_stress_Pa": None},
+            "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements.",
+        ),
+        (
+            {"peak_reed_stress_Pa": None},
+            "Stress in the reed was not computed; [stress] in the scene asks for that of a plate.",
+        ),
+        ({"pictures_missing": "no driver"}, "Pictures that could not be drawn: no driver."),
+    ],
+)
+def test_what_is_open_is_told(changed: dict[str, object], sentence: str) -> None:
+    assert sentence in list(omissions({**WHOLE, **changed}))
+
+
+def test_fatigue_that_nobody_asked_for() -> None:
+    without = {key: value for key, value in WHOLE.items() if "life" not in key}
+    assert list(omissions(without)) == ["Fatigue was not judged; [life] in the scene asks for it."]
+
+
+def test_a_reed_that_lands_with_no_value_asked_of_the_landing() -> None:
+    asked = {**WHOLE, "accuracy_judged_keys": "landing_restitution", "landing_restitution": None}
+    assert list(omissions(asked)) == []  # nothing landed: the verdict says so
+    (told,) = omissions({**asked, "landing_time_s": 1e-3, "error_bar_landing_time_s": 1e-6})
+    assert told == "Asked for, but without a value in this run: restitution."
+
+
+def test_the_package_names_scenes_that_were_checked() -> None:
+    table = checked_scenes()
+    assert len(table) > 50
+    assert all(0 <= each.inside <= each.numbers and each.scenes > 0 for each in table)
+    lips = next(each for each in table if each.section == "Contacts along a lip" and each.reed == "flapper")
+    words = who_checked({"seat_kind": "annular", "reed_kind": "flapper"})
+    assert f"Contacts along a lip: {lips.inside} of {lips.numbers} numbers of {lips.scenes} scenes" in words
+
+
+def test_kinds_that_never_met_are_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = (CheckedScenes("Runs", "rod", "ball", 1, 3, 4), CheckedScenes("Runs", "rod", "disc", 2, 5, 5))
+    monkeypatch.setattr(checked, "checked_scenes", lambda: rows)
+    words = html.unescape(who_checked({"seat_kind": "rod", "reed_kind": "bar"}))
+    assert 'None had a seat "rod" and a reed "bar", but:' in words
+    assert '<li>seat "rod", Runs: 8 of 9 numbers of 3 scenes had' in words
+    assert '<li>reed "bar"' not in words
+    assert "nor either of them" in who_checked({"seat_kind": "cad", "reed_kind": "bar"})
+    assert "Runs: 3 of 4 numbers of 1 scene had" in who_checked({"seat_kind": "rod", "reed_kind": "ball"})
+
+
+def test_nothing_of_a_summary_runs_in_the_page(tmp_path: Path) -> None:
+    keys = ("error_unknown", "seat_kind", "reed_kind", "accuracy_stopped_because", "pictures_missing")
+    whole = {key: value for key, value in WHOLE.items() if "life" not in key}
+    hostile = {**whole, **dict.fromkeys(keys, HOSTILE), "accuracy_met": False, "first_contact_s": 0.1}
+    (tmp_path / "summary.json").write_text(json.dumps(hostile), encoding="utf-8")
+    page = report_page(tmp_path)
+    assert HOSTILE not in page
+    assert page.count(html.escape(HOSTILE)) >= 5
+    assert "What was left out" in page
