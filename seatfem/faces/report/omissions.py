@@ -8,7 +8,7 @@ from typing import Final
 
 from seatfem.faces.readings import as_number, bar_of
 from seatfem.faces.rows import HEADINGS, LANDING, Group, asked, name_of, rows_of, words_of
-from seatfem.faces.source_words import in_words
+from seatfem.study.accuracy.source_words import in_words
 from seatfem.study.runs.outcome import is_known
 
 BAR_UNKNOWN: Final = "Uncertainty not known"
