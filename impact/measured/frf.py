@@ -39,12 +39,8 @@ _ROLES: dict[str, tuple[str, ...]] = {
     "variance": ("variance", "var"),
 }
 _LIKE = (
-    "must be like 'frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]' or 'frequency [kHz],accelerance "
-    "magnitude [1/kg],accelerance phase [deg]', or its columns be named by columns = { frequency = ..., real = ..., "
-    "imag = "
-    "... } and their units by units = { frequency = ..., response = ... }; quantities: receptance, mobility, "
-    "accelerance; "
-    f"lengths: {', '.join(_LENGTHS)}; of accelerance also {', '.join(_MASSES)}; magnitudes also in dB re 1 of a unit"
+    "must be like 'frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]', or have magnitude [m/N, dB re 1 m/N] "
+    f"and phase [deg]; or give columns and units; quantities: {', '.join(_ORDER)}; also in {', '.join(_MASSES)}"
 )
 _ANGLES = {"deg": np.pi / 180, "rad": 1.0}
 RECIPROCITY_LIMIT = 0.2
