@@ -40,7 +40,8 @@ _ROLES: dict[str, tuple[str, ...]] = {
 }
 _LIKE = (
     "must be like 'frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]', or have magnitude [m/N, "
-    f"dB re 1 m/N] and phase [deg]; or give columns and units; quantities: {', '.join(_ORDER)}; also in {', '.join(_MASSES)}"
+    f"dB re 1 m/N] and phase [deg]; or give columns and units; quantities: {', '.join(_ORDER)}; "
+    f"also in {', '.join(_MASSES)}"
 )
 _ANGLES = {"deg": np.pi / 180, "rad": 1.0}
 RECIPROCITY_LIMIT = 0.2
