@@ -100,7 +100,8 @@ class FrequencyResponse:
         if deviation is not None:
             deviation = np.asarray(deviation, dtype=float).reshape(g.shape)
             if not (np.all(np.isfinite(deviation)) and np.all(deviation >= 0)):
-                raise FrequencyResponseError("the noise of every line must be finite and not negative")
+                least = float(np.min(deviation))
+                raise FrequencyResponseError(f"noise of {least:g} m/N: it must be finite and not negative at every line")
         turned = g.transpose(0, 2, 1)
         as_measured = ((self.shift + 2j * np.pi * f) ** _ORDER[self.measured_as])[:, None, None]
         apart, size = (float(np.linalg.norm(as_measured * each)) for each in (g - turned, g))
