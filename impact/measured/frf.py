@@ -101,7 +101,7 @@ class FrequencyResponse:
             deviation = np.asarray(deviation, dtype=float).reshape(g.shape)
             if not (np.all(np.isfinite(deviation)) and np.all(deviation >= 0)):
                 least = float(np.min(deviation))
-                raise FrequencyResponseError(f"noise of {least:g} m/N: it must be finite and not negative at every line")
+                raise FrequencyResponseError(f"noise of {least:g} m/N: must be finite and not negative at every line")
         turned = g.transpose(0, 2, 1)
         as_measured = ((self.shift + 2j * np.pi * f) ** _ORDER[self.measured_as])[:, None, None]
         apart, size = (float(np.linalg.norm(as_measured * each)) for each in (g - turned, g))
@@ -227,7 +227,7 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind 
     if unknown := sorted({*columns} - {*_ROLES}) + sorted({*units} - {"frequency", "response", "phase"}):
         raise TimeSeriesError(
             f"{table.path}: {unknown[0]!r} is no role: columns has {', '.join(_ROLES)}, units has frequency, "
-            f"response and phase"
+            "response and phase: remove it"
         )
     said = {k: _said(head.name) for k, head in enumerate(table.heads)}
     names = {role: [table.heads[k].name.lower() for k, (_, part) in said.items() if part == role] for role in _ROLES}
