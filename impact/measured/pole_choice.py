@@ -80,7 +80,7 @@ def criterion(data: FitData, squares: float, poles: Poles, form: str = "complex"
     squares = 2 * squares / data.alike
     fit = squares if squares >= expected else expected * (1 + np.log(max(squares / expected, 1e-300)))
     per_pair = 3 + (2 if form == "complex" else 1) * q
-    return float(fit) + float(np.log(numbers)) * (per_pair * len(poles.pairs) + (1 + q) * len(poles.rates))
+    return float(fit + np.log(numbers) * (per_pair * len(poles.pairs) + (1 + q) * len(poles.rates)))
 
 
 def _left(data: FitData, extra: ComplexArray, poles: Poles) -> ComplexArray:
