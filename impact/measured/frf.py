@@ -39,12 +39,9 @@ _ROLES: dict[str, tuple[str, ...]] = {
     "variance": ("variance", "var"),
 }
 _LIKE = (
-    "must be like 'frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]' or 'frequency [kHz],accelerance "
-    "magnitude [1/kg],accelerance phase [deg]', or its columns be named by columns = { frequency = ..., real = ..., "
-    "imag = "
-    "... } and their units by units = { frequency = ..., response = ... }; quantities: receptance, mobility, "
-    "accelerance; "
-    f"lengths: {', '.join(_LENGTHS)}; of accelerance also {', '.join(_MASSES)}; magnitudes also in dB re 1 of a unit"
+    "must be like 'frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]', or have magnitude [m/N, "
+    f"dB re 1 m/N] and phase [deg]; or give columns and units; quantities: {', '.join(_ORDER)}; "
+    f"also in {', '.join(_MASSES)}"
 )
 _ANGLES = {"deg": np.pi / 180, "rad": 1.0}
 RECIPROCITY_LIMIT = 0.2
@@ -103,7 +100,8 @@ class FrequencyResponse:
         if deviation is not None:
             deviation = np.asarray(deviation, dtype=float).reshape(g.shape)
             if not (np.all(np.isfinite(deviation)) and np.all(deviation >= 0)):
-                raise FrequencyResponseError("the noise of every line must be finite and not negative")
+                least = float(np.min(deviation))
+                raise FrequencyResponseError(f"noise of {least:g} m/N: must be finite and not negative at every line")
         turned = g.transpose(0, 2, 1)
         as_measured = ((self.shift + 2j * np.pi * f) ** _ORDER[self.measured_as])[:, None, None]
         apart, size = (float(np.linalg.norm(as_measured * each)) for each in (g - turned, g))
@@ -229,7 +227,7 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind 
     if unknown := sorted({*columns} - {*_ROLES}) + sorted({*units} - {"frequency", "response", "phase"}):
         raise TimeSeriesError(
             f"{table.path}: {unknown[0]!r} is no role: columns has {', '.join(_ROLES)}, units has frequency, "
-            f"response and phase"
+            "response and phase: remove it"
         )
     said = {k: _said(head.name) for k, head in enumerate(table.heads)}
     names = {role: [table.heads[k].name.lower() for k, (_, part) in said.items() if part == role] for role in _ROLES}

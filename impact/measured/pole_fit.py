@@ -70,7 +70,10 @@ def fit_poles(
     free: bool | None = None,
     most_pairs: int = 80,
 ) -> Fitted:
-    """Return a passive sum of poles through a measured response: `fit_response` without its draws."""
+    """Return a passive sum of poles through a measured response: `fit_response` without its draws.
+
+    ``tolerance``: relative misfit that is allowed beyond the noise.
+    """
     return fit_response(response, tolerance=tolerance, form=form, free=free, most_pairs=most_pairs).greens
 
 

@@ -101,11 +101,11 @@ def fit_of(greens: GreensFunction) -> Fit:
 
 def _misfits(scene: Scene, seat: GreensFunction | None, reed: GreensFunction | None) -> Iterator[Advice]:
     """Yield that the fit to a record misses more of it than its noise explains, with the lines."""
-    from impact.measured.pole_fit import BLOCK_LIMIT, in_words  # of measured bodies only
-
     for role, body, greens in (("seat", scene.seat, seat), ("reed", scene.reed, reed)):
         if greens is None or body.measured() is None:
             continue
+        from impact.measured.pole_fit import BLOCK_LIMIT, in_words  # of measured bodies only
+
         fit = fit_of(greens)
         remedy = f"leave these lines out, state {role}.free = true of a body that is free, or measure lower and further"
         reason = "it is no response of a linear, passive body with modes within the band alone"
