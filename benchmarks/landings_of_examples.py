@@ -16,12 +16,13 @@ from pathlib import Path
 from time import process_time
 from typing import Any, Final
 
-from markers import between
-
 from seatfem.faces.readings import reading
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.rounds import Limits
 from seatfem.study.scene import load_scene
+
+sys.path.append(str(Path(__file__).parents[1] / "docs"))  # whose scripts write between marks
+from markers import between  # noqa: E402
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 FILE: Final = ROOT / "benchmarks" / "results" / "landings_of_examples.csv"
