@@ -22,7 +22,7 @@ from seatfem.study.runs.rounds import Limits
 from seatfem.study.scene import load_scene
 
 sys.path.append(str(Path(__file__).parents[1] / "docs"))  # whose scripts write between marks
-from markers import between  # noqa: E402
+from markers import between
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 FILE: Final = ROOT / "benchmarks" / "results" / "landings_of_examples.csv"
