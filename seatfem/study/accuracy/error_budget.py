@@ -64,7 +64,15 @@ from seatfem.study.impacts.measures import (
 from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.impacts.validity import fit_of
 from seatfem.study.method import RunMethod, chooses_one_port
-from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS, OF_DRAWS, ONE_PORT_BAR, SHEAR_SHARE, SHORT
+from seatfem.study.safety import (
+    FLOOR_OF_SPRING,
+    FLOORS,
+    OF_DRAWS,
+    ONE_PORT_BAR,
+    SHEAR_SHARE,
+    SHORT,
+    WITHIN_PARTS,
+)
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import across_of, arcs_behind_rings, lip_of
 from seatfem.study.scene.measures import (
@@ -113,7 +121,8 @@ def error_budget(
     - patch: a patch that moves as its mean is softer than under the striker's face. In place of one ring or two, the
       patch in `ENOUGH` of them, on the coarser mesh; of more, what one ring in their place changes, times
       `seatfem.structures.rings.left_by`. Of a lip in arcs, what twice as many arcs change, and what more rings across
-      them do, both on both bodies. A rod or spring has no patch, and of a function from a file it is not known.
+      them do, both on both bodies, and under a plate a share that no number of parts tells of. A rod or spring has no
+      patch, and of a function from a file it is not known.
     - striker: mesh, reduction and level of one that was computed (``reed``), as those of the seat; what is not known of
       them is named beside the bars.
     - lip: of one port that a plan has chosen, what arcs in its place change, on the waves of the seat as a whole over a
@@ -157,6 +166,8 @@ def error_budget(
     if method.seat.level == "spring":
         floors["model"] = FLOOR_OF_SPRING
     left = with_floors(Budget(left.values, known_parts, (*names, *unknown)), floors)
+    if scene.reed.meets_lips and Division.of(seat.greens).arcs > 1:
+        left = with_share(left, "patch", WITHIN_PARTS)
     return with_cut_landings(with_jumps(left, blow), like)
 
 
@@ -213,6 +224,14 @@ def with_floors(left: Budget, floors: Mapping[str, float]) -> Budget:
         for source, part in left.parts.items()
     }
     return replace(left, parts=raised)
+
+
+def with_share(left: Budget, source: str, share: float) -> Budget:
+    """Return the budget with more of a known source: a ``share`` of each value, but of when landings begin."""
+    if source not in left.parts:
+        return left
+    more = {name: 0.0 if is_time(name) else share * abs(value) for name, value in left.values.items()}
+    return replace(left, parts={**left.parts, source: total(left.parts[source], more)})
 
 
 def _with_end(scene: Scene, problem: ContactProblem, left: Budget, dt: float, like: Landings | None) -> Budget:
