@@ -156,7 +156,7 @@ def test_without_the_film_it_is_the_scene_without(tmp_path: Path) -> None:
 def test_tilt_within_an_arc_raises_its_floor(tmp_path: Path) -> None:
     """By half of what lies between the lowest and the highest of its corners, R tan(tilt) sin(angle) on both rims."""
     scene = lip(tmp_path, f'{AIR}\nports = 8\ntilt = "0.1 deg"')
-    films = films_of(scene, 8)
+    films = films_of(scene, Division(8))
     slope = math.tan(math.radians(0.1))
     rise = 6e-3 * slope * math.sin(math.pi / 4)
     assert films[0] is not None
@@ -182,3 +182,14 @@ def test_what_is_wrong_is_named(text: str, words: str, tmp_path: Path) -> None:
     with pytest.raises(SceneError) as caught:
         scene_of(tmp_path, text)
     assert words in str(caught.value)
+
+
+def test_the_rings_of_an_arc_bear_its_film_together(tmp_path: Path) -> None:
+    """Each with the whole film, four rings would brake four times as hard."""
+    scene = lip(tmp_path, AIR)
+    for arcs in (1, 8):
+        whole, divided = films_of(scene, Division(arcs)), films_of(scene, Division(arcs, 4))
+        assert len(divided) == 4 * arcs
+        for number in ("coefficient", "tension"):
+            sums = np.sum([[getattr(film, number) for film in films] for films in np.reshape(divided, (arcs, 4))], axis=1)
+            np.testing.assert_allclose(sums, [getattr(film, number) for film in whole], rtol=1e-12)

@@ -222,7 +222,7 @@ def problem_of(
     other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own, where it has
     one."""
     law, division, seat = scene.contact.law, Division.of(seat.greens), on_its_base(scene, "seat", seat)
-    gaps, films = gaps_of(scene, division), films_of(scene, division.arcs)
+    gaps, films = gaps_of(scene, division), films_of(scene, division)
     contacts = [
         impact.Contact(
             seat,
@@ -230,7 +230,7 @@ def problem_of(
             gap=float(gap),
             law=law.law(float(share)),
             striker_port=facing(scene, striker.greens, division.names[k]),
-            film=films[k // division.rings],
+            film=films[k],
         )
         for k, (gap, share) in enumerate(zip(gaps, division.shares, strict=True))
     ]

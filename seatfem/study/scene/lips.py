@@ -128,11 +128,14 @@ def _openings(gap: float, heights: Array) -> Array:
     return np.asarray(gap + (heights - heights.min()).mean(axis=-1)).ravel()
 
 
-def films_of(scene: Scene, arcs: int) -> tuple[SqueezeFilm | None, ...]:
-    """(arcs,) of the film, its floor raised by half of what the lip rises within each, along and across it."""
-    contact = scene.contact
+def films_of(scene: Scene, division: Division) -> tuple[SqueezeFilm | None, ...]:
+    """Return the film under each part of the struck patch, arc by arc, whose rings bear equal shares of the arc's.
+
+    Its floor is raised by half of what the lip rises within the arc, along and across it.
+    """
+    contact, arcs, rings = scene.contact, division.arcs, division.rings
     if contact.film is None:
-        return (None,) * arcs
+        return (None,) * (arcs * rings)
     whole, lip = contact.film.of(scene.seat.struck_ring), scene.seat.lip(arcs)
     shares, rises = np.full(arcs, 1 / arcs), np.zeros(arcs)
     if lip is not None:
@@ -141,8 +144,9 @@ def films_of(scene: Scene, arcs: int) -> tuple[SqueezeFilm | None, ...]:
         places = lip.places_in_arcs
         rims = np.stack([line.reshape(arcs, -1, 2) for line in lip.cuts(places.ravel())], axis=1)
         rises = np.ptp(_heights(scene, rims, lip.turns(places)), axis=(1, 2))
-    parts = (whole.part(float(share)) for share in shares)
-    return tuple(replace(part, floor=part.floor + float(rise) / 2) for part, rise in zip(parts, rises, strict=True))
+    parts = (whole.part(float(share) / rings) for share in shares)
+    films = (replace(part, floor=part.floor + float(rise) / 2) for part, rise in zip(parts, rises, strict=True))
+    return tuple(film for film in films for _ in range(rings))
 
 
 def _heights(scene: Scene, points: Array, angles: Array | None) -> Array:
