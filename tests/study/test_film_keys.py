@@ -191,5 +191,5 @@ def test_the_rings_of_an_arc_bear_its_film_together(tmp_path: Path) -> None:
         whole, divided = films_of(scene, Division(arcs)), films_of(scene, Division(arcs, 4))
         assert len(divided) == 4 * arcs
         for number in ("coefficient", "tension"):
-            sums = np.sum([[getattr(film, number) for film in films] for films in np.reshape(divided, (arcs, 4))], axis=1)
-            np.testing.assert_allclose(sums, [getattr(film, number) for film in whole], rtol=1e-12)
+            each, expected = ([getattr(film, number) for film in films] for films in (divided, whole))
+            np.testing.assert_allclose(np.reshape(each, (arcs, 4)).sum(axis=1), expected, rtol=1e-12)
