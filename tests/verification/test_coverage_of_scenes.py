@@ -148,11 +148,11 @@ def test_the_true_error_is_inside_the_bar(index: int) -> None:
 
 @of_the_table
 def test_enough_scenes_were_judged() -> None:
-    """Of the kinds of seats and strikers that are drawn; the table goes on where it was stopped."""
+    """With all kinds of seats and strikers that are drawn."""
     scenes = {(row.seed, row.index): row for row in JUDGED}
-    assert len(scenes) >= 30
-    assert {row.seat for row in scenes.values()} <= set(SEATS)
-    assert {row.reed for row in scenes.values()} <= set(STRIKERS)
+    assert len(scenes) >= 120
+    assert {row.seat for row in scenes.values()} == set(SEATS)
+    assert {row.reed for row in scenes.values()} == set(STRIKERS)
 
 
 @of_the_table
@@ -169,8 +169,9 @@ def test_bars_are_no_wider_than_they_need_be(measure: str, most: float) -> None:
 
 @of_the_table
 def test_bars_are_within_the_target() -> None:
-    asked = [row for row in JUDGED if row.asked == "measures"]
-    assert share(asked, in_target) >= 0.8
+    """Where all is left to the plan; scenes that state a mesh or a band too coarse for their target cannot meet it."""
+    asked = [row for row in JUDGED if row.asked == "measures" and not row.stated]
+    assert share(asked, in_target) >= 0.9
 
 
 @of_the_table
