@@ -282,7 +282,7 @@ def test_refused_damping(rod):
 def test_what_is_not_reached_is_stated_with_numbers(rod, block):
     with pytest.raises(ConvergenceError, match=r"30 Krylov vectors leave an estimated error of \d"):
         Krylov().reduce(rod, Damping(), Aims(1e6, 1e-4, 1e-4, 30))
-    with pytest.raises(ConvergenceError, match=r"modes lie below .* Hz \(limit 5\)"):
+    with pytest.raises(ConvergenceError, match=r"modes lie below .* MHz \(limit 5\)"):
         Modal(most=5).reduce(block, Damping(), Aims(1e6, 1e-5, 1e-3))
     with pytest.raises(ConvergenceError, match=r"\d+ steps would be needed \(limit 100\)"):
         Transient(most=100).reduce(rod, rod.damping, Aims(1e6, 1e-4, 1e-4))

@@ -47,7 +47,7 @@ def test_a_plan_of_many_scenes_is_a_price_at_once(folder):
     assert priced.code == 0, priced.said
     assert "100000 scenes: about" in priced.said
     assert "1000 scenes, drawn by chance, were looked at" in " ".join(priced.said.split())
-    assert_refused(refused, "1000000.toml:4: number: 1000000: input should be less than or equal to 100000")
+    assert_refused(refused, "1000000.toml:4: number: 1000000 must be at most 100000")
 
 
 def test_the_price_by_some_is_that_by_all(folder, monkeypatch):

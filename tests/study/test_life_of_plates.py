@@ -75,12 +75,13 @@ def test_a_plate_in_free_flight_fails_where_and_when_its_stress_says(
     assert str(keys["life_at"]).startswith("reed, root, (")
     assert keys["error_bar_life_margin"] is None
     assert keys["error_bar_life_multiaxial_margin"] is None
-    assert "the reed endures 1e+07 cycles under" in in_words(keys)
+    assert "the reed endures 1e7 cycles under" in in_words(keys)
 
 
 def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No less than the largest von Mises stress of any difference of two states, and no more than sqrt 5 times it."""
-    text = SPRING + THROWN + RUN.format(0.4) + LIFE + 'multiaxial = "crossland"\n'
+    soft = SPRING.replace("20 N/um", "0.2 N/um")  # whose landing asks little of what lies above the plate's modes
+    text = soft + THROWN + RUN.format(0.4) + LIFE + 'multiaxial = "crossland"\n'
     keys, (done,) = run(tmp_path, text, monkeypatch)
     stress, bar = (keys[f"{of}peak_reed_stress_after_contact_Pa"] for of in ("", "error_bar_"))
     for name in ("life_margin", "life_multiaxial_margin"):
@@ -218,4 +219,4 @@ cycles = 4.5e9
     assert str(keys["life_at"]).startswith("seat, (")
     assert isinstance(keys["error_bar_life_margin"], float)
     assert keys["life_strength_source"] == "invented for tests"
-    assert "the seat endures 4.5e+09 cycles" in in_words(keys)
+    assert "the seat endures 4.5e9 cycles" in in_words(keys)

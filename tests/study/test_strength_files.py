@@ -134,9 +134,9 @@ def test_a_curve_of_a_table(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rows", "told"),
     [
-        ("stress [MPa],cycles\n500,1e5\n,1e7\n", "sn.csv:3: 2 numbers are needed, found ',1e7'"),
-        ("stress [MPa],cycles\n500,1e5\n400\n", "sn.csv:3: 2 numbers are needed, found '400'"),
-        ("stress [MPa],cycles\n500,1e5\n400,nan\n", "sn.csv:3: '400,nan': the numbers must be finite"),
+        ("stress [MPa],cycles\n500,1e5\n,1e7\n", "sn.csv, line 3, column 1: '' must be a finite number"),
+        ("stress [MPa],cycles\n500,1e5\n400\n", "sn.csv, line 3: 1 columns, 2 are needed (separator ',')"),
+        ("stress [MPa],cycles\n500,1e5\n400,nan\n", "sn.csv, line 3, column 2: 'nan' must be a finite number"),
         ("stress,cycles\n500,1e5\n400,1e7\n", "column 'stress'; known are stress [unit],cycles"),
         ("stress [mm],cycles\n500,1e5\n400,1e7\n", "is a length; a pressure is needed"),
         ("stress [MPa]\n500\n400\n", "sn.csv:1: add a column cycles"),

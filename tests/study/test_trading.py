@@ -417,7 +417,7 @@ def test_no_trade_without_a_landing(
     assert run_command(["trade", str(small), "-o", str(small.parent / "out"), "--quick"]) == BAD_INPUT
     told = " ".join(capsys.readouterr().err.split())
     assert "no landing to compare" in told
-    assert f"{status}; lengthen run.duration = {float(duration.split()[0]) * 1e-6:g} s" in told
+    assert f"{status}; lengthen run.duration = {duration}" in told
     small.write_text(SMALL.replace("0.1 ms", "10 us").replace('"2 %",', '"2 %", landing = "run",'), encoding="utf-8")
     assert run_command(["trade", str(small), "-o", str(small.parent / "whole"), "--quick", "--quiet"]) == DONE
 
