@@ -129,8 +129,8 @@ def demo_table(s: dict[str, float]) -> str:
 
 def plan_table(plan: Plan) -> str:
     """What the demo's plan chooses and predicts."""
-    lines = ["| key | value | why |", "|---|---|---|"]
-    lines += [f"| `{c.key}` | {c.value} | {'given: ' * c.given}{c.reason} |" for c in plan.choices]
+    lines = ["| key | value | error left | why |", "|---|---|---|---|"]
+    lines += [f"| `{c.key}` | {c.value} | {c.leaves} | {'given: ' * c.given}{c.reason} |" for c in plan.choices]
     each = ((asked_name(name).replace("_", " "), 100 * error) for name, error in plan.error.items())
     errors = ", ".join(f"{words} {percent:.2g} %" for words, percent in each)
     lines.append(f"\nPredicted: {plan.cost.seconds:.2g} s, {plan.cost.memory / 1e9:.2g} GB, error bars: {errors}.")
