@@ -117,12 +117,11 @@ def error_budget(
       the reduction's error. A Krylov space keeps modes far beyond the bandwidth.
     - model: fewer modes of a beam, by 1.4, or half of what half of them change, or, of few, what many change; g
       larger by the error of the level of modelling (a bar as a rod); what a cheap level leaves out, to first order
-      (`Structure.beyond`); a thick reed's shear.
+      (`Structure.beyond`); a thick reed's shear; of a plate on a lip in arcs, `WITHIN_PARTS`.
     - patch: a patch that moves as its mean is softer than under the striker's face. In place of one ring or two, the
       patch in `ENOUGH` of them, on the coarser mesh; of more, what one ring in their place changes, times
       `seatfem.structures.rings.left_by`. Of a lip in arcs, what twice as many arcs change, and what more rings across
-      them do, both on both bodies, and under a plate a share that no number of parts tells of. A rod or spring has no
-      patch, and of a function from a file it is not known.
+      them do, both on both bodies. A rod or spring has no patch, and of a function from a file it is not known.
     - striker: mesh, reduction and level of one that was computed (``reed``), as those of the seat; what is not known of
       them is named beside the bars.
     - lip: of one port that a plan has chosen, what arcs in its place change, on the waves of the seat as a whole over a
@@ -167,7 +166,7 @@ def error_budget(
         floors["model"] = FLOOR_OF_SPRING
     left = with_floors(Budget(left.values, known_parts, (*names, *unknown)), floors)
     if scene.reed.meets_lips and Division.of(seat.greens).arcs > 1:
-        left = with_share(left, "patch", WITHIN_PARTS)
+        left = with_share(left, "model", WITHIN_PARTS)  # no number of parts makes it smaller
     return with_cut_landings(with_jumps(left, blow), like)
 
 
