@@ -30,8 +30,8 @@ Of {landings} landings are inside bar plus doubt: {counts}. Of {met} measures wh
 meet it in truth, give or take the doubt.
 
 Before bars had a share for what lies within the parts of a lip (0.4 % of each value, half as much again in the bar),
-the impulse of number 4 and the peak of number 7 were outside, by 1.3 and 1.1: the share was settled on this table, which is
-no proof of it; the other landings were not run again.
+the impulse of number 4 and the peak of number 7 were outside, by 1.3 and 1.1: the share was settled on this table,
+which is no proof of it; the other landings were not run again.
 
 | | reed, seat, law | tilt | measure | reference | product | difference over bar plus doubt |
 |---|---|---|---|---|---|---|
