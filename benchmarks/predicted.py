@@ -142,8 +142,8 @@ def write_page(found: list[Row]) -> None:
     lines = [
         "# Predicted and measured cost",
         "",
-        f"{len({row.scene for row in found})} of {len(list(EXAMPLES.glob('*.toml')))} files of `examples/`, planned for "
-        "several targets and run from an empty store",
+        f"{len({row.scene for row in found})} of {len(list(EXAMPLES.glob('*.toml')))} files of `examples/`, planned "
+        "for several targets and run from an empty store",
         "(`benchmarks/predicted.py`; default rates). Time is predicted for a quiet computer; measured is the processor",
         "time of the run on one thread, which other programs on the computer hardly touch. Memory is the peak of the",
         "process. The last columns are predicted over measured.",
