@@ -100,7 +100,7 @@ def _objects(file: Any, path: Path, error: type[Exception]) -> Iterator[tuple[st
 
 
 def _address(group: Any) -> tuple[int, int]:
-    """Where the file has the group."""
+    """Return the place of the group in the file."""
     place = h5py.h5o.get_info(group.id)
     return place.fileno, place.addr
 

@@ -121,7 +121,7 @@ def _local_peaks(values: Array, prominence: float | None = None) -> NDArray[np.i
 
 
 def _peaks(data: FitData, most: int) -> tuple[int, Array]:
-    """How many pole pairs to begin with, and the resonances that stand out of the noise [rad/s]."""
+    """Return the number of pole pairs to begin with, and the resonances that stand out of the noise [rad/s]."""
     size = np.linalg.norm(data.g, axis=(1, 2))
     peaks = _local_peaks(np.log(np.maximum(size * data.s.imag, 1e-300)), prominence=_PROMINENCE)
     peaks = data.s.imag[peaks[(size * data.weights)[peaks] > ABOVE_NOISE]]

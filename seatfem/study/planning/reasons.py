@@ -130,7 +130,7 @@ def _of(decision: Decision, key: str) -> Changes:
 
 
 def _most(changes: Changes) -> str:
-    """How much the measure changes that changes most; "" where nothing is known."""
+    """Return by how much the measure changes that changes most; "" where nothing is known."""
     if not changes:
         return ""
     name = max(changes, key=lambda measure: changes[measure])
