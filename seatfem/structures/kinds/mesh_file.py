@@ -18,6 +18,7 @@ from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.method import Method
+from seatfem.structures.outlines import BodyViews
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
@@ -95,6 +96,16 @@ damping_ratio = 0.02
         from seatfem.structures.inspection.mesh_file import shape_of
 
         return of_shape(shape_of(self.read()), self.supports, self.material.mean)
+
+    def views(self, at: float | None = None) -> BodyViews:
+        from seatfem.structures.inspection.mesh_file import faces_of, shape_of
+        from seatfem.structures.surface_outlines import Surface, of_surface
+
+        shape = shape_of(self.read())
+        faces, rows = faces_of(shape)
+        normals = [face.normal for face in faces if self.struck_face in face.groups]
+        normal = normals[0] if normals else None
+        return of_surface("mesh", Surface(shape, rows, self.struck_face, normal, self.held, self.bedded))
 
     def land(self) -> Land:
         from seatfem.structures.inspection.mesh_file import land_of_mesh

@@ -16,6 +16,7 @@ from seatfem.structures.estimates.patch import Column, Patch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
 from seatfem.structures.kinds.striking import At, Striking
 from seatfem.structures.method import AnyLevel, Applicability, Level, Method
+from seatfem.structures.outlines import BodyViews
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
@@ -114,6 +115,17 @@ class Structure(Striking):
         from seatfem.structures.lip import Lip  # scenes without lips need none
 
         return None if self.struck_ring is None else Lip(*self.struck_ring, arcs, rings)
+
+    def views(self, at: float | None = None) -> BodyViews:
+        """Its outlines in section and plan, for drawings; a symbol with its name where its shape is not known.
+
+        Args:
+            at: where on it the contact lies, from its root [m]; ``None``: where it is by default.
+
+        Raises:
+            ModelError, GeometryError: a file whose faces cannot be found.
+        """
+        return BodyViews(self.kind.replace("_", " "), symbol="box")
 
     # How it is modelled
 
