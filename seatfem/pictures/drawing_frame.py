@@ -21,6 +21,7 @@ THIN: Final = 0.075  # inch: a reed is drawn at least as thick
 OPEN: Final = (0.13, 0.85)  # inch: an opening is drawn at least and at most as high
 SYMBOL: Final = 0.5  # inch: height of a symbol
 ROW: Final = 0.2  # inch between dimensions
+LOADS: Final = 0.36  # inch between loads
 LINE: Final = 0.145  # inch between lines of text
 LETTER: Final = 0.062  # inch: width of a letter of 7.5 points, on the average
 NICE: Final = (1.0, 2.0, 5.0)
@@ -83,7 +84,7 @@ class Frame:
         below = sum(zone.inches for zone in zones if zone.high <= 0)
         section = section_low + below
         top = section + sum(zone.inches for zone in zones if zone.low >= 0)
-        height = top + 0.3 * len(layout.actions) + 0.75
+        height = top + LOADS * len(layout.actions) + 0.75
         return Frame(scale, x, plan, section, zones, height, rows, top)
 
     def up(self, z: float | Array) -> Array:

@@ -9,15 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
 from impact.greens.base import Array
-from seatfem.structures.outlines import BodyViews, inside
+from seatfem.structures.outlines import BodyViews, covered_share
 
 Way = Literal[-1, 0, 1]
 """Of an arrow: towards the seat, not known or both, away from the seat."""
-SAMPLES = 80
-"""Points along the longer side of the struck face's box, of which those on it are looked for under the reed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,19 +79,7 @@ class Layout:
     @property
     def covered(self) -> float | None:
         """Share of the seat's struck face that lies below the reed in plan; ``None`` where a body has no outline."""
-        reed, face = self.reed, self.seat.views.contact
-        if not reed.views.plan or not face:
-            return None
-        corners = np.concatenate(face)
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        count = np.maximum(2, np.ceil(SAMPLES * (high - low) / max((high - low).max(), 1e-12))).astype(int)
-        axes = [low[k] + (high[k] - low[k]) * (np.arange(count[k]) + 0.5) / count[k] for k in range(2)]
-        points = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
-        points = points[inside(face, points)]
-        if not len(points):
-            return None
-        seen = points + np.array(self.seat.at) - reed.at
-        return float(inside(reed.views.plan, seen).mean())
+        return covered_share(self.seat.views, self.reed.views, self.seat.at)
 
     def top_of_reed(self) -> float:
         """z of the reed's upper side over the contact [m]."""

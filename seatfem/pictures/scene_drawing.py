@@ -14,7 +14,7 @@ import numpy as np
 
 from impact.greens.base import Array
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
-from seatfem.pictures.drawing_frame import LETTER, LINE, ROW, SYMBOL, WIDTH, Frame, Zone, extent_of, factors_of
+from seatfem.pictures.drawing_frame import LETTER, LINE, LOADS, ROW, SYMBOL, WIDTH, Frame, Zone, extent_of, factors_of
 from seatfem.pictures.layout import Action, Layout, Placed
 from seatfem.structures.outlines import Loops, View, length_text
 
@@ -122,7 +122,7 @@ class _Sheet:
     def _title(self) -> None:
         frame = self._frame
         self._text(0.15, frame.height - 0.2, self._layout.title, fontsize=10.5, fontweight="bold")
-        self._text(0.15, frame.height - 0.42, "Section A\u2013A along the reed through the contact", fontsize=8.5)
+        self._text(0.15, frame.height - 0.42, "Section A–A along the reed through the contact", fontsize=8.5)
         y = frame.plan + frame.scale * float(extent_of(self._layout)[1][1]) + 0.22
         self._text(0.15, y, "Plan, seen from above", fontsize=8.5)
 
@@ -355,7 +355,7 @@ class _Sheet:
         self._stack([(low, high, x, text) for low, high, x, text in across], end, beside=frame.plan)
 
     def _stack(self, sizes: list[tuple[float, float, float, str]], end: float, beside: float | None = None) -> None:
-        """Upright dimensions: from low to high, from x on, with words, which stay ``beside`` the line of the section."""
+        """Upright dimensions: from low to high, from x on, with words ``beside`` the line of the section, not on it."""
         sizes = sorted(sizes, key=lambda size: (size[0] + size[1]) / 2)
         places = [(size[0] + size[1]) / 2 for size in sizes]
         for k in range(1, len(places)):
@@ -402,7 +402,7 @@ class _Sheet:
         """Loads and motions above the section, a row each."""
         frame = self._frame
         for number, action in enumerate(self._layout.actions):
-            self._action(action, frame.top + 0.28 + 0.3 * number)
+            self._action(action, frame.top + 0.28 + LOADS * number)
 
     def _action(self, action: Action, y: float) -> None:
         frame = self._frame
@@ -422,7 +422,7 @@ class _Sheet:
             self._text(low - 0.1, y, action.words, ha="right", color=LOAD)
         else:
             box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
-            self._text((low + high) / 2, y, action.words, ha="center", color=LOAD, bbox=box, zorder=9)
+            self._text((low + high) / 2, y + 0.2, action.words, ha="center", color=LOAD, bbox=box, zorder=9)
 
     def _foot(self) -> None:
         """Colours, exaggerations, notes."""

@@ -27,6 +27,8 @@ View = Literal["section", "plan"]
 CHORD: Final = math.radians(3.0)
 """Angle of the chords that a drawn arc is made of: they leave it by 0.03 % of its radius."""
 BESIDE: Final = 1.7e-6  # of a body's size: a section beside its middle plane, which meshes have corners on
+SAMPLES: Final = 80
+"""Points along the longer side of a struck face's box, of which those on it are looked for under a reed."""
 CORNERS: Final = 8  # of a loop that is a circle in chords, at least
 
 
@@ -72,6 +74,7 @@ class BodyViews:
         port: loops around the openings that it closes.
         clamp: lines in plan that are clamped.
         sizes: dimensions that count.
+        note: what the drawing does not show by itself, as a sentence without its subject.
         mirrored: whether the plan is already that of the body turned over, as of reeds, which are drawn as they lie.
     """
 
@@ -88,6 +91,7 @@ class BodyViews:
     port: Loops = ()
     clamp: Loops = ()
     sizes: tuple[Size, ...] = ()
+    note: str = ""
     mirrored: bool = False
 
     @property
@@ -103,6 +107,12 @@ class BodyViews:
             loops.append(self.triangles.reshape(-1, 2))
         points = np.concatenate([np.zeros((1, 2)), *loops])
         return points.min(axis=0), points.max(axis=0)
+
+    @property
+    def contact_box(self) -> tuple[Array, Array]:
+        """(2,) lowest and (2,) highest corner of the struck face in plan [m]."""
+        corners = np.concatenate(self.contact)
+        return corners.min(axis=0), corners.max(axis=0)
 
     def moved(self, x: float) -> BodyViews:
         """Return the body at another place along x [m]."""
@@ -185,6 +195,28 @@ def crossings(loops: Iterable[Array], y: float) -> Array:
     return np.sort(np.array(found))
 
 
+def covered_share(face: BodyViews, over: BodyViews, offset: tuple[float, float]) -> float | None:
+    """Return the share of one body's struck face that lies below another one in plan, by sampled points.
+
+    Args:
+        face: the body that is struck.
+        over: the other one, turned over.
+        offset: of the middle of the struck face from the other body's contact [m].
+
+    Returns:
+        The share; ``None`` where one of both has no outline.
+    """
+    if not face.contact or not over.plan:
+        return None
+    corners = np.concatenate(face.contact)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    count = np.maximum(2, np.ceil(SAMPLES * (high - low) / max(float((high - low).max()), 1e-12))).astype(int)
+    axes = [low[k] + (high[k] - low[k]) * (np.arange(count[k]) + 0.5) / count[k] for k in range(2)]
+    points = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+    points = points[inside(face.contact, points)]
+    return float(inside(over.plan, points + np.array(offset)).mean()) if len(points) else None
+
+
 def of_profile(name: str, profile: Profile, *, struck_arc: float | None = None, held: bool = True) -> BodyViews:
     """Return the views of a solid of revolution.
 
@@ -211,18 +243,16 @@ def of_profile(name: str, profile: Profile, *, struck_arc: float | None = None, 
     base = min(z for _, z in corners) - top
     around = max(z for r, z in corners if r > outer * (1 - 1e-9)) - top
     sizes = [
-        Size("section", 0, -outer, outer, base, f"\u00d8 {length_text(2 * outer)}"),
+        Size("section", 0, -outer, outer, base, f"Ø {length_text(2 * outer)}"),
         Size("section", 1, base, 0.0, outer, length_text(-base)),
     ]
     if not on_axis:
-        sizes.append(Size("section", 0, -bore, bore, base, f"port \u00d8 {length_text(2 * bore)}"))
+        sizes.append(Size("section", 0, -bore, bore, base, f"port Ø {length_text(2 * bore)}"))
     if inner_struck > 0:
         text = f"contact {length_text(outer_struck - inner_struck)}"
         sizes.append(Size("section", 0, inner_struck, outer_struck, 0.0, text))
     else:
-        sizes.append(
-            Size("section", 0, -outer_struck, outer_struck, 0.0, f"struck \u00d8 {length_text(2 * outer_struck)}")
-        )
+        sizes.append(Size("section", 0, -outer_struck, outer_struck, 0.0, f"struck Ø {length_text(2 * outer_struck)}"))
     if inner_struck > 0 and -1e-9 > around > base:
         sizes.append(Size("section", 1, around, 0.0, outer_struck, f"lip {length_text(-around)} high"))
     edges = [arc(r) for r in sorted({round(r, 9) for r, z in corners if r > 0 and z - top > base + 1e-9})]
@@ -364,7 +394,7 @@ def of_ported_plate(
     sizes = (
         Size("section", 0, first, last, -thickness, length_text(last - first)),
         Size("section", 1, -thickness, 0.0, last, length_text(thickness)),
-        Size("section", 0, own[0] - hole, own[0] + hole, -thickness, f"port \u00d8 {length_text(2 * hole)}"),
+        Size("section", 0, own[0] - hole, own[0] + hole, -thickness, f"port Ø {length_text(2 * hole)}"),
         Size("section", 0, own[0] + hole, own[0] + land, 0.0, f"land {length_text(land - hole)}"),
     )
     return BodyViews(

@@ -16,6 +16,8 @@ from seatfem.structures.outlines import BESIDE, BodyViews, Loops, Size, inside, 
 MOST_TRIANGLES: Final = 60_000
 """Triangles of a surface that are filled in a plan; of a finer one the edges alone are drawn."""
 SAME: Final = 1e-7  # of a body's size: ends of lines that are one point
+PARALLEL: Final = 0.99  # cosine between the normals of faces that are parallel
+LEVEL: Final = 1e-4  # of a body's size: faces that lie in one plane, also by coordinates of few digits
 ABOVE: Final = 0.5  # of a body's depth below its struck face, down to which its edges are seen in plan
 
 
@@ -88,6 +90,7 @@ def of_surface(name: str, surface: Surface) -> BodyViews:
     )
     return BodyViews(
         name,
+        note=_turned_words(axes),
         section=tuple(loops),
         struck=cut_group([surface.struck]),
         held=cut_group(surface.held),
@@ -121,6 +124,17 @@ def frame_of(surface: Surface) -> tuple[Array, Array]:
     x = along - (along @ z) * z
     x /= np.linalg.norm(x)
     return np.array([x, np.cross(z, x), z]), middle
+
+
+def _turned_words(axes: Array) -> str:
+    """Return how the drawing turns a file whose struck face does not look along its z axis."""
+    z = float(axes[2, 2])
+    if z > PARALLEL:
+        return ""
+    if z < -PARALLEL:
+        return "is drawn upside down: its contact face looks along -z of its file"
+    words = ", ".join(f"{each:.2g}" for each in axes[2] + 0.0)
+    return f"is turned for the drawing: its contact face looks along ({words}) of its file"
 
 
 def _cut(corners: Array, size: float) -> Array:
@@ -182,3 +196,39 @@ def _holes(outline: Sequence[Array]) -> Loops:
         for loop in outline
         if sum(bool(inside([other], loop[:1])[0]) for other in outline if other is not loop) % 2 == 1
     )
+
+
+def struck_side_problem(normals: Array, shape: Shape, struck: str, held: Iterable[str]) -> str:
+    """Return why no reed can lie before what is struck, "" where nothing speaks against it.
+
+    Args:
+        normals: (k, 3) outward normals of the flat parts of the struck face.
+        shape: the body's surface.
+        struck: name of the struck group.
+        held: groups that are clamped, or held by springs.
+    """
+    aligned = normals @ normals[0]
+    if np.abs(aligned).min() > PARALLEL and aligned.min() < 0:
+        return (
+            "its faces look to opposite sides of the body, a reed lies on one: name the faces of the side on which the "
+            "reed lies"
+        )
+    if np.abs(aligned).min() < PARALLEL or struck not in shape.groups:
+        return ""
+    plane = shape.points[np.unique(shape.triangles[shape.groups[struck]])]
+    height, size = float((plane @ normals[0]).mean()), float(np.linalg.norm(shape.extent))
+    border = {tuple(edge) for edge in shape.outline(struck).tolist()}
+    for name in held:
+        if name not in shape.groups:
+            continue
+        if len(np.intersect1d(shape.groups[name], shape.groups[struck])):
+            return (
+                f"a part of {name!r}, which is held, is struck: the reed would lie on what holds the body; name another"
+            )
+        away = np.abs(shape.points[np.unique(shape.triangles[shape.groups[name]])] @ normals[0] - height).max()
+        if away < LEVEL * size and border & {tuple(edge) for edge in shape.outline(name).tolist()}:
+            return (
+                f"it lies in the plane of {name!r}, which is held, and ends where that begins, as on the underside of a "
+                "seat: the reed would lie on what holds the body; name the face on the reed's side"
+            )
+    return ""

@@ -46,9 +46,9 @@ damping_ratio = 0.005
     def geometry(self) -> Sphere:
         return Sphere(self.diameter, self.contact_radius or self.diameter / 16)
 
-    def views(self, at: float | None = None) -> BodyViews:
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         radius = self.diameter / 2
-        diameter = Size("plan", 1, -radius, radius, radius, f"\u00d8 {length_text(self.diameter)}")
+        diameter = Size("plan", 1, -radius, radius, radius, f"Ø {length_text(self.diameter)}")
         return replace(super().views(at), sizes=(diameter,))
 
     def struck_part(self) -> tuple[float, float, float]:

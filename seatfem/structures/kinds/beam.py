@@ -105,7 +105,7 @@ class Beam(Structure):
         """[position from the root, width], in between linear [m]."""
         return ((0.0, self.mean_width), (self.span, self.mean_width))
 
-    def views(self, at: float | None = None) -> BodyViews:
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         place = self.beam().free_point if at is None else at
         return of_beam(self.kind.replace("_", " "), self.widths_along, self.thickness, place, both_ends=self.both_held)
 

@@ -108,7 +108,7 @@ class Drawn(Elastic):
 
         return of_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
 
-    def views(self, at: float | None = None) -> BodyViews:
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         """Of an upright block as it is stated; of others by the surface that gmsh reads."""
         shape, name = self.geometry(), self.kind.replace("_", " ")
         if shape.rectangle is not None and shape.plan is not None:
@@ -117,7 +117,7 @@ class Drawn(Elastic):
         from seatfem.structures.inspection.cad import inspect_geometry  # of bodies in files only
         from seatfem.structures.surface_outlines import Surface, of_surface
 
-        found, struck = inspect_geometry(shape, picture=True), self.struck_face
+        found, struck = inspect_geometry(shape, picture=not coarse), self.struck_face
         normals = [face.normal for face in found.faces if struck in face.groups]
         normal = normals[0] if normals else None
         return of_surface(name, Surface(found.shape, found.parts, struck, normal, self.held, self.bedded))
@@ -272,7 +272,7 @@ class Turned(Drawn):
             return "with arc is struck on that part of its ring alone; remove arc, or the key"
         return _as_a_whole(self.model) if self.model in UNDIVIDED else ("" if self._flat_face() else NO_RING)
 
-    def views(self, at: float | None = None) -> BodyViews:
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         name = self.kind.replace("_", " ")
         return of_profile(name, self.geometry().profile, struck_arc=self.arc, held=self.clamped)
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
+import numpy as np
 from pydantic import Field
 
 from impact.progress import Progress, silent
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from seatfem.structures.lands import Land
     from seatfem.structures.mesh.seat_mesh import SeatMesh
     from seatfem.structures.natural_modes import NaturalModes, Wanted
+
+FLAT: Final = 0.01  # of unit normals, by coordinates of few digits: a face is flat
 
 # Readers of meshes take half a second to load: each is imported by the function that needs it.
 
@@ -76,6 +79,7 @@ damping_ratio = 0.02
         from seatfem.structures.inspection.mesh_file import regions_of
         from seatfem.structures.mesh.gmsh_process import MeshingError
         from seatfem.structures.mesh.io import MeshError
+        from seatfem.structures.surface_outlines import struck_side_problem
 
         try:
             mesh = self.read()
@@ -86,6 +90,12 @@ damping_ratio = 0.02
             yield ("file",), naming(self.file, str(error))
         else:
             yield from self.unknown_names(mesh.mesh.boundaries or {}, regions_of(mesh))
+            from seatfem.structures.inspection.mesh_file import shape_of
+
+            shape = shape_of(mesh)
+            normals = shape.normals[shape.groups[self.struck_face]]
+            if why := struck_side_problem(normals, shape, self.struck_face, (*self.held, *self.bedded)):
+                yield ("contact",), naming(self.file, why)
 
     def part(self) -> Part | None:
         from seatfem.structures.inspection.parts import of_mesh
@@ -97,14 +107,14 @@ damping_ratio = 0.02
 
         return of_shape(shape_of(self.read()), self.supports, self.material.mean)
 
-    def views(self, at: float | None = None) -> BodyViews:
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         from seatfem.structures.inspection.mesh_file import faces_of, shape_of
         from seatfem.structures.surface_outlines import Surface, of_surface
 
         shape = shape_of(self.read())
-        faces, rows = faces_of(shape)
-        normals = [face.normal for face in faces if self.struck_face in face.groups]
-        normal = normals[0] if normals else None
+        normals = shape.normals[shape.groups[self.struck_face]]
+        normal = normals[0] if np.abs(normals - normals[0]).max() < FLAT else None
+        rows = () if coarse else faces_of(shape)[1]
         return of_surface("mesh", Surface(shape, rows, self.struck_face, normal, self.held, self.bedded))
 
     def land(self) -> Land:

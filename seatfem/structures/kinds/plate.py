@@ -66,7 +66,7 @@ damping_ratio = 0.02
     def geometry(self) -> ValvePlate:
         return of_same_names(ValvePlate, self)
 
-    def views(self, at: float | None = None) -> BodyViews:
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         plate = self.geometry()
         if self.layout == "circle":
             outline, rim = arc(plate.outer_radius), arc(plate.outer_radius - self.clamp_width)

@@ -40,7 +40,7 @@ mass = "5 g"
     def loose(self) -> str:
         return "seat.kind = 'rigid_mass' is free to move"
 
-    def views(self, at: float | None = None) -> BodyViews:
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         return BodyViews(f"rigid mass {in_units(self.mass, 'kg')}", symbol="mass")
 
     def closed_form(self) -> GreensFunction | None:

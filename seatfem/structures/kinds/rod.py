@@ -68,7 +68,7 @@ damping_ratio = 0.02
                 free = "a free rod in closed form has no modes to be set in motion; use velocity"
                 raise KeyProblem(key, NO_MODES if self.far_end == "fixed" else free)
 
-    def views(self, at: float | None = None) -> BodyViews:
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         """A column of the cross-section that is given, or of a square one of the same area."""
         side = math.sqrt(self.cross_section)
         sides = (side, side) if self.width is None or self.thickness is None else (self.width, self.thickness)

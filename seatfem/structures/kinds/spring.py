@@ -29,7 +29,7 @@ stiffness = "50 N/um"
     def model_words(self) -> str:
         return "spring"
 
-    def views(self, at: float | None = None) -> BodyViews:
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         return BodyViews(f"spring {1e-6 * self.stiffness:.4g} N/um", symbol="spring")
 
     def closed_form(self) -> GreensFunction | None:

@@ -116,11 +116,12 @@ class Structure(Striking):
 
         return None if self.struck_ring is None else Lip(*self.struck_ring, arcs, rings)
 
-    def views(self, at: float | None = None) -> BodyViews:
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         """Its outlines in section and plan, for drawings; a symbol with its name where its shape is not known.
 
         Args:
             at: where on it the contact lies, from its root [m]; ``None``: where it is by default.
+            coarse: whether a body from a file may be shown by few triangles, as long as places are right.
 
         Raises:
             ModelError, GeometryError: a file whose faces cannot be found.

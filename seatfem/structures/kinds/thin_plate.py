@@ -131,7 +131,7 @@ class ThinPlate(Moving):
         """The disc or ring that it touches with by itself."""
         return Lip.disc(self.radius) if self.width is None else Lip(self.radius, self.width)
 
-    def views(self, at: float | None = None) -> BodyViews:
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         lip = self.own_lip
         contact = (arc(lip.outer), *((arc(lip.inner),) if lip.inner > 0 else ()))
         return of_sheet(self.kind.replace("_", " "), self.geometry(), contact)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -51,10 +51,11 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
             "stopper", stopper.body.views().turned_over(), (along, 0.0), contact.gap + thickness + scene.stopper_gap
         )
     seat = Placed("seat", scene.seat.views(), contact.offset)
+    placed = Placed("reed", seen, height=contact.gap)
     return Layout(
         title=scene.title or "Scene",
         seat=seat,
-        reed=Placed("reed", seen, height=contact.gap),
+        reed=placed,
         stopper=behind,
         gap=contact.gap,
         lift=None if stopper is None else scene.stopper_gap,
@@ -62,7 +63,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         actions=tuple(_actions(scene, at, seen)),
         arcs=_arcs(scene, stated),
         tilt=(contact.tilt, contact.tilt_axis) if contact.tilt else None,
-        notes=tuple(_notes(scene, stated, planned=division is not None)),
+        notes=tuple(_notes(scene, (seat, placed), stated, planned=division is not None)),
     )
 
 
@@ -150,7 +151,7 @@ def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action
             assert load.area is not None
             half = math.sqrt(max(load.area.area) / math.pi)
             areas = " to ".join(f"{1e6 * each:.4g}" for each in sorted({min(load.area.area), max(load.area.area)}))
-            yield _course("pressure", load.pressure, -half, half, f" on {areas} mm\u00b2")
+            yield _course("pressure", load.pressure, -half, half, f" on {areas} mm²")
         elif load.force is not None:
             place = _along(load.at, at)
             yield _course("force", load.force, place, place)
@@ -163,7 +164,7 @@ def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action
     if (gas := scene.gas) is not None:
         port = getattr(gas, "port_diameter", None)
         half = 0.5 * (port or 0.3 * (ends[1] - ends[0]))
-        more = "" if port is None else f", port \u00d8 {length_text(port)}"
+        more = "" if port is None else f", port Ø {length_text(port)}"
         yield Action(f"pressure of the gas, {gas.valve} valve{more}", -half, half, 0)
 
 
@@ -212,9 +213,10 @@ def _course(words: str, course: Any, low: float, high: float, more: str = "") ->
     return Action(f"{words} as in {course.file.name}{more}", low, high, 0)
 
 
-def _notes(scene: Scene, division: Division, *, planned: bool) -> Iterator[str]:
+def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planned: bool) -> Iterator[str]:
     """Yield what the views do not show by themselves."""
     contact = scene.contact
+    yield from (f"the {body.role} {body.views.note}" for body in bodies if body.views.note)
     if division.count > 1:
         rings = f" x {division.rings} rings" if division.rings > 1 else ""
         yield f"contact in {division.arcs} arcs{rings}"
@@ -223,7 +225,7 @@ def _notes(scene: Scene, division: Division, *, planned: bool) -> Iterator[str]:
     if contact.tilt:
         axis = math.degrees(contact.tilt_axis)
         tilt = math.degrees(contact.tilt)
-        yield f"lip tilted {tilt:.3g}\u00b0 about the direction {axis:.3g}\u00b0 from the reed's axis"
+        yield f"lip tilted {tilt:.3g}° about the direction {axis:.3g}° from the reed's axis"
     if contact.waviness:
         yield "the lip is wavy (contact.waviness)"
     if scene.reed.is_curved:
@@ -236,5 +238,5 @@ def _notes(scene: Scene, division: Division, *, planned: bool) -> Iterator[str]:
         except ModelError:
             known = False
         if known:
-            leans = f", tilted {math.degrees(stopper.tilt):.3g}\u00b0" if stopper.tilt else ""
+            leans = f", tilted {math.degrees(stopper.tilt):.3g}°" if stopper.tilt else ""
             yield f"stopper met in {stopper.parts.arcs} arcs{leans}"
