@@ -49,6 +49,12 @@ one kind of selector has stands for the kind:
 Numbers are places in the file's order: they stay as long as the file does, and may change with the next export.
 
 """
+_DRAWING = """\
+`seatfem draw scene.toml` shows where the two meet: in section, and in plan with the arcs and the axis of the tilt.
+
+![Section and plan of a tilted landing](images/drawing_tilted_landing.png)
+
+"""
 _COLUMNS = "| key | holds | default | meaning |\n|---|---|---|---|\n"
 
 
@@ -63,7 +69,8 @@ def scene_page() -> str:
         for part in tables_in(field.annotation)
     )
     parts = [_HEAD, "## Top level\n\n", _table(Scene)]
-    parts += [_section(name, table) for name, table in sections]
+    for name, table in sections:
+        parts += [_section(name, table), *([_DRAWING] if name == "[contact]" else ())]
     known = tuple(inner)
     there = {table for _, table in known}
     deeper = {

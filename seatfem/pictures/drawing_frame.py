@@ -175,7 +175,7 @@ def _rows(layout: Layout, view: View, scale: float) -> tuple[tuple[tuple[Placed,
         (body, size)
         for body in layout.bodies
         for size in body.views.sizes
-        if size.axis == 0 and size.view == view and (view == "plan" or body.role == "seat")
+        if size.axis == 0 and size.view == view and body.role in (("seat", "reed") if view == "plan" else ("seat",))
     ]
     rows: list[list[tuple[Placed, Size]]] = []
     taken: list[list[tuple[float, float]]] = []

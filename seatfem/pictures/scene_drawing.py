@@ -98,6 +98,7 @@ class _Sheet:
     def _ground(self, line: Array, away: Array) -> None:
         """A clamped line: strokes on the side ``away`` from the body."""
         self._line(line, BLUE, 1.8, zorder=6, solid_capstyle="butt")
+        line = line[::-1] if tuple(line[-1]) < tuple(line[0]) else line  # all strokes lean the same way
         steps = np.diff(line, axis=0)
         lengths = np.hypot(*steps.T)
         total = float(lengths.sum())
@@ -162,6 +163,8 @@ class _Sheet:
             return
         frame = self._frame
         for line in body.views.held:
+            if len(line) > 2 or np.ptp(line[:, 0]) > 0:  # jaws are those of a sheet's end
+                continue
             (x, low), (_, high) = frame.place("section", line, body)
             ends = np.concatenate(body.views.section)[:, 0]
             side = -1.0 if line[0, 0] < float(ends.mean()) else 1.0
@@ -350,7 +353,7 @@ class _Sheet:
         across = [
             (*frame.place("plan", np.array([(size.at, size.low), (size.at, size.high)]), body)[:, 1].tolist(),
              float(frame.place("plan", np.array([(size.at, size.low)]), body)[0, 0]), size.text)
-            for body in layout.bodies for size in body.views.sizes if size.axis == 1 and size.view == "plan"
+            for body in (layout.seat, layout.reed) for size in body.views.sizes if (size.axis, size.view) == (1, "plan")
         ]  # fmt: skip
         self._stack([(low, high, x, text) for low, high, x, text in across], end, beside=frame.plan)
 

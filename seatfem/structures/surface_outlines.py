@@ -228,7 +228,7 @@ def struck_side_problem(normals: Array, shape: Shape, struck: str, held: Iterabl
         away = np.abs(shape.points[np.unique(shape.triangles[shape.groups[name]])] @ normals[0] - height).max()
         if away < LEVEL * size and border & {tuple(edge) for edge in shape.outline(name).tolist()}:
             return (
-                f"it lies in the plane of {name!r}, which is held, and ends where that begins, as on the underside of a "
-                "seat: the reed would lie on what holds the body; name the face on the reed's side"
+                f"it lies in the plane of {name!r}, which is held, and ends where that begins, as on the underside "
+                "of a seat: the reed would lie on what holds the body; name the face on the reed's side"
             )
     return ""

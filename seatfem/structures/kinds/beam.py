@@ -107,7 +107,8 @@ class Beam(Structure):
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         place = self.beam().free_point if at is None else at
-        return of_beam(self.kind.replace("_", " "), self.widths_along, self.thickness, place, both_ends=self.both_held)
+        name = "beam held at both ends" if self.both_held else self.kind.replace("_", " ")
+        return of_beam(name, self.widths_along, self.thickness, place, both_ends=self.both_held)
 
     @property
     def moved_by(self) -> tuple[str, ...]:

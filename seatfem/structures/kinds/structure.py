@@ -126,7 +126,8 @@ class Structure(Striking):
         Raises:
             ModelError, GeometryError: a file whose faces cannot be found.
         """
-        return BodyViews(self.kind.replace("_", " "), symbol="box")
+        named = f" ({self.files()[0].name})" if self.files() else ""
+        return BodyViews(self.kind.replace("_", " ") + named, symbol="box")
 
     # How it is modelled
 

@@ -53,7 +53,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     seat = Placed("seat", scene.seat.views(), contact.offset)
     placed = Placed("reed", seen, height=contact.gap)
     return Layout(
-        title=scene.title or "Scene",
+        title=scene.title or f"{seen.name} on {seat.views.name}",
         seat=seat,
         reed=placed,
         stopper=behind,
@@ -93,14 +93,14 @@ def _body_words(body: Placed) -> str:
     height = max(float(loop[:, 1].max()) for loop in views.section)
     if diameters := round_sizes(views.plan):
         words = " to ".join(f"{1e3 * each:.4g}" for each in diameters)
-        return f"{body.role} ({views.name}) of {words} mm diameter, {1e3 * height:.4g} mm high,"
+        return f"{body.role} ({views.name}) of {words} mm diameter, {1e3 * height:.4g} mm thick,"
     sides = " x ".join(f"{1e3 * side:.4g}" for side in (*(high - low), height))
     return f"{body.role} ({views.name}) {sides} mm"
 
 
 def _face_words(views: BodyViews) -> str:
     if not views.contact:
-        return f"a {views.name}"
+        return f"the seat ({views.name})"
     if sizes := round_sizes(views.contact):
         words = " to ".join(f"{1e3 * each:.4g}" for each in sizes)
         return f"a {'lip' if len(sizes) > 1 else 'struck disc'} of {words} mm diameter"

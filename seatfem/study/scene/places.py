@@ -16,13 +16,15 @@ if TYPE_CHECKING:
 PLATE: Final = 0.97
 """Least share of a struck face that a plate covers: all of it, but for what chords of arcs and sampled points leave."""
 BEAM: Final = 0.1
-"""The same of what strikes with one rigid face: with its tip over the middle of a lip it covers a half or a third, and
-whatever covers less than a tenth of a ring does not lie over the port."""
+"""The same of a beam, which strikes with one rigid face: with its tip over the middle of a lip it covers a half or a
+third, and whatever covers less than a tenth of a ring does not lie over the port."""
 
 
 def misplaced(scene: Scene) -> Iterator[Finding]:
     """Yield that the reed lies beside the face that it is to strike, in plan, or does not reach across it."""
     contact, reed, seat = scene.contact, scene.reed, scene.seat
+    if reed.reach is None and not reed.meets_lips:  # solids strike with a face of their own, as it is stated
+        return
     at = reed.free_point if contact.at is None else contact.at
     try:
         over, face = reed.views(at, coarse=True).turned_over(), seat.views(coarse=True)
