@@ -108,12 +108,6 @@ class BodyViews:
         points = np.concatenate([np.zeros((1, 2)), *loops])
         return points.min(axis=0), points.max(axis=0)
 
-    @property
-    def contact_box(self) -> tuple[Array, Array]:
-        """(2,) lowest and (2,) highest corner of the struck face in plan [m]."""
-        corners = np.concatenate(self.contact)
-        return corners.min(axis=0), corners.max(axis=0)
-
     def moved(self, x: float) -> BodyViews:
         """Return the body at another place along x [m]."""
         keys = ("section", "struck", "held", "bedded", "plan", "edges", "contact", "port", "clamp")

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
-from impact.quantities import percent
+import numpy as np
+
+from impact.greens.base import Array
+from impact.quantities import in_digits, percent
 from seatfem.structures.errors import ModelError
 from seatfem.structures.outlines import covered_share
 
@@ -33,21 +36,32 @@ def misplaced(scene: Scene) -> Iterator[Finding]:
     share, least = covered_share(face, over, contact.offset), PLATE if reed.meets_lips else BEAM
     if share is None or share >= least:
         return
-    low, high = over.extent
-    sides = " x ".join(f"{1e3 * side:.4g}" for side in high - low)
-    (a, b), (c, d) = face.contact_box
-    struck = f"{1e3 * (c - a):.4g} x {1e3 * (d - b):.4g} mm"
-    limit = "all of it" if reed.meets_lips else percent(least)
-    words = (
-        f"in plan the reed, {sides} mm, covers {percent(share)} of the struck face of the seat, {struck} "
-        f"(limit: {limit})"
-    )
-    if any(contact.offset):
+    part = f"{percent(share)} of the seat's struck face"
+    reach = 1e3 * max(float(np.hypot(*loop.T).max()) for loop in face.contact)
+    if reed.meets_lips:
+        there = 1e3 * min(float(np.hypot(*_fine(loop).T).min()) for loop in over.plan)
         x, y = (1e3 * each for each in contact.offset)
-        text = f"[{x:.4g} mm, {y:.4g} mm]: {words}: the port lies beside the reed; move it nearer"
+        text = (
+            f"[{x:.4g} mm, {y:.4g} mm]: in plan the reed covers {part} (limit: all of it), which reaches "
+            f"{reach:.4g} mm from its middle; the reed, which has {in_digits(there, 2)} mm about the middle of its contact, does not reach over "
+            "the lip: change the offset, or reed and seat until the lip lies on it"
+        )
         yield ("contact", "offset"), text
-    elif contact.at is not None:
-        text = f"{1e3 * contact.at:.4g} mm: {words}: it lies beside the port; move the contact, or take a wider reed"
+        return
+    low, high = over.extent
+    length, width = (1e3 * float(side) for side in high - low)
+    words = (
+        f"in plan the reed, {length:.4g} x {width:.4g} mm, covers {part} (limit: {percent(least)}), which reaches "
+        f"{reach:.4g} mm from its middle: the reed lies beside the port;"
+    )
+    if contact.at is not None:
+        text = f"{1e3 * contact.at:.4g} mm: {words} move the contact, or take a wider reed or a smaller port"
         yield ("contact", "at"), text
     else:
-        yield ("reed",), f"{words}: take a wider reed or paddle, or a smaller port"
+        yield ("reed",), f"{words} take a wider reed or a smaller port, or state contact.at"
+
+
+def _fine(loop: Array) -> Array:
+    """A loop with points between its corners."""
+    shares = np.arange(8)[:, None] / 8
+    return np.asarray((loop[:, None] + shares * (np.roll(loop, -1, axis=0) - loop)[:, None]).reshape(-1, 2))
