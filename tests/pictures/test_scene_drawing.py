@@ -221,7 +221,7 @@ def test_a_reed_beside_the_port_is_refused() -> None:
     with pytest.raises(SceneError, match=r"contact.offset: \[6 mm, 0 mm\]: .*limit: all of it.*change the offset"):
         draw_scene(beside, Path("never.png"))
     small = example("tilted_landing", reed__paddle_diameter="9 mm")
-    with pytest.raises(SceneError, match=r"contact.offset: .*covers 18 % .*reaches 6 mm .*which has 4.5 mm"):
+    with pytest.raises(SceneError, match=r"contact.offset: .*covers 18 % .*reaches 6 mm .*reed has 4.5 mm"):
         draw_scene(small, Path("never.png"))
 
 

@@ -43,8 +43,8 @@ def misplaced(scene: Scene) -> Iterator[Finding]:
         x, y = (1e3 * each for each in contact.offset)
         text = (
             f"[{x:.4g} mm, {y:.4g} mm]: in plan the reed covers {part} (limit: all of it), which reaches "
-            f"{reach:.4g} mm from its middle; the reed, which has {in_digits(there, 2)} mm about the middle of its contact, does not reach over "
-            "the lip: change the offset, or reed and seat until the lip lies on it"
+            f"{reach:.4g} mm from its middle; the reed has {in_digits(there, 2)} mm about the middle of its contact: "
+            "change the offset, or reed and seat until the lip lies on it"
         )
         yield ("contact", "offset"), text
         return
