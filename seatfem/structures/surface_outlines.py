@@ -198,14 +198,17 @@ def _holes(outline: Sequence[Array]) -> Loops:
     )
 
 
-def struck_side_problem(normals: Array, shape: Shape, struck: str, held: Iterable[str]) -> str:
+def struck_side_problem(
+    normals: Array, shape: Shape, struck: str, held: Sequence[str], bedded: Sequence[str] = ()
+) -> str:
     """Return why no reed can lie before what is struck, "" where nothing speaks against it.
 
     Args:
         normals: (k, 3) outward normals of the flat parts of the struck face.
         shape: the body's surface.
         struck: name of the struck group.
-        held: groups that are clamped, or held by springs.
+        held, bedded: groups that are clamped, and that springs hold; what is struck and clamped is told where a mesh is
+            checked.
     """
     aligned = normals @ normals[0]
     if np.abs(aligned).min() > PARALLEL and aligned.min() < 0:
@@ -218,10 +221,12 @@ def struck_side_problem(normals: Array, shape: Shape, struck: str, held: Iterabl
     plane = shape.points[np.unique(shape.triangles[shape.groups[struck]])]
     height, size = float((plane @ normals[0]).mean()), float(np.linalg.norm(shape.extent))
     border = {tuple(edge) for edge in shape.outline(struck).tolist()}
-    for name in held:
+    for name in (*held, *bedded):
         if name not in shape.groups:
             continue
         if len(np.intersect1d(shape.groups[name], shape.groups[struck])):
+            if name not in bedded:
+                continue
             return (
                 f"a part of {name!r}, which is held, is struck: the reed would lie on what holds the body; name another"
             )

@@ -86,8 +86,8 @@ damping_ratio = 0.02
         struck = [face.normal for face in found.faces if self.struck_face in face.groups]
         flat = [normal for normal in struck if normal is not None]
         if flat and len(flat) == len(struck) and not found.problems:
-            held = (*self.held, *self.bedded)
-            if why := struck_side_problem(np.array(flat), found.shape, self.struck_face, held):
+            sides = np.array(flat), found.shape, self.struck_face, self.held, self.bedded
+            if why := struck_side_problem(*sides):
                 yield ("contact",), naming(self.file, why)
 
     def part(self) -> Part | None:

@@ -94,7 +94,7 @@ damping_ratio = 0.02
 
             shape = shape_of(mesh)
             normals = shape.normals[shape.groups[self.struck_face]]
-            if why := struck_side_problem(normals, shape, self.struck_face, (*self.held, *self.bedded)):
+            if why := struck_side_problem(normals, shape, self.struck_face, self.held, self.bedded):
                 yield ("contact",), naming(self.file, why)
 
     def part(self) -> Part | None:
