@@ -313,7 +313,7 @@ def test_faces_that_overlap_or_have_several_holes(edges: np.ndarray, words: str)
 
 
 def test_far_parts_of_a_half_space_need_few_cells(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a slot in 24 arcs and two rings: a quarter of its length and 2 of them apart, (1/8)^2/12 = 1.3e-3 of 1/r at most."""
+    """Of a slot in 24 arcs and two rings: quarters of an arc, two arcs away: (1/8)^2/12 = 1.3e-3 of 1/r at most."""
     lip = FaceLip(SLOT, 24, 2)
     few = arc_compliance(lip, 200e9, 0.3)
     monkeypatch.setattr("seatfem.structures.estimates.arcs.APART", math.inf)
