@@ -6,6 +6,7 @@ A valve seat drawn in a CAD program: STEP file -> mesh -> matrices -> Green's fu
 
 The faces that matter are painted: pure red is struck, pure blue is clamped. A coarse mesh, so that it takes seconds.
 """
+# sphinx_gallery_thumbnail_path = "docs/images/scenes/seat_from_step.png"
 
 import math
 from pathlib import Path
