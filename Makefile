@@ -50,7 +50,7 @@ verify doctor: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem $@
 
 docs: $(VENV)/installed-dev
-	$(PY) docs/scene_page.py docs/scene.md
+	$(PY) docs/scene_page.py
 	$(PY) docs/scenes_page.py
 	$(PY) docs/rooms.py docs/images/rooms.svg
 	$(PY) docs/badges.py docs/images

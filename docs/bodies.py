@@ -101,7 +101,7 @@ def striker_pieces(body: Structure, pose: Pose) -> list[Piece]:
         return [Piece(_turned(radius, low, low + volume / (math.pi * radius**2)), REED)]
     if isinstance(body, Rod):
         x, y = _sides(body)
-        low = pose.opening * body.length
+        low = 4 * pose.opening * max(x, y)
         return [Piece(_box(x, y, low, low + body.length), REED)]
     if isinstance(body, Ball):
         low = pose.opening * body.diameter
@@ -158,10 +158,10 @@ def _part_pieces(part: Part, arc: float | None, *, cut: bool) -> list[Piece]:
     middle = np.array([*((low + high)[:2] / 2), high[2]])
     mask = np.zeros(len(triangles), dtype=bool)
     mask[struck] = True
-    body = pyvista.PolyData.from_regular_faces(points - middle, triangles[~mask])
-    face = pyvista.PolyData.from_regular_faces(points - middle, triangles[mask]).clean() if mask.any() else None
+    body = _surface(points - middle, triangles[~mask])
+    face = _surface(points - middle, triangles[mask]).clean() if mask.any() else None
     if cut:
-        whole = pyvista.PolyData.from_regular_faces(points - middle, triangles).clean()
+        whole = _surface(points - middle, triangles).clean()
         body = whole.clip_closed_surface(normal=(-0.35, 1.0, 0.0), origin=(0, 0, 0))
         face = face.clip(normal=(0.35, -1.0, 0.0), origin=(0, 0, 0)) if face is not None else None
     pieces = [Piece(body, SEAT)]
@@ -171,6 +171,11 @@ def _part_pieces(part: Part, arc: float | None, *, cut: bool) -> list[Piece]:
             face = _within(face, arc)
         pieces.append(Piece(face.translate((0, 0, 1e-5)), ORANGE))
     return pieces
+
+
+def _surface(points: Array, triangles: NDArray[np.int64]) -> Any:
+    polydata: Any = pyvista.PolyData  # whose types know no numbers of a stated size
+    return polydata.from_regular_faces(points, triangles)
 
 
 def _within(face: Any, arc: float) -> Any:
@@ -199,7 +204,7 @@ def _plate_pieces(body: ThinPlate, pose: Pose) -> list[Piece]:
         points = np.column_stack([x - shape.centre[0], y - shape.centre[1], height])
     else:
         points = np.column_stack([x - shape.centre[0], y - shape.centre[1], _raised(x, y, shape.length, pose)])
-    flat = pyvista.PolyData.from_regular_faces(points, skin.triangles)
+    flat = _surface(points, skin.triangles)
     pieces = [Piece(flat.extrude((0, 0, shape.thickness), capping=True), REED)]
     if shape.is_clamped:
         held = points[shape.clamped(skin.points[:, :2])]

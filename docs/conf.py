@@ -95,7 +95,7 @@ def contents(app: Sphinx, docname: str, source: list[str]) -> None:
         source[0] = re.sub(r"^\[`seatfem .*\]\((.*\.toml)\)$", FOLDED, source[0], flags=re.MULTILINE)
     if docname == root_doc:
         source[0] = re.sub(r"\(\.\./examples/(\w+)\.py\)", r"(gallery/\1.rst)", source[0])
-    sections = ("index", "guides", "theory", "reference", "evidence", "project")
+    sections = ("index", "guides", "theory", "reference", "evidence", "project", "scene")
     if docname not in [f"docs/{name}" for name in sections]:
         return
     listed = {name: _listed(ROOT / "docs" / f"{name}.md") for name in sections}
