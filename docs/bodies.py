@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -65,7 +65,8 @@ class Pose:
 
 
 def target_pieces(body: Structure, size: float, *, cut: bool = False) -> list[Piece]:
-    """Return a body that is struck from above at the origin; a spring is drawn as high as a quarter of ``size`` [m].
+    """Return a body that is struck from above at the origin; a spring is drawn as large as befits the ``size`` [m] of
+    what strikes it.
 
     ``cut``: without the half that hides the section from the camera.
     """
@@ -115,25 +116,15 @@ def stop_pieces(body: Structure, size: float, height: float, along: float = 0.0)
     found = []
     for piece in target_pieces(body, 0.6 * size):
         turned = piece.surface.rotate_x(180.0, point=(0, 0, 0)).translate((along, 0, height))
-        found.append(Piece(turned, piece.colour, 0.55, piece.edges))
+        found.append(replace(piece, surface=turned, opacity=0.55))
     return found
 
 
-def arrows(length: float, height: float, along: float) -> list[Piece]:
-    """Return the arrow of a pressure that acts downwards, ``along`` the reed, its tip at ``height`` [m]."""
-    return [
-        Piece(
-            pyvista.Arrow(
-                start=(along, 0, height + length),
-                direction=(0, 0, -1),
-                scale=length,
-                shaft_radius=0.06,
-                tip_radius=0.16,
-            ),
-            BLUE,
-            edges=False,
-        )
-    ]
+def arrow(length: float, height: float, along: float) -> Piece:
+    """Return the arrow of a load downwards, ``along`` the reed from the contact, its tip at ``height`` [m]."""
+    start = (along, 0.0, height + length)
+    drawn = pyvista.Arrow(start=start, direction=(0, 0, -1), scale=length, shaft_radius=0.06, tip_radius=0.16)
+    return Piece(drawn, BLUE, edges=False)
 
 
 def cylinder_pieces(bore: float, stroke: float, along: float) -> list[Piece]:
@@ -199,11 +190,9 @@ def _plate_pieces(body: ThinPlate, pose: Pose) -> list[Piece]:
     shape = body.geometry()
     skin = skin_of_plate(mesh_sheet(shape, shape.narrowest / 6))
     x, y = skin.points[:, 0], skin.points[:, 1]
-    if not shape.is_clamped:
-        height = np.full(len(x), pose.opening * float(np.ptp(x))) + pose.rolled * y
-        points = np.column_stack([x - shape.centre[0], y - shape.centre[1], height])
-    else:
-        points = np.column_stack([x - shape.centre[0], y - shape.centre[1], _raised(x, y, shape.length, pose)])
+    flying = pose.opening * float(np.ptp(x)) + pose.rolled * y
+    height = _raised(x, y, shape.length, pose) if shape.is_clamped else flying
+    points = np.column_stack([x - shape.centre[0], y - shape.centre[1], height])
     flat = _surface(points, skin.triangles)
     pieces = [Piece(flat.extrude((0, 0, shape.thickness), capping=True), REED)]
     if shape.is_clamped:
@@ -251,6 +240,5 @@ def _coil(radius: float, low: float, high: float, turns: int = 5) -> Any:
         [radius * np.cos(angle), radius * np.sin(angle), np.linspace(low, high - 0.2 * radius, len(angle))]
     )
     coil = pyvista.Spline(wire, len(wire)).tube(radius=0.13 * radius)
-    return coil.merge(
-        _turned(1.3 * radius, high - 0.25 * radius, high).extract_surface(algorithm=None)
-    ).extract_surface(algorithm=None)
+    plate = _turned(1.3 * radius, high - 0.25 * radius, high)
+    return coil.merge(plate).extract_surface(algorithm=None)

@@ -30,8 +30,7 @@ _HEAD = """\
 
 A scene is a TOML file. Quantities are strings with a unit (`"3 mm"`); pure numbers are bare (`0.1`) or percentages
 (`"10 %"`). Unknown keys are errors, and all errors are reported at once, each with its line. Files are looked for from
-the folder of the scene. These pages are made from the program's own definitions (`make docs`). Bodies of every kind may
-stand in [seat], [reed] and [stopper].
+the folder of the scene. These pages are made from the program's own definitions (`make docs`).
 
 """
 _MATERIALS = """\
@@ -194,7 +193,8 @@ def _table(table: type[BaseModel], places: dict[type[BaseModel], str], page: str
             elsewhere = [places[part] for part in tables_in(field.annotation) if places[part] != page]
             first = f"{key}s" if f"{key}s" in elsewhere else "".join(elsewhere[:1])
             held = f"[{holds(field)}]({first}.md)" if first else holds(field)
-            rows.append(f"| `{key}` | {held} | {default_of(field)} | {field.description or ''} |\n")
+            default = "see there" if first and default_of(field) == "see below" else default_of(field)
+            rows.append(f"| `{key}` | {held} | {default} | {field.description or ''} |\n")
     return _COLUMNS + "".join(rows) + "\n"
 
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from bodies import (
@@ -22,7 +22,7 @@ from bodies import (
     ROLLED,
     Piece,
     Pose,
-    arrows,
+    arrow,
     cylinder_pieces,
     reach_of,
     stop_pieces,
@@ -49,7 +49,9 @@ TALL: Final = 2.5
 """Height over the width of bodies that are drawn lying."""
 OWN: Final = np.array([[255, 255, 255], [int(ORANGE[k : k + 2], 16) for k in (1, 3, 5)]])
 """White, and the colour of struck faces, which are small."""
-LIGHT: Final = {"ambient": 0.42, "diffuse": 0.6, "specular": 0.12}
+LIGHT: Final[dict[str, Any]] = {
+    "ambient": 0.42, "diffuse": 0.6, "specular": 0.12, "smooth_shading": True, "split_sharp_edges": True
+}  # fmt: skip
 NEAR: Final = 0.1
 """In place of `bodies.BENT`, over a seat that is struck in a point."""
 FLYING: Final = 0.35
@@ -85,6 +87,7 @@ PYTHON: Final[dict[str, list[tuple[str, dict[str, object]]]]] = {
 
 
 def main(names: list[str]) -> None:
+    """Write the pictures of ``names``, or of all examples."""
     for name, pieces in every_picture():
         if not names or name in names:
             write_picture(pieces(), PICTURES / f"{name}.png")
@@ -108,7 +111,7 @@ def scene_pieces(path: Path) -> list[Piece]:
 
 
 def python_pieces(scenes: list[tuple[str, dict[str, object]]]) -> list[Piece]:
-    """Return the bodies of several scenes beside each other, along the view's depth."""
+    """Return the bodies of several scenes beside each other."""
     found: list[Piece] = []
     for number, (name, changed) in enumerate(scenes):
         scene = load_scene(EXAMPLES / f"{name}.toml", changed)
@@ -118,6 +121,7 @@ def python_pieces(scenes: list[tuple[str, dict[str, object]]]) -> list[Piece]:
 
 
 def pose_of(scene: Scene, factor: float = 1.0, reach: float = 0.0) -> Pose:
+    """Return how a striker is drawn: ``factor`` times the usual opening, over a face of radius ``reach`` [m]."""
     clamped = isinstance(scene.reed, Beam | ClampedPlate)
     opening = (BENT if reach else NEAR) if clamped else FLYING
     return Pose(factor * opening, ROLLED if scene.contact.tilt else 0.0, reach, scene.contact.at)
@@ -137,7 +141,7 @@ def bodies_of(scene: Scene) -> list[Piece]:
     elif scene.load or getattr(scene.reed, "pressure", None):
         spread = [-0.3 * size, -0.15 * size, 0.0] if clamped else [-0.375 * size, 0.375 * size]
         spread = [0.0] if all(load.force is not None for load in scene.load) else spread
-        pieces += [arrow for x in spread for arrow in arrows(0.2 * size, height_at(striker[0], x) + 0.03 * size, x)]
+        pieces += [arrow(0.2 * size, height_at(striker[0], x) + 0.03 * size, x) for x in spread]
     if (gas := scene.gas) is not None and gas.bore and gas.stroke:
         pieces += cylinder_pieces(gas.bore, gas.stroke, -size / 2)
     return pieces
@@ -163,14 +167,7 @@ def write_picture(pieces: list[Piece], path: Path) -> None:
         pieces = [replace(piece, surface=piece.surface.rotate_y(90.0, point=(0, 0, 0))) for piece in pieces]
     plotter = new_plotter(load_pyvista(), SIZE)
     for piece in pieces:
-        plotter.add_mesh(
-            piece.surface,
-            color=piece.colour,
-            opacity=piece.opacity,
-            smooth_shading=True,
-            split_sharp_edges=True,
-            **LIGHT,
-        )
+        plotter.add_mesh(piece.surface, color=piece.colour, opacity=piece.opacity, **LIGHT)
         if piece.edges and piece.opacity > 0.5:
             lines = piece.surface.extract_feature_edges(35.0, manifold_edges=False, boundary_edges=True)
             plotter.add_mesh(lines, color="#3A4048", line_width=2.0, opacity=piece.opacity)
