@@ -50,8 +50,8 @@ verify doctor: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem $@
 
 docs: $(VENV)/installed-dev
-	$(PY) docs/scene_page.py docs/scene.md
-	$(PY) docs/scenes_page.py docs/scenes.md
+	$(PY) docs/scene_page.py
+	$(PY) docs/scenes_page.py
 	$(PY) docs/rooms.py docs/images/rooms.svg
 	$(PY) docs/badges.py docs/images
 	$(SINGLE_THREAD) $(PY) -m sphinx -q -W --keep-going -b html -c docs . build/docs

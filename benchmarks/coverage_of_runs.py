@@ -65,7 +65,7 @@ COLUMNS = (
     *("seed", "index", "seat", "level", "striker", "target", "met", "rounds"),
     *("measure", "value", "bar", "true", "inside"),
 )
-LONGEST = 240  # s for a scene and its reference
+LONGEST = 240  # s of processor time for a scene and its reference
 
 
 @dataclass(frozen=True)
@@ -399,16 +399,16 @@ def cover(
     longest: int,
     refused: type[Exception] = ConvergenceError,
 ) -> None:
-    """Judge the scenes of a seed that are not in the file, each within so many seconds; table and shares.
+    """Judge the scenes of a seed that are not in the file, each within seconds of processor time; table and shares.
 
     ``refused``: what a scene that is not to be judged ends with; by default, stated band, tolerance and duration that
     no Krylov space holds.
     """
-    signal.signal(signal.SIGALRM, stop)
+    signal.signal(signal.SIGPROF, stop)
     done = {(v.seed, v.index) for v in read(path)}
     for index in indices:
         if (seed, index) not in done:
-            signal.alarm(longest)
+            signal.setitimer(signal.ITIMER_PROF, longest)
             try:
                 verdict = judge(index, seed)
             except refused as refusal:
@@ -418,7 +418,7 @@ def cover(
                 print(f"{index:3d} stopped: it or its reference takes more than {longest} s", flush=True)  # noqa: T201
                 continue
             finally:
-                signal.alarm(0)
+                signal.setitimer(signal.ITIMER_PROF, 0)
             with path.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(asdict(verdict)) + "\n")
             print(line(verdict), flush=True)  # noqa: T201

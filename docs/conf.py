@@ -64,8 +64,9 @@ def written_pictures(_: Any, block_vars: dict[str, Any], gallery_conf: dict[str,
 sphinx_gallery_conf = {
     "examples_dirs": str(ROOT / "examples"),
     "gallery_dirs": str(ROOT / "docs" / "gallery"),
-    "filename_pattern": r"\.py$",
-    "ignore_pattern": r"(readme|bar_as_rod)\.py$",  # shown by README.md; takes 13 s of processor time
+    "filename_pattern": r"/(?!bar_as_rod)\w+\.py$",  # which takes 13 s of processor time: shown, not run
+    "ignore_pattern": r"readme\.py$",  # shown by README.md
+    "remove_config_comments": True,
     "image_scrapers": (written_pictures,),
     "abort_on_example_error": True,
     "download_all_examples": False,
@@ -75,18 +76,32 @@ sphinx_gallery_conf = {
 }
 
 
+FOLDED = r"""\g<0>
+
+<details><summary>The file</summary>
+
+```{literalinclude} \1
+:language: toml
+```
+
+</details>"""
+"""After the command of a scene, in the built page: what its file says."""
 MADE = ("docs/gallery/", "docs/generated/")
 
 
 def contents(app: Sphinx, docname: str, source: list[str]) -> None:
-    """The list of a section page as a hidden toctree, which Sphinx asks for."""
-    sections = ("index", "guides", "theory", "reference", "evidence", "project")
+    """The list of a section page as a hidden toctree, which Sphinx asks for; what only the built pages have."""
+    if docname == "docs/scenes":
+        source[0] = re.sub(r"^\[`seatfem .*\]\((.*\.toml)\)$", FOLDED, source[0], flags=re.MULTILINE)
+    if docname == root_doc:
+        source[0] = re.sub(r"\(\.\./examples/(\w+)\.py\)", r"(gallery/\1.rst)", source[0])
+    sections = ("index", "guides", "theory", "reference", "evidence", "project", "scene")
     if docname not in [f"docs/{name}" for name in sections]:
         return
     listed = {name: _listed(ROOT / "docs" / f"{name}.md") for name in sections}
     mine = listed[docname.removeprefix("docs/")]
     if docname == root_doc:
-        mine.append(("docs/gallery/index", "Gallery"))  # no page before it is built
+        mine.append(("docs/gallery/index", "Python examples"))  # no page before it is built
     if docname == "docs/guides":
         known = {name for found in listed.values() for name, _ in found} | {root_doc}
         others = sorted(name for name in app.env.found_docs - known if not name.startswith(MADE))

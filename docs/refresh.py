@@ -3,8 +3,8 @@
     .venv/bin/python docs/refresh.py [FOLDER] [--demo]
 
 Runs the demo (or takes FOLDER, where `seatfem demo -o FOLDER` has run), three of the examples, the first command of the
-tutorial and the verification cases, then rewrites docs/images/, docs/verification.md and what is between the markers
-in README.md.
+tutorial and the verification cases, then rewrites docs/images/ (that of the gallery by docs/scene_pictures.py),
+docs/verification.md and what is between the markers in README.md.
 With --demo: nothing of the verification, which takes minutes.
 """
 
@@ -21,6 +21,7 @@ from pathlib import Path
 import drawings
 import first_picture
 import ring_valve_page
+import scene_pictures
 from markers import between
 
 from impact.files.atomic import whole_file
@@ -60,6 +61,7 @@ def main() -> None:
     drawings.main()
     first_picture.main([])
     ring_valve_page.main()
+    scene_pictures.main([])
     in_python()
     part = Path(shutil.copyfile(ROOT / "meshes" / "valve_body.step", Path(tempfile.mkdtemp()) / "part.step"))
     run_command(["faces", str(part), "-o", str(ROOT / "docs" / "images" / "tutorial_faces.png"), "--quiet"])

@@ -1,43 +1,115 @@
-"""Writes docs/scenes.md from the scenes of examples/: what each says of itself, and its picture where one is kept."""
+"""Writes docs/scenes.md and the gallery of docs/index.md: what the examples say of themselves, and their pictures."""
 
 from __future__ import annotations
 
-import sys
+import ast
+import re
 import tomllib
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
+
+from markers import between
 
 from impact.files.atomic import write_whole
 
-ROOT = Path(__file__).resolve().parent.parent
-PICTURES = {
+DOCS = Path(__file__).resolve().parent
+EXAMPLES = DOCS.parent / "examples"
+PICTURES: Final = {
     "flapper_on_peek_sleeve": "force.png",
     "tilted_landing": "lip.png",
     "impact_stress": "stress_wave.gif",
     "paper_table1_3mm_area": "paper_figure_5.png",
     "paper_table1_30mm_area": "paper_figure_6.png",
 }
-"""In docs/images, kept by docs/refresh.py and examples/paper/figures.py; others have their trade there."""
-HEAD = """\
+"""In docs/images, kept by docs/refresh.py and examples/paper/figures.py."""
+HEAD: Final = """\
 # Scenes
 
-What `examples/` holds as scenes, in their own words; made from them by `make docs`. Each runs by `seatfem run FILE`.
+What `examples/` holds as scenes, in their own words; made from them by `make docs`.
 """
+README: Final = "The README's program\n\nA reed strikes a rod, and a spring of the same stiffness, in twenty lines."
+"""Of the script that stands in README.md without a docstring."""
+
+
+@dataclass(frozen=True)
+class Example:
+    """Attributes:
+    path: of the file.
+    title, words: what it says of itself.
+    verb: of the program, that runs it; "" of Python.
+    """
+
+    path: Path
+    title: str
+    words: str
+    verb: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """The first one of its words, on one line."""
+        return re.split(r"(?<=[.?])\s", " ".join(self.words.split()), maxsplit=1)[0].replace("`", "")
+
+    @property
+    def entry(self) -> str:
+        """Link to what the pages have of it."""
+        if self.path.stem == "readme":
+            return "../README.md#in-python"
+        if not self.verb:
+            return f"../examples/{self.path.name}"
+        return "scenes.md#" + re.sub(r"[^\w\- ]", "", self.title.lower()).replace(" ", "-")
 
 
 def scenes_page() -> str:
-    """The whole page, as Markdown."""
-    return "".join([HEAD, *(_section(path) for path in sorted((ROOT / "examples").glob("*.toml")))])
+    """Return the page of the scenes, as Markdown."""
+    return "".join([HEAD, *(_section(example) for example in scenes())])
 
 
-def _section(path: Path) -> str:
-    text = path.read_text(encoding="utf-8")
-    title = tomllib.loads(text).get("title") or path.stem.replace("_", " ").capitalize()
-    first = text.partition("\n\n")[0].splitlines()
-    words = "\n".join(line.removeprefix("#").strip() for line in first if line.startswith("#"))
-    picture = PICTURES.get(path.stem, f"trade_{path.stem}.png")
-    shown = f"\n![{title}](images/{picture})\n" if (ROOT / "docs" / "images" / picture).exists() else ""
-    return f"\n## {title}\n\n{words}\n\n[`{path.name}`](../examples/{path.name})\n{shown}"
+def index_page() -> str:
+    """Return docs/index.md with the gallery of today's examples."""
+    words = "\n".join(["## Scenes\n", _cards(scenes()), "## In Python\n", _cards(scripts())])
+    return between((DOCS / "index.md").read_text(encoding="utf-8"), "gallery", words)
+
+
+def scenes() -> list[Example]:
+    """Return the scenes and studies of examples/."""
+    found = []
+    for path in sorted(EXAMPLES.glob("*.toml")):
+        text = path.read_text(encoding="utf-8")
+        given = tomllib.loads(text)
+        first = [line for line in text.partition("\n\n")[0].splitlines() if line.startswith("#")]
+        verb = "optimise" if "optimise" in given else "sweep" if "vary" in given else "run"
+        title = given.get("title") or path.stem.replace("_", " ").capitalize()
+        found.append(Example(path, title, "\n".join(line.removeprefix("#").strip() for line in first), verb))
+    return found
+
+
+def scripts() -> list[Example]:
+    """Return the Python scripts of examples/."""
+    found = []
+    for path in sorted(EXAMPLES.glob("*.py")):
+        written = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or README
+        title, words = re.split(r"\n(?:=+\n)?\n", written, maxsplit=1)
+        found.append(Example(path, title, words))
+    return found
+
+
+def _cards(examples: list[Example]) -> str:
+    cards = "\n".join(
+        f"- [![{each.title}](images/scenes/{each.path.stem}.png)]({each.entry})\n"
+        f"  **[{each.title}]({each.entry})**\n  {each.sentence}"
+        for each in examples
+    )
+    return f'<div class="cards">\n\n{cards}\n\n</div>\n'
+
+
+def _section(example: Example) -> str:
+    name, picture = example.path.name, PICTURES.get(example.path.stem)
+    shown = f"\n![{example.title}](images/{picture})\n" if picture else ""
+    command = f"[`seatfem {example.verb} examples/{name}`](../examples/{name})"
+    return f"\n## {example.title}\n\n{example.words}\n\n{command}\n{shown}"
 
 
 if __name__ == "__main__":
-    write_whole(sys.argv[1], scenes_page().encode("utf-8"))
+    write_whole(DOCS / "scenes.md", scenes_page().encode("utf-8"))
+    write_whole(DOCS / "index.md", index_page().encode("utf-8"))

@@ -7,6 +7,7 @@ A steel ball on steel plates of three thicknesses: what the plate carries away, 
 An infinite plate answers a point force like a dashpot Z = 8 sqrt(D rho h), so a single number decides the rebound:
 lambda = m/(Z T), T = (m^2/(k^2 V))^(1/5), k the Hertz stiffness. Zener's restitution is asserted for three of them.
 """
+# sphinx_gallery_thumbnail_path = "docs/images/scenes/ball_on_plate.png"
 
 import math
 

@@ -4,6 +4,7 @@ A bar as a rod
 
 How much a clamped end stiffens a bar against the rod: the lateral contraction it forbids, times nu^2.
 """
+# sphinx_gallery_thumbnail_path = "docs/images/scenes/bar_as_rod.png"
 
 import numpy as np
 

@@ -10,6 +10,7 @@ The other program is a plenum behind a reed valve: its pressure pushes the reed'
 
 R rate of the pressure per opening. Each step it reads the opening g, and tells the force of the next step.
 """
+# sphinx_gallery_thumbnail_path = "docs/images/scenes/co_simulation.png"
 
 import json
 import tempfile

@@ -6,6 +6,7 @@ Two equal free rods meet end to end: they part after one round trip 2 l/c and ha
 
 Saint-Venant's classical result; the contact force is Z V/2 throughout, Z = rho c A.
 """
+# sphinx_gallery_thumbnail_path = "docs/images/scenes/colliding_rods.png"
 
 import math
 

@@ -7,6 +7,7 @@ A measured seat: the impulse response of a rod, noisy, in a CSV file, is read, c
 The rod, fixed at its far end, is as heavy as the mass that strikes it. Undamped, the contact lasts 3.068 l/c
 (Saint-Venant); here modal damping of 3 % is added, and `impact.fixed_rod` gives the exact answer to compare with.
 """
+# sphinx_gallery_thumbnail_path = "docs/images/scenes/measured_seat.png"
 
 from pathlib import Path
 from tempfile import TemporaryDirectory

@@ -9,6 +9,7 @@ thrown on its seat, bounces, and comes to rest where it balances the gas. With C
 
     g = C F(g)   =>   g = C F0/(1 + C F0/g1).
 """
+# sphinx_gallery_thumbnail_path = "docs/images/scenes/pressure_feedback.png"
 
 import numpy as np
 

@@ -7,6 +7,7 @@ A rigid mass strikes a fixed rod, and a spring of the rod's static stiffness: wh
 In units of the rod (Z = rho c A = 1, l/c = 1, K = E A/l = 1). Exact values: Timoshenko & Goodier, Theory of
 Elasticity, longitudinal impact of bars; the spring's contact lasts pi sqrt(m/K) and returns all the energy.
 """
+# sphinx_gallery_thumbnail_path = "docs/images/scenes/rod_against_spring.png"
 
 import math
 

@@ -2,10 +2,11 @@
 A seat from a STEP file
 =======================
 
-A valve seat drawn in a CAD program: STEP file -> mesh -> matrices -> Green's function -> impact of a reed.
+A valve seat drawn in a CAD program: from its STEP file by mesh, matrices and Green's function to the impact of a reed.
 
 The faces that matter are painted: pure red is struck, pure blue is clamped. A coarse mesh, so that it takes seconds.
 """
+# sphinx_gallery_thumbnail_path = "docs/images/scenes/seat_from_step.png"
 
 import math
 from pathlib import Path

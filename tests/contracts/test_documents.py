@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 from badges import badges
 from rooms import rooms_svg
-from scenes_page import scenes_page
+from scene_pictures import PYTHON
+from scenes_page import index_page, scenes_page
 
 from impact.runs.budget import SAFETY, STRESS_SAFETY
 from impact.runs.variations import NARROWER
@@ -66,8 +67,27 @@ def test_every_room_stands_in_the_architecture(package: str) -> None:
 
 def test_what_is_made_from_the_code_is_current() -> None:
     drawn = ((text, f"images/badge_{name}.svg") for name, text in badges().items())
-    for made, name in ((scenes_page(), "scenes.md"), (rooms_svg(), "images/rooms.svg"), *drawn):
+    for made, name in (
+        (scenes_page(), "scenes.md"),
+        (index_page(), "index.md"),
+        (rooms_svg(), "images/rooms.svg"),
+        *drawn,
+    ):
         assert made == (ROOT / "docs" / name).read_text(encoding="utf-8"), "run: make docs"
+
+
+def test_every_example_has_a_card_and_a_picture() -> None:
+    """On the first page, before all other pages are listed; the pictures are small, and no other ones lie there."""
+    examples = {path.stem for suffix in ("toml", "py") for path in (ROOT / "examples").glob(f"*.{suffix}")}
+    before, _, _ = (ROOT / "docs" / "index.md").read_text(encoding="utf-8").partition("## Pages")
+    cards = re.findall(
+        r"^- \[!\[.+\]\(images/scenes/(\w+)\.png\)\]\(.+\)\n  \*\*.+\*\*\n  \w.+[.?]$", before, re.MULTILINE
+    )
+    assert sorted(cards) == sorted(examples)
+    pictures = {path.stem: path.stat().st_size for path in (ROOT / "docs" / "images" / "scenes").iterdir()}
+    assert {*pictures} == examples, "run: .venv/bin/python docs/scene_pictures.py"
+    assert max(pictures.values()) <= 40_000
+    assert {*PYTHON} == {path.stem for path in (ROOT / "examples").glob("*.py")}
 
 
 def test_badges_say_what_holds() -> None:

@@ -310,3 +310,11 @@ def test_two_faces_are_numbered_through() -> None:
 def test_faces_that_overlap_or_have_several_holes(edges: np.ndarray, words: str) -> None:
     with pytest.raises(ModelError, match=words):
         land_of(edges, (0, 0, 1))
+
+
+def test_far_parts_of_a_half_space_need_few_cells(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a slot in 24 arcs and two rings: quarters of an arc, two arcs away: (1/8)^2/12 = 1.3e-3 of 1/r at most."""
+    lip = FaceLip(SLOT, 24, 2)
+    few = arc_compliance(lip, 200e9, 0.3)
+    monkeypatch.setattr("seatfem.structures.estimates.arcs.APART", math.inf)
+    np.testing.assert_allclose(few, arc_compliance(lip, 200e9, 0.3), rtol=1.3e-3)

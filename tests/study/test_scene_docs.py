@@ -1,4 +1,4 @@
-"""docs/scene.md says what the program does."""
+"""docs/scene.md and its pages say what the program does."""
 
 import re
 import tomllib
@@ -8,24 +8,38 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel, create_model
 from pydantic.fields import FieldInfo
-from scene_page import scene_page
+from scene_page import scene_pages
 
 from seatfem.fields import Table
 from seatfem.study.scene import Scene
 from seatfem.study.scene.keys import holds
 from seatfem.study.scene.problems import tables_in
 
-PAGE = Path(__file__).parents[2] / "docs" / "scene.md"
+DOCS = Path(__file__).parents[2] / "docs"
+PAGES = scene_pages()
 
 
-def test_the_page_is_current() -> None:
-    assert PAGE.read_text(encoding="utf-8") == scene_page(), "run: make docs"
+def test_the_pages_are_current() -> None:
+    written = [DOCS / "scene.md", *(DOCS / "scene").glob("*.md")]
+    found = {path.relative_to(DOCS).as_posix(): path.read_text(encoding="utf-8") for path in written}
+    assert found == PAGES, "run: make docs"
 
 
-def test_every_kind_of_seat_is_on_the_page() -> None:
-    for kind in ("annular", "bar", "block", "cad", "mesh", "rod", "spring", "greens"):
-        assert f'## [seat], [reed], [stopper], kind = "{kind}"' in scene_page()
-    assert '| `lip_height` | length, `"3 mm"` | `"0.5 mm"` |' in scene_page()
+def test_every_table_is_described_once_and_linked() -> None:
+    """The kinds of bodies under their family, tables on pages of their own, and the first page links all of them."""
+    for page, kinds in {
+        "seats": ("annular", "bar", "block", "rod", "spring"),
+        "reeds": ("cantilever", "flapper", "sheet"),
+        "strikers": ("ball", "rigid_mass", "ring_plate"),
+        "imported": ("cad", "mesh", "greens"),
+    }.items():
+        for kind in kinds:
+            assert f'\n## kind = "{kind}"\n' in PAGES[f"scene/{page}.md"]
+    headings = [line for text in PAGES.values() for line in text.splitlines() if line.startswith("| key |")]
+    tables = {table for name in FIELDS.values() for table in tables_in(name.annotation)} | {Scene}
+    assert len(headings) == len(tables)
+    assert set(re.findall(r"^- \[.+\]\((scene/.+)\)", PAGES["scene.md"], re.MULTILINE)) == {*PAGES} - {"scene.md"}
+    assert '| `lip_height` | length, `"3 mm"` | `"0.5 mm"` |' in PAGES["scene/seats.md"]
 
 
 def fields(table: type[BaseModel], seen: set[type[BaseModel]]) -> Iterator[tuple[str, FieldInfo]]:
@@ -65,5 +79,5 @@ def test_lists_say_how_many_of_what() -> None:
     assert said["ByPlane.normal"] == "list of three numbers, `[0.0, 0.0, 1.0]`"
     assert said["OrthotropicMaterial.young"].startswith("list of three pressures")
     assert said["Accuracy.measures"].startswith('list of `"impulse"`')
-    assert "list of numbers" not in scene_page()
-    assert "False" not in scene_page()
+    assert "list of numbers" not in "".join(PAGES.values())
+    assert "False" not in "".join(PAGES.values())

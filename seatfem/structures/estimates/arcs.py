@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from impact.exact.half_space import square_compliance
 from impact.greens.base import Array
@@ -16,32 +18,55 @@ from seatfem.structures.rings import ring_shares
 
 CELLS: Final = 4  # across each ring; as many along each arc, or more: that those of the narrowest are about square
 MOST_CELLS: Final = 64  # along an arc
+OF_A_FAR_PART: Final = 4  # cells along the longer side of a part, for parts that lie apart
+APART: Final = 2.0  # longer sides of a part between two parts that lie apart: such means of 1/r are right to 2e-3
 
 
 def arc_compliance(lip: AnyLip, young: float, poisson: float) -> Array:
-    """(ports, ports) mean static displacement of each part of a lip on a half-space under a pressure on each [m/N].
+    """Return the (ports, ports) mean displacement of each part of a lip on a half-space under a load on each [m/N].
 
-    Boussinesq: (1 - nu^2)/(pi E r) between cells, a square's mean on each cell itself. A circle is the same all around:
-    one arc tells them all. Source: Johnson, Contact Mechanics, 3.2.
+    Boussinesq: (1 - nu^2)/(pi E r) between cells, a square's mean on each cell itself; parts that lie apart have few
+    cells. On a circle the parts of one arc stand for those of all. Source: Johnson, Contact Mechanics, 3.2.
     """
-    mean = lip.area / lip.length * float(ring_shares(lip.rings).min())
-    along = int(np.clip(round(CELLS * lip.length / (lip.arcs * mean)), 1, MOST_CELLS))
-    points, areas = lip.cells(along, CELLS)
-    itself = [square_compliance(young=young, poisson=poisson, side=float(np.sqrt(a))) / (along * CELLS) for a in areas]
-    force = (1 - poisson**2) / (np.pi * young)
-    places = points @ np.array([1, 1j])
-    found = np.empty((lip.arcs, lip.rings, lip.arcs, lip.rings))
-    for arc in range(1 if lip.is_round else lip.arcs):
-        for ring in range(lip.rings):
-            away = np.abs(places[arc, ring][:, None] - places.ravel())
-            inverse = np.divide(force, away, out=np.zeros_like(away), where=away > 0)
-            found[arc, ring] = inverse.reshape(-1, lip.arcs, lip.rings, along * CELLS).mean(axis=(0, 3))
-            found[arc, ring, arc, ring] += itself[ring]
+    narrowest = lip.area / lip.length * float(ring_shares(lip.rings).min())
+    along = int(np.clip(round(CELLS * lip.length / (lip.arcs * narrowest)), 1, MOST_CELLS))
+    cells, areas = lip.cells(along, CELLS)
+    fine = cells.reshape(lip.arcs * lip.rings, -1, 2)
+    coarse, reach = _far_parts(lip)
+    own = [square_compliance(young=young, poisson=poisson, side=float(np.sqrt(a))) / (along * CELLS) for a in areas]
+    compliance = np.empty((len(fine), len(fine)))
+    for part in range(lip.rings if lip.is_round else len(fine)):
+        away = _between(coarse[part], coarse)
+        near = np.flatnonzero(away.min(axis=(0, 2)) < reach)
+        compliance[part] = _inverse(away).mean(axis=(0, 2))
+        for other in near:
+            compliance[part, other] = _inverse(_between(fine[part], fine[other])).mean()
+        compliance[part] *= (1 - poisson**2) / (np.pi * young)
+        compliance[part, part] += own[part % lip.rings]
     if lip.is_round:
         for arc in range(1, lip.arcs):
-            found[arc] = np.roll(found[0], arc, axis=1)
-    full = found.reshape(lip.arcs * lip.rings, -1)
-    return np.asarray((full + full.T) / 2)
+            rows = slice(arc * lip.rings, (arc + 1) * lip.rings)
+            compliance[rows] = np.roll(compliance[: lip.rings], arc * lip.rings, axis=1)
+    return np.asarray((compliance + compliance.T) / 2)
+
+
+def _far_parts(lip: AnyLip) -> tuple[Array, float]:
+    """Return (ports, cells, 2) places of the few cells of each part, and how near [m] two parts need many."""
+    length, width = lip.length / lip.arcs, lip.area / lip.length / lip.rings
+    longer = max(length, width)
+    few = [math.ceil(OF_A_FAR_PART * side / longer) for side in (length, width)]
+    return lip.cells(*few)[0].reshape(lip.arcs * lip.rings, -1, 2), APART * longer
+
+
+def _inverse(distances: Array) -> Array:
+    """Return 1/r, and 0 of a cell to itself."""
+    return np.divide(1, distances, out=np.zeros_like(distances), where=distances > 0)
+
+
+def _between(places: Array, others: Array) -> Array:
+    """Return the (n, ...) distances of ``n`` places from each of others."""
+    distances = cdist(places, others.reshape(-1, 2))
+    return np.asarray(distances.reshape(len(places), *others.shape[:-1]))
 
 
 def on_its_patch(whole: ModalGreens, lip: AnyLip, patch: Patch) -> ModalGreens:

@@ -36,7 +36,7 @@ Finding = tuple[tuple[str | int, ...], str]
 class Structure(Striking):
     """A body: its table in a scene, and what the program asks of it.
 
-    A kind is a subclass with ``kind: Literal["name"]``; its docstring and its fields are its chapter of docs/scene.md.
+    A kind is a subclass with ``kind: Literal["name"]``; its docstring and its fields are its chapter in docs/scene/.
     What is said here holds for a body in closed form without files, patch and motion.
     """
 
