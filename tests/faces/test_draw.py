@@ -34,7 +34,7 @@ def test_keys_are_changed_and_the_file_is_named(tmp_path: Path, capsys: pytest.C
     assert capsys.readouterr().out == ""
     assert ">27 mm<" in file.read_text(encoding="utf-8")
     assert run_command(["draw", str(SCENE), "--set", "reed.width=0.5 mm", "-o", str(tmp_path / "no.png")]) == BAD_INPUT
-    assert "suction_valve.toml:17: reed: in plan" in capsys.readouterr().err
+    assert ": reed: in plan the reed, 32 x 0.5 mm, covers 1.7 %" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["valve.svg"]
 
 
