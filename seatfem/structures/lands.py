@@ -17,6 +17,7 @@ from seatfem.structures.strips import Strip, area_of, strip_of
 SAME: Final = 1e-6  # of the face's size: ends of edges that are one point
 FLAT: Final = 1e-3  # the same, of a flat face's height
 SQUARE_ON: Final = 1e-6  # a normal along x to this part
+TELLING: Final = 0.05  # of a direction, the least part along the face
 
 Triple = tuple[float, float, float]
 
@@ -26,8 +27,7 @@ class Land:
     """One flat face or several in one plane, seen against their outward normal from their common centroid.
 
     Attributes:
-        centre: the centroid [m]; x, y: the directions in which it is seen: x is the body's own x axis along the face,
-            or its y axis of a face that lies across x.
+        centre: the centroid [m]; x, y: the directions in which it is seen (`axes_along`).
         strips: its faces from that centre, by the x and then the y of their own centroids.
     """
 
@@ -55,8 +55,29 @@ class Land:
         return np.asarray((points - np.array(self.centre)) @ np.array([self.x, self.y]).T)
 
 
-def land_of(edges: Array, normal: Sequence[float] | Array) -> Land:
-    """The land that straight ``edges`` (e, 2, 3) bound, in any order [m], with its outward normal.
+def axes_along(normal: Sequence[float] | Array, along: Sequence[float] | None = None) -> Array:
+    """Return the (3, 3) unit vectors x, y, z of a face with the outward normal z.
+
+    x is the part along the face of the direction ``along``; ``None``: of the body's own x axis, or of its y axis where
+    the face lies across x.
+
+    Raises:
+        ModelError: a direction that is square to the face.
+    """
+    z = np.asarray(normal) / np.linalg.norm(normal)
+    usual = np.array([1.0, 0.0, 0.0]) if np.hypot(z[1], z[2]) > SQUARE_ON else np.array([0.0, 1.0, 0.0])
+    given = usual if along is None else np.asarray(along) / np.linalg.norm(along)
+    x = given - (given @ z) * z
+    if along is not None and np.linalg.norm(x) < TELLING:
+        words = ", ".join(f"{each:.4g}" for each in given)
+        raise ModelError(f"seat.along = ({words}) is square to the struck face; give a direction along it")
+    x /= np.linalg.norm(x)
+    return np.array([x, np.cross(z, x), z])
+
+
+def land_of(edges: Array, normal: Sequence[float] | Array, along: Sequence[float] | None = None) -> Land:
+    """The land that straight ``edges`` (e, 2, 3) bound, in any order [m], with its outward normal; ``along``: as of
+    `axes_along`.
 
     Raises:
         ModelError: faces that are not flat, overlap, have several holes, or are neither rings nor strips, with what
@@ -64,17 +85,13 @@ def land_of(edges: Array, normal: Sequence[float] | Array) -> Land:
     """
     points = edges.reshape(-1, 3)
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
-    n = np.asarray(normal) / np.linalg.norm(normal)
+    x, y, n = axes_along(normal, along)
     off = float(np.ptp(points @ n))
     if off > FLAT * size:
         raise ModelError(
             f"the struck face is not flat: its edges lie {1e3 * off:.3g} mm apart along its normal; take flat faces, "
             "or strike it as a whole"
         )
-    along = np.array([1.0, 0.0, 0.0]) if np.hypot(n[1], n[2]) > SQUARE_ON else np.array([0.0, 1.0, 0.0])
-    x = along - (along @ n) * n
-    x /= np.linalg.norm(x)
-    y = np.cross(n, x)
     strips = [strip_of(outer, holes) for outer, holes in _nested(_loops(edges @ np.array([x, y]).T, SAME * size))]
     areas = np.array([strip.swept[-1] for strip in strips])
     middle = (areas[:, None] * [strip.centroid for strip in strips]).sum(axis=0) / areas.sum()

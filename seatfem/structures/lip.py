@@ -27,6 +27,11 @@ WITHIN: Final = 1e-6  # of a part: by as much its ends are taken within it, wher
 POINTS: Final = 4096  # of the centre line, at least, on which openings are averaged
 
 
+def tilted(points: Array, tilt: float, axis: float) -> Array:
+    """Return the heights at points (..., 2) of a plane tilted about a direction [m]."""
+    return np.asarray(math.tan(tilt) * (points[..., 1] * math.cos(axis) - points[..., 0] * math.sin(axis)))
+
+
 @dataclass(frozen=True)
 class Patch:
     """A part of a surface by a quadrature rule: points (q, 2) [m] and weights (q,) that sum to its area [m^2]."""

@@ -11,6 +11,7 @@ import numpy as np
 from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
 from seatfem.structures.inspection.shape import Integers, Shape
+from seatfem.structures.lands import axes_along
 from seatfem.structures.outlines import BESIDE, BodyViews, Loops, Size, inside, length_text
 
 MOST_TRIANGLES: Final = 60_000
@@ -31,6 +32,7 @@ class Surface:
         struck: name of the struck group.
         normal: (3,) outward normal of the struck face; ``None`` where only its direction is known.
         held, bedded: groups that are clamped, and held by springs.
+        along: direction that is drawn as x; ``None``: as of `seatfem.structures.lands.axes_along`.
     """
 
     shape: Shape
@@ -39,6 +41,7 @@ class Surface:
     normal: Sequence[float] | None
     held: tuple[str, ...] = ()
     bedded: tuple[str, ...] = ()
+    along: Sequence[float] | None = None
 
 
 def of_surface(name: str, surface: Surface) -> BodyViews:
@@ -107,8 +110,7 @@ def of_surface(name: str, surface: Surface) -> BodyViews:
 def frame_of(surface: Surface) -> tuple[Array, Array]:
     """(3, 3) directions x, y, z of the drawing in the body's own axes, and (3,) the middle of its struck face [m].
 
-    As of a land: z is the outward normal, x the body's own x axis along the face, or its y axis where the face lies
-    across x. A normal of unknown sign points away from the body's middle.
+    As of a land (`seatfem.structures.lands.axes_along`). A normal of unknown sign points away from the body's middle.
     """
     shape, rows = surface.shape, surface.shape.groups[surface.struck]
     areas = shape.areas[rows]
@@ -119,11 +121,8 @@ def frame_of(surface: Surface) -> tuple[Array, Array]:
         inner = shape.points[np.unique(shape.triangles)].mean(axis=0)
         z = z if (middle - inner) @ z >= 0 else -z
     else:
-        z = np.array(surface.normal) / np.linalg.norm(surface.normal)
-    along = np.array([1.0, 0.0, 0.0]) if np.hypot(z[1], z[2]) > 1e-6 else np.array([0.0, 1.0, 0.0])
-    x = along - (along @ z) * z
-    x /= np.linalg.norm(x)
-    return np.array([x, np.cross(z, x), z]), middle
+        z = np.array(surface.normal)
+    return axes_along(z, surface.along), middle
 
 
 def _turned_words(axes: Array) -> str:

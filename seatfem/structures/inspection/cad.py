@@ -78,12 +78,12 @@ class Inspected:
         return len(self.shape.cells) > 0
 
     @lru_cache(maxsize=4)  # noqa: B019  few are kept, as inspections are
-    def land(self, group: str) -> Land:
-        """A group as the land of a lip. Raises as `land_of`."""
+    def land(self, group: str, along: Vector | None = None) -> Land:
+        """A group as the land of a lip. Raises as `land_of`, which takes ``along``."""
         normals = [face.normal for face in self.faces if group in face.groups]
         if group not in self.edges or not normals or normals[0] is None or not _alike(normals):
             raise ModelError("the struck face is not flat: take flat faces, or strike it as a whole")
-        return land_of(self.edges[group], normals[0])
+        return land_of(self.edges[group], normals[0], along)
 
 
 def inspect_geometry(geometry: Geometry, *, picture: bool = False) -> Inspected:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
+
+import numpy as np
 
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
@@ -12,6 +14,9 @@ from seatfem.structures.formats.dxf_outline import read_outline
 from seatfem.structures.inspection.opened import FileState, state_of
 from seatfem.structures.mesh.gmsh_process import MeshingError, run_gmsh
 from seatfem.structures.shapes.cad import STEP_SUFFIXES, check_readable
+from seatfem.structures.shapes.faces import Vector
+from seatfem.structures.shapes.frames import Frame
+from seatfem.structures.shapes.inspect import triple
 from seatfem.structures.shapes.outlined import Corner
 
 
@@ -22,14 +27,30 @@ class DrawnOutline:
     Attributes:
         outline, holes: closed loops of corners (x, y, bulge) [m].
         thickness: of a solid plate [m]; ``None``: only a face, or a drawing.
+        frame: where x and y lie in a STEP file, on the face that was read.
+        normal: of that face, out of the solid.
     """
 
     outline: tuple[Corner, ...]
     holes: tuple[tuple[Corner, ...], ...]
     thickness: float | None = None
+    frame: Frame | None = None
+    normal: Vector | None = None
+
+    def seen_in(self, frame: Frame) -> DrawnOutline:
+        """Return the same, seen in another frame of a parallel plane."""
+        assert self.frame is not None
+        own, bulged = self.frame, 1.0 if self.frame.normal @ frame.normal > 0 else -1.0
+
+        def moved(loop: tuple[Corner, ...]) -> tuple[Corner, ...]:
+            corners = np.array(loop)
+            places = frame.seen(own.points(corners[:, :2]))
+            return _corners(np.column_stack([places, bulged * corners[:, 2]]))
+
+        return replace(self, outline=moved(self.outline), holes=tuple(map(moved, self.holes)), frame=frame)
 
 
-def outline_in(path: Path, unit: float | None = None) -> DrawnOutline:
+def outline_in(path: Path, unit: float | None = None, *, oblique: bool = False) -> DrawnOutline:
     """The outline in a file, which is read once in a process as long as it stays as it is.
 
     STEP: of its one plane face, or of a plate, whose thickness is found. The face is square to an axis of the file, and
@@ -38,18 +59,20 @@ def outline_in(path: Path, unit: float | None = None) -> DrawnOutline:
     Args:
         path: of a STEP file, else DXF.
         unit: metres per unit of a DXF drawing.
+        oblique: whether a STEP face may be square to no axis; it is then seen as lands are
+            (`seatfem.structures.lands.axes_along`).
 
     Raises:
         GeometryError: "Outlined.file = ..." of a file that is damaged or holds something else.
     """
     try:
-        return _read(state_of(path), path, unit)
+        return _read(state_of(path), path, unit, oblique)
     except (MeshingError, OSError) as error:
         raise GeometryError(f"Outlined.file = {path.name}: {error}") from error
 
 
 @lru_cache(maxsize=8)
-def _read(state: FileState, path: Path, unit: float | None) -> DrawnOutline:
+def _read(state: FileState, path: Path, unit: float | None, oblique: bool) -> DrawnOutline:
     if not is_step(path):
         outline, *holes = map(_corners, read_outline(path, unit))
         return DrawnOutline(outline, tuple(holes))
@@ -57,9 +80,11 @@ def _read(state: FileState, path: Path, unit: float | None) -> DrawnOutline:
         check_readable(path)
     except GeometryError as error:
         raise GeometryError(f"Outlined.file = {error}") from error
-    found = run_gmsh({"task": "outline", "path": str(path)})
+    found = run_gmsh({"task": "outline", "path": str(path), "oblique": oblique})
     outline, *holes = (_corners(found[f"loop:{k}"]) for k in range(sum(name.startswith("loop:") for name in found)))
-    return DrawnOutline(outline, tuple(holes), float(found["thickness"]) if "thickness" in found else None)
+    thickness = float(found["thickness"]) if "thickness" in found else None
+    frame = Frame(*(triple(row) for row in found["frame"]))
+    return DrawnOutline(outline, tuple(holes), thickness, frame, triple(found["normal"]))
 
 
 def is_step(path: Path) -> bool:

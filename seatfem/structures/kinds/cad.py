@@ -14,9 +14,10 @@ from seatfem.structures.estimates.patch import Column, Patch, of_shape
 from seatfem.structures.inspection.opened import naming
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.parts import METRES, LengthUnit
-from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelector, FaceSelector, Region
+from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelector, FaceSelector, Region, Way
 from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.shapes import CadPart, GeometryError, Group
+from seatfem.structures.shapes.faces import Vector
 
 if TYPE_CHECKING:
     from seatfem.structures.inspection.parts import Part
@@ -46,6 +47,12 @@ damping_ratio = 0.02
     fixed: ClampSelector = Field(
         BLUE_FACES, description="faces that are clamped, as in { number = 8 }; by default those painted pure blue"
     )
+    along: Way | None = Field(
+        None,
+        description="direction in the file that lies along the reed, from its clamp to its tip; absent: the file's x "
+        "axis along the struck face, or its y axis where that lies across x",
+        examples=[[1.0, 0.0, 0.0]],
+    )
     groups: dict[str, FaceSelector] = default({}, "further faces by name, for supports")
     regions: dict[str, Region] = default({}, "solids by name, for materials; the others are solid_1, solid_2, ...")
 
@@ -62,6 +69,10 @@ damping_ratio = 0.02
             groups=tuple(Group(name, faces.selectors()) for name, faces in self.groups.items()),
             regions=tuple(region.named(name) for name, region in self.regions.items()),
         )
+
+    @property
+    def own_axis(self) -> Vector | None:
+        return self.along
 
     def problems(self) -> Iterator[Finding]:
         from seatfem.structures.inspection.cad import inspect_geometry  # of drawings in files only

@@ -30,6 +30,7 @@ from seatfem.structures.method import (
 )
 from seatfem.structures.outlines import BodyViews, of_prism, of_profile
 from seatfem.structures.shapes import Geometry, Turning
+from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.shapes.profile import Point
 from seatfem.structures.solved import Solved
 
@@ -74,7 +75,12 @@ class Drawn(Elastic):
     def land(self) -> Land:
         from seatfem.structures.inspection.cad import inspect_geometry  # as it is drawn, without the mesh of a run
 
-        return inspect_geometry(self.geometry()).land(self.struck_face)
+        return inspect_geometry(self.geometry()).land(self.struck_face, self.own_axis)
+
+    @property
+    def own_axis(self) -> Vector | None:
+        """The direction that lies along the reed; ``None``: the body's own x axis."""
+        return None
 
     def struck_part(self) -> tuple[float, float, float]:
         """Area and narrowest width of the struck face [m^2, m], depth of the body behind it [m]."""
@@ -120,7 +126,7 @@ class Drawn(Elastic):
         found, struck = inspect_geometry(shape, picture=not coarse), self.struck_face
         normals = [face.normal for face in found.faces if struck in face.groups]
         normal = normals[0] if normals else None
-        return of_surface(name, Surface(found.shape, found.parts, struck, normal, self.held, self.bedded))
+        return of_surface(name, Surface(found.shape, found.parts, struck, normal, self.held, self.bedded, self.own_axis))
 
     # Levels of modelling
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Annotated, ClassVar, Final, Literal, Self, TypeVar
 
 from annotated_types import Ge, Le
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from seatfem.fields import Angle, Gap, KeyProblem, Length, Position, Table, default, of_same_names
 from seatfem.structures.shapes import (
@@ -28,11 +28,21 @@ from seatfem.structures.shapes import Region as SolidRegion
 _Spec = TypeVar("_Spec")
 _Channel = Annotated[int, Ge(0), Le(255)]
 _Colour = tuple[_Channel, _Channel, _Channel]
-_Direction = tuple[float, float, float]
-_Place = tuple[Position, Position, Position]
+Direction = tuple[float, float, float]
+Place3 = tuple[Position, Position, Position]
 _ORIGIN = ("0 mm", "0 mm", "0 mm")
 _PLACE = ("12 mm", "0 mm", "8 mm")
 _UP = (0.0, 0.0, 1.0)
+
+
+def _some_way(value: Direction) -> Direction:
+    if not any(value):
+        raise ValueError("[0, 0, 0] has no direction; give one")
+    return value
+
+
+Way = Annotated[Direction, AfterValidator(_some_way)]
+"""A direction that is not zero."""
 
 
 def in_scene_words(build: Callable[[], _Spec]) -> _Spec:
@@ -77,11 +87,11 @@ class ByPlane(FaceChoice):
     face: ClassVar[type[Selector]] = PlaneFace
 
     kind: Literal["plane"]
-    normal: _Direction = Field(description="outward normal of the face", examples=[_UP])
+    normal: Direction = Field(description="outward normal of the face", examples=[_UP])
     offset: Position = Field(description="distance of the plane from the origin, along the normal")
     radius_min: Gap = default("0 mm", "keep faces at least this far from the axis along the normal")
     radius_max: Length | None = Field(None, description="keep faces at most this far from that axis")
-    axis_point: _Place = default(_ORIGIN, "a point on that axis", _PLACE)
+    axis_point: Place3 = default(_ORIGIN, "a point on that axis", _PLACE)
     several: bool = Field(False, strict=True, description="take faces that do not touch each other")
 
 
@@ -92,8 +102,8 @@ class ByCylinder(FaceChoice):
 
     kind: Literal["cylinder"]
     radius: Length = Field(description="of the cylinder")
-    axis: _Direction | None = Field(None, description="direction of the axis", examples=[_UP])
-    axis_point: _Place | None = default(None, "a point on the axis", _PLACE)
+    axis: Direction | None = Field(None, description="direction of the axis", examples=[_UP])
+    axis_point: Place3 | None = default(None, "a point on the axis", _PLACE)
     several: bool = Field(False, strict=True, description="take faces that do not touch each other")
 
 
@@ -104,8 +114,8 @@ class ByCone(FaceChoice):
 
     kind: Literal["cone"]
     half_angle: Angle = Field(description="between the cone's generators and the axis")
-    axis: _Direction = Field(_UP, description="direction of the axis", examples=[_UP])
-    axis_point: _Place = default(_ORIGIN, "a point on the axis", _PLACE)
+    axis: Direction = Field(_UP, description="direction of the axis", examples=[_UP])
+    axis_point: Place3 = default(_ORIGIN, "a point on the axis", _PLACE)
     radius_min: Gap = default("0 mm", "keep faces at least this far from the axis")
     radius_max: Length | None = Field(None, description="keep faces at most this far from the axis")
     several: bool = Field(False, strict=True, description="take faces that do not touch each other")
@@ -117,7 +127,7 @@ class ByPoint(FaceChoice):
     face: ClassVar[type[Selector]] = PointFace
 
     kind: Literal["point"]
-    point: _Place = Field(description="a point inside the face, not on its edge", examples=[_PLACE])
+    point: Place3 = Field(description="a point inside the face, not on its edge", examples=[_PLACE])
 
 
 class ByName(FaceChoice):
@@ -158,7 +168,7 @@ class Nothing(FaceChoice):
         return ()
 
 
-def _kind_by_keys(given: object) -> object:
+def kind_by_keys(given: object) -> object:
     """{ number = 7 } is { kind = "number", number = 7 }: a key that only one kind has says which is meant."""
     if isinstance(given, Mapping) and "kind" not in given:
         kind = next((kind for key, kind in _TELLING.items() if key in given), None)
@@ -175,7 +185,7 @@ _TELLING: Final[Mapping[str, str]] = {
 SimpleSelector = Annotated[
     ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | ByNumber,
     Field(discriminator="kind"),
-    BeforeValidator(_kind_by_keys),
+    BeforeValidator(kind_by_keys),
 ]
 
 
@@ -192,12 +202,12 @@ class AnyOf(FaceChoice):
 FaceSelector = Annotated[
     ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | ByNumber | AnyOf,
     Field(discriminator="kind"),
-    BeforeValidator(_kind_by_keys),
+    BeforeValidator(kind_by_keys),
 ]
 ClampSelector = Annotated[
     ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | ByNumber | AnyOf | Nothing,
     Field(discriminator="kind"),
-    BeforeValidator(_kind_by_keys),
+    BeforeValidator(kind_by_keys),
 ]
 RED_FACES = ByColour(kind="colour", colour=CONTACT_COLOUR[:3])
 BLUE_FACES = ByColour(kind="colour", colour=FIXED_COLOUR[:3])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
@@ -15,14 +15,29 @@ from seatfem.fields import ExistingFile, KeyProblem, Length, Position, Table
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.plate_loads import ClampedPlate
-from seatfem.structures.kinds.selectors import in_scene_words
+from seatfem.structures.kinds.selectors import (
+    AnyOf,
+    ByColour,
+    ByName,
+    ByNumber,
+    ByPlane,
+    ByPoint,
+    Place3,
+    Way,
+    in_scene_words,
+    kind_by_keys,
+)
+from seatfem.structures.lands import axes_along
 from seatfem.structures.shapes.cad import STEP_SUFFIXES
+from seatfem.structures.shapes.frames import Frame
+from seatfem.structures.shapes.inspect import triple
 from seatfem.structures.shapes.outlined import Outlined
 
 if TYPE_CHECKING:
     from seatfem.structures.inspection.outline import DrawnOutline
 
 Place = tuple[Position, Position]
+DIMENSIONS: Final = 3
 SAME: Final = 1e-4  # relative, of a thickness given and that of the file
 CORNERS = [["0 mm", "-4 mm"], ["20 mm", "-4 mm"], ["20 mm", "4 mm"], ["0 mm", "4 mm"]]
 HOLE = [["2 mm", "-1 mm"], ["6 mm", "-1 mm"], ["6 mm", "1 mm"], ["2 mm", "1 mm"]]
@@ -31,6 +46,7 @@ HOLE = [["2 mm", "-1 mm"], ["6 mm", "-1 mm"], ["6 mm", "1 mm"], ["2 mm", "1 mm"]
 class Clamp(Table):
     """What is clamped of a sheet: a straight part of its outline, or all that lies beyond the line n.x = offset."""
 
+    kind: Literal["line"]
     segment: tuple[Place, Place] | None = Field(
         None, description="both ends of a straight part of the outline", examples=[[CORNERS[3], CORNERS[0]]]
     )
@@ -51,10 +67,37 @@ class Clamp(Table):
 _checked = lru_cache(maxsize=8)(Outlined)  # of many corners, the checks take a while
 
 
-def _as_segment(given: object) -> object:
-    """clamped = [p, q] is clamped = { segment = [p, q] }."""
-    return given if isinstance(given, Mapping | Table) else {"segment": given}
+class SheetFrame(Table):
+    """Where the coordinates of a sheet lie in its STEP file, which may then be drawn in any position."""
 
+    origin: Place3 = Field(description="x = y = 0", examples=[["0 mm", "0 mm", "6 mm"]])
+    along: Way = Field(description="direction of x in the file", examples=[[1.0, 0.0, 0.0]])
+    normal: Way = Field(description="of the sheet, away from its seat", examples=[[0.0, 0.0, 1.0]])
+
+    def frame(self) -> Frame:
+        """The same in numbers; raises `ModelError` of an ``along`` that lies along the normal."""
+        x, y, _ = axes_along(self.normal, self.along)
+        return Frame(self.origin, triple(x), triple(y))
+
+
+def _as_clamp(given: object) -> object:
+    """clamped = [p, q] is clamped = { segment = [p, q] }; a table with a key of a selector of faces is one."""
+    if isinstance(given, Table) or (isinstance(given, Mapping) and "kind" in given):
+        return given
+    if not isinstance(given, Mapping):
+        return {"kind": "line", "segment": given}
+    normal = given.get("normal")
+    if "segment" in given or (isinstance(normal, Sequence) and len(normal) < DIMENSIONS):
+        return {"kind": "line", **given}
+    meant = kind_by_keys(given)
+    return meant if isinstance(meant, Mapping) and "kind" in meant else {"kind": "line", **given}
+
+
+AnyClamp = Annotated[
+    Clamp | ByColour | ByPlane | ByPoint | ByName | ByNumber | AnyOf,
+    Field(discriminator="kind"),
+    BeforeValidator(_as_clamp),
+]
 
 class OutlinedSheet(ClampedPlate):
     """A flat reed of even thickness and any outline, clamped along a straight part of it or beyond a line; it
@@ -93,11 +136,15 @@ damping_ratio = 0.02
         "loops within the largest are holes",
     )
     unit: LengthUnit | None = Field(None, description="length unit of a DXF file; absent: as its header says")
+    frame: SheetFrame | None = Field(
+        None, description="where x and y lie in a STEP file that is drawn in another position; absent: see above"
+    )
     thickness: Length = Field(
         description="thickness, in the direction of the motion; may be left out where a STEP file holds a solid plate"
     )
-    clamped: Annotated[Clamp, BeforeValidator(_as_segment)] = Field(
-        description="what is clamped; both ends of a straight part of the outline may be written as a list"
+    clamped: AnyClamp = Field(
+        description="what is clamped; both ends of a straight part of the outline may be written as a list. Of a solid "
+        "in a STEP file also a face, as in { number = 1 }: `seatfem faces FILE` numbers them"
     )
     contact_at: Place = Field(description="[x, y], where its contact is centred", examples=[["16 mm", "0 mm"]])
     contact_radius: Length | None = Field(
@@ -121,11 +168,13 @@ damping_ratio = 0.02
         if "holes" in given and "file" in given:
             raise KeyProblem("holes", "those of a file are its inner loops; remove the key")
         suffix = Path(str(given.get("file", ""))).suffix.lower()
+        if "frame" in given and suffix not in STEP_SUFFIXES:
+            raise KeyProblem("frame", "only a STEP file is drawn in space; remove the key")
         if "unit" in given and ("file" not in given or suffix in STEP_SUFFIXES):
             raise KeyProblem("unit", "only a DXF file has one; lengths in the scene, and a STEP file, state their own")
         if suffix in STEP_SUFFIXES and "thickness" not in given:
             path = ((info.context or {}).get("folder", Path()) / str(given["file"])).resolve()
-            if path.is_file() and (thickness := _drawn(path, None).thickness):
+            if path.is_file() and (thickness := _drawn(path, None, oblique="frame" in given).thickness):
                 return {**given, "thickness": f"{thickness!r} m"}
         return given
 
@@ -143,17 +192,29 @@ damping_ratio = 0.02
     @property
     def _from_file(self) -> DrawnOutline:
         assert self.file is not None
-        return _drawn(self.file, None if self.unit is None else METRES[self.unit])
+        drawn = _drawn(self.file, None if self.unit is None else METRES[self.unit], oblique=self.frame is not None)
+        return drawn if self.frame is None else drawn.seen_in(self.frame.frame())
+
+    @property
+    def _segment(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
+        """Both ends of the clamped side [m]; ``None`` where a line is given."""
+        if isinstance(self.clamped, Clamp):
+            return self.clamped.segment
+        if self.file is None or (frame := self._from_file.frame) is None:
+            raise KeyProblem("clamped", "faces are those of a STEP file; give both ends of a straight part")
+        from seatfem.structures.inspection.sides import straight_side  # of outlines in files only
+
+        return straight_side(self.file, self.clamped.selectors(), frame)
 
     def geometry(self) -> Outlined:
-        held, side = self.clamped, None
-        if held.normal is not None and held.offset is not None:
+        held, side, segment = self.clamped, None, self._segment
+        if isinstance(held, Clamp) and held.normal is not None and held.offset is not None:
             side = (*held.normal, held.offset)
         if self.file is None:
-            return _checked(self.outline or (), self.thickness, self.contact_at, held.segment, side, self.holes)
+            return _checked(self.outline or (), self.thickness, self.contact_at, segment, side, self.holes)
         drawn = self._from_file
         try:
-            return _checked(drawn.outline, self.thickness, self.contact_at, held.segment, side, drawn.holes)
+            return _checked(drawn.outline, self.thickness, self.contact_at, segment, side, drawn.holes)
         except GeometryError as error:
             told = str(error)
             for field in ("outline", "holes"):
@@ -171,8 +232,8 @@ damping_ratio = 0.02
         return (edge - hole) / 4 if hole else None
 
 
-def _drawn(file: Path, unit: float | None) -> DrawnOutline:
+def _drawn(file: Path, unit: float | None, *, oblique: bool = False) -> DrawnOutline:
     """What a file holds; raises `KeyProblem`."""
     from seatfem.structures.inspection.outline import outline_in  # of outlines in files only
 
-    return in_scene_words(lambda: outline_in(file, unit))
+    return in_scene_words(lambda: outline_in(file, unit, oblique=oblique))

@@ -10,12 +10,14 @@ from typing import Any, Final
 import numpy as np
 
 from impact.greens.base import Array
+from seatfem.structures.lands import axes_along
 from seatfem.structures.mesh._gmsh_input import handed_over
 from seatfem.structures.mesh._gmsh_messages import stage
 from seatfem.structures.mesh._gmsh_model import KeptModel
 from seatfem.structures.shapes import GeometryError, loops, polygons
 from seatfem.structures.shapes.faces import Face, listing
-from seatfem.structures.shapes.inspect import faces_of, volume_of
+from seatfem.structures.shapes.frames import Frame
+from seatfem.structures.shapes.inspect import faces_of, triple, volume_of
 
 MILLIMETRE: Final = 1e-3  # to which STEP lengths are turned
 EVEN: Final = 1e-6  # relative, of the areas of a plate's two faces, and of its volume
@@ -25,7 +27,11 @@ LOST: Final = 1e-4  # of the area, by these arcs, at most
 
 
 def outline(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Task "outline": a STEP file -> "loop:0" (the outline), "loop:1", ... (n, 3) [m]; "thickness", of a solid."""
+    """Task "outline": a STEP file -> "loop:0" (the outline), "loop:1", ... (n, 3) [m]; "frame" (3, 3), the origin and
+    the directions x and y in which it is seen; "normal" (3,), out of the solid; "thickness", of a solid.
+
+    With "oblique" a face may lie square to no axis of the file; it is seen as lands are.
+    """
     path = Path(job["path"])
     stage("building the geometry", 0.0)
     model.forget()
@@ -39,7 +45,9 @@ def outline(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
         raise GeometryError(f"Outlined.file = {path.name}: cannot be read, export it again: {error}") from error
     gmsh.model.occ.synchronize()
     face, thickness = _face(gmsh, path)
-    found = {f"loop:{k}": loop for k, loop in enumerate(_loops(gmsh, face, path))}
+    frame = _frame(face, path, oblique=job["oblique"])
+    found = {f"loop:{k}": loop for k, loop in enumerate(_loops(gmsh, face, path, frame))}
+    found |= {"frame": np.array([frame.origin, frame.x, frame.y]), "normal": np.array(face.normal)}
     return found | ({} if thickness is None else {"thickness": np.float64(thickness)})
 
 
@@ -74,14 +82,23 @@ def _face(gmsh: Any, path: Path) -> tuple[Face, float | None]:
     )
 
 
-def _loops(gmsh: Any, face: Face, path: Path) -> list[Array]:
-    """The outline, then the holes [m], as seen against the face's axis."""
-    axis = int(np.argmax(np.abs(face.normal or ())))
-    if abs(abs((face.normal or ())[axis]) - 1) > SQUARE:
-        words = "({:.4g}, {:.4g}, {:.4g})".format(*(face.normal or ()))
-        raise _wrong(path, f"its face, normal {words}, is square to no axis of the file; turn the part")
-    across = [(axis + 1) % 3, (axis + 2) % 3]
-    chains = [_chain(gmsh, tag, across) for tag in sorted(face.curves)]
+def _frame(face: Face, path: Path, *, oblique: bool) -> Frame:
+    """The plane of a face: seen against the axis of the file that it is square to, from the foot of its origin."""
+    normal = np.array(face.normal or ())
+    axis = int(np.argmax(np.abs(normal)))
+    if abs(abs(normal[axis]) - 1) > SQUARE:
+        if not oblique:
+            words = "({:.4g}, {:.4g}, {:.4g})".format(*normal)
+            raise _wrong(path, f"its face, normal {words}, is square to no axis of the file; turn the part")
+        x, y, _ = axes_along(normal)
+        return Frame(triple((normal @ np.array(face.centre)) * normal), triple(x), triple(y))
+    x, y, up = np.roll(np.eye(3), -1 - axis, axis=0)
+    return Frame(triple(face.centre[axis] * up), triple(x), triple(y))
+
+
+def _loops(gmsh: Any, face: Face, path: Path, frame: Frame) -> list[Array]:
+    """The outline, then the holes [m], as seen in the frame."""
+    chains = [_chain(gmsh, tag, frame) for tag in sorted(face.curves)]
     size = float(np.ptp(np.concatenate(chains)[:, :2], axis=0).max())
 
     def open_at(point: Array) -> GeometryError:
@@ -97,13 +114,13 @@ def _loops(gmsh: Any, face: Face, path: Path) -> list[Array]:
     return found
 
 
-def _chain(gmsh: Any, tag: int, across: list[int]) -> Array:
+def _chain(gmsh: Any, tag: int, frame: Frame) -> Array:
     """(n, 3) corners and bulges of a curve [m]: arcs through three points of it each."""
     low, high = (float(bound[0]) for bound in gmsh.model.getParametrizationBounds(1, tag))
     kind = gmsh.model.getType(1, tag)
     count = {"Line": 1, "Circle": math.ceil((high - low) / math.pi - 1e-9)}.get(kind, ARCS)
     at = np.linspace(low, high, 2 * count + 1)
-    points = MILLIMETRE * np.reshape(gmsh.model.getValue(1, tag, at), (-1, 3))[:, across]
+    points = frame.seen(MILLIMETRE * np.reshape(gmsh.model.getValue(1, tag, at), (-1, 3)))
     start, middle, end = points[:-1:2], points[1::2], points[2::2]
     first, second = middle - start, end - middle
     halves = np.arctan2(polygons.cross(first, second), (first * second).sum(axis=1))  # of the angle that the arc turns

@@ -28,7 +28,6 @@ from seatfem.study.impacts.contact import problem_of
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.calculix_seat import DeckError, DeckSeat
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import tilted
 
 MOST_STEPS: Final = 2000
 TOLERANCE: Final = 1e-3  # of our Green's functions beside the decks

@@ -13,7 +13,7 @@ from impact.greens.base import Array
 from impact.march.film import SqueezeFilm
 from impact.march.problem import ContactProblem
 from seatfem.fields import KeyProblem
-from seatfem.structures.lip import AnyLip
+from seatfem.structures.lip import AnyLip, tilted
 from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, across_behind
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.measures import Line
@@ -162,11 +162,6 @@ def _heights(scene: Scene, points: Array, angles: Array | None) -> Array:
         at, values = np.array(contact.waviness).T
         height = height + np.interp(angles, at, values, period=2 * np.pi)[:, None]
     return np.asarray(height + of_the_reed(scene, points, contact.offset))
-
-
-def tilted(points: Array, tilt: float, axis: float) -> Array:
-    """Heights at points (..., 2) of a plane tilted about a direction [m]."""
-    return np.asarray(math.tan(tilt) * (points[..., 1] * math.cos(axis) - points[..., 0] * math.sin(axis)))
 
 
 def of_the_reed(scene: Scene, points: Array, offset: tuple[float, float]) -> Array:

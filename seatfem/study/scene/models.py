@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 
 from seatfem.fields import Table, default, one_of, read_rpm
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.study.scene.agreement import check_agreement
+from seatfem.study.scene.assembly import Assembly, with_places
 from seatfem.study.scene.base import Base
 from seatfem.study.scene.contact import Contact
 from seatfem.study.scene.external import ExternalLoad
@@ -36,6 +38,7 @@ class Scene(Table):
     title: str = Field("", description="for reports and pictures")
     seat: Body = Field(description="what is struck")
     reed: Body = Field(description="what strikes")
+    assembly: Assembly | None = Field(None, description="how two parts from CAD come together; by [contact] if absent")
     contact: Contact = default({}, "where and how the two touch")
     stopper: Stopper | None = Field(None, description="a second body, which limits the lift")
     load: tuple[ExternalLoad, ...] = Field((), description="known loads on the reed, a table each: [[load]]")
@@ -51,6 +54,15 @@ class Scene(Table):
         """Whether the reed's stress is asked for while it strikes, by a measure or for its life."""
         for_life = self.life is not None and self.life.demand() is not None and self.reed.has_stress
         return any_needs_stress(self.accuracy.measures) or for_life
+
+    @model_validator(mode="before")
+    @classmethod
+    def _places_as_drawn(cls, given: object, info: ValidationInfo) -> object:
+        """What follows from the files of [assembly]; what is wrong with its key is told where that is read."""
+        context = info.context or {}
+        if not isinstance(given, Mapping) or given.get("assembly") != {"placed": "as drawn"} or context.get("unread"):
+            return given
+        return with_places(given, context.get("folder", Path()))
 
     @model_validator(mode="before")
     @classmethod

@@ -1,0 +1,275 @@
+"""Seat and reed of [assembly], opened: how they lie to each other, and whether they fit together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from pydantic import TypeAdapter, ValidationError
+
+from impact.greens.base import Array
+from seatfem.fields import KeyProblem
+from seatfem.structures.errors import GeometryError, ModelError
+from seatfem.structures.face_lip import face_lip
+from seatfem.structures.inspection.cad import FoundFace, Inspected, inspect_geometry
+from seatfem.structures.inspection.outline import DrawnOutline, outline_in
+from seatfem.structures.inspection.sides import straight_side
+from seatfem.structures.kinds.cad import Cad
+from seatfem.structures.kinds.sheet import AnyClamp, Clamp, Place
+from seatfem.structures.lands import Land
+from seatfem.structures.lip import tilted
+from seatfem.structures.mesh.gmsh_process import MeshingError
+from seatfem.structures.placement import ROUND_OFF, Placement, cut_by, facing_side, placed
+from seatfem.structures.shapes import loops, polygons
+from seatfem.structures.shapes.cad import STEP_SUFFIXES, stated_unit
+from seatfem.structures.shapes.faces import Vector
+from seatfem.structures.shapes.frames import Frame
+from seatfem.study.scene.stopper import STEEPEST
+
+KEY: Final = "assembly.placed"
+LARGER: Final = 8.0  # than the whole seat: no reed is
+NEAREST: Final = 3  # faces that are named
+SQUARE: Final = 1e-6  # of a unit normal, to an axis of the file
+UNITS: Final = {1e-3: "mm", 1.0: "m", 1e-2: "cm", 1e-6: "um", 0.0254: "inch", 0.3048: "ft"}
+FACTORS: Final = (1000.0, 25.4, 1 / 25.4, 1e-3)
+"""Between the lengths of parts of which one has another unit than its file states."""
+USUAL: Final = (0.1, 3.0)  # sizes of reeds, over those of their seats
+
+
+@dataclass(frozen=True)
+class DrawnClamp:
+    """What is clamped of a reed: two points on the line [m], and the table, with the direction of what lies beyond."""
+
+    table: Any
+    ends: tuple[Vector, Vector]
+    beyond: Vector | None = None
+
+    def seen_in(self, frame: Frame) -> object:
+        """Return the key as it is in another frame; a face is what it was."""
+        if not isinstance(self.table, Clamp):
+            return self.table
+        places = frame.seen(np.array(self.ends))
+        if self.beyond is None:
+            return [[f"{float(each)!r} m" if abs(each) > 1e-9 else "0 m" for each in place] for place in places]
+        normal = frame.axes @ np.array(self.beyond)
+        offset = float(normal @ places[0])
+        return {"normal": tuple(normal.tolist()), "offset": f"{offset if abs(offset) > 1e-9 else 0.0!r} m"}
+
+
+@dataclass(frozen=True, eq=False)
+class PartsAsDrawn:
+    """Both parts as their files have them.
+
+    Attributes:
+        seat, file: the seat's table and the reed's file.
+        found: of the seat.
+        land: its struck face.
+        drawn: the reed.
+    """
+
+    seat: Cad
+    file: Path
+    found: Inspected
+    land: Land
+    drawn: DrawnOutline
+
+    @property
+    def frame(self) -> Frame:
+        """Of the reed in its file."""
+        assert self.drawn.frame is not None
+        return self.drawn.frame
+
+    def clamp(self, given: object) -> DrawnClamp:
+        """Return what [reed] clamped means.
+
+        Raises:
+            ValidationError: a key that cannot be read.
+            KeyProblem: a face that is no straight side; places in the coordinates of a file in which the reed is tilted.
+        """
+        table: Any = TypeAdapter(AnyClamp).validate_python(given)
+        if not isinstance(table, Clamp):
+            try:
+                ends = straight_side(self.file, table.selectors(), self.frame)
+            except GeometryError as error:
+                raise KeyProblem("reed.clamped", str(error).removeprefix("Outlined.clamped = ")) from None
+            return DrawnClamp(table, _points(self.frame, ends))
+        self._check_square("reed.clamped", "select the clamped side as a face, as in { number = 1 }")
+        if table.segment is not None:
+            return DrawnClamp(table, _points(self.frame, table.segment))
+        normal = np.array(table.normal) / np.linalg.norm(table.normal)  # type: ignore[arg-type]
+        along, (lip,) = np.array([-normal[1], normal[0]]), self.frame.seen(np.array([self.land.centre]))
+        foot = (table.offset or 0.0) / float(np.linalg.norm(table.normal)) * normal + (lip @ along) * along  # type: ignore[arg-type]
+        x, y, z = (normal @ self.frame.axes).tolist()
+        span = self._size * along
+        return DrawnClamp(table, _points(self.frame, (foot - span, foot + span)), (x, y, z))
+
+    def placement(self, clamp: DrawnClamp) -> Placement:
+        """Return how the reed lies over the lip. Raises `KeyProblem` of parts that do not fit together."""
+        self._check_sizes()
+        side = facing_side(self.drawn, self._normal)
+        found = placed(self.land, side, np.array(clamp.ends))
+        name, contact = self.seat.file.name, self._contact_words
+        if found.tilt > STEEPEST:
+            raise KeyProblem(
+                "seat.contact",
+                f"{name}: {contact} is inclined by {math.degrees(found.tilt):.4g} deg to the reed in {self.file.name} "
+                f"(limit {math.degrees(STEEPEST):g} deg); {self._facing()}",
+            )
+        if found.height + (self.drawn.thickness or 0.0) < ROUND_OFF:
+            raise KeyProblem(
+                "seat.contact",
+                f"{name}: {contact} looks away from the reed in {self.file.name}, which lies "
+                f"{-1e3 * found.height:.4g} mm behind it; {self._facing()}",
+            )
+        corners = loops.polygon(self._outline(found)[0])[0]
+        if not polygons.holds(corners, found.lip):
+            x, y, z = (1e3 * each for each in self.land.centre)
+            raise KeyProblem(
+                KEY,
+                f"the centre of {contact}, ({x:.4g}, {y:.4g}, {z:.4g}) mm in {name}, lies beside the reed in "
+                f"{self.file.name}, in plan {1e3 * loops.nearest(self._outline(found)[0], np.array(found.lip)):.4g} mm "
+                f"from its edge ({self._units}): draw both parts in one coordinate system, or strike another face",
+            )
+        return found
+
+    def opening(self, found: Placement, rings: int) -> float:
+        """Return the smallest opening between lip and reed [m]. Raises `KeyProblem` of parts that overlap."""
+        land = self.found.land(self.seat.struck_face, found.frame.x)
+        gap = found.height + float(tilted(face_lip(land, 1, rings).lines(), found.tilt, found.axis).min())
+        if gap < -ROUND_OFF:
+            raise KeyProblem(
+                KEY,
+                f"the reed in {self.file.name} cuts into {self._contact_words} of {self.seat.file.name} by "
+                f"{-1e3 * gap:.4g} mm (limit {1e3 * ROUND_OFF:g} mm; {self._units}): move one of the parts in the CAD "
+                "program, or select the face under the reed in seat.contact",
+            )
+        if (point := cut_by(self.found.shape, self._outline(found), found)) is not None:
+            x, y, z = (1e3 * each for each in point)
+            raise KeyProblem(
+                KEY,
+                f"{self.seat.file.name} rises through the reed in {self.file.name} at ({x:.4g}, {y:.4g}, {z:.4g}) mm: "
+                "the parts overlap; move one of them in the CAD program",
+            )
+        return max(gap, 0.0)
+
+    def contact_at(self, found: Placement, given: object) -> tuple[float, float]:
+        """Return a stated reed.contact_at in the frame of a placement [m]; of one that cannot be read, the lip's."""
+        try:
+            at = TypeAdapter(Place).validate_python(given)
+        except ValidationError:
+            return found.lip
+        self._check_square("reed.contact_at", "remove the key, the contact lies over the centre of the lip then")
+        ((x, y),) = found.frame.seen(self.frame.points(np.array([at]))).tolist()
+        return x, y
+
+    @property
+    def _normal(self) -> Vector:
+        return next(f.normal for f in self.found.faces if self.seat.struck_face in f.groups and f.normal is not None)
+
+    @property
+    def _contact_words(self) -> str:
+        numbers = [_number(face) for face in self.found.faces if self.seat.struck_face in face.groups]
+        return f"the contact face {numbers[0]}" if len(numbers) == 1 else f"the contact faces {', '.join(numbers)}"
+
+    def _outline(self, found: Placement) -> list[Array]:
+        seen = self.drawn.seen_in(found.frame)
+        return [loops.as_loop(loop) for loop in (seen.outline, *seen.holes)]
+
+    @property
+    def _corners(self) -> Array:
+        return self.frame.points(loops.polygon(loops.as_loop(self.drawn.outline))[0])
+
+    @property
+    def _size(self) -> float:
+        return float(np.ptp(self._corners, axis=0).max())
+
+    def _check_square(self, key: str, remedy: str) -> None:
+        """Raise `KeyProblem` of places in the coordinates of a file in which the reed is square to no axis."""
+        if abs(np.abs(self.frame.normal).max() - 1) > SQUARE:
+            raise KeyProblem(key, f"the reed in {self.file.name} is square to no axis of the file; {remedy}")
+
+    def _check_sizes(self) -> None:
+        """Raise `KeyProblem` of a reed that is smaller than the lip, or far larger than the seat."""
+        seat, reed = float(self.found.shape.extent.max()), self._size
+        lip = float(np.ptp(self.found.edges[self.seat.struck_face].reshape(-1, 3), axis=0).max())
+        if lip <= reed <= LARGER * seat:
+            return
+        low, high = USUAL
+        factor = next((each for each in FACTORS if low <= each * reed / seat <= high and each * reed > lip), None)
+        sides = np.ptp(self._corners, axis=0)
+        words = "one of both is drawn in other lengths"
+        if factor is not None:
+            times = f"{factor:g} times larger" if factor > 1 else f"{1 / factor:g} times smaller"
+            words = f"{times}, the reed would fit"
+        raise KeyProblem(
+            KEY,
+            f"the parts do not fit together in size: {self.seat.file.name} measures {_box(self.found.shape.extent)}, "
+            f"its contact {1e3 * lip:.4g} mm, the reed in {self.file.name} {_box(sides)}; {words} ({self._units}): "
+            "export both files in the same unit",
+        )
+
+    @property
+    def _units(self) -> str:
+        """Units of both files, in words."""
+        unit = self.seat.unit or _unit(self.seat.file)
+        return f"{self.seat.file.name} is in {unit}, {self.file.name} in {_unit(self.file)}"
+
+    def _facing(self) -> str:
+        """Return the nearest flat faces of the seat that look towards the reed."""
+        found = sorted(self._towards(), key=lambda each: each[0])
+        if not found:
+            return "no flat face of the seat looks towards the reed: draw both parts in one coordinate system"
+        words = (
+            f"{_number(face)} (centre ({', '.join(f'{1e3 * c:.4g}' for c in np.round(face.centre, 12) + 0.0)}) mm, "
+            f"{1e3 * away:.4g} mm from the reed)"
+            for away, face in found[:NEAREST]
+        )
+        return f"the nearest faces that look towards the reed: {', '.join(words)}"
+
+    def _towards(self) -> Iterator[tuple[float, FoundFace]]:
+        for face in self.found.faces:
+            if face.normal is None or self.seat.struck_face in face.groups:
+                continue
+            point, up = facing_side(self.drawn, face.normal)
+            away = float((np.array(point) - np.array(face.centre)) @ np.array(face.normal))
+            if np.dot(up, face.normal) >= math.cos(STEEPEST) and away > -ROUND_OFF:
+                yield away, face
+
+
+def open_parts(seat: Cad, file: Path) -> PartsAsDrawn:
+    """Return both parts, opened. Raises `KeyProblem` of one that cannot be read, and of a struck face that is no lip."""
+    for path, words in seat.problems():
+        raise KeyProblem(".".join(("seat", *map(str, path))), words)
+    try:
+        drawn = outline_in(file, oblique=True)
+    except GeometryError as error:
+        raise KeyProblem("reed.file", str(error).removeprefix("Outlined.file = ")) from None
+    try:
+        found = inspect_geometry(seat.geometry())
+        return PartsAsDrawn(seat, file, found, found.land(seat.struck_face), drawn)
+    except (ModelError, MeshingError, OSError) as error:
+        raise KeyProblem("seat.contact", f"{seat.file.name}: {error}") from None
+
+
+def _points(frame: Frame, places: Any) -> tuple[Vector, Vector]:
+    (a, b, c), (d, e, f) = frame.points(np.array(places)).tolist()
+    return (a, b, c), (d, e, f)
+
+
+def _number(face: FoundFace) -> str:
+    return " = ".join(map(str, face.numbers))
+
+
+def _box(sides: Array) -> str:
+    return " x ".join(f"{1e3 * side:.4g}" for side in sides) + " mm"
+
+
+def _unit(file: Path) -> str:
+    if file.suffix.lower() not in STEP_SUFFIXES:
+        return "a unit that it does not state"
+    unit = stated_unit(file)
+    return next((name for size, name in UNITS.items() if math.isclose(size, unit, rel_tol=1e-6)), f"{unit:g} m")
