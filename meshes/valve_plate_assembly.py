@@ -14,7 +14,8 @@ from typing import Any, Final
 
 import gmsh
 
-PLATE: Final = (60.0, 40.0, 6.0)  # mm, its corner at (-40, -20, 0)
+PLATE: Final = (60.0, 40.0, 6.0)  # mm
+BEFORE: Final = -40.0  # x of its short side, on the side of the root
 LIP: Final = (4.0, 5.2, 0.5)  # inner and outer radius and height over the plate, about the origin
 BOLT: Final = 2.25  # radius of the holes
 BOLTS: Final = ((-34.0, -14.0), (-34.0, 14.0), (14.0, -14.0), (14.0, 14.0))
@@ -24,20 +25,25 @@ PADDLE: Final = 7.5  # radius, about the origin
 THICKNESS: Final = 0.3
 GAP: Final = 0.02  # between lip and flapper
 
-Move = Callable[[Any, list[tuple[int, int]]], None]
+Bodies = list[tuple[int, int]]
+"""Dimension and tag of each."""
+Move = Callable[[Any, Bodies], None]
 """Moves bodies of gmsh's OpenCASCADE model."""
 
 
-def plate(occ: Any) -> list[tuple[int, int]]:
+def plate(occ: Any) -> Bodies:
     """Add the valve plate (millimetres); its lip looks along z, at z = 6.5 mm."""
     (length, width, height), (inner, outer, rise) = PLATE, LIP
-    body, lip = occ.addBox(-40, -width / 2, 0, length, width, height), occ.addCylinder(0, 0, 0, 0, 0, height + rise, outer)
+    body, lip = (
+        occ.addBox(BEFORE, -width / 2, 0, length, width, height),
+        occ.addCylinder(0, 0, 0, 0, 0, height + rise, outer),
+    )
     solid = occ.fuse([(3, body)], [(3, lip)])[0]
     holes = [(3, occ.addCylinder(x, y, 0, 0, 0, height, BOLT)) for x, y in BOLTS]
     return list(occ.cut(solid, [(3, occ.addCylinder(0, 0, 0, 0, 0, height + rise, inner)), *holes])[0])
 
 
-def flapper(occ: Any) -> list[tuple[int, int]]:
+def flapper(occ: Any) -> Bodies:
     """Add the flapper (millimetres): a neck from its root to a round paddle, its underside `GAP` over the lip."""
     z = PLATE[2] + LIP[2] + GAP
     meet = -math.sqrt(PADDLE**2 - NECK**2)
@@ -55,7 +61,7 @@ def flapper(occ: Any) -> list[tuple[int, int]]:
     return [each for each in occ.extrude([(2, face)], 0, 0, THICKNESS) if each[0] == 3]
 
 
-def stay(occ: Any, bodies: list[tuple[int, int]]) -> None:
+def stay(occ: Any, bodies: Bodies) -> None:
     """Leave bodies where they are drawn."""
 
 
@@ -70,7 +76,7 @@ def drawing() -> Iterator[Any]:
         gmsh.finalize()
 
 
-def write(path: Path, part: Callable[[Any], list[tuple[int, int]]], move: Move = stay) -> None:
+def write(path: Path, part: Callable[[Any], Bodies], move: Move = stay) -> None:
     """Write one part to a STEP file, moved."""
     with drawing() as occ:
         move(occ, part(occ))

@@ -44,7 +44,8 @@ class Placement:
 def facing_side(drawn: DrawnOutline, normal: Vector) -> tuple[Vector, Vector]:
     """Return a point on the side of a plate that faces a lip with this outward normal [m], and the plate's own normal
     away from the lip."""
-    assert drawn.frame is not None and drawn.normal is not None
+    assert drawn.frame is not None
+    assert drawn.normal is not None
     own, point = np.array(drawn.normal), np.array(drawn.frame.origin)
     up = own if own @ np.array(normal) > 0 else -own
     thickness = drawn.thickness or 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.shapes.frames import Frame
 from seatfem.structures.shapes.inspect import triple
 from seatfem.structures.shapes.outlined import Corner
+
+
+PICOMETRE: Final = 12  # digits [m]
 
 
 @dataclass(frozen=True)
@@ -38,14 +42,15 @@ class DrawnOutline:
     normal: Vector | None = None
 
     def seen_in(self, frame: Frame) -> DrawnOutline:
-        """Return the same, seen in another frame of a parallel plane."""
+        """Return the same, seen in another frame of a parallel plane, to a picometre: a sheet that is drawn in another
+        position has the same corners, and so the same mesh."""
         assert self.frame is not None
         own, bulged = self.frame, 1.0 if self.frame.normal @ frame.normal > 0 else -1.0
 
         def moved(loop: tuple[Corner, ...]) -> tuple[Corner, ...]:
             corners = np.array(loop)
             places = frame.seen(own.points(corners[:, :2]))
-            return _corners(np.column_stack([places, bulged * corners[:, 2]]))
+            return _corners(np.round(np.column_stack([places, bulged * corners[:, 2]]), PICOMETRE) + 0.0)
 
         return replace(self, outline=moved(self.outline), holes=tuple(map(moved, self.holes)), frame=frame)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.inspection.cad import FoundFace, inspect_geometry
+from seatfem.structures.inspection.outline import PICOMETRE
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.shapes import CadPart, Group, Selector
 from seatfem.structures.shapes.frames import Frame
@@ -35,7 +36,9 @@ def straight_side(path: Path, selectors: tuple[Selector, ...], frame: Frame) -> 
     chosen = [face for face in found.faces if GROUP in face.groups]
     if other := [face for face in chosen if face not in sides]:
         kind = "a broad face of the plate" if other[0].normal is not None else f"a {other[0].kind.lower()}"
-        raise _wrong(path, f"face {_numbers(other[0])} is {kind}; a sheet is clamped along a straight side: {_listed(sides)}")
+        raise _wrong(
+            path, f"face {_numbers(other[0])} is {kind}; a sheet is clamped along a straight side: {_listed(sides)}"
+        )
     first = np.array(chosen[0].normal)
     points = found.edges[GROUP].reshape(-1, 3)
     heights = points @ first
@@ -45,7 +48,7 @@ def straight_side(path: Path, selectors: tuple[Selector, ...], frame: Frame) -> 
         raise _wrong(path, f"the faces do not lie in one line; clamp one straight side: {_listed(chosen)}")
     way = np.cross(frame.normal, first)
     ends = points[[int(np.argmin(points @ way)), int(np.argmax(points @ way))]]
-    (a, b), (c, d) = frame.seen(ends).tolist()
+    (a, b), (c, d) = (np.round(frame.seen(ends), PICOMETRE) + 0.0).tolist()
     return (a, b), (c, d)
 
 

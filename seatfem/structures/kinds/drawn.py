@@ -126,7 +126,9 @@ class Drawn(Elastic):
         found, struck = inspect_geometry(shape, picture=not coarse), self.struck_face
         normals = [face.normal for face in found.faces if struck in face.groups]
         normal = normals[0] if normals else None
-        return of_surface(name, Surface(found.shape, found.parts, struck, normal, self.held, self.bedded, self.own_axis))
+        return of_surface(
+            name, Surface(found.shape, found.parts, struck, normal, self.held, self.bedded, self.own_axis)
+        )
 
     # Levels of modelling
 

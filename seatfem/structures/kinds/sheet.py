@@ -99,6 +99,7 @@ AnyClamp = Annotated[
     BeforeValidator(_as_clamp),
 ]
 
+
 class OutlinedSheet(ClampedPlate):
     """A flat reed of even thickness and any outline, clamped along a straight part of it or beyond a line; it
     touches with a disc or a ring about a point. By Mindlin plate elements: it twists, and bends across.

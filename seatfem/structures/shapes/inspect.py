@@ -29,7 +29,8 @@ def surface_of(model: Any, tag: int, unit: float) -> tuple[str, Axis | None]:
     """Kind of the surface, and the axis of a cylinder or cone; ``unit``: metres per length unit of the model."""
     kind = str(model.getType(2, tag))
     if kind in ("Cylinder", "Cone"):
-        return kind, _axis(model, tag, unit)
+        axis = _axis(model, tag, unit)
+        return kind, axis if kind == "Cone" else Axis(axis.point, axis.direction)
     return (kind, None) if kind in KNOWN else _recognised(model, tag, unit)
 
 

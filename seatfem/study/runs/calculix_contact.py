@@ -19,6 +19,7 @@ from seatfem.structures.formats.calculix_contact import PlateStriker, check_patc
 from seatfem.structures.formats.calculix_mesh import Integers
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.thin_plate import ThinPlate
+from seatfem.structures.lip import tilted
 from seatfem.structures.mesh.sheet import CLAMPED
 from seatfem.structures.method import Aims
 from seatfem.structures.reduction.face_modes import face_greens

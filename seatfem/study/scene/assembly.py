@@ -11,8 +11,8 @@ from pydantic import Field, ValidationError
 
 from seatfem.fields import KeyProblem, Table
 from seatfem.structures.kinds.cad import Cad
-from seatfem.structures.shapes.cad import STEP_SUFFIXES
 from seatfem.structures.rings import MOST_RINGS
+from seatfem.structures.shapes.cad import STEP_SUFFIXES
 
 if TYPE_CHECKING:
     from seatfem.study.scene.parts_as_drawn import PartsAsDrawn
@@ -53,10 +53,12 @@ def with_places(given: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
     for table, keys in FOLLOWING:
         for key in keys:
             if key in given.get(table, {}):
-                raise KeyProblem(f"{table}.{key}", 'it follows from the files (assembly.placed = "as drawn"); remove it')
+                raise KeyProblem(
+                    f"{table}.{key}", 'it follows from the files (assembly.placed = "as drawn"); remove it'
+                )
     file = _file_of_reed(seat_table, reed_table, folder)
     if file is None:
-        return given
+        return {**given, "reed": _unplaced(reed_table)}
     try:
         seat = Cad.model_validate(seat_table, context={"folder": folder})
     except ValidationError:
@@ -88,7 +90,7 @@ def _keys(
     try:
         clamp = parts.clamp(reed.get("clamped"))
     except ValidationError:
-        return {"reed": {"contact_at": [_length(0.0)] * 2, **reed}}
+        return {"reed": _unplaced(reed)}
     found = parts.placement(clamp)
     at = parts.contact_at(found, reed["contact_at"]) if "contact_at" in reed else found.lip
     rings = contact.get("rings", 1)
@@ -98,7 +100,11 @@ def _keys(
         "seat": {**seat, "along": frame.x},
         "reed": {
             **reed,
-            "frame": {"origin": [_length(each) for each in frame.origin], "along": frame.x, "normal": tuple(frame.normal)},
+            "frame": {
+                "origin": [_length(each) for each in frame.origin],
+                "along": frame.x,
+                "normal": tuple(frame.normal),
+            },
             "contact_at": [_length(each) for each in at],
             "clamped": clamp.seen_in(frame),
         },
@@ -112,6 +118,11 @@ def _keys(
     }
 
 
+def _unplaced(reed: Mapping[str, Any]) -> dict[str, Any]:
+    """Return [reed] with a contact, so that only what is wrong with its other keys is told."""
+    return {"contact_at": [_length(0.0)] * 2, **reed}
+
+
 def _length(value: float) -> str:
-    """Return a length as scenes have it."""
-    return f"{value if abs(value) > SMALLEST else 0.0!r} m"
+    """Return a length as scenes have it, to a picometre."""
+    return f"{round(value, 12) if abs(value) > SMALLEST else 0.0!r} m"

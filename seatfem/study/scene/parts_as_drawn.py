@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -31,13 +32,15 @@ from seatfem.structures.shapes.frames import Frame
 from seatfem.study.scene.stopper import STEEPEST
 
 KEY: Final = "assembly.placed"
-LARGER: Final = 8.0  # than the whole seat: no reed is
+LARGEST: Final = 8.0  # reed over the whole seat; no drawn pair has more
+LEAST: Final = 0.03  # nor less
 NEAREST: Final = 3  # faces that are named
 SQUARE: Final = 1e-6  # of a unit normal, to an axis of the file
 UNITS: Final = {1e-3: "mm", 1.0: "m", 1e-2: "cm", 1e-6: "um", 0.0254: "inch", 0.3048: "ft"}
-FACTORS: Final = (1000.0, 25.4, 1 / 25.4, 1e-3)
+FACTORS: Final = (1000.0, 25.4, 10.0, 0.1, 1 / 25.4, 1e-3)
 """Between the lengths of parts of which one has another unit than its file states."""
-USUAL: Final = (0.1, 3.0)  # sizes of reeds, over those of their seats
+USUAL: Final = 0.5  # size of a reed over that of its seat
+WITHIN: Final = 8.0  # times that and part of it, where a factor is taken for the reason
 
 
 @dataclass(frozen=True)
@@ -67,15 +70,21 @@ class PartsAsDrawn:
     Attributes:
         seat, file: the seat's table and the reed's file.
         found: of the seat.
-        land: its struck face.
         drawn: the reed.
     """
 
     seat: Cad
     file: Path
     found: Inspected
-    land: Land
     drawn: DrawnOutline
+
+    @cached_property
+    def land(self) -> Land:
+        """What is struck. Raises `KeyProblem` of faces that are no lip."""
+        try:
+            return self.found.land(self.seat.struck_face)
+        except ModelError as error:
+            raise KeyProblem("seat.contact", f"{self.seat.file.name}: {error}") from None
 
     @property
     def frame(self) -> Frame:
@@ -88,7 +97,7 @@ class PartsAsDrawn:
 
         Raises:
             ValidationError: a key that cannot be read.
-            KeyProblem: a face that is no straight side; places in the coordinates of a file in which the reed is tilted.
+            KeyProblem: a face that is no straight side; places in coordinates of a file in which the reed is oblique.
         """
         table: Any = TypeAdapter(AnyClamp).validate_python(given)
         if not isinstance(table, Clamp):
@@ -109,25 +118,12 @@ class PartsAsDrawn:
 
     def placement(self, clamp: DrawnClamp) -> Placement:
         """Return how the reed lies over the lip. Raises `KeyProblem` of parts that do not fit together."""
-        self._check_sizes()
         side = facing_side(self.drawn, self._normal)
-        found = placed(self.land, side, np.array(clamp.ends))
-        name, contact = self.seat.file.name, self._contact_words
-        if found.tilt > STEEPEST:
-            raise KeyProblem(
-                "seat.contact",
-                f"{name}: {contact} is inclined by {math.degrees(found.tilt):.4g} deg to the reed in {self.file.name} "
-                f"(limit {math.degrees(STEEPEST):g} deg); {self._facing()}",
-            )
-        if found.height + (self.drawn.thickness or 0.0) < ROUND_OFF:
-            raise KeyProblem(
-                "seat.contact",
-                f"{name}: {contact} looks away from the reed in {self.file.name}, which lies "
-                f"{-1e3 * found.height:.4g} mm behind it; {self._facing()}",
-            )
+        found, name, contact = placed(self.land, side, np.array(clamp.ends)), self.seat.file.name, self._contact_words
+        self._check_sizes(float(np.ptp(self.found.edges[self.seat.struck_face].reshape(-1, 3), axis=0).max()))
         corners = loops.polygon(self._outline(found)[0])[0]
         if not polygons.holds(corners, found.lip):
-            x, y, z = (1e3 * each for each in self.land.centre)
+            x, y, z = np.round(1e3 * np.array(self.land.centre), 6) + 0.0
             raise KeyProblem(
                 KEY,
                 f"the centre of {contact}, ({x:.4g}, {y:.4g}, {z:.4g}) mm in {name}, lies beside the reed in "
@@ -148,7 +144,7 @@ class PartsAsDrawn:
                 "program, or select the face under the reed in seat.contact",
             )
         if (point := cut_by(self.found.shape, self._outline(found), found)) is not None:
-            x, y, z = (1e3 * each for each in point)
+            x, y, z = np.round(1e3 * np.array(point), 6) + 0.0
             raise KeyProblem(
                 KEY,
                 f"{self.seat.file.name} rises through the reed in {self.file.name} at ({x:.4g}, {y:.4g}, {z:.4g}) mm: "
@@ -168,7 +164,13 @@ class PartsAsDrawn:
 
     @property
     def _normal(self) -> Vector:
-        return next(f.normal for f in self.found.faces if self.seat.struck_face in f.groups and f.normal is not None)
+        """Of the struck face, out of the seat. Raises `KeyProblem` of curved ones."""
+        normals = [face.normal for face in self.found.faces if self.seat.struck_face in face.groups]
+        if (found := normals[0]) is None:
+            raise KeyProblem(
+                "seat.contact", f"{self.seat.file.name}: {self._contact_words} is not flat; {self._facing()}"
+            )
+        return found
 
     @property
     def _contact_words(self) -> str:
@@ -192,24 +194,40 @@ class PartsAsDrawn:
         if abs(np.abs(self.frame.normal).max() - 1) > SQUARE:
             raise KeyProblem(key, f"the reed in {self.file.name} is square to no axis of the file; {remedy}")
 
-    def _check_sizes(self) -> None:
-        """Raise `KeyProblem` of a reed that is smaller than the lip, or far larger than the seat."""
-        seat, reed = float(self.found.shape.extent.max()), self._size
-        lip = float(np.ptp(self.found.edges[self.seat.struck_face].reshape(-1, 3), axis=0).max())
-        if lip <= reed <= LARGER * seat:
+    def check_facing(self) -> None:
+        """Raise `KeyProblem` of parts of other sizes, and of a struck face that does not look towards the reed."""
+        self._check_sizes(LEAST * float(self.found.shape.extent.max()))
+        point, up = (np.array(each) for each in facing_side(self.drawn, self._normal))
+        struck = next(face for face in self.found.faces if self.seat.struck_face in face.groups)
+        height = float((point - np.array(struck.centre)) @ up)
+        inclined = math.acos(min(1.0, float(up @ np.array(self._normal))))
+        if inclined > STEEPEST:
+            words = (
+                f"is inclined by {math.degrees(inclined):.4g} deg to the reed in {self.file.name} (limit "
+                f"{math.degrees(STEEPEST):g} deg)"
+            )
+        elif (away := height + (self.drawn.thickness or 0.0)) < ROUND_OFF:
+            words = f"looks away from the reed in {self.file.name}, which lies {-1e3 * away:.4g} mm behind it"
+        else:
             return
-        low, high = USUAL
-        factor = next((each for each in FACTORS if low <= each * reed / seat <= high and each * reed > lip), None)
-        sides = np.ptp(self._corners, axis=0)
+        raise KeyProblem("seat.contact", f"{self.seat.file.name}: {self._contact_words} {words}; {self._facing()}")
+
+    def _check_sizes(self, least: float) -> None:
+        """Raise `KeyProblem` of a reed that is smaller than this [m], or far larger than the seat."""
+        seat, reed = float(self.found.shape.extent.max()), self._size
+        if least <= reed <= LARGEST * seat:
+            return
+        factor = min(FACTORS, key=lambda each: abs(math.log(each * reed / seat / USUAL)))
         words = "one of both is drawn in other lengths"
-        if factor is not None:
+        if 1 / WITHIN < factor * reed / seat / USUAL < WITHIN and factor * reed > least:
             times = f"{factor:g} times larger" if factor > 1 else f"{1 / factor:g} times smaller"
             words = f"{times}, the reed would fit"
+        thick = (self.drawn.thickness or 0.0) * self.frame.normal
+        sides = np.ptp(np.concatenate([self._corners, self._corners + thick]), axis=0)
         raise KeyProblem(
             KEY,
             f"the parts do not fit together in size: {self.seat.file.name} measures {_box(self.found.shape.extent)}, "
-            f"its contact {1e3 * lip:.4g} mm, the reed in {self.file.name} {_box(sides)}; {words} ({self._units}): "
-            "export both files in the same unit",
+            f"the reed in {self.file.name} {_box(sides)}; {words} ({self._units}): export both files in the same unit",
         )
 
     @property
@@ -241,7 +259,11 @@ class PartsAsDrawn:
 
 
 def open_parts(seat: Cad, file: Path) -> PartsAsDrawn:
-    """Return both parts, opened. Raises `KeyProblem` of one that cannot be read, and of a struck face that is no lip."""
+    """Return both parts, opened.
+
+    Raises:
+        KeyProblem: a part that cannot be read, parts of other sizes, a struck face that does not look towards the reed.
+    """
     for path, words in seat.problems():
         raise KeyProblem(".".join(("seat", *map(str, path))), words)
     try:
@@ -249,10 +271,11 @@ def open_parts(seat: Cad, file: Path) -> PartsAsDrawn:
     except GeometryError as error:
         raise KeyProblem("reed.file", str(error).removeprefix("Outlined.file = ")) from None
     try:
-        found = inspect_geometry(seat.geometry())
-        return PartsAsDrawn(seat, file, found, found.land(seat.struck_face), drawn)
-    except (ModelError, MeshingError, OSError) as error:
-        raise KeyProblem("seat.contact", f"{seat.file.name}: {error}") from None
+        parts = PartsAsDrawn(seat, file, inspect_geometry(seat.geometry()), drawn)
+    except (MeshingError, OSError) as error:
+        raise KeyProblem("seat.file", f"{seat.file.name}: {error}") from None
+    parts.check_facing()
+    return parts
 
 
 def _points(frame: Frame, places: Any) -> tuple[Vector, Vector]:
