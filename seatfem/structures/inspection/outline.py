@@ -20,7 +20,6 @@ from seatfem.structures.shapes.frames import Frame
 from seatfem.structures.shapes.inspect import triple
 from seatfem.structures.shapes.outlined import Corner
 
-
 PICOMETRE: Final = 12  # digits [m]
 
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, ClassVar, Final, Literal
+from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from seatfem.fields import ExistingFile, default
+from seatfem.fields import ExistingFile, KeyProblem, default
 from seatfem.structures.estimates.patch import Column, Patch, of_shape
 from seatfem.structures.inspection.opened import naming
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.parts import METRES, LengthUnit
-from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelector, FaceSelector, Region, Way
+from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelector, Direction, FaceSelector, Region
 from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.shapes import CadPart, GeometryError, Group
 from seatfem.structures.shapes.faces import Vector
@@ -47,7 +47,7 @@ damping_ratio = 0.02
     fixed: ClampSelector = Field(
         BLUE_FACES, description="faces that are clamped, as in { number = 8 }; by default those painted pure blue"
     )
-    along: Way | None = Field(
+    along: Direction | None = Field(
         None,
         description="direction in the file that lies along the reed, from its clamp to its tip; absent: the file's x "
         "axis along the struck face, or its y axis where that lies across x",
@@ -55,6 +55,12 @@ damping_ratio = 0.02
     )
     groups: dict[str, FaceSelector] = default({}, "further faces by name, for supports")
     regions: dict[str, Region] = default({}, "solids by name, for materials; the others are solid_1, solid_2, ...")
+
+    @model_validator(mode="after")
+    def _along_some_way(self) -> Self:
+        if self.along is not None and not any(self.along):
+            raise KeyProblem("along", "[0, 0, 0] has no direction; give one")
+        return self
 
     @property
     def clamped(self) -> bool:
