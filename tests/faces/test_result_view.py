@@ -325,7 +325,7 @@ def test_the_life_of_the_reed() -> None:
 
 @pytest.mark.parametrize("value", [ABSENT, None, "text", 0, -1.0, []], ids=repr)
 def test_a_summary_of_another_version_is_still_readable(value: object, tmp_path: Path) -> None:
-    """Whatever a key of somebody else's summary.json holds, and where it is absent, the views are made of the others."""
+    """Whatever a key of somebody else's summary.json holds, or where it is absent, the others are shown."""
     speed = {"life_speed_margin": 4.0, "life_speed_m_per_s": 2.0, "life_speed_limit_m_per_s": 8.0}
     whole = {**RUN, **LIFE, **speed, "life_multiaxial_margin": 2.0}
     for key in whole:

@@ -342,6 +342,22 @@ def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         seatfem.sweep(tmp_path / "scene.toml", {"reed.mas": ["1 g"]})
 
 
+@pytest.mark.parametrize("package", ["pandas", "pyarrow"])
+def test_a_broken_package_is_told_before_the_first_scene(
+    package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not when the table is written, after hours."""
+    (tmp_path / package).mkdir()
+    (tmp_path / package / "__init__.py").write_text("raise RuntimeError('built for another numpy')", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in [each for each in sys.modules if each.partition(".")[0] == package]:
+        monkeypatch.delitem(sys.modules, name)
+    (tmp_path / "scene.toml").write_text(SPRING, encoding="utf-8")
+    with pytest.raises(StudyError, match=rf"{package} .*\(built for another numpy\).*--force-reinstall {package}"):
+        seatfem.sweep(tmp_path / "scene.toml", {"reed.mass": ["1 g", "2 g"]}, folder=tmp_path / "study")
+    assert not (tmp_path / "study").exists()
+
+
 def test_tables_for_pandas_and_parquet(tmp_path: Path) -> None:
     """Where they are installed; else no file."""
     columns = {"scene": [1, 2], "a": [0.1, None], "name": ["x", "y"]}
