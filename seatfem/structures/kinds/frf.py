@@ -19,7 +19,7 @@ from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
 from seatfem.structures.inspection.opened import FileState, opened, state_of
 from seatfem.structures.kinds.modes import Direction
 from seatfem.structures.kinds.motion import Moving
-from seatfem.structures.kinds.record_columns import ResponseColumns, ResponseUnits
+from seatfem.structures.kinds.record_columns import ResponseColumns, ResponseUnits, stated_in
 from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.method import Method
 from seatfem.structures.solved import Solved
@@ -67,9 +67,7 @@ file = "response.csv"
 
     @property
     def _record(self) -> _Record:
-        columns, units = (
-            () if roles is None else tuple(roles.stated().items()) for roles in (self.columns, self.units)
-        )
+        columns, units = (tuple(stated_in(roles).items()) for roles in (self.columns, self.units))
         state = state_of(self.file)
         return _Record(self.file, self.node, self.direction, self.averages, self.quantity, columns, units, state)
 
