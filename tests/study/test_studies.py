@@ -42,6 +42,16 @@ velocity = "-1 m/s"
 duration = "0.2 ms"
 """
 SPRING = f'[seat]\nkind = "spring"\nstiffness = "1 N/um"\n{BALL}'
+PAPERS_REED = """[reed]
+kind = "cantilever"
+length = "25 mm"
+n_modes = 3
+release = { tip_deflection = "0.5 mm" }
+[run]
+duration = "1 ms"
+[accuracy]
+target = "10 %"
+"""
 MESHED = f"""[seat]
 kind = "annular"
 bore_radius = "4 mm"
@@ -321,6 +331,16 @@ def test_a_claim_is_one_programs(tmp_path: Path) -> None:
             assert not other
 
 
+def test_notes_of_a_run_stand_in_its_row(tmp_path: Path) -> None:
+    """A reed that the scene does not describe is the paper's, and the row says so."""
+    (tmp_path / "scene.toml").write_text(SPRING.replace(BALL, PAPERS_REED), encoding="utf-8")
+    outcome = one.carry_out(tmp_path / "scene.toml", {}, 1, {})
+    assert outcome.state == "missed"  # three modes are too few
+    first, *others = str(outcome.summary["notes"]).split(" | ")
+    assert first == outcome.message
+    assert any(note.startswith("not given, taken from the paper's reed: ") for note in others)
+
+
 def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answer_here(monkeypatch)
     (tmp_path / "scene.toml").write_text(SPRING, encoding="utf-8")
@@ -332,9 +352,10 @@ def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert list(found) == [
         "scene", "reed.mass [g]", "restitution", "error_bar_restitution", "impulse_Ns", "error_bar_impulse_Ns",
         "landing_status",
-        "status", "wall_time_s", "message",
+        "status", "wall_time_s", "message", "notes",
     ]  # fmt: skip
     assert found["impulse_Ns"] == pytest.approx([2e-3 * mass for mass in found["reed.mass [g]"]], rel=5e-3)
+    assert found["notes"] == [""] * 3
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
     with pytest.raises(SceneError, match="number: required key is missing"):
         seatfem.sweep(tmp_path / "scene.toml", vary, design="monte_carlo")

@@ -158,7 +158,8 @@ def sweep(
 
     Returns:
         One row a scene: "scene" (its number), what varies, the measures [SI] and their error bars, "landing_status"
-        (landed, no landing, cut off, never opened), "status" (done, missed, stopped, failed), "wall_time_s", "message".
+        (landed, no landing, cut off, never opened), "status" (done, missed, stopped, failed), "wall_time_s", "message",
+        "notes" (of the run, divided by " | ").
 
     Raises:
         SceneError, StudyError, OutputError: as `run_study`.

@@ -23,7 +23,7 @@ from seatfem.study.impacts.landed import BAR, LANDED, STATUS, has_landed, left_o
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import key_of
 from seatfem.study.sweep.cases import Case, columns_of
-from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.sweep.outcome import NOTES, Outcome
 from seatfem.study.sweep.runner import StudyError
 from seatfem.study.sweep.sampled import is_own, judged
 from seatfem.study.sweep.study import Study
@@ -178,6 +178,7 @@ def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], m
     columns["status"] = [outcome.state for outcome in found]
     columns["wall_time_s"] = [outcome.wall for outcome in found]
     columns["message"] = [" ".join(outcome.message.split()) for outcome in found]
+    columns[NOTES] = [" ".join(str(outcome.summary.get(NOTES) or "").split()) for outcome in found]
     return StudyTable(study, tuple(parameters), tuple(measures), columns)
 
 
