@@ -21,7 +21,7 @@ from impact.measured.frf import (
 )
 from impact.measured.noise import estimate_deviation
 from impact.measured.passive_residues import made_passive
-from impact.measured.pole_choice import choose_poles, criterion, residual_terms, within
+from impact.measured.pole_choice import Candidate, choose_poles, criterion, residual_terms, within
 from impact.measured.pole_passivity import pole_passivity
 from impact.measured.vector_fitting import Poles, basis, left_over, refined
 
@@ -56,11 +56,13 @@ class PoleFit:
         draws: the same fit, of the same order, to records that differ by their noise; behind them fits to the record
             itself with other modes beyond the band, which it does not refute.
         deviation: (n,) standard deviation of the noise, from the file or from the lines [m/N].
+        tried: poles of each order that the search for their number looked at.
     """
 
     greens: Fitted
     draws: tuple[Fitted, ...]
     deviation: Array
+    tried: tuple[Candidate, ...] = ()
 
 
 def fit_poles(
@@ -131,7 +133,7 @@ def fit_response(
     names = response.port_names
     data = FitData(response.lines, response.receptance, weights, bool(free), names, alike=_lines_alike(response))
     _check_signal(data)
-    poles = choose_poles(data, floor, most_pairs)
+    poles, tried = choose_poles(data, floor, most_pairs)
     (data, poles), *alike = _with_residual_terms(data, poles, free)
     chosen, complex_form = _chosen(data, poles, form, floor)
     residual = data.weights[:, None, None] * (chosen.transfer(data.s) - data.g)
@@ -163,7 +165,7 @@ def fit_response(
     if response.shift == 0:
         error = _pulse_error(chosen, others, data, unexplained)
     fitted = replace(chosen, error=ErrorEstimate(error, None), origin={**response.origin, "fit": report})
-    return PoleFit(fitted, others, deviation)
+    return PoleFit(fitted, others, deviation, tried)
 
 
 def fit_impulse_response(

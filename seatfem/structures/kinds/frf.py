@@ -26,6 +26,7 @@ from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
+    from impact.measured.pole_choice import Candidate
     from impact.measured.pole_fit import PoleFit
 
 Kind = Literal["receptance", "mobility", "accelerance"]
@@ -83,6 +84,9 @@ file = "response.csv"
     def fitted(self) -> GreensFunction:
         """Return poles through the response. Raises `FrequencyResponseError`."""
         return _fit(self._record, self.tolerance, self.free).greens
+
+    def tried_poles(self) -> tuple[Candidate, ...]:
+        return _fit(self._record, self.tolerance, self.free).tried
 
     def draws(self) -> tuple[GreensFunction, ...]:
         return _fit(self._record, self.tolerance, self.free).draws
