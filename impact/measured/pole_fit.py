@@ -292,10 +292,10 @@ def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[F
     turn, places = -zeta + 1j * np.sqrt(1 - zeta**2), float(data.s.imag[-1]) * np.array(_BEYOND)
     found = [_moved_together(data, poles)]
     for _ in range(_MOST_BEYOND):
-        last, beside = found[-1]
+        last, _ = found[-1]  # its poles may have left the band to stand for what it lacks there
         more = [replace(last, above=(*last.above, complex(w * turn))) for w in places]
-        place = min(more, key=lambda each: left_over(data.s, data.elements, data.weights, each.fixed, beside))
-        found.append(_moved_together(place, beside))
+        place = min(more, key=lambda each: left_over(data.s, data.elements, data.weights, each.fixed, poles))
+        found.append(_moved_together(place, poles))
 
     def cost(one: tuple[FitData, Poles]) -> float:
         together = _with_beyond(*one)
