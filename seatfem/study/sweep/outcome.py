@@ -118,7 +118,8 @@ def _carried_out(
             plan = plan_scene(scene, Machine(), store=Store(folder / "no-store"))  # never written: no seat is at hand
         found = run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
     summary = {key: _scalar(value) for key, value in found.summary.items() if _is_scalar(value)}
-    summary[NOTES] = " | ".join(found.summary[NOTES])
+    notes = found.summary[NOTES]
+    summary[NOTES] = " | ".join(map(str, notes)) if isinstance(notes, list) else ""
     assert found.plan is not None
     serves = found.met is True or summary.get("landing_status") == "cut off"  # which no other plan would mend
     left = start_of(found.plan) if leads and serves else {}
