@@ -31,6 +31,8 @@ STATUS: Final[Mapping[str, str]] = {
     ),
 }
 """What a run without a landing says first, by its landing_status."""
+OF_SPEED: Final = ("margin", "m_per_s", "limit_m_per_s")
+"""How the keys life_speed_... end that the sentence on the closing speed needs."""
 
 
 @dataclass(frozen=True)
@@ -132,16 +134,18 @@ def simpler(summary: Mapping[str, object]) -> str:
 
 
 def lasting(summary: Mapping[str, object]) -> str:
-    """Return how long the reed lives, in one line with the source of its strength; "" where nobody asked."""
+    """Return how long the reed lives, in one line with the source of its strength; "" where nobody asked.
+
+    What the summary does not hold, as that of an earlier version, is left out of the sentences.
+    """
     told = []
     if "life_margin" in summary:
         margin, cycles = as_number(summary["life_margin"]), as_number(summary.get("life_cycles"))
         wanted, share = (as_number(summary.get(f"life_{key}")) for key in ("design_cycles", "survival"))
         bar = as_number(summary.get("error_bar_life_margin"))
-        assert wanted is not None
-        assert share is not None
-        body = str(summary["life_at"]).partition(",")[0]
-        asked_for = f"{in_digits(wanted)} cycles with {percent(share, 6)} survival"
+        body = _body_at(summary, "life_at")
+        asked_for = "the cycles asked for" if wanted is None else f"{in_digits(wanted)} cycles"
+        asked_for += "" if share is None else f" with {percent(share, 6)} survival"
         more = "" if bar is None else f" +- {in_digits(bar, 2)}"
         if bar is not None and margin is not None and not is_known("life_margin", margin, bar):
             more += " (not known)"
@@ -152,22 +156,32 @@ def lasting(summary: Mapping[str, object]) -> str:
         else:
             lived = "at once" if cycles is None else f"after {in_digits(cycles)} of {asked_for}"
             told.append(f"the {body} fails {lived}; it would endure {in_digits(margin)}{more} of the stress")
-        told[-1] += f" ({summary['life_at']}; {summary['life_criterion']}; {summary['life_strength_source']})"
+        told[-1] += _in_brackets(summary, "life_at", "life_criterion", "life_strength_source")
     for name in ("multiaxial", "contact"):
         if (margin := as_number(summary.get(f"life_{name}_margin"))) is None:
             continue
-        wanted, at = as_number(summary.get(f"life_{name}_cycles")), str(summary[f"life_{name}_at"])
+        wanted = as_number(summary.get(f"life_{name}_cycles"))
         through = "the cycles of the two limits" if wanted is None else f"{in_digits(wanted)} cycles"
-        body = name if name == "contact" else at.partition(",")[0]
-        by = f"{at}; {summary[f'life_{name}_criterion']}; {summary['life_strength_source']}"
-        told.append(f"the {body} endures {through} under {in_digits(margin)} times the stress ({by})")
-    if (speed := as_number(summary.get("life_speed_margin"))) is not None:
-        closing, limit = (in_digits(float(str(summary[f"life_speed_{key}"]))) for key in ("m_per_s", "limit_m_per_s"))
-        told.append(
-            f"it closes at {closing} m/s, {in_digits(1 / speed)} of the {limit} m/s allowed "
-            f"({summary['life_speed_source']})"
-        )
+        body = name if name == "contact" else _body_at(summary, f"life_{name}_at")
+        by = _in_brackets(summary, f"life_{name}_at", f"life_{name}_criterion", "life_strength_source")
+        told.append(f"the {body} endures {through} under {in_digits(margin)} times the stress{by}")
+    speed, closing, limit = (as_number(summary.get(f"life_speed_{key}")) for key in OF_SPEED)
+    if speed and closing is not None and limit is not None:
+        share_of_limit = f"{in_digits(1 / speed)} of the {in_digits(limit)} m/s allowed"
+        by = _in_brackets(summary, "life_speed_source")
+        told.append(f"it closes at {in_digits(closing)} m/s, {share_of_limit}{by}")
     return f"fatigue: {'; '.join(told)}".replace("\n", "\\n") if told else ""
+
+
+def _body_at(summary: Mapping[str, object], key: str) -> str:
+    """Return the body of a place such as "reed, x = 3 mm"; "body" where the summary does not name one."""
+    return str(summary.get(key) or "body").partition(",")[0]
+
+
+def _in_brackets(summary: Mapping[str, object], *keys: str) -> str:
+    """Return what the summary holds of the keys, in brackets; "" of none."""
+    stated = [str(value) for key in keys if (value := summary.get(key))]
+    return f" ({'; '.join(stated)})" if stated else ""
 
 
 def count(bars: float) -> str:

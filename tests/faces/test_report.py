@@ -25,7 +25,7 @@ from seatfem.faces.report.bodies import body_figure
 from seatfem.faces.report.browser import SCREENS
 from seatfem.faces.report.figures import MOST, _envelope
 from seatfem.faces.report.folder import ReportError
-from seatfem.faces.report.page import _landings, _shares, _state, report_page
+from seatfem.faces.report.page import _landings, _notes, _shares, _state, report_page
 from seatfem.faces.report.provenance import provenance
 from seatfem.faces.report.stressed import hot_spots, life_table
 from seatfem.pictures.moving import save_moving
@@ -148,6 +148,11 @@ def test_landings_are_a_table_and_all_of_them_can_be_opened() -> None:
     shown, whole = many.split("<details><summary>all 12 landings</summary>")
     assert (shown.count("<td>seat "), whole.count("<td>seat ")) == (10, 12)
     assert "and 2 more, in landings.csv" in shown
+
+
+def test_notes_are_a_list_of_texts() -> None:
+    assert _notes({"notes": ["Hertz: 2 > 1; <b>"]}) == "<h3>Notes</h3><ul><li>Hertz: 2 &gt; 1; &lt;b&gt;</li></ul>"
+    assert _notes({"notes": "text"}) == _notes({"notes": []}) == _notes({}) == ""
 
 
 @pytest.mark.parametrize(

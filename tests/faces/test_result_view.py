@@ -1,14 +1,18 @@
 """What a run prints of its numbers: one sentence, and a table with error bars, differences and targets."""
 
 from io import StringIO
+from pathlib import Path
 
 import pytest
 from rich.console import Console
 
+from seatfem.faces.report.omissions import omissions
+from seatfem.faces.report.provenance import provenance
 from seatfem.faces.result_table import result_table
 from seatfem.faces.verdict import difference, lasting, simpler, verdict
 from seatfem.study.accuracy.source_words import in_words
 
+ABSENT = ...  # of a key that is not there
 PEAK, IMPULSE = "filtered_peak_force_N", "impulse_Ns"
 RUN: dict[str, object] = {
     PEAK: 50.0,
@@ -317,6 +321,27 @@ def test_the_life_of_the_reed() -> None:
     speed = {"life_speed_margin": 4.0, "life_speed_m_per_s": 2.0, "life_speed_limit_m_per_s": 8.0}
     told = lasting({**speed, "life_speed_source": "a report"})
     assert told == "fatigue: it closes at 2 m/s, 0.25 of the 8 m/s allowed (a report)"
+
+
+@pytest.mark.parametrize("value", [ABSENT, None, "text", 0, -1.0, []], ids=repr)
+def test_a_summary_of_another_version_is_still_readable(value: object, tmp_path: Path) -> None:
+    """Whatever a key of somebody else's summary.json holds, or where it is absent, the others are shown."""
+    speed = {"life_speed_margin": 4.0, "life_speed_m_per_s": 2.0, "life_speed_limit_m_per_s": 8.0}
+    whole = {**RUN, **LIFE, **speed, "life_multiaxial_margin": 2.0}
+    for key in whole:
+        summary = {name: old if name != key else value for name, old in whole.items() if name != key or value != ABSENT}
+        told = lasting(summary)
+        assert told.count(" endures ") + told.count(" fails ") + told.count("no stress") >= 1
+        assert verdict(summary)
+        assert result_table(summary).row_count
+        assert "to reproduce" in provenance(tmp_path, {**summary, "stages_s": {"plan": value}})
+        assert "Stress in the seat was not computed" in " ".join(omissions(summary))
+    without = {
+        key: value for key, value in LIFE.items() if key not in ("life_design_cycles", "life_survival", "life_at")
+    }
+    assert lasting(without) == (
+        "fatigue: the body endures the cycles asked for, also under 1.35 +- 0.05 times the stress (goodman; invented)"
+    )
 
 
 @pytest.mark.parametrize(

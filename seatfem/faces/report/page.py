@@ -84,7 +84,7 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
     if drawing := first_picture(folder):
         yield "Drawing", drawing
     lines = (pressed_on(summary), simpler(summary), lasting(summary))
-    sentences = [f"<p>{html.escape(line)}</p>" for line in lines if line]
+    sentences = [f"<p>{html.escape(line)}</p>" for line in lines if line] + [_notes(summary)]
     yield "Result", html_table(result_table(summary)) + _landings(summary) + "".join(sentences)
     left_out = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in omissions(summary))
     yield "What was left out", f"<ul>{left_out}</ul><h3>Who checked this kind of scene</h3>{who_checked(summary)}"
@@ -106,6 +106,13 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
     if asked := text_of(folder / SCENE_COPY):
         yield "What was asked", f"<details><summary>scene file</summary><pre>{html.escape(asked)}</pre></details>"
     yield "How it was computed", provenance(folder, summary)
+
+
+def _notes(summary: Mapping[str, Any]) -> str:
+    """Return what limits the numbers of a run, as a list; "" of summaries without notes."""
+    notes = summary.get("notes")
+    items = "".join(f"<li>{html.escape(str(note))}</li>" for note in notes) if isinstance(notes, list) else ""
+    return f"<h3>Notes</h3><ul>{items}</ul>" if items else ""
 
 
 def _landings(summary: Mapping[str, Any]) -> str:

@@ -19,13 +19,14 @@ from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
 from seatfem.structures.inspection.opened import FileState, opened, state_of
 from seatfem.structures.kinds.modes import Direction
 from seatfem.structures.kinds.motion import Moving
-from seatfem.structures.kinds.record_columns import ResponseColumns, ResponseUnits
+from seatfem.structures.kinds.record_columns import ResponseColumns, ResponseUnits, stated_in
 from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.method import Method
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
+    from impact.measured.pole_choice import Candidate
     from impact.measured.pole_fit import PoleFit
 
 Kind = Literal["receptance", "mobility", "accelerance"]
@@ -67,9 +68,7 @@ file = "response.csv"
 
     @property
     def _record(self) -> _Record:
-        columns, units = (
-            () if roles is None else tuple(roles.stated().items()) for roles in (self.columns, self.units)
-        )
+        columns, units = (tuple(stated_in(roles).items()) for roles in (self.columns, self.units))
         state = state_of(self.file)
         return _Record(self.file, self.node, self.direction, self.averages, self.quantity, columns, units, state)
 
@@ -85,6 +84,9 @@ file = "response.csv"
     def fitted(self) -> GreensFunction:
         """Return poles through the response. Raises `FrequencyResponseError`."""
         return _fit(self._record, self.tolerance, self.free).greens
+
+    def tried_poles(self) -> tuple[Candidate, ...]:
+        return _fit(self._record, self.tolerance, self.free).tried
 
     def draws(self) -> tuple[GreensFunction, ...]:
         return _fit(self._record, self.tolerance, self.free).draws

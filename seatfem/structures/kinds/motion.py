@@ -25,7 +25,7 @@ from seatfem.fields import (
     Table,
 )
 from seatfem.structures.estimates.surrogate import Face
-from seatfem.structures.kinds.record_columns import CourseColumns, CourseUnits
+from seatfem.structures.kinds.record_columns import CourseColumns, CourseUnits, Record, stated_in
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure
 from seatfem.units import write_quantity
@@ -75,16 +75,23 @@ class _Course(Table):
     @property
     def course(self) -> Callable[[Array], Array]:
         """Of times (n,) [s], in SI."""
+        if (found := self.record()) is not None:
+            return found.course
+        value = self.value
+        return lambda t: np.full(np.shape(t), value)
+
+    def record(self) -> Record | None:
+        """Return the course of the file, ``None`` of a constant. Raises `TimeSeriesError`."""
         if self.file is None:
-            value = self.value
-            return lambda t: np.full(np.shape(t), value)
+            return None
         from impact.bodies.time_series import read_time_series  # of scenes with records only
 
         start = math.degrees(self.angle or 0.0)
-        columns, units = ({} if stated is None else stated.stated() for stated in (self.columns, self.units))
-        return read_time_series(
+        columns, units = stated_in(self.columns), stated_in(self.units)
+        found = read_time_series(
             self.file, self.quantity, outside="hold", columns=columns, units=units, rpm=self.rpm, start=start
         )
+        return Record(self.quantity, found)
 
 
 class PressureCourse(_Course):

@@ -21,6 +21,7 @@ from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
+    from impact.measured.pole_choice import Candidate
     from seatfem.structures.estimates.costs import Numbers
     from seatfem.structures.inspection.parts import Part
     from seatfem.structures.lip import AnyLip
@@ -236,6 +237,10 @@ class Structure(Striking):
 
     def draws(self) -> tuple[GreensFunction, ...]:
         """The same body as other noise of its record would have it; none of a body without a record."""
+        return ()
+
+    def tried_poles(self) -> tuple[Candidate, ...]:
+        """The poles of each order that the fit to its record looked at; none of a body without a record."""
         return ()
 
     # Computing it
