@@ -50,9 +50,9 @@ def rounds_line(plan: Plan) -> str:
     more = (
         ""
         if ahead.further is None
-        else (f"; one more, should the measured error ask for it, about {in_time(ahead.further)}")
+        else (f"; if the measured error is too large, another one: about {in_time(ahead.further)}")
     )
-    return f"{ahead.number} expected, {in_time(ahead.seconds)} in all{more}"
+    return f"{ahead.number} expected, {in_time(ahead.seconds)} in total{more}"
 
 
 def shares_line(plan: Plan) -> str:
@@ -72,7 +72,7 @@ def judged_line(plan: Plan) -> str:
     accuracy = plan.scene.accuracy
     of_it = "of the whole run" if accuracy.landing == "run" else f"of the {accuracy.landing} landing on the seat"
     names = " and ".join(all_measures()[name].words for name in accuracy.measures)
-    return f"{names} {of_it}, to {percent(accuracy.target, 3)}"
+    return f"{percent(accuracy.target, 3)} in {names} {of_it}"
 
 
 def stages_line(parts: Mapping[str, float]) -> str:

@@ -17,6 +17,7 @@ from impact.quantities import in_digits
 from seatfem.fields import kind_of
 from seatfem.structures.kinds import Structure
 from seatfem.study.scene import Contact, Scene
+from seatfem.study.scene.external import AreaByLift
 from seatfem.study.scene.files import check_files
 from seatfem.study.scene.keys import dimension_of
 from seatfem.units import write_quantity
@@ -107,6 +108,8 @@ def _words(table: BaseModel, key: str = "") -> str:
 
 
 def _value(value: object, field: FieldInfo, key: str) -> str:
+    if isinstance(value, AreaByLift) and len(value.area) == 1:  # constant
+        return write_quantity(value.area[0], "area")
     if isinstance(value, BaseModel):
         inner, named = _words(value, key), bool(getattr(value, "name", ""))
         return inner.replace(", ", " (", 1) + ")" * (", " in inner) if named else f"({inner})"

@@ -14,7 +14,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "striker": "model of the reed",
     "stopper": "stopper",
     "record": "noise of the measured record",
-    "lip": "one contact point in place of the lip",
+    "lip": "a single contact point instead of the lip",
 }
 OF_A_BODY: Final[Mapping[str, str]] = {"mesh": "mesh error", "reduction": "reduced model"}
 BODIES: Final[Mapping[str, str]] = {"striker": "reed", "stopper": "stopper", "seat": "seat"}

@@ -118,7 +118,7 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
     """
     allowed = done.plan.scene.accuracy.target * abs(done.left.values[measure]) / safety(measure)
     if allowed == 0.0:
-        return None, f"{key_of(measure)} is zero, a relative error means nothing"
+        return None, f"{key_of(measure)} is zero, so that a relative error has no meaning"
     plan, whole = done.plan, abs(done.left.values[measure])
     shares = {source: part[measure] for source, part in done.left.parts.items()}
     before = {source: share if math.isfinite(share) else whole for source, share in shares.items()}
@@ -153,7 +153,7 @@ def _stuck(done: Round, left: Mapping[str, float], allowed: float) -> str:
     words = " and the ".join(source.replace("_", " ") for source in alone[:1] or order)
     by_itself = ", which alone is above the target" if alone else ""
     why = AT_ITS_END.get(alone[0], STATED) if alone else STATED
-    return f"nothing finer is left to choose for the {words}{by_itself} ({why})"
+    return f"the {words} cannot be made finer{by_itself} ({why})"
 
 
 @dataclass(frozen=True)
