@@ -123,9 +123,7 @@ def test_below_the_bars_a_spring_is_enough() -> None:
     wide = verdict({**RUN, "error_bar_" + PEAK: 20.0, "accuracy_met": False})
     assert wide.startswith("This run cannot show whether a spring is enough: it changes impulse and peak force")
     unknown = verdict({**RUN, "spring_" + PEAK: 5.0, "error_bar_" + PEAK: 26.0})
-    assert unknown.startswith("This run cannot show whether a spring is enough"), (
-        "an unknown value decides nothing"
-    )
+    assert unknown.startswith("This run cannot show whether a spring is enough"), "an unknown value decides nothing"
 
 
 @pytest.mark.parametrize(
