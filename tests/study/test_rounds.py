@@ -103,7 +103,7 @@ def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
     alone = after(time_step=1.0, model=0.15).method
     assert alone.time_step < old.time_step  # type: ignore[operator]
     assert alone.reed.n_modes == old.reed.n_modes
-    stuck = "the mesh cannot be made finer, which alone is above the target (stated in the file?)"
+    stuck = "mesh error: this error alone is above the target and cannot be reduced (is its key stated in the file?)"
     assert following(time_step=3.0, mesh=1.5) == (None, stuck)
 
 
@@ -119,8 +119,8 @@ def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) 
         ("impulse (impulse_Ns) has an uncertainty of", "peak force (filtered_peak_force_N) has an")
     )
     assert any("above accuracy.target = 0.1 %" in words for words in told)
-    assert told[-1].startswith("stopped short of the target after 1 round: the mesh cannot be made finer")
-    assert "which alone is above the target (stated in the file?)" in told[-1]
+    assert told[-1].startswith("stopped short of the target after 1 round: simplified model of seat or reed: this")
+    assert "alone is above the target and cannot be reduced (is its key stated in the file?)" in told[-1]
     assert rounds_ahead(done.plan).number == 1  # nor is another promised
 
 
