@@ -158,7 +158,7 @@ def test_what_a_striker_needs_is_told(more: str, tmp_path: Path) -> None:
 def test_what_is_struck_is_at_rest(tmp_path: Path) -> None:
     seat = "[seat]\n" + CANTILEVER + 'release = { tip_deflection = "1 mm" }\n'
     ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
-    with pytest.raises(SceneError, match=r"seat.release: what is struck is at rest"):
+    with pytest.raises(SceneError, match=r"seat.release: the struck body is at rest"):
         scene_of(tmp_path, ball, seat=seat)
     struck = scene_of(tmp_path, ball, seat="[seat]\n" + CANTILEVER)
     assert run_scene(struck, tmp_path / "out").summary["seat_kind"] == "cantilever"
