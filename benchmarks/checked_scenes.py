@@ -25,7 +25,6 @@ FILE: Final = Path(__file__).parents[1] / "seatfem" / "faces" / "report" / "chec
 SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "The whole scene language": ("coverage_of_scenes.csv",),
     "Runs: the error bars of the measures": ("coverage_of_runs.csv", "coverage_of_runs_held_out.csv"),
-    "Contacts along a lip": ("coverage_of_lips.csv",),
     "Stress": ("coverage_of_stress.csv",),
 }
 """Headings of docs/coverage.md, and the tables that they tell of."""

@@ -18,6 +18,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import drawings
 import first_picture
 import ring_valve_page
 import scene_pictures
@@ -57,6 +58,7 @@ def main() -> None:
         made = Path(tempfile.mkdtemp())
         run_scene(load_scene(ROOT / "examples" / f"{example}.toml"), made)
         copied(made, pictures)
+    drawings.main()
     first_picture.main([])
     ring_valve_page.main()
     scene_pictures.main([])

@@ -57,6 +57,12 @@ one kind of selector has stands for the kind:
 Numbers are places in the file's order: they stay as long as the file does, and may change with the next export.
 
 """
+_DRAWING = """\
+`seatfem draw scene.toml` shows where the two meet: in section, and in plan with the arcs and the axis of the tilt.
+
+![Section and plan of a tilted landing](../images/drawing_tilted_landing.png)
+
+"""
 _COLUMNS = "| key | holds | default | meaning |\n|---|---|---|---|\n"
 
 
@@ -96,6 +102,8 @@ def scene_pages() -> dict[str, str]:
             parts.append(f"{heading}{_words(each.table)}\n\n{_table(each.table, places, page)}")
             if each.table is Material:
                 parts.append(_named_materials())
+            if each.name == "[contact]":
+                parts.append(_DRAWING)
         pages[f"scene/{page}.md"] = "".join(parts).rstrip() + "\n"
     return pages
 

@@ -52,6 +52,7 @@ for verb in (
     result_verbs.view,
     result_verbs.export,
     scene_verbs.plan,
+    scene_verbs.draw,
     scene_verbs.trade,
     study_verbs.sweep,
     study_verbs.optimise,

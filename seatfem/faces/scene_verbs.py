@@ -1,4 +1,4 @@
-"""Verbs that take a scene: demo, run, plan, trade, greens, modes."""
+"""Verbs that take a scene: demo, run, plan, draw, trade, greens, modes."""
 
 from __future__ import annotations
 
@@ -71,6 +71,7 @@ def plan(
     /,
     *,
     json: Annotated[bool, Parameter(negative="")] = False,
+    drawing: Path | None = None,
     changes: Changes = (),
     common: Common = COMMON,
 ) -> int:
@@ -81,6 +82,8 @@ def plan(
     ----------
     json:
         Print one JSON object instead: all of it, and the scene in SI units with every open key filled.
+    drawing:
+        File for a drawing of the scene, in section and plan (.png, .svg or .pdf).
     """
     if (ahead := study_ahead(scene)) is not None:
         if json:
@@ -94,6 +97,10 @@ def plan(
     from seatfem.study.planning.planner import plan_scene
 
     planned = plan_scene(checked)
+    if drawing is not None:
+        from seatfem.study.runs.drawing import draw_scene
+
+        draw_scene(checked, drawing, planned.method.seat.division)
     if json and not common.quiet:
         sys.stdout.write(plan_view.plan_json(planned) + "\n")
     elif not common.quiet:
@@ -108,6 +115,30 @@ def plan(
         wide.print(f"predicted error: {plan_view.shares_line(planned)}", soft_wrap=True)
         for note in planned.notes:
             wide.print(f"note: {note}", soft_wrap=True)
+        if drawing is not None:
+            wide.print(f"wrote {drawing}", soft_wrap=True)
+    return DONE
+
+
+def draw(scene: SceneFile, /, *, output: Output = None, changes: Changes = (), common: Common = COMMON) -> int:
+    """Draw the scene as it will be computed: a section through the contact along the reed, and the plan, with sizes.
+
+    Parameters
+    ----------
+    output:
+        File of the drawing: .png, .svg or .pdf [default: the scene's name + "-drawing.png"].
+    """
+    checked = load(scene, changes)
+    from seatfem.study.impacts.layout import cover_note, facts_of
+    from seatfem.study.runs.drawing import draw_scene
+
+    path = output or Path(f"{scene.stem}-drawing.png")
+    layout = draw_scene(checked, path)
+    told = lines(quiet=common.quiet)
+    told.print(f"{facts_of(layout)}")
+    if note := cover_note(layout):
+        told.print(f"note: {note}")
+    told.print(f"wrote {path}")
     return DONE
 
 

@@ -85,9 +85,9 @@ def test_the_package_names_scenes_that_were_checked() -> None:
     table = checked_scenes()
     assert len(table) > 50
     assert all(0 <= each.inside <= each.numbers and each.scenes > 0 for each in table)
-    lips = next(each for each in table if each.section == "Contacts along a lip" and each.reed == "flapper")
+    lips = next(each for each in table if each.section == "The whole scene language" and each.reed == "flapper")
     words = who_checked({"seat_kind": "annular", "reed_kind": "flapper"})
-    assert f"Contacts along a lip: {lips.inside} of {lips.numbers} numbers of {lips.scenes} scenes" in words
+    assert f"The whole scene language: {lips.inside} of {lips.numbers} numbers of {lips.scenes} scenes" in words
 
 
 def test_kinds_that_never_met_are_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:

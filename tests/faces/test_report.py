@@ -67,6 +67,20 @@ def test_it_holds_what_was_asked_planned_and_found(folder: Path) -> None:
     assert page.count("data:image/png;base64") >= 2
 
 
+def test_it_begins_with_the_drawing_of_the_scene(folder: Path) -> None:
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    drawing = base64.b64encode((folder / "drawing.png").read_bytes()).decode("ascii")
+    headings = re.findall(r"<h2 id=[^>]*>([^<]*)</h2>", page)
+    assert headings[:2] == ["Drawing", "Result"]
+    assert page.count(drawing) == 1
+    assert "The scene as it was computed: section along the reed through the contact, and plan, with sizes." in page
+    (folder / "drawing.png").rename(folder / "kept")
+    try:
+        assert '<h2 id="h0">Result</h2>' in report_page(folder)
+    finally:
+        (folder / "kept").rename(folder / "drawing.png")
+
+
 def test_no_text_of_a_scene_runs_in_it(folder: Path) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert HOSTILE not in page

@@ -180,7 +180,7 @@ def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
 def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
     written = {path.name for path in annular.outcome.files}
     files = {"summary.json", "landings.csv", "result.h5", "seat.h5"}
-    curves = {"force.png", "motion.png", "energy.png", "greens.png"}
+    curves = {"force.png", "motion.png", "energy.png", "greens.png", "drawing.png"}
     assert written == files | curves | {*OF_STRESS, "stress_histories.png"} | {
         "mesh.png", "modes.png", "mode_1.gif", "modes.h5"
     }  # fmt: skip
@@ -467,7 +467,7 @@ def test_a_picture_that_fails_is_told_and_costs_no_number(
     assert found.summary["pictures_missing"] == wanted
     assert found.outcome.met
     assert {path.name for path in found.outcome.files if path.suffix == ".png"} == {
-        "force.png", "energy.png", "greens.png", "stress_histories.png"
+        "force.png", "energy.png", "greens.png", "stress_histories.png", "drawing.png"
     }  # fmt: skip
     assert {path.name for path in found.folder.iterdir()} == {path.name for path in found.outcome.files}
 

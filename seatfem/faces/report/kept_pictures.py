@@ -13,7 +13,10 @@ from seatfem.faces.report.folder import ReportError
 
 MOST_OF_A_PICTURE: Final = 3 * MB
 MOST_OF_PICTURES: Final = 7 * MB // 2  # with plotly's 5 MB, bodies and curves the page stays below 15 MB
+DRAWING: Final = "drawing.png"
+"""The picture that a page begins with."""
 CAPTIONS: Final[Mapping[str, str]] = {
+    DRAWING: "The scene as it was computed: section along the reed through the contact, and plan, with sizes.",
     "force.png": "Contact force, seat and spring baseline.",
     "lip.png": "Force per length along the lip over angle and time, impulse, gaps and tilt.",
     "landing.gif": "The plate as it lands, its deflection exaggerated.",
@@ -45,6 +48,8 @@ def kept_pictures(folder: Path) -> str:
     shown, left = [], MOST_OF_PICTURES
     files = sorted(file for pattern in ("*.png", "*.gif") for file in folder.glob(pattern) if not file.is_symlink())
     for file in sorted(files, key=lambda file: file.name in STILLS):
+        if file.name == DRAWING:
+            continue
         size = file.stat().st_size
         drawn = (folder / INSTEAD.get(file.name, file.name + "?")).is_file()
         if file.name in INTERACTIVE or (drawn and (file.name not in STILLS or size > min(left, MOST_OF_A_PICTURE))):
@@ -54,9 +59,20 @@ def kept_pictures(folder: Path) -> str:
             shown.append(f"<p>{html.escape(file.name)} is too large for this page; it lies beside the results.</p>")
             continue
         left -= size
-        data = base64.b64encode(read_bytes(file, MOST_OF_A_PICTURE, ReportError)).decode("ascii")
-        kind = file.suffix.removeprefix(".").lower()
-        image = f'<img src="data:image/{kind};base64,{data}" alt="{html.escape(caption)}" loading="lazy">'
-        still = ' class="still"' if drawn else ""
-        shown.append(f"<figure{still}>{image}<figcaption>{html.escape(caption)}</figcaption></figure>")
+        shown.append(_figure(file, caption, ' class="still"' if drawn else ""))
     return "".join(shown)
+
+
+def first_picture(folder: Path) -> str:
+    """Return the drawing of the scene with its caption; "" of a run that has none."""
+    file = folder / DRAWING
+    if not file.is_file() or file.is_symlink() or file.stat().st_size > MOST_OF_A_PICTURE:
+        return ""
+    return _figure(file, CAPTIONS[DRAWING])
+
+
+def _figure(file: Path, caption: str, style: str = "") -> str:
+    data = base64.b64encode(read_bytes(file, MOST_OF_A_PICTURE, ReportError)).decode("ascii")
+    kind = file.suffix.removeprefix(".").lower()
+    image = f'<img src="data:image/{kind};base64,{data}" alt="{html.escape(caption)}" loading="lazy">'
+    return f"<figure{style}>{image}<figcaption>{html.escape(caption)}</figcaption></figure>"

@@ -20,7 +20,7 @@ from seatfem.faces.report.bodies import MOST_OF_BODIES, body_figure
 from seatfem.faces.report.checked import who_checked
 from seatfem.faces.report.folder import ReportError, run_summary, text_of
 from seatfem.faces.report.html_tables import html_rows, html_table
-from seatfem.faces.report.kept_pictures import kept_pictures
+from seatfem.faces.report.kept_pictures import first_picture, kept_pictures
 from seatfem.faces.report.omissions import omissions
 from seatfem.faces.report.provenance import provenance, versions
 from seatfem.faces.report.stressed import hot_spots, life_table
@@ -81,6 +81,8 @@ def report_page(folder: Path) -> str:
 
 
 def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    if drawing := first_picture(folder):
+        yield "Drawing", drawing
     lines = (pressed_on(summary), simpler(summary), lasting(summary))
     sentences = [f"<p>{html.escape(line)}</p>" for line in lines if line]
     yield "Result", html_table(result_table(summary)) + _landings(summary) + "".join(sentences)

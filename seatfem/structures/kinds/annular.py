@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import ClassVar, Literal
 
 from pydantic import Field
 
 from seatfem.fields import Gap, Length, default, of_same_names
 from seatfem.structures.kinds.drawn import Turned
+from seatfem.structures.outlines import BodyViews, length_text
 from seatfem.structures.shapes import AnnularSeat
 
 
@@ -34,6 +36,15 @@ damping_ratio = 0.02
 
     def geometry(self) -> AnnularSeat:
         return of_same_names(AnnularSeat, self)
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        """With the width of the lip beside that of its flat top."""
+        views, edge = super().views(at), self.lip_edge_radius if self.lip_height else 0.0
+        flat = next(size for size in views.sizes if size.text.startswith("contact"))
+        text = f"lip {length_text(self.lip_width)} wide"
+        lip = replace(flat, low=flat.low - edge, high=flat.high + edge, text=text)
+        sizes = (*(size for size in views.sizes if size is not flat), *((flat,) if edge else ()), lip)
+        return replace(views, sizes=sizes)
 
     def struck_part(self) -> tuple[float, float, float]:
         width = self.lip_width - (2 * self.lip_edge_radius if self.lip_height else 0.0)

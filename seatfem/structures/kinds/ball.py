@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from seatfem.fields import KeyProblem, Length
 from seatfem.structures.kinds.drawn import Turned
+from seatfem.structures.outlines import BodyViews, Size, length_text
 from seatfem.structures.shapes import Ball as Sphere
 
 
@@ -43,6 +45,11 @@ damping_ratio = 0.005
 
     def geometry(self) -> Sphere:
         return Sphere(self.diameter, self.contact_radius or self.diameter / 16)
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        radius = self.diameter / 2
+        diameter = Size("plan", 1, -radius, radius, radius, f"Ø {length_text(self.diameter)}")
+        return replace(super().views(at), sizes=(diameter,))
 
     def struck_part(self) -> tuple[float, float, float]:
         return self.struck_area, self.geometry().contact_radius, self.diameter

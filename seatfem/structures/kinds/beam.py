@@ -18,6 +18,7 @@ from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.outlines import BodyViews, of_beam
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
@@ -71,6 +72,8 @@ class Beam(Structure):
     sample_opposite: ClassVar[str] = "annular"
     long: ClassVar[str] = "reed.length"
     """The key that states its length."""
+    both_held: ClassVar[bool] = False
+    """Whether its far end is clamped, too."""
 
     thickness: Length = default("0.305 mm", "thickness, in the direction of the motion")
     material: Material = default({"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent")
@@ -96,6 +99,16 @@ class Beam(Structure):
     @abstractmethod
     def beam(self) -> reeds.Beam:
         """The beam in closed form."""
+
+    @property
+    def widths_along(self) -> tuple[tuple[float, float], ...]:
+        """[position from the root, width], in between linear [m]."""
+        return ((0.0, self.mean_width), (self.span, self.mean_width))
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        place = self.beam().free_point if at is None else at
+        name = "beam held at both ends" if self.both_held else self.kind.replace("_", " ")
+        return of_beam(name, self.widths_along, self.thickness, place, both_ends=self.both_held)
 
     @property
     def moved_by(self) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
+import numpy as np
 from pydantic import Field
 
 from seatfem.fields import ExistingFile, default
@@ -65,6 +66,7 @@ damping_ratio = 0.02
     def problems(self) -> Iterator[Finding]:
         from seatfem.structures.inspection.cad import inspect_geometry  # of drawings in files only
         from seatfem.structures.mesh.gmsh_process import MeshingError
+        from seatfem.structures.surface_outlines import struck_side_problem
 
         try:
             found = inspect_geometry(self.geometry())
@@ -81,6 +83,12 @@ damping_ratio = 0.02
             yield (key, *rest), naming(self.file, told)
         if found.faces:
             yield from self.unknown_names(self.geometry().patches, found.regions)
+        struck = [face.normal for face in found.faces if self.struck_face in face.groups]
+        flat = [normal for normal in struck if normal is not None]
+        if flat and len(flat) == len(struck) and not found.problems:
+            sides = np.array(flat), found.shape, self.struck_face, self.held, self.bedded
+            if why := struck_side_problem(*sides):
+                yield ("contact",), naming(self.file, why)
 
     def part(self) -> Part | None:
         from seatfem.structures.inspection.parts import of_geometry  # of `seatfem faces` only

@@ -21,6 +21,8 @@ damping_ratio = 0.02
 """
     sample_motion: ClassVar[str] = 'release = { mode = 1, velocity = "-2 m/s" }'
 
+    both_held: ClassVar[bool] = True
+
     kind: Literal["clamped_clamped"]
 
     def beam(self) -> ClampedClampedBeam:

@@ -28,6 +28,7 @@ from seatfem.structures.method import (
     Method,
     choose_level,
 )
+from seatfem.structures.outlines import BodyViews, of_prism, of_profile
 from seatfem.structures.shapes import Geometry, Turning
 from seatfem.structures.shapes.profile import Point
 from seatfem.structures.solved import Solved
@@ -107,6 +108,20 @@ class Drawn(Elastic):
         from seatfem.structures.inspection.parts import of_geometry  # of `seatfem faces` only
 
         return of_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        """Of an upright block as it is stated; of others by the surface that gmsh reads."""
+        shape, name = self.geometry(), self.kind.replace("_", " ")
+        if shape.rectangle is not None and shape.plan is not None:
+            views = of_prism(name, shape.rectangle.sides, shape.rectangle.patch, shape.plan.height)
+            return views if self.clamped else replace(views, held=())
+        from seatfem.structures.inspection.cad import inspect_geometry  # of bodies in files only
+        from seatfem.structures.surface_outlines import Surface, of_surface
+
+        found, struck = inspect_geometry(shape, picture=not coarse), self.struck_face
+        normals = [face.normal for face in found.faces if struck in face.groups]
+        normal = normals[0] if normals else None
+        return of_surface(name, Surface(found.shape, found.parts, struck, normal, self.held, self.bedded))
 
     # Levels of modelling
 
@@ -257,6 +272,10 @@ class Turned(Drawn):
         if self.arc is not None:
             return "with arc is struck on that part of its ring alone; remove arc, or the key"
         return _as_a_whole(self.model) if self.model in UNDIVIDED else ("" if self._flat_face() else NO_RING)
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        name = self.kind.replace("_", " ")
+        return of_profile(name, self.geometry().profile, struck_arc=self.arc, held=self.clamped)
 
     def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
         face = self._flat_face()

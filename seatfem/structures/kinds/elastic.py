@@ -64,6 +64,11 @@ class Elastic(Reduced):
         return "seat.fixed names no face and no entry of seat.supports holds the seat"
 
     @property
+    def bedded(self) -> tuple[str, ...]:
+        """Names of the faces that supports hold."""
+        return tuple(support.on for support in self.supports if support.holds)
+
+    @property
     def struck_face(self) -> str:
         """Name of the face that is struck."""
         return "contact"

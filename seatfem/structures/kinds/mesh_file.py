@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
+import numpy as np
 from pydantic import Field
 
 from impact.progress import Progress, silent
@@ -18,6 +19,7 @@ from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.method import Method
+from seatfem.structures.outlines import BodyViews
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
     from seatfem.structures.lands import Land
     from seatfem.structures.mesh.seat_mesh import SeatMesh
     from seatfem.structures.natural_modes import NaturalModes, Wanted
+
+FLAT: Final = 0.01  # of unit normals, by coordinates of few digits: a face is flat
 
 # Readers of meshes take half a second to load: each is imported by the function that needs it.
 
@@ -75,6 +79,7 @@ damping_ratio = 0.02
         from seatfem.structures.inspection.mesh_file import regions_of
         from seatfem.structures.mesh.gmsh_process import MeshingError
         from seatfem.structures.mesh.io import MeshError
+        from seatfem.structures.surface_outlines import struck_side_problem
 
         try:
             mesh = self.read()
@@ -85,6 +90,12 @@ damping_ratio = 0.02
             yield ("file",), naming(self.file, str(error))
         else:
             yield from self.unknown_names(mesh.mesh.boundaries or {}, regions_of(mesh))
+            from seatfem.structures.inspection.mesh_file import shape_of
+
+            shape = shape_of(mesh)
+            normals = shape.normals[shape.groups[self.struck_face]]
+            if why := struck_side_problem(normals, shape, self.struck_face, self.held, self.bedded):
+                yield ("contact",), naming(self.file, why)
 
     def part(self) -> Part | None:
         from seatfem.structures.inspection.parts import of_mesh
@@ -95,6 +106,16 @@ damping_ratio = 0.02
         from seatfem.structures.inspection.mesh_file import shape_of
 
         return of_shape(shape_of(self.read()), self.supports, self.material.mean)
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        from seatfem.structures.inspection.mesh_file import faces_of, shape_of
+        from seatfem.structures.surface_outlines import Surface, of_surface
+
+        shape = shape_of(self.read())
+        normals = shape.normals[shape.groups[self.struck_face]]
+        normal = normals[0] if np.abs(normals - normals[0]).max() < FLAT else None
+        rows = () if coarse else faces_of(shape)[1]
+        return of_surface("mesh", Surface(shape, rows, self.struck_face, normal, self.held, self.bedded))
 
     def land(self) -> Land:
         from seatfem.structures.inspection.mesh_file import land_of_mesh

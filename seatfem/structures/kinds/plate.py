@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from seatfem.fields import KeyProblem, Length, of_same_names
 from seatfem.structures.estimates.patch import Patch, on_plate
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import QUARTERS
+from seatfem.structures.outlines import BodyViews, arc, box, of_ported_plate
 from seatfem.structures.shapes import ValvePlate
 
 
@@ -63,6 +65,17 @@ damping_ratio = 0.02
 
     def geometry(self) -> ValvePlate:
         return of_same_names(ValvePlate, self)
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        plate = self.geometry()
+        if self.layout == "circle":
+            outline, rim = arc(plate.outer_radius), arc(plate.outer_radius - self.clamp_width)
+        else:
+            (x, y), inset = plate.half_sides, self.clamp_width
+            outline, rim = box((-x, -y), (x, y)), box((inset - x, inset - y), (x - inset, y - inset))
+        struck = range(self.ports) if self.struck is None else (self.struck - 1,)
+        radii = (self.port_radius, self.port_radius + self.land_width)
+        return of_ported_plate("valve plate", outline, rim, np.array(plate.centres), radii, struck, self.thickness)
 
     def struck_part(self) -> tuple[float, float, float]:
         reach = self.port_radius + self.land_width

@@ -9,9 +9,11 @@ from pydantic import Field
 import impact
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
+from impact.quantities import in_units
 from seatfem.fields import Approach, Mass
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.outlines import BodyViews
 
 
 class RigidMass(Structure):
@@ -37,6 +39,9 @@ mass = "5 g"
     @property
     def loose(self) -> str:
         return "seat.kind = 'rigid_mass' is free to move"
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        return BodyViews(f"rigid mass {in_units(self.mass, 'kg')}", symbol="mass")
 
     def closed_form(self) -> GreensFunction | None:
         return impact.rigid_mass(mass=self.mass, velocity=0.0).greens

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
@@ -12,6 +13,7 @@ from impact.greens.base import GreensFunction
 from seatfem.fields import Area, DampingRatio, Density, KeyProblem, Length, Pressure
 from seatfem.structures.estimates.patch import Column
 from seatfem.structures.kinds.motion import Moving
+from seatfem.structures.outlines import BodyViews, of_prism
 
 NO_MODES: Final = "a rod in closed form has no modes to be set in motion; take kind = 'bar' with model = 'sector'"
 
@@ -65,6 +67,13 @@ damping_ratio = 0.02
             if getattr(self, key) is not None:
                 free = "a free rod in closed form has no modes to be set in motion; use velocity"
                 raise KeyProblem(key, NO_MODES if self.far_end == "fixed" else free)
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        """A column of the cross-section that is given, or of a square one of the same area."""
+        side = math.sqrt(self.cross_section)
+        sides = (side, side) if self.width is None or self.thickness is None else (self.width, self.thickness)
+        views = of_prism("rod", (sides[0] / 2, sides[1] / 2), None, self.length)
+        return views if self.far_end == "fixed" else replace(views, held=())
 
     @property
     def loss(self) -> float:

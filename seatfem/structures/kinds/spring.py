@@ -10,6 +10,7 @@ import impact
 from impact.greens.base import GreensFunction
 from seatfem.fields import Stiffness
 from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.outlines import BodyViews
 
 
 class Spring(Structure):
@@ -27,6 +28,9 @@ stiffness = "50 N/um"
     @property
     def model_words(self) -> str:
         return "spring"
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        return BodyViews(f"spring {1e-6 * self.stiffness:.4g} N/um", symbol="spring")
 
     def closed_form(self) -> GreensFunction | None:
         return impact.spring(stiffness=self.stiffness)

@@ -50,6 +50,10 @@ damping_ratio = 0.02
         return self.widths[-1][0]
 
     @property
+    def widths_along(self) -> tuple[tuple[float, float], ...]:
+        return self.widths
+
+    @property
     def mean_width(self) -> float:
         return self.beam().mean_width
 

@@ -16,6 +16,7 @@ from seatfem.structures.estimates.patch import Column, Patch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
 from seatfem.structures.kinds.striking import At, Striking
 from seatfem.structures.method import AnyLevel, Applicability, Level, Method
+from seatfem.structures.outlines import BodyViews
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
@@ -114,6 +115,19 @@ class Structure(Striking):
         from seatfem.structures.lip import Lip  # scenes without lips need none
 
         return None if self.struck_ring is None else Lip(*self.struck_ring, arcs, rings)
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        """Its outlines in section and plan, for drawings; a symbol with its name where its shape is not known.
+
+        Args:
+            at: where on it the contact lies, from its root [m]; ``None``: where it is by default.
+            coarse: whether a body from a file may be shown by few triangles, as long as places are right.
+
+        Raises:
+            ModelError, GeometryError: a file whose faces cannot be found.
+        """
+        named = f" ({self.files()[0].name})" if self.files() else ""
+        return BodyViews(self.kind.replace("_", " ") + named, symbol="box")
 
     # How it is modelled
 

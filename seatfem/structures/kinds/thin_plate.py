@@ -21,6 +21,7 @@ from seatfem.structures.kinds.selectors import in_scene_words
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.lip import AnyLip, Lip
 from seatfem.structures.method import Applicability, Method
+from seatfem.structures.outlines import BodyViews, arc, of_sheet
 from seatfem.structures.shapes import Flat
 from seatfem.structures.solved import Solved
 from seatfem.units import write_quantity
@@ -129,6 +130,11 @@ class ThinPlate(Moving):
     def own_lip(self) -> Lip:
         """The disc or ring that it touches with by itself."""
         return Lip.disc(self.radius) if self.width is None else Lip(self.radius, self.width)
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        lip = self.own_lip
+        contact = (arc(lip.outer), *((arc(lip.inner),) if lip.inner > 0 else ()))
+        return of_sheet(self.kind.replace("_", " "), self.geometry(), contact)
 
     @property
     def face(self) -> Face:

@@ -22,6 +22,7 @@ from seatfem.study.accuracy.seat_waves import method_beside
 from seatfem.study.impacts.contact import CONTACT_BYTES, striker_of, time_step
 from seatfem.study.impacts.measures import STRIKER
 from seatfem.study.method import RunMethod
+from seatfem.study.planning.further_costs import further_seconds
 from seatfem.study.planning.plan import Cost
 from seatfem.study.scene import Scene
 
@@ -47,13 +48,16 @@ PORT: Final = 0.5  # time of a pole's step with each further port, over that wit
 WEIGHTS: Final = 30  # poles that take as long as exact step weights
 
 
-def predict_cost(scene: Scene, method: RunMethod, machine: Machine | None = None, *, kept: bool = False) -> Cost:
-    """Wall time by stage, as the run's own stopwatch names them, and peak memory.
+def predict_cost(
+    scene: Scene, method: RunMethod, machine: Machine | None = None, *, kept: bool = False, planning: float = 0.0
+) -> Cost:
+    """Return the wall time by stage, as the run's own stopwatch names them, and the peak memory.
 
     Args:
         scene, method: what is asked, and how it is computed; a time step that is left open is estimated.
         machine: rates of this computer; default: those known.
         kept: whether the seat is there already, and costs nothing.
+        planning: seconds that a plan has taken, which the run will take again.
 
     Raises:
         MachineError: a damaged calibration.
@@ -61,8 +65,8 @@ def predict_cost(scene: Scene, method: RunMethod, machine: Machine | None = None
     """
     rates, static = machine or Machine.known(), method.seat.static
     seat, coarser = finite_elements(scene, method), coarser_elements(scene, method)
-    parts = {"program start": rates.start, "plan": PLAN * rates.start}
-    if scene.seat.is_drawn and scene.seat.files():  # its inspection, by a gmsh process of its own
+    parts = {"program start": rates.start, "plan": max(planning, PLAN * rates.start)}
+    if scene.seat.is_drawn and scene.seat.files() and not planning:  # its inspection, by a gmsh process of its own
         parts["plan"] += rates.meshing_start
     if seat is not None and not kept:
         parts |= seat_seconds(seat, rates, static=static)
@@ -75,6 +79,8 @@ def predict_cost(scene: Scene, method: RunMethod, machine: Machine | None = None
     parts["error budget"] += _waves_beside(scene, method, rates)
     views = 0.0 if seat is None or seat.runs != 1.0 else _views(seat, rates, modes=not static)
     parts["pictures"] = SHEETS * rates.sheet + views
+    further = further_seconds(scene, seat, contact.steps, contact.reed, parts["contact"], rates)
+    parts |= {stage: parts.get(stage, 0.0) + seconds for stage, seconds in further.items()}
     memory = max(_memory(seat, contact.memory), _memory(reed[0] if reed else None, contact.memory))
     return Cost(sum(parts.values()), memory, parts)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -43,7 +44,7 @@ def plan_scene(
     store: Store | None = None,
     without: tuple[str, ...] = (),
 ) -> Plan:
-    """Every open key of ``scene`` chosen, with reason and number; predicted cost and error.
+    """Return a plan: every open key of ``scene`` chosen, with reason and number; predicted cost and error.
 
     Args:
         scene: as in the file; what it states is obeyed.
@@ -57,6 +58,7 @@ def plan_scene(
         LevelError: a level that does not describe the seat is asked for.
         SceneError: a file that cannot be read, or has no such face, group or region.
     """
+    start = time.perf_counter()
     check_step(scene)
     check_files(scene)
     machine, target = machine or Machine.known(), scene.accuracy.target
@@ -72,11 +74,13 @@ def plan_scene(
         method = decision.method
     check_length(scene, decision.contact.dt, method.seat.division.count)
     progress("planning", 0.9)
+    planning = max(time.perf_counter() - start - compiling, 0.0)
+    cost = predict_cost(scene, method, machine, kept=bool(at_hand), planning=planning)
     plan = Plan(
         scene=scene,
         method=method,
         choices=choices_of(decision, method, at_hand),
-        cost=predict_cost(scene, method, machine, kept=bool(at_hand)).after("compilation", compiling),
+        cost=cost.after("compilation", compiling),
         error=decision.error,
         alternatives=_alternatives(choices, decision, compiling),
         shares=decision.shares,

@@ -22,12 +22,11 @@ from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.life import body_of
 from seatfem.study.runs.lives import Stressed, bars_of, lives
 from seatfem.study.runs.round import Round
-from seatfem.study.scene.life_curves import UNITS, varied
+from seatfem.study.scene.life_curves import OF_A_CURVE, UNITS, varied
 
 MARGIN: Final = "life_margin"
 NEAR: Final = 1e-3  # of the allowed value, relative
 MOST: Final = 20  # runs that look for it
-OF_A_RUN: Final = 4  # the same beside the values that the scene names
 FARTHEST: Final = 20.0  # |log margin|: further out it is as good as none, or infinite
 
 
@@ -114,15 +113,14 @@ def life_curves(done: Round, stressed: Stressed, *, price: float, tell: Tell) ->
     life = done.plan.scene.life
     if life is None or life.curves is None:
         return ()
-    asked = dict(life.curves.asked())
-    count = sum(map(len, asked.values()))
-    least, most = (price * number for number in (count, count + OF_A_RUN * len(asked)))
+    count = life.curves.runs[0]
+    least, most = (price * number for number in life.curves.runs)
     tell(f"life.curves: {count} contacts and their lives, more where 1 is crossed: {least:.2g} to {in_time(most)}")
     curves = []
-    for name, values in asked.items():
+    for name, values in life.curves.asked():
         unit, factor = UNITS[name]
         run = partial(_margin_at, done, stressed, tell, name)
-        curves.append(traced(name, unit, [factor * value for value in values], run, most=OF_A_RUN))
+        curves.append(traced(name, unit, [factor * value for value in values], run, most=OF_A_CURVE))
     return tuple(curves)
 
 

@@ -25,6 +25,7 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.afterwards import afterwards
 from seatfem.study.runs.baseline import Baseline, baseline_of, static_stiffness
+from seatfem.study.runs.drawing import drawing_picture
 from seatfem.study.runs.ended import ended_plan, remember
 from seatfem.study.runs.landings_file import LANDINGS_FILE, landing_rows
 from seatfem.study.runs.lip_pictures import lip_pictures
@@ -135,7 +136,8 @@ def run_scene(
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
             of_lip = lip_pictures(done, baseline.touches, summary["landings"])
-            more = [*of_lip, *gas_pictures(scene, done.touches), *later.pictures(done)]
+            drawing = drawing_picture(scene, done.plan.method.seat.division)
+            more = [drawing, *of_lip, *gas_pictures(scene, done.touches), *later.pictures(done)]
             results = (done.result, baseline.result)
             drawn, gaps = draw_run(
                 scene,

@@ -13,6 +13,7 @@ from seatfem.structures.shapes import GeometryError
 from seatfem.study.scene.lips import NO_ANGLES
 from seatfem.study.scene.load import load_scene
 from seatfem.study.scene.models import Scene
+from seatfem.study.scene.places import misplaced
 from seatfem.study.scene.problems import Problem, SceneError
 
 if TYPE_CHECKING:
@@ -40,6 +41,8 @@ def check_files(scene: Scene) -> None:
         except ModelError as error:
             told = next((naming(file, str(error)) for file in scene.stopper.body.files()), str(error))
             findings.append((("stopper", "arcs"), told))
+    if not findings:
+        findings += misplaced(scene)
     if findings:
         raise SceneError(tuple(Problem(None, 0, ".".join(map(str, path)), text, path) for path, text in findings))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Final, Self
 
 from pydantic import Field, model_validator
 
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 UNITS = {"speed": ("m/s", 1.0), "tilt": ("deg", math.degrees(1.0)), "lift": ("mm", 1e3)}
 """Of each curve in tables and pictures, and how many of them are one SI unit."""
+
+
+OF_A_CURVE: Final = 4
+"""Runs beside the values that the scene names, which look for the value with a margin of 1."""
 
 
 class Curves(Table):
@@ -41,6 +45,13 @@ class Curves(Table):
     def asked(self) -> Iterator[tuple[str, tuple[float, ...]]]:
         """Names with their values in SI, each once, rising."""
         yield from ((name, tuple(sorted(set(values)))) for name in UNITS if (values := getattr(self, name)))
+
+    @property
+    def runs(self) -> tuple[int, int]:
+        """Runs that all curves take, at least and at most."""
+        asked = dict(self.asked())
+        least = sum(map(len, asked.values()))
+        return least, least + OF_A_CURVE * len(asked)
 
     def check(self, scene: Scene) -> None:
         """Raises `KeyProblem` of a value that the scene cannot have."""

@@ -1,0 +1,239 @@
+"""Outlines of a body that is known by the triangles of its surface: parts from CAD, and meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from impact.greens.base import Array
+from seatfem.structures.errors import ModelError
+from seatfem.structures.inspection.shape import Integers, Shape
+from seatfem.structures.outlines import BESIDE, BodyViews, Loops, Size, inside, length_text
+
+MOST_TRIANGLES: Final = 60_000
+"""Triangles of a surface that are filled in a plan; of a finer one the edges alone are drawn."""
+SAME: Final = 1e-7  # of a body's size: ends of lines that are one point
+PARALLEL: Final = 0.99  # cosine between the normals of faces that are parallel
+LEVEL: Final = 1e-4  # of a body's size: faces that lie in one plane, also by coordinates of few digits
+ABOVE: Final = 0.5  # of a body's depth below its struck face, down to which its edges are seen in plan
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A body known by the triangles of its surface, and how the drawing sees it.
+
+    Attributes:
+        shape: the triangles, with the struck group "contact".
+        rows: of the triangles, face by face.
+        struck: name of the struck group.
+        normal: (3,) outward normal of the struck face; ``None`` where only its direction is known.
+        held, bedded: groups that are clamped, and held by springs.
+    """
+
+    shape: Shape
+    rows: tuple[Integers, ...]
+    struck: str
+    normal: Sequence[float] | None
+    held: tuple[str, ...] = ()
+    bedded: tuple[str, ...] = ()
+
+
+def of_surface(name: str, surface: Surface) -> BodyViews:
+    """Return the views of a body from CAD or of a mesh: the section of its surface through the middle of the struck
+    face, its faces and edges in plan.
+
+    Raises:
+        ModelError: the struck group has no triangles.
+    """
+    shape = surface.shape
+    if surface.struck not in shape.groups or not len(shape.groups[surface.struck]):
+        raise ModelError(f"drawing: the body has no face {surface.struck!r} that could be struck; name one")
+    axes, middle = frame_of(surface)
+    points = (shape.points - middle) @ axes.T
+    size = float(np.linalg.norm(shape.extent))
+    section = _cut(points[shape.triangles], size)
+    loops = chained(section, SAME * size)
+    depth = -float(points[np.unique(shape.triangles), 2].min())
+
+    def cut_group(names: Iterable[str]) -> Loops:
+        rows = [shape.groups[each] for each in names if each in shape.groups]
+        return tuple(_cut(points[shape.triangles[np.concatenate(rows)]], size)) if rows else ()
+
+    seen = points[:, :2]
+    outline = chained(seen[shape.outline(surface.struck)], SAME * size)
+    triangles = seen[shape.triangles] if len(shape.triangles) <= MOST_TRIANGLES else None
+    edges = _face_edges(shape, surface.rows)
+    edges = edges[points[edges][:, :, 2].mean(axis=1) > -ABOVE * depth]
+    clamp = [
+        seen[shape.outline(each)]
+        for each in surface.held
+        if each in shape.groups and points[shape.triangles[shape.groups[each]], 2].mean() > -ABOVE * depth
+    ]
+    used = seen[np.unique(shape.triangles)]
+    low, high = used.min(axis=0), used.max(axis=0)
+    struck = np.concatenate(outline)
+    span = float(np.ptp(struck[:, 0])), float(np.ptp(struck[:, 1]))
+    sizes = (
+        Size("section", 1, -depth, 0.0, float(high[0]), length_text(depth)),
+        Size("section", 0, float(low[0]), float(high[0]), -depth, length_text(float(high[0] - low[0]))),
+        Size(
+            "section",
+            0,
+            float(struck[:, 0].min()),
+            float(struck[:, 0].max()),
+            0.0,
+            f"struck face {length_text(span[0])} x {length_text(span[1])}",
+        ),
+    )
+    return BodyViews(
+        name,
+        note=_turned_words(axes),
+        section=tuple(loops),
+        struck=cut_group([surface.struck]),
+        held=cut_group(surface.held),
+        bedded=cut_group(surface.bedded),
+        triangles=triangles,
+        edges=tuple(seen[edges]),
+        contact=tuple(outline),
+        port=_holes(outline),
+        clamp=tuple(line for lines in clamp for line in lines),
+        sizes=sizes,
+    )
+
+
+def frame_of(surface: Surface) -> tuple[Array, Array]:
+    """(3, 3) directions x, y, z of the drawing in the body's own axes, and (3,) the middle of its struck face [m].
+
+    As of a land: z is the outward normal, x the body's own x axis along the face, or its y axis where the face lies
+    across x. A normal of unknown sign points away from the body's middle.
+    """
+    shape, rows = surface.shape, surface.shape.groups[surface.struck]
+    areas = shape.areas[rows]
+    middle = np.average(shape.points[shape.triangles[rows]].mean(axis=1), axis=0, weights=areas)
+    if surface.normal is None:
+        found = shape.normal(surface.struck)
+        z = np.array([0.0, 0.0, 1.0]) if found is None else np.array(found)
+        inner = shape.points[np.unique(shape.triangles)].mean(axis=0)
+        z = z if (middle - inner) @ z >= 0 else -z
+    else:
+        z = np.array(surface.normal) / np.linalg.norm(surface.normal)
+    along = np.array([1.0, 0.0, 0.0]) if np.hypot(z[1], z[2]) > 1e-6 else np.array([0.0, 1.0, 0.0])
+    x = along - (along @ z) * z
+    x /= np.linalg.norm(x)
+    return np.array([x, np.cross(z, x), z]), middle
+
+
+def _turned_words(axes: Array) -> str:
+    """Return how the drawing turns a file whose struck face does not look along its z axis."""
+    z = float(axes[2, 2])
+    if z > PARALLEL:
+        return ""
+    if z < -PARALLEL:
+        return "is drawn upside down: its contact face looks along -z of its file"
+    words = ", ".join(f"{each:.2g}" for each in axes[2] + 0.0)
+    return f"is turned for the drawing: its contact face looks along ({words}) of its file"
+
+
+def _cut(corners: Array, size: float) -> Array:
+    """(s, 2, 2) lines x, z in which triangles (m, 3, 3) meet the plane y = 0, beside which it is taken by `BESIDE`."""
+    height = corners[:, :, 1] - BESIDE * size
+    over = height > 0
+    met = over.any(axis=1) & ~over.all(axis=1)
+    corners, height, over = corners[met], height[met], over[met]
+    alone = np.where(over.sum(axis=1) == 1, over.argmax(axis=1), (~over).argmax(axis=1))
+    each = np.arange(len(corners))
+    ends = []
+    for step in (1, 2):
+        other = (alone + step) % 3
+        a, b = height[each, alone], height[each, other]
+        share = (a / (a - b))[:, None]
+        ends.append(corners[each, alone] + share * (corners[each, other] - corners[each, alone]))
+    return np.stack(ends, axis=1)[:, :, [0, 2]]
+
+
+def _face_edges(shape: Shape, rows: tuple[Integers, ...]) -> Integers:
+    """(e, 2) edges between triangles of different faces."""
+    face = np.full(len(shape.triangles), -1)
+    for number, part in enumerate(rows):
+        face[part] = number
+    sides = np.sort(shape.triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+    owner = np.repeat(face, 3)
+    order = np.lexsort((owner, sides[:, 1], sides[:, 0]))
+    sides, owner = sides[order], owner[order]
+    same = np.all(sides[1:] == sides[:-1], axis=1)
+    return np.asarray(sides[1:][same & (owner[1:] != owner[:-1])])
+
+
+def chained(segments: Array, near: float) -> list[Array]:
+    """Loops (n, 2) that segments (s, 2, 2) form in any order; ends within ``near`` are one point [m]. What does not
+    close is left open where it ends."""
+    keys = np.round(np.asarray(segments) / max(near, 1e-15)).astype(np.int64)
+    beside: dict[tuple[int, int], list[int]] = {}
+    for number, ends in enumerate(keys.tolist()):
+        for end in ends:
+            beside.setdefault((end[0], end[1]), []).append(number)
+    left, found = set(range(len(segments))), []
+    while left:
+        number = left.pop()
+        line, key = [segments[number, 0], segments[number, 1]], tuple(keys[number, 1].tolist())
+        while (following := next((k for k in beside.get(key, ()) if k in left), None)) is not None:
+            left.discard(following)
+            near_end = 0 if tuple(keys[following, 0].tolist()) == key else 1
+            line.append(segments[following, 1 - near_end])
+            key = tuple(keys[following, 1 - near_end].tolist())
+        if len(line) > 3:
+            found.append(np.array(line[:-1] if np.allclose(line[0], line[-1], atol=10 * near) else line))
+    return found
+
+
+def _holes(outline: Sequence[Array]) -> Loops:
+    """Loops that lie within another one: the openings that a struck face surrounds."""
+    return tuple(
+        loop
+        for loop in outline
+        if sum(bool(inside([other], loop[:1])[0]) for other in outline if other is not loop) % 2 == 1
+    )
+
+
+def struck_side_problem(
+    normals: Array, shape: Shape, struck: str, held: Sequence[str], bedded: Sequence[str] = ()
+) -> str:
+    """Return why no reed can lie before what is struck, "" where nothing speaks against it.
+
+    Args:
+        normals: (k, 3) outward normals of the flat parts of the struck face.
+        shape: the body's surface.
+        struck: name of the struck group.
+        held, bedded: groups that are clamped, and that springs hold; what is struck and clamped is told where a mesh is
+            checked.
+    """
+    aligned = normals @ normals[0]
+    if np.abs(aligned).min() > PARALLEL and aligned.min() < 0:
+        return (
+            "its faces look to opposite sides of the body, a reed lies on one: name the faces of the side on which the "
+            "reed lies"
+        )
+    if np.abs(aligned).min() < PARALLEL or struck not in shape.groups:
+        return ""
+    plane = shape.points[np.unique(shape.triangles[shape.groups[struck]])]
+    height, size = float((plane @ normals[0]).mean()), float(np.linalg.norm(shape.extent))
+    border = {tuple(edge) for edge in shape.outline(struck).tolist()}
+    for name in (*held, *bedded):
+        if name not in shape.groups:
+            continue
+        if len(np.intersect1d(shape.groups[name], shape.groups[struck])):
+            if name not in bedded:
+                continue
+            return (
+                f"a part of {name!r}, which is held, is struck: the reed would lie on what holds the body; name another"
+            )
+        away = np.abs(shape.points[np.unique(shape.triangles[shape.groups[name]])] @ normals[0] - height).max()
+        if away < LEVEL * size and border & {tuple(edge) for edge in shape.outline(name).tolist()}:
+            return (
+                f"it lies in the plane of {name!r}, which is held, and ends where that begins, as on the underside "
+                "of a seat: the reed would lie on what holds the body; name the face on the reed's side"
+            )
+    return ""

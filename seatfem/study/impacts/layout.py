@@ -1,0 +1,242 @@
+"""From a scene to what its drawing shows: bodies in their places, loads and motions in words, facts in a sentence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+
+from impact.greens.base import Array
+from impact.quantities import percent
+from seatfem.pictures.layout import Action, Layout, Placed, Way
+from seatfem.structures.errors import ModelError
+from seatfem.structures.outlines import BodyViews, length_text, round_sizes
+from seatfem.structures.rings import Division
+from seatfem.study.scene import Scene
+from seatfem.study.scene.lips import stopper_lip
+from seatfem.units import write_quantity
+
+START_POINTS: Final = 60
+"""Of the reed's shape at its start."""
+WHOLLY: Final = 0.999  # share of a struck face below the reed that is all of it, by sampled points
+SHOWN_ARCS: Final = 400
+"""Arcs whose borders are drawn, at most."""
+
+
+def layout_of(scene: Scene, division: Division | None = None) -> Layout:
+    """Return what a drawing of the scene shows.
+
+    Args:
+        scene: as it is asked.
+        division: of the lip into arcs, as planned; ``None``: as the scene states it.
+
+    Raises:
+        ModelError, GeometryError: a file whose faces cannot be found.
+        MeshingError, OSError: gmsh cannot be run; a file is not there.
+    """
+    contact, reed, stopper = scene.contact, scene.reed, scene.stopper
+    at = reed.free_point if contact.at is None else contact.at
+    seen = reed.views(at).turned_over()
+    thickness = max((float(loop[:, 1].max()) for loop in seen.section), default=0.0)
+    stated = division or Division(contact.ports or 1, contact.rings)
+    if stated.arcs > 1:  # the seat's arcs are where it is met
+        seen = replace(seen, contact=(), struck=())
+    behind = None
+    if stopper is not None:
+        along = 0.0 if stopper.at is None or at is None else stopper.at - at
+        behind = Placed(
+            "stopper", stopper.body.views().turned_over(), (along, 0.0), contact.gap + thickness + scene.stopper_gap
+        )
+    seat = Placed("seat", scene.seat.views(), contact.offset)
+    placed = Placed("reed", seen, height=contact.gap)
+    return Layout(
+        title=scene.title or f"{seen.name} on {seat.views.name}",
+        seat=seat,
+        reed=placed,
+        stopper=behind,
+        gap=contact.gap,
+        lift=None if stopper is None else scene.stopper_gap,
+        start=_start(scene, at),
+        actions=tuple(_actions(scene, at, seen)),
+        arcs=_arcs(scene, stated),
+        tilt=(contact.tilt, contact.tilt_axis) if contact.tilt else None,
+        notes=tuple(_notes(scene, (seat, placed), stated, planned=division is not None)),
+    )
+
+
+def facts_of(layout: Layout) -> str:
+    """Return the sizes that count in a sentence: "reed 32 x 12 x 0.3 mm over a lip of 9 to 11 mm diameter, gap 0"."""
+    words = [f"{_body_words(layout.reed)} over {_face_words(layout.seat.views)}", f"gap {length_text(layout.gap)}"]
+    if layout.stopper is not None and layout.lift is not None:
+        words.append(f"stopper at {length_text(layout.lift)} ({layout.stopper.views.name})")
+    return ", ".join(words)
+
+
+def cover_note(layout: Layout) -> str:
+    """Return how much of the struck face lies beside the reed in plan, "" where nothing does."""
+    share = layout.covered
+    if share is None or share > WHOLLY:
+        return ""
+    return (
+        f"in plan the reed covers {percent(share)} of the seat's struck face; it is computed as if it covered all of it"
+    )
+
+
+def _body_words(body: Placed) -> str:
+    views = body.views
+    if views.symbol:
+        return f"{body.role} ({views.name})"
+    low, high = views.extent
+    height = max(float(loop[:, 1].max()) for loop in views.section)
+    if diameters := round_sizes(views.plan):
+        words = " to ".join(f"{1e3 * each:.4g}" for each in diameters)
+        return f"{body.role} ({views.name}) of {words} mm diameter, {1e3 * height:.4g} mm thick,"
+    sides = " x ".join(f"{1e3 * side:.4g}" for side in (*(high - low), height))
+    return f"{body.role} ({views.name}) {sides} mm"
+
+
+def _face_words(views: BodyViews) -> str:
+    if not views.contact:
+        return f"the seat ({views.name})"
+    if sizes := round_sizes(views.contact):
+        words = " to ".join(f"{1e3 * each:.4g}" for each in sizes)
+        return f"a {'lip' if len(sizes) > 1 else 'struck disc'} of {words} mm diameter"
+    corners = np.concatenate(views.contact)
+    x, y = 1e3 * np.ptp(corners, axis=0)
+    return f"a struck face of {x:.4g} x {y:.4g} mm"
+
+
+def _start(scene: Scene, at: float | None) -> Array | None:
+    """(n, 2) of a reed with positions along it that is released from a deflected shape."""
+    reed = scene.reed
+    if reed.reach is None or at is None:
+        return None
+    x = np.linspace(0.0, reed.reach, START_POINTS)
+    shape = np.array([reed.start_at(float(place)) for place in x])
+    return np.column_stack([x - at, shape]) if np.abs(shape).max() > 0 else None
+
+
+def _arcs(scene: Scene, division: Division) -> Array:
+    """(n, 2, 2) lines between the arcs of the lip."""
+    if not 1 < division.arcs <= SHOWN_ARCS:
+        return np.zeros((0, 2, 2))
+    lip = scene.seat.lip(division.arcs, division.rings)
+    if lip is None:
+        return np.zeros((0, 2, 2))
+    left, right = lip.cuts(np.arange(division.arcs) / division.arcs)
+    return np.stack([left, right], axis=1)
+
+
+def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action]:
+    """Yield what moves the reed and what loads it, and bases that move."""
+    reed, (low, high) = scene.reed, seen.extent
+    ends = float(low[0]), float(high[0])
+    if (pressure := getattr(reed, "pressure", None)) is not None:
+        radius = getattr(reed, "pressure_radius", None)
+        yield _course("pressure", pressure, *(ends if radius is None else (-radius, radius)))
+    for name in ("point_force", "force"):
+        if (force := getattr(reed, name, None)) is not None:
+            place = _along(getattr(force, "at", None), at)
+            yield _course("force", force, place, place)
+    if (gravity := getattr(reed, "gravity", None)) is not None:
+        yield _value("gravity", gravity, "acceleration", ends)
+    if (velocity := getattr(reed, "velocity", None)) is not None:
+        yield _value("velocity", velocity, "velocity", (0.0, 0.0))
+    yield from _release(reed)
+    for load in scene.load:
+        if load.pressure is not None:
+            assert load.area is not None
+            half = math.sqrt(max(load.area.area) / math.pi)
+            areas = " to ".join(f"{1e6 * each:.4g}" for each in sorted({min(load.area.area), max(load.area.area)}))
+            yield _course("pressure", load.pressure, -half, half, f" on {areas} mm²")
+        elif load.force is not None:
+            place = _along(load.at, at)
+            yield _course("force", load.force, place, place)
+        elif load.gravity is not None:
+            yield _value("gravity", load.gravity, "acceleration", ends)
+        elif load.base_motion is not None:
+            yield _course("acceleration of the frame", load.base_motion, *ends)
+    for base in scene.base:
+        yield Action(f"the base of the {base.of} moves as in a file", 0.0, 0.0, 0)
+    if (gas := scene.gas) is not None:
+        port = getattr(gas, "port_diameter", None)
+        half = 0.5 * (port or 0.3 * (ends[1] - ends[0]))
+        more = "" if port is None else f", port Ø {length_text(port)}"
+        yield Action(f"pressure of the gas, {gas.valve} valve{more}", -half, half, 0)
+
+
+def _release(reed: Any) -> Iterator[Action]:
+    """Yield how a reed starts that is deflected or moves in one of its modes."""
+    release = getattr(reed, "release", None)
+    deflection = getattr(reed, "deflection", None)
+    if release is None:
+        if isinstance(deflection, float):
+            yield _value("deflected at the start", deflection, "length", (0.0, 0.0))
+        return
+    mode = getattr(release, "mode", None)
+    velocity = getattr(release, "velocity", None)
+    if velocity is not None:
+        yield _value(f"start in mode {mode}, velocity", velocity, "velocity", (0.0, 0.0))
+    for key, words in (("tip_deflection", "released from"), ("deflection", "released from")):
+        value = getattr(release, key, None)
+        if value is not None:
+            place = 0.0 if reed.reach is None else None
+            yield Action(
+                f"{words} {length_text(value)}" + ("" if place is None else " at the contact"), 0.0, 0.0, _sign(value)
+            )
+    if getattr(release, "field", None) is not None:
+        yield Action(f"starts as in {release.field.name}", 0.0, 0.0, 0)
+
+
+def _along(place: float | None, at: float | None) -> float:
+    return 0.0 if place is None or at is None else place - at
+
+
+def _sign(value: float) -> Way:
+    return -1 if value < 0 else 1 if value > 0 else 0
+
+
+def _value(words: str, value: float, dimension: str, ends: tuple[float, float]) -> Action:
+    return Action(f"{words} {write_quantity(abs(value), dimension, 4)}", *ends, _sign(value))
+
+
+def _course(words: str, course: Any, low: float, high: float, more: str = "") -> Action:
+    """Of a constant value, or of a file."""
+    if course.value is not None:
+        dimension = type(course).quantity
+        return Action(
+            f"{words} {write_quantity(abs(course.value), dimension, 4)}{more}", low, high, _sign(course.value)
+        )
+    return Action(f"{words} as in {course.file.name}{more}", low, high, 0)
+
+
+def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planned: bool) -> Iterator[str]:
+    """Yield what the views do not show by themselves."""
+    contact = scene.contact
+    yield from (f"the {body.role} {body.views.note}" for body in bodies if body.views.note)
+    if division.count > 1:
+        rings = f" x {division.rings} rings" if division.rings > 1 else ""
+        yield f"contact in {division.arcs} arcs{rings}"
+    elif scene.reed.meets_lips and not scene.seat.no_lip and not planned:
+        yield "contact as a whole, unless the plan divides it into arcs"
+    if contact.tilt:
+        axis = math.degrees(contact.tilt_axis)
+        tilt = math.degrees(contact.tilt)
+        yield f"lip tilted {tilt:.3g}° about the direction {axis:.3g}° from the reed's axis"
+    if contact.waviness:
+        yield "the lip is wavy (contact.waviness)"
+    if scene.reed.is_curved:
+        yield "the reed is curved without stress (reed.curvature), drawn flat"
+    if contact.preload:
+        yield "starts pressed on its seat (preload)"
+    if (stopper := scene.stopper) is not None and stopper.parts != Division():
+        try:
+            known = stopper_lip(scene) is not None
+        except ModelError:
+            known = False
+        if known:
+            leans = f", tilted {math.degrees(stopper.tilt):.3g}°" if stopper.tilt else ""
+            yield f"stopper met in {stopper.parts.arcs} arcs{leans}"

@@ -1,0 +1,67 @@
+"""Whether the bodies of a scene can meet as they lie: the reed above what it is to strike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from impact.greens.base import Array
+from impact.quantities import in_digits, percent
+from seatfem.structures.errors import ModelError
+from seatfem.structures.outlines import covered_share
+
+if TYPE_CHECKING:
+    from seatfem.structures.kinds.structure import Finding
+    from seatfem.study.scene.models import Scene
+
+PLATE: Final = 0.97
+"""Least share of a struck face that a plate covers: all of it, but for what chords of arcs and sampled points leave."""
+BEAM: Final = 0.1
+"""The same of a beam, which strikes with one rigid face: with its tip over the middle of a lip it covers a half or a
+third, and whatever covers less than a tenth of a ring does not lie over the port."""
+
+
+def misplaced(scene: Scene) -> Iterator[Finding]:
+    """Yield that the reed lies beside the face that it is to strike, in plan, or does not reach across it."""
+    contact, reed, seat = scene.contact, scene.reed, scene.seat
+    if reed.reach is None and not reed.meets_lips:  # solids strike with a face of their own, as it is stated
+        return
+    at = reed.free_point if contact.at is None else contact.at
+    try:
+        over, face = reed.views(at, coarse=True).turned_over(), seat.views(coarse=True)
+    except ModelError:  # of faces that cannot be found, which are told where they are needed
+        return
+    share, least = covered_share(face, over, contact.offset), PLATE if reed.meets_lips else BEAM
+    if share is None or share >= least:
+        return
+    part = f"{percent(share)} of the seat's struck face"
+    reach = 1e3 * max(float(np.hypot(*loop.T).max()) for loop in face.contact)
+    if reed.meets_lips:
+        there = 1e3 * min(float(np.hypot(*_fine(loop).T).min()) for loop in over.plan)
+        x, y = (1e3 * each for each in contact.offset)
+        text = (
+            f"[{x:.4g} mm, {y:.4g} mm]: in plan the reed covers {part} (limit: all of it), which reaches "
+            f"{reach:.4g} mm from its middle; the reed has {in_digits(there, 2)} mm about the middle of its contact: "
+            "change the offset, or reed and seat until the lip lies on it"
+        )
+        yield ("contact", "offset"), text
+        return
+    low, high = over.extent
+    length, width = (1e3 * float(side) for side in high - low)
+    words = (
+        f"in plan the reed, {length:.4g} x {width:.4g} mm, covers {part} (limit: {percent(least)}), which reaches "
+        f"{reach:.4g} mm from its middle: the reed lies beside the port;"
+    )
+    if contact.at is not None:
+        text = f"{1e3 * contact.at:.4g} mm: {words} move the contact, or take a wider reed or a smaller port"
+        yield ("contact", "at"), text
+    else:
+        yield ("reed",), f"{words} take a wider reed or a smaller port, or state contact.at"
+
+
+def _fine(loop: Array) -> Array:
+    """A loop with points between its corners."""
+    shares = np.arange(8)[:, None] / 8
+    return np.asarray((loop[:, None] + shares * (np.roll(loop, -1, axis=0) - loop)[:, None]).reshape(-1, 2))

@@ -1,0 +1,234 @@
+"""The drawing of a scene: outlines in numbers, labels in the picture, for all examples and every kind of body."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from impact.pictures.drawing import PictureError
+from seatfem.pictures.scene_drawing import draw_layout
+from seatfem.structures.kinds import kinds_of
+from seatfem.structures.outlines import BodyViews, Size, covered_share, crossings, inside, of_beam
+from seatfem.structures.rings import Division
+from seatfem.structures.surface_outlines import chained
+from seatfem.study.impacts.layout import cover_note, facts_of, layout_of
+from seatfem.study.runs.drawing import draw_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.toml") if not path.stem.endswith("_study"))
+SAID = {
+    "ball_on_seat": ("gap 1 um", "velocity 0.5 m/s", "Ø 10 mm", "struck Ø 1.2 mm"),
+    "compressor_cycle": ("stopper 2 mm", "spring 50 N/um", "pressure of the gas, suction valve, port Ø 12 mm"),
+    "flapper_between_stops": ("stopper 0.8 mm", "start 1 mm", "pressure as in opening_pulse.csv"),
+    "flapper_on_annular_seat": ("port Ø 8 mm", "lip 1 mm wide", "lip 0.5 mm high", "25.4 mm", "released from 1 mm"),
+    "flapper_on_arc": ("port Ø 8 mm", "contact 0.8 mm"),
+    "flapper_on_stopper": ("struck Ø 4 mm", "Ø 12 mm"),
+    "flapper_on_valve_body": ("40 mm", "14 mm", "gap 0"),
+    "flapper_on_valve_plate": ("port Ø 6 mm", "land 1 mm", "3 mm"),
+    "kidney_landing": ("stopper 20 um", "contact in 32 arcs", "22.42 mm", "stopper met in 16 arcs, tilted 0.1°"),
+    "life_of_a_flapper": ("gap 0.2 mm", "start in mode 1, velocity 2 m/s", "t 0.3 mm"),
+    "mass_on_bar": ("60 mm", "5 mm", "bodies with a wavy break are shortened"),
+    "mass_on_meshed_seat": ("8.5 mm", "24 mm", "velocity 1.5 m/s"),
+    "paper_table1_3mm_area": ("3 mm", "0.305 mm"),
+    "ring_plate": ("port Ø 14 mm", "20 mm", "gap 2 um"),
+    "ring_valve": ("gap 1 mm", "pressure 80 kPa on 236 mm²"),
+    "slot_landing": ("contact in 48 arcs", "about the direction 90°"),
+    "suction_flapper": ("pressure as in suction_cycle.csv on 60 to 95 mm²", "gravity 9.81 m/s^2"),
+    "suction_valve": ("port Ø 9 mm", "32 mm", "12 mm", "t 0.3 mm", "stopper 1.5 mm", "reed x 5"),
+    "tilted_cad_flapper": ("30.42 mm", "t 0.3 mm", "lip tilted 0.3°"),
+    "tilted_landing": ("contact in 96 arcs", "gap x 2000", "lip 1 mm wide"),
+}
+"""Of examples, what stands in the picture among other words."""
+
+
+def example(name: str, **changed: object) -> Scene:
+    return load_scene(
+        ROOT / "examples" / f"{name}.toml", {key.replace("__", "."): each for key, each in changed.items()}
+    )
+
+
+def words_in(picture: Path) -> list[str]:
+    """What an SVG says."""
+    text = picture.read_text(encoding="utf-8")
+    return [re.sub(r"<[^>]+>", "", each) for each in re.findall(r"<text.*?</text>", text, re.DOTALL)]
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_every_example_is_drawn_with_its_sizes(name: str, tmp_path: Path) -> None:
+    layout = draw_scene(example(name), tmp_path / "drawing.svg")
+    said = " | ".join(words_in(tmp_path / "drawing.svg"))
+    title = "Section A–A along the reed through the contact"
+    expected = (title, "Plan, seen from above", "contact face", *SAID.get(name, ()))
+    assert [words for words in expected if words not in said] == [], said
+    assert [path.name for path in tmp_path.iterdir()] == ["drawing.svg"]
+    if layout.reed.views.section:  # it lies above the seat, by the gap and no more
+        heights = np.concatenate(layout.reed.views.section)[:, 1]
+        assert heights.min() == pytest.approx(0.0, abs=1e-9)
+        assert heights.max() > 0
+    if layout.seat.views.section:
+        assert np.concatenate(layout.seat.views.section)[:, 1].max() == pytest.approx(0.0, abs=1e-6)
+
+
+def sizes_of(views: BodyViews) -> dict[str, float]:
+    return {size.text: size.value for size in views.sizes}
+
+
+def test_the_suction_valve_in_numbers() -> None:
+    layout = layout_of(example("suction_valve"))
+    assert facts_of(layout) == (
+        "reed (cantilever) 32 x 12 x 0.3 mm over a lip of 9.2 to 10.8 mm diameter, gap 0 mm, stopper at 1.5 mm "
+        "(spring 10 N/um)"
+    )
+    assert "covers 50 %" in cover_note(layout)
+    sizes = sizes_of(layout.seat.views)
+    assert sizes["port Ø 9 mm"] == pytest.approx(9e-3)
+    assert sizes["lip 1 mm wide"] == pytest.approx(1e-3)
+    assert sizes["lip 0.5 mm high"] == pytest.approx(0.5e-3)
+    assert sizes["8.5 mm"] == pytest.approx(8.5e-3)
+    # cut: two halves from the bore to the rim, below the struck face
+    assert crossings(layout.seat.views.section, -4e-3) == pytest.approx([-12e-3, -4.5e-3, 4.5e-3, 12e-3], abs=1e-9)
+    assert crossings(layout.seat.views.section, -0.2e-3) == pytest.approx([-5.5e-3, -4.5e-3, 4.5e-3, 5.5e-3], abs=1e-9)
+    # reed: from its clamp to its tip, which lies over the port's middle
+    assert np.concatenate(layout.reed.views.plan).min(axis=0) == pytest.approx([-32e-3, -6e-3])
+    assert np.concatenate(layout.reed.views.plan).max(axis=0) == pytest.approx([0.0, 6e-3])
+    assert layout.stopper is not None
+    assert layout.stopper.height == pytest.approx(1.8e-3)
+
+
+def test_a_flapper_lies_on_the_middle_of_its_port() -> None:
+    layout = layout_of(example("tilted_landing"))
+    outline, face = layout.reed.views.plan, layout.seat.views.contact
+    assert inside(outline, np.concatenate(face)).all()
+    (clamp,) = layout.reed.views.clamp
+    assert sorted(clamp.tolist()) == pytest.approx(np.array([(-22.416e-3, -4e-3), (-22.416e-3, 4e-3)]), abs=1e-6)
+    assert len(layout.arcs) == 96
+    assert np.hypot(*layout.arcs[:, 0].T) == pytest.approx(5e-3)
+    assert layout.tilt == pytest.approx((math.radians(0.3), 0.0))
+    assert len(layout_of(example("tilted_landing"), Division(16, 3)).arcs) == 16  # as a plan chose them
+
+
+def test_a_mesh_is_cut_as_the_seat_that_it_was_made_of() -> None:
+    """meshes/annular_seat.msh is a seat of 4 mm bore: both sections enclose the same places."""
+    drawn = layout_of(example("flapper_on_annular_seat")).seat.views
+    meshed = layout_of(example("mass_on_meshed_seat")).seat.views
+    x, z = np.linspace(-12.9e-3, 13.1e-3, 53), np.linspace(-8.9e-3, 0.33e-3, 30)  # no corner among them
+    points = np.stack(np.meshgrid(x, z), axis=-1).reshape(-1, 2)
+    clear = np.abs(np.abs(points[:, 0]) - 4e-3) > 0.2e-3  # its bore is in chords
+    assert (inside(meshed.section, points) == inside(drawn.section, points))[clear].all()
+    assert np.concatenate(meshed.held)[:, 1] == pytest.approx(-8.5e-3)
+    radii = np.hypot(*np.concatenate(meshed.contact).T)
+    assert (radii.min(), radii.max()) == pytest.approx((4.1e-3, 4.9e-3), rel=1e-3)
+
+
+def test_a_part_from_cad_is_cut_with_its_boss_and_bore() -> None:
+    views = layout_of(example("flapper_on_valve_body")).seat.views
+    assert crossings(views.section, -3e-3) == pytest.approx([-10e-3, -4e-3, 4e-3, 10e-3], rel=0.01)
+    assert views.bedded
+    assert not views.note
+    assert len(views.port) == 1
+
+
+def test_a_part_that_is_struck_from_below_is_drawn_upside_down(tmp_path: Path) -> None:
+    """Its underside is a face like another: the drawing shows it on top, and says so."""
+    file = (ROOT / "meshes" / "valve_body.step").as_posix()
+    text = (
+        f'[seat]\nkind = "cad"\nfile = "{file}"\ncontact = {{ number = 8 }}\nfixed = {{ number = 11 }}\n'
+        'material = "steel"\n[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "1 ms"\n'
+    )
+    (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
+    layout = layout_of(load_scene(tmp_path / "scene.toml"))
+    assert layout.notes[0] == "the seat is drawn upside down: its contact face looks along -z of its file"
+    boss = crossings(layout.seat.views.section, -11e-3)
+    assert (boss.min(), boss.max()) == pytest.approx((-10e-3, 10e-3), rel=0.01)
+
+
+def test_turning_over_twice_changes_nothing() -> None:
+    part = layout_of(example("kidney_landing")).seat.views
+    beam = of_beam("beam", ((0.0, 8e-3), (20e-3, 4e-3)), 0.3e-3, 15e-3)
+    for views in (part, beam):
+        again = views.turned_over().turned_over()
+        for key in ("section", "plan", "contact", "clamp"):
+            for one, other in zip(getattr(views, key), getattr(again, key), strict=True):
+                assert one == pytest.approx(other)
+        assert again.sizes == views.sizes
+    upper = part.turned_over()
+    assert np.concatenate(upper.section)[:, 1].min() == pytest.approx(0.0, abs=1e-9)
+    y = np.concatenate(part.contact)[:, 1]
+    assert np.concatenate(upper.contact)[:, 1].min() == pytest.approx(-y.max())  # a part is no mirror image of itself
+    assert beam.turned_over().plan[0] == pytest.approx(beam.plan[0])  # a reed is drawn as it lies
+
+
+def test_loops_of_lines_in_any_order_are_closed() -> None:
+    rng = np.random.default_rng(7)
+    angles = np.linspace(0, 2 * np.pi, 33)
+    circle = np.column_stack([np.cos(angles), np.sin(angles)])
+    lines = np.concatenate([np.stack([r * circle[:-1], r * circle[1:]], axis=1) for r in (1.0, 2.0)])
+    turned = np.where(rng.random(len(lines))[:, None, None] < 0.5, lines, lines[:, ::-1])
+    loops = chained(turned[rng.permutation(len(lines))], 1e-9)
+    assert sorted(round(float(np.hypot(*loop.T).mean()), 9) for loop in loops) == [1.0, 2.0]
+    assert [len(loop) for loop in loops] == [32, 32]
+
+
+def test_the_share_below_a_reed() -> None:
+    """A ring of 4 to 5 mm below a beam as wide as its bore, whose tip lies over the middle: 2/(2 pi) of the angle."""
+    seat = layout_of(example("flapper_on_annular_seat")).seat.views
+    reed = of_beam("beam", ((0.0, 4e-3), (20e-3, 4e-3)), 0.3e-3, 20e-3).turned_over()
+    mean = math.asin(2 / 4.5) / math.pi
+    assert covered_share(seat, reed, (0.0, 0.0)) == pytest.approx(mean, rel=0.05)
+    assert covered_share(seat, reed, (10e-3, 0.0)) == 0.0
+    assert covered_share(seat, BodyViews("spring", symbol="spring"), (0.0, 0.0)) is None
+
+
+@pytest.mark.parametrize("kind", [kind for kind in kinds_of() if kind.__module__.startswith("seatfem.")], ids=str)
+def test_every_kind_has_views_of_its_own_or_a_symbol(kind: Any) -> None:
+    assert "views" in {name for base in kind.__mro__[:-1] for name in vars(base)}
+
+
+def test_sizes_are_kept_apart(tmp_path: Path) -> None:
+    """Dimensions of one row of the drawing do not meet, and no words begin beyond the sheet."""
+    layout = layout_of(example("kidney_landing"))
+    many = tuple(Size("section", 0, -k * 1e-3, k * 1e-3, -7e-3, f"width number {k}") for k in range(1, 9))
+    seat = replace(layout.seat, views=replace(layout.seat.views, sizes=many))
+    draw_layout(replace(layout, seat=seat), tmp_path / "many.svg")
+    text = (tmp_path / "many.svg").read_text(encoding="utf-8")
+    found = re.findall(r'<text[^>]*?x="([\d.]+)" y="([\d.]+)"[^>]*>width number', text)
+    assert len(found) == 8
+    assert len({y for _, y in found}) == 8
+    wide = float(re.findall(r'viewBox="0 0 ([\d.]+)', text)[0])
+    assert all(0 < float(x) < wide for x, _ in found)
+
+
+def test_a_format_that_is_none_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(PictureError, match="unknown picture format"):
+        draw_scene(example("flapper_on_spring"), tmp_path / "drawing.xyz")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_reed_beside_the_port_is_refused() -> None:
+    narrow = example("suction_valve", reed__width="0.5 mm")
+    with pytest.raises(
+        SceneError, match=r"reed: in plan the reed, 32 x 0.5 mm, covers 1.7 % .*limit: 10 %.*wider reed"
+    ):
+        draw_scene(narrow, Path("never.png"))
+    beside = example("tilted_landing", contact__offset=["6 mm", "0 mm"])
+    with pytest.raises(SceneError, match=r"contact.offset: \[6 mm, 0 mm\]: .*limit: all of it.*change the offset"):
+        draw_scene(beside, Path("never.png"))
+    small = example("tilted_landing", reed__paddle_diameter="9 mm")
+    with pytest.raises(SceneError, match=r"contact.offset: .*covers 18 % .*reaches 6 mm .*reed has 4.5 mm"):
+        draw_scene(small, Path("never.png"))
+
+
+def test_a_contact_on_what_holds_the_seat_is_refused() -> None:
+    """The underside, which rests on its joint, and faces of both sides."""
+    with pytest.raises(SceneError, match=r"seat.contact: .*valve_body.step: a part of 'underside', which is held"):
+        draw_scene(example("flapper_on_valve_body", seat__contact={"number": 8}), Path("never.png"))
+    faces = {"of": [{"number": 11}, {"number": 8}]}
+    with pytest.raises(SceneError, match=r"seat.contact: .*look to opposite sides of the body"):
+        draw_scene(example("flapper_on_valve_body", seat__contact=faces, seat__supports=None), Path("never.png"))
