@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from scipy.spatial.distance import cdist
 
 from impact.exact.half_space import square_compliance
 from impact.greens.base import Array
@@ -65,8 +64,8 @@ def _inverse(distances: Array) -> Array:
 
 def _between(places: Array, others: Array) -> Array:
     """Return the (n, ...) distances of ``n`` places from each of others."""
-    distances = cdist(places, others.reshape(-1, 2))
-    return np.asarray(distances.reshape(len(places), *others.shape[:-1]))
+    x, y = (np.subtract.outer(places[:, axis], others[..., axis]) for axis in (0, 1))
+    return np.asarray(np.sqrt(x * x + y * y))
 
 
 def on_its_patch(whole: ModalGreens, lip: AnyLip, patch: Patch) -> ModalGreens:
