@@ -12,7 +12,7 @@ from rich.table import Table
 from impact.files.table import without_nan
 from impact.quantities import in_digits, in_time, percent
 from seatfem.faces.read_back import read_back
-from seatfem.study.accuracy.source_words import in_words
+from seatfem.study.accuracy.source_words import STAGES, in_words
 from seatfem.study.method import as_stated
 from seatfem.study.planning.plan import Cost, Plan
 from seatfem.study.planning.refining import rounds_ahead
@@ -78,7 +78,7 @@ def judged_line(plan: Plan) -> str:
 def stages_line(parts: Mapping[str, float]) -> str:
     """Predicted seconds by stage, the longest first."""
     longest = sorted(parts.items(), key=lambda item: -item[1])
-    return ", ".join(f"{stage} {in_time(seconds)}" for stage, seconds in longest if seconds >= 0.05)
+    return ", ".join(f"{STAGES.get(stage, stage)} {in_time(seconds)}" for stage, seconds in longest if seconds >= 0.05)
 
 
 def plan_json(plan: Plan) -> str:

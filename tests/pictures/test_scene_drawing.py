@@ -32,7 +32,12 @@ SAID = {
     "flapper_on_stopper": ("struck Ø 4 mm", "Ø 12 mm"),
     "flapper_on_valve_body": ("40 mm", "14 mm", "gap 0"),
     "flapper_on_valve_plate": ("port Ø 6 mm", "land 1 mm", "3 mm"),
-    "kidney_landing": ("stopper 20 um", "contact in 32 arcs", "22.42 mm", "stopper met in 16 arcs, tilted 0.1°"),
+    "kidney_landing": (
+        "stopper 20 um",
+        "contact in 32 segments",
+        "22.42 mm",
+        "stopper contact in 16 segments, tilted 0.1°",
+    ),
     "life_of_a_flapper": ("gap 0.2 mm", "start in mode 1, velocity 2 m/s", "t 0.3 mm"),
     "mass_on_bar": ("60 mm", "5 mm", "bodies with a wavy break are shortened"),
     "mass_on_meshed_seat": ("8.5 mm", "24 mm", "velocity 1.5 m/s"),
