@@ -44,11 +44,11 @@ SAID = {
     "paper_table1_3mm_area": ("3 mm", "0.305 mm"),
     "ring_plate": ("port Ø 14 mm", "20 mm", "gap 2 um"),
     "ring_valve": ("gap 1 mm", "pressure 80 kPa on 236 mm²"),
-    "slot_landing": ("contact in 48 arcs", "about the direction 90°"),
+    "slot_landing": ("contact in 48 segments", "about the direction 90°"),
     "suction_flapper": ("pressure as in suction_cycle.csv on 60 to 95 mm²", "gravity 9.81 m/s^2"),
     "suction_valve": ("port Ø 9 mm", "32 mm", "12 mm", "t 0.3 mm", "stopper 1.5 mm", "reed x 5"),
     "tilted_cad_flapper": ("30.42 mm", "t 0.3 mm", "lip tilted 0.3°"),
-    "tilted_landing": ("contact in 96 arcs", "gap x 2000", "lip 1 mm wide"),
+    "tilted_landing": ("contact in 96 segments", "gap x 2000", "lip 1 mm wide"),
 }
 """Of examples, what stands in the picture among other words."""
 

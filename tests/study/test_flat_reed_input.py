@@ -49,7 +49,7 @@ STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
             FLAPPER,
             GAP + 'offset = ["30 mm", "0 mm"]',
             "",
-            ("contact.offset: [30 mm, 0 mm]", "covers 0 %", "the reed 8 mm", "change the"),
+            ("contact.offset: [30 mm, 0 mm]", "covers 0 %", "reed has 8 mm", "change the"),
         ),
         (
             FLAPPER,

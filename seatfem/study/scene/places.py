@@ -43,8 +43,8 @@ def misplaced(scene: Scene) -> Iterator[Finding]:
         x, y = (1e3 * each for each in contact.offset)
         text = (
             f"[{x:.4g} mm, {y:.4g} mm]: in plan the reed covers {part} (limit: all of it); this face reaches "
-            f"{reach:.4g} mm from its middle, the reed {in_digits(there, 2)} mm from the middle of its contact: "
-            "change the offset, or reed or seat, until the reed covers the lip"
+            f"{reach:.4g} mm from its middle; the reed has {in_digits(there, 2)} mm about the middle of its contact: "
+            "change the offset, or reed and seat, until the reed covers the lip"
         )
         yield ("contact", "offset"), text
         return
