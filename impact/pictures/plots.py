@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -88,11 +89,13 @@ def plot_motion(
     title: str = "Motion of the contact points",
     names: tuple[str, str] = NAMES,
     landings: Sequence[Mapping[str, object]] = (),
+    crank: tuple[float, float] | None = None,
 ) -> Figure:
     """Draw displacements of striker and target against time, and both with the gap during the hardest contact.
 
     That is the one with the largest mean force over ``filter_width`` [s]; with ``landings``, records as in
-    summary.json, the hardest landing on the seat. All are marked, those on a stopper, too.
+    summary.json, the hardest landing on the seat. All are marked, those on a stopper, too. With ``crank``, the speed
+    of a crank [1/min] and its angle at t = 0 [rad], a second axis shows its angle.
 
     Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
 
@@ -113,7 +116,9 @@ def plot_motion(
         _curves(seat, of_runs("target_displacement"), (0.0, end))
         reed.set_title("Reed, contact point")
         seat.set_title("Seat, contact point")
-        reed.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
+        reed.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0 if crank is None else 1.24), ncols=2)
+        if crank is not None:
+            _crank_axis(reed, scaled(end, "s")[0], *crank)
         _mark_motion(reed, seat, runs, landings)
         little = 0.01 if not landings else 0.05  # of the approach: it would dwarf the openings
         window, contact = shown_contact(runs, filter_width, little, landings)
@@ -202,6 +207,13 @@ def _mark_motion(reed: Axes, seat: Axes, runs: list[ImpactResult], landings: Seq
     handles, labels = reed.get_legend_handles_labels()
     if named := handles[len(runs) :]:
         seat.legend(named, labels[len(runs) :], loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
+
+
+def _crank_axis(axes: Axes, rate: float, rpm: float, start: float) -> None:
+    """Show the angle of the crank above the time, which is drawn times ``rate``."""
+    first, per_unit = math.degrees(start), 6 * rpm / rate
+    both = (lambda time: first + per_unit * time, lambda angle: (angle - first) / per_unit)
+    axes.secondary_xaxis("top", functions=both).set_xlabel("crank angle [deg]")
 
 
 def _pulse_window(

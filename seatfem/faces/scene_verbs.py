@@ -33,7 +33,7 @@ from seatfem.faces.study_verbs import study_ahead
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
 
 SceneFile = Annotated[Path, Parameter(help="The scene file (TOML).")]
-DEMO_SCENE: Final = "flapper_on_peek_sleeve.toml"
+DEMO_SCENE: Final = "valve_on_cast_iron.toml"
 
 
 def demo(*, output: Output = None, effort: Effort = WHOLE, common: Common = COMMON) -> int:

@@ -377,7 +377,8 @@ def test_the_demo_scene_is_found_in_a_source_tree_and_in_a_wheel(
     assert cli.demo_scene().is_file()
     shipped = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     included = shipped["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
-    assert included == {f"examples/{cli.DEMO_SCENE}": f"seatfem/data/{cli.DEMO_SCENE}"}
+    files = (cli.DEMO_SCENE, "suction_valve.csv", "strengths/invented_strip.toml", "strengths/invented_strip.csv")
+    assert included == {f"examples/{file}": f"seatfem/data/{file}" for file in files}
     inside = tmp_path / "data" / cli.DEMO_SCENE
     inside.parent.mkdir()
     inside.write_text("")

@@ -34,6 +34,7 @@ from seatfem.structures.model import Array
 from seatfem.structures.rings import as_a_whole
 from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, StoreError
+from seatfem.study.impacts.external import crank_of
 from seatfem.study.impacts.gas import GasRun
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
@@ -79,7 +80,7 @@ def draw_run(
     marked: dict[str, Any] = {"filter_width": width, "title": title, "landings": landings}
     pictures: list[Picture] = [
         ("force.png", lambda path: plot_force(result, baseline, path, **marked)),
-        ("motion.png", lambda path: plot_motion(result, baseline, path, **marked)),
+        ("motion.png", lambda path: plot_motion(result, baseline, path, crank=crank_of(scene), **marked)),
         ("energy.png", lambda path: plot_energy(result, path, title=title)),
         _greens_picture(scene, method, seat),
         *more,
