@@ -124,7 +124,7 @@ def _as_vtk(source: Path, output: Path, progress: Progress) -> Written:
     there = [name for name in KEPT if (source / name).is_file()]
     if not there:
         remedies = "; ".join(f"{name}: {how}" for name, how in SOURCES.items())
-        raise ExportError(f"{source}: holds nothing that moves, none of {', '.join(KEPT)} ({remedies})")
+        raise ExportError(f"{source}: holds no motion, none of {', '.join(KEPT)} ({remedies})")
     for name in there:
         path = output / f"{Path(name).stem}_motion.pvd"
         write_moving(load_moving(source / name), path)

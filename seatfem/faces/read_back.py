@@ -18,6 +18,7 @@ from seatfem.fields import kind_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.record_columns import Record, Recorded
 from seatfem.study.scene import Contact, Scene
+from seatfem.study.scene.external import AreaByLift
 from seatfem.study.scene.files import check_files
 from seatfem.study.scene.keys import dimension_of
 from seatfem.units import write_quantity
@@ -119,6 +120,8 @@ def _understood(record: Record) -> str:
 
 
 def _value(value: object, field: FieldInfo, key: str) -> str:
+    if isinstance(value, AreaByLift) and len(value.area) == 1:  # constant
+        return write_quantity(value.area[0], "area")
     if isinstance(value, BaseModel):
         inner, named = _words(value, key), bool(getattr(value, "name", ""))
         return inner.replace(", ", " (", 1) + ")" * (", " in inner) if named else f"({inner})"

@@ -18,7 +18,7 @@ OF_EACH_STEP: Final = ("max_seat_displacement_m", "landing_max_seat_displacement
 LANDED: Final = "landed"
 STATUS: Final[Mapping[str, str]] = {
     "no landing": (
-        "No landing: the reed does not reach the seat in {time}, so there is nothing to judge. Remedy: a longer "
+        "No landing: the reed does not reach the seat in {time}, so there is no result to check. Remedy: a longer "
         "run.duration, or loads and velocities that close the reed."
     ),
     "cut off": (
@@ -79,7 +79,7 @@ def verdict(summary: Mapping[str, object]) -> str:
     if state and not any(summary.get(key) for key in asked(summary)):
         return state
     if not state and summary.get("first_contact_s") is None and not summary.get("film_force_peak_N"):
-        return "No contact within run.duration: nothing to compare."
+        return "No contact within run.duration: there is nothing to compare."
     return " ".join(filter(None, (state, _comparison(summary))))
 
 
@@ -112,7 +112,7 @@ def pressed_on(summary: Mapping[str, object]) -> str:
     if not time or not load:
         return ""
     by = "the gas" if "gas_largest_lift_m" in summary else "its loads"
-    return f"pressed on by {by}: {in_units(load, 'N')} at most, {duration(time)} in all (no landing, and not judged)"
+    return f"reed pressed on its seat by {by}: up to {in_units(load, 'N')}, {duration(time)} in total (not a landing)"
 
 
 def judged_words(summary: Mapping[str, object]) -> str:
@@ -150,9 +150,9 @@ def lasting(summary: Mapping[str, object]) -> str:
         if bar is not None and margin is not None and not is_known("life_margin", margin, bar):
             more += " (not known)"
         if margin is None:
-            told.append(f"no stress, however large, uses up {asked_for}")
+            told.append(f"no multiple of the stress uses up the life of {asked_for}")
         elif margin >= 1:
-            told.append(f"the {body} endures {asked_for}, also under {in_digits(margin)}{more} times the stress")
+            told.append(f"the {body} endures {asked_for} even with {in_digits(margin)}{more} times the stress")
         else:
             lived = "at once" if cycles is None else f"after {in_digits(cycles)} of {asked_for}"
             told.append(f"the {body} fails {lived}; it would endure {in_digits(margin)}{more} of the stress")
@@ -164,7 +164,7 @@ def lasting(summary: Mapping[str, object]) -> str:
         through = "the cycles of the two limits" if wanted is None else f"{in_digits(wanted)} cycles"
         body = name if name == "contact" else _body_at(summary, f"life_{name}_at")
         by = _in_brackets(summary, f"life_{name}_at", f"life_{name}_criterion", "life_strength_source")
-        told.append(f"the {body} endures {through} under {in_digits(margin)} times the stress{by}")
+        told.append(f"the {body} endures {through} with {in_digits(margin)} times the stress{by}")
     speed, closing, limit = (as_number(summary.get(f"life_speed_{key}")) for key in OF_SPEED)
     if speed and closing is not None and limit is not None:
         share_of_limit = f"{in_digits(1 / speed)} of the {in_digits(limit)} m/s allowed"
@@ -244,9 +244,9 @@ def _by_plan(summary: Mapping[str, object]) -> str:
     names = " and ".join(name_of(key, summary) for key in asked(summary)) or "the measures"
     stiff = "The seat is so stiff that only its static stiffness matters"
     if summary.get("accuracy_met") is not True:
-        stiff = "The plan took the seat for its static stiffness"
+        stiff = "The plan replaced the seat by its static stiffness"
     return (
-        f"{stiff}. Both columns use it{lip}. What waves in the seat would change in {names} is part of the "
+        f"{stiff}. Both columns use it{lip}. The effect of waves in the seat on {names} is part of the "
         'uncertainty. To compute waves nevertheless: seat.model = "3d".'
     )
 
@@ -260,5 +260,5 @@ def _alike(summary: Mapping[str, object], found: list[Difference]) -> str:
     changes = f"it changes {names} by {percent(abs(largest.relative))} at most"
     within = f"within the uncertainty of {percent(bar / abs(value))}"
     if summary.get("accuracy_met") is False or not _is_known(summary, largest.key):
-        return f"Whether a spring is enough cannot be told: {changes}, {within}."
+        return f"This run cannot show whether a spring is enough: {changes}, {within}."
     return f"A spring is enough here: {changes}, {within}."

@@ -128,7 +128,7 @@ def test_a_record_shorter_than_the_run_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (SPRING + MASS + base("reed"), "base.0.of: reed.kind = 'rigid_mass' is free to move: it stands on nothing"),
+        (SPRING + MASS + base("reed"), "base.0.of: reed.kind = 'rigid_mass' is free to move: it has no base"),
         (SPRING + REED + base("stopper"), "base.0.of: there is no [stopper]"),
         (SPRING + REED + base("seat") + base("seat"), "base.1.of: the base of the seat has a table before"),
         (

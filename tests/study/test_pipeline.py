@@ -510,7 +510,7 @@ def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(
 
     monkeypatch.setattr(pipeline, "draw_run", fill)
     found = run(SPRING, tmp_path / "out")
-    assert any("summary.json tells nothing of the pictures" in text for text in found.outcome.messages)
+    assert any("summary.json does not list the pictures" in text for text in found.outcome.messages)
     assert set(found.summary) >= DEMANDED
 
 

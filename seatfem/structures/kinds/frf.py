@@ -46,12 +46,15 @@ file = "response.csv"
     node: int | None = Field(None, strict=True, description="of a universal file: number of the contact's node")
     direction: Direction = Field("+z", description="of a universal file: outward normal of the contact")
     tolerance: Tolerance = default("1 %", "misfit of the poles beyond the noise of the record")
-    free: bool | None = Field(None, description="whether the body is free to move; told from the record if absent")
-    quantity: Kind | None = Field(None, description="what was measured, where neither heads nor units say")
+    free: bool | None = Field(None, description="whether the body is free to move; found from the record if absent")
+    quantity: Kind | None = Field(None, description="measured quantity, where neither heads nor units state it")
     columns: ResponseColumns | None = Field(None, description="heads of the columns, where they do not say their role")
     units: ResponseUnits | None = Field(None, description="units of the columns, where the header does not say them")
     averages: int | None = Field(
-        None, ge=1, strict=True, description="blows that were averaged: the noise by the column of coherence"
+        None,
+        ge=1,
+        strict=True,
+        description="number of averaged hammer blows; with the column of coherence it gives the noise",
     )
 
     def problems(self) -> Iterator[Finding]:

@@ -142,12 +142,12 @@ class Moving(Structure):
     is_solved: ClassVar[bool] = True
 
     velocity: Approach | None = Field(
-        None, description='as a striker that is free to move: at the start; towards the seat negative, as in "-2 m/s"'
+        None, description='of a free reed or mass at the start; negative towards the seat, as in "-2 m/s"'
     )
     deflection: Position | None = Field(
-        None, description="as a striker that is held: released from a static deflection of its contact"
+        None, description="of a held reed: released from a static deflection of its contact"
     )
-    force: AnyForce | None = Field(None, description="as a striker: on its contact; a constant one may be text")
+    force: AnyForce | None = Field(None, description="of a reed: force at its contact; a constant one may be text")
 
     @property
     def moved_by(self) -> tuple[str, ...]:

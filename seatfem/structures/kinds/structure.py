@@ -225,7 +225,7 @@ class Structure(Striking):
         """
         if (exact := self.closed_form()) is not None:
             return Surrogate(exact, True, f"the {self.kind} itself")
-        return unknown(f"kind = {self.kind!r} does not tell how large the struck face is", face)
+        return unknown(f"kind = {self.kind!r} does not state the size of the struck face", face)
 
     def numbers(self, method: Method, coarser: float = 1.0) -> Numbers | None:
         """Its finite elements in numbers, with elements ``coarser`` times as large; ``None`` where they have none."""

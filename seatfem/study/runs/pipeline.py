@@ -156,7 +156,7 @@ def run_scene(
         try:
             write_json(folder / SUMMARY_FILE, summary)
         except OSError as problem:
-            gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
+            gaps = (*gaps, f"{SUMMARY_FILE} does not list the pictures: {problem}")
     tables = (folder / SUMMARY_FILE, folder / LANDINGS_FILE)
     written = (*tables, *((folder / RESULT_FILE,) if histories else ()), folder / SEAT_FILE)
     files = (*written, *gas_files, *later.files, *drawn)

@@ -140,7 +140,7 @@ port_diameter = "12 mm"
     discharge: GasPlenum = Field(description="plenum that it delivers to")
     rpm: Rpm = Field(le=1e6, description="speed of the crank: a number (1/min), or with its unit")
     angle: Angle = default("0 deg", "crank angle at the start of the run, from the top dead centre")
-    cycles: float | None = Field(None, gt=0, le=1e4, description="turns of the crank; in place of run.duration")
+    cycles: float | None = Field(None, gt=0, le=1e4, description="turns of the crank; instead of run.duration")
     bore: Length | None = Field(None, description="diameter of the cylinder")
     stroke: Length | None = Field(None, description="of the piston")
     rod: Length | None = Field(None, description="length of the connecting rod")
@@ -155,7 +155,7 @@ port_diameter = "12 mm"
     )
     cylinder_pressure: ExistingFile | None = Field(
         None,
-        description="in place of bore, stroke, rod, clearance: CSV file with `angle [deg],pressure [bar]` over a turn, "
+        description="instead of bore, stroke, rod, clearance: CSV file with `angle [deg],pressure [bar]` over a turn, "
         "or `time [ms],pressure [bar]` over the run",
     )
     columns: CourseColumns | None = Field(
