@@ -239,7 +239,7 @@ def test_where_results_go(pipeline: Pipeline) -> None:
         Path("flapper_on_spring-seat.h5"),
         Path("flapper_on_spring-modes"),
     ]
-    assert pipeline.asked[0][1] == "Flapper reed on a PEEK seat sleeve"
+    assert pipeline.asked[0][1] == "Suction valve on a cast-iron plate"
 
 
 @pytest.mark.parametrize(

@@ -343,7 +343,7 @@ def test_a_summary_of_another_version_is_still_readable(value: object, tmp_path:
         key: value for key, value in LIFE.items() if key not in ("life_design_cycles", "life_survival", "life_at")
     }
     assert lasting(without) == (
-        "fatigue: the body endures the cycles asked for, also under 1.35 +- 0.05 times the stress (goodman; invented)"
+        "fatigue: the body endures the cycles asked for even with 1.35 +- 0.05 times the stress (goodman; invented)"
     )
 
 
