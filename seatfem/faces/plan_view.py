@@ -10,7 +10,7 @@ from typing import Final
 from rich.table import Table
 
 from impact.files.table import without_nan
-from impact.quantities import in_digits, in_time, percent
+from impact.quantities import enumeration, in_digits, in_time, percent
 from seatfem.faces.read_back import read_back
 from seatfem.study.accuracy.source_words import STAGES, in_words
 from seatfem.study.method import as_stated
@@ -71,7 +71,7 @@ def judged_line(plan: Plan) -> str:
     """Return what the target of accuracy speaks of: the measures, and of which landing."""
     accuracy = plan.scene.accuracy
     of_it = "of the whole run" if accuracy.landing == "run" else f"of the {accuracy.landing} landing on the seat"
-    names = " and ".join(all_measures()[name].words for name in accuracy.measures)
+    names = enumeration(all_measures()[name].words for name in accuracy.measures)
     return f"{percent(accuracy.target, 3)} in {names} {of_it}"
 
 

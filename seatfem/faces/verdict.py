@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from impact.quantities import in_digits, in_units, percent, plain, scaled
+from impact.quantities import enumeration, in_digits, in_units, percent, plain, scaled
 from seatfem.faces.readings import as_number, bar_of, duration
 from seatfem.faces.rows import LANDING, STATIC, asked, name_of, unit_of
 from seatfem.study.runs.outcome import WITHOUT_ZERO, is_known
@@ -119,7 +119,7 @@ def judged_words(summary: Mapping[str, object]) -> str:
     """Return what the accuracy speaks of: the judged measures, of which landing."""
     keys = asked(summary)
     of_landing = f" of the {which_landing(summary)}" if any(key.startswith(LANDING) for key in keys) else ""
-    return " and ".join(name_of(key, summary) for key in keys) + of_landing
+    return enumeration(name_of(key, summary) for key in keys) + of_landing
 
 
 def simpler(summary: Mapping[str, object]) -> str:
@@ -241,7 +241,7 @@ def _by_plan(summary: Mapping[str, object]) -> str:
     lip = "; the baseline has no coupling between the segments of the lip" if "ports" in summary else ""
     if "seat.model" in str(summary.get("plan_given", "")).split(", "):
         return f'seat.model = "spring": the seat is its static stiffness alone, as in the baseline{lip}.'
-    names = " and ".join(name_of(key, summary) for key in asked(summary)) or "the measures"
+    names = enumeration(name_of(key, summary) for key in asked(summary)) or "the measures"
     stiff = "The seat is so stiff that only its static stiffness matters"
     if summary.get("accuracy_met") is not True:
         stiff = "The plan replaced the seat by its static stiffness"
@@ -256,7 +256,7 @@ def _alike(summary: Mapping[str, object], found: list[Difference]) -> str:
     bar, value = (as_number(summary.get(prefix + largest.key)) for prefix in ("error_bar_", ""))
     assert bar is not None
     assert value is not None
-    names = " and ".join(name_of(d.key, summary) for d in found)
+    names = enumeration(name_of(d.key, summary) for d in found)
     changes = f"it changes {names} by {percent(abs(largest.relative))} at most"
     within = f"within the uncertainty of {percent(bar / abs(value))}"
     if summary.get("accuracy_met") is False or not _is_known(summary, largest.key):
