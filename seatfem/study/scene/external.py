@@ -93,7 +93,7 @@ area = "80 mm^2"
                 "area", "required key is missing: effective area" if missing else "there is no pressure; remove the key"
             )
         if self.at is not None and self.force is None:
-            raise KeyProblem("at", "only a force has a place of its own; remove the key")
+            raise KeyProblem("at", "only a force has a place; remove the key")
         return self
 
     @property
