@@ -2,7 +2,7 @@
 
     .venv/bin/python docs/drawings.py
 
-Draws examples/suction_valve.toml and examples/tilted_landing.toml into docs/images/; `docs/refresh.py` calls it.
+Draws the examples of `DRAWN` into docs/images/; `docs/refresh.py` calls it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from seatfem.study.runs.drawing import draw_scene
 from seatfem.study.scene import load_scene
 
 ROOT = Path(__file__).resolve().parent.parent
-DRAWN: Final = ("suction_valve", "tilted_landing")
+DRAWN: Final = ("suction_valve", "tilted_landing", "cad_assembly")
 
 
 def main() -> None:

@@ -19,6 +19,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+import assembly_tutorial
 import drawings
 import ring_valve_page
 import scene_pictures
@@ -68,6 +69,7 @@ def main() -> None:
     drawings.main()
     sleeve_picture.main([])
     ring_valve_page.main()
+    assembly_tutorial.main(Path(tempfile.mkdtemp()))
     scene_pictures.main([])
     in_python()
     part = Path(shutil.copyfile(ROOT / "meshes" / "valve_body.step", Path(tempfile.mkdtemp()) / "part.step"))

@@ -38,7 +38,8 @@ def main(folder: Path = FOLDER) -> None:
         write_step(geometry, folder / f"{name}.step")
     make_mesh(SEAT, SEAT_SPEC, msh=folder / "annular_seat.msh")
     # gmsh keeps to processes of its own
-    subprocess.run([sys.executable, str(FOLDER / "cad_parts.py"), str(folder)], check=True, stdout=subprocess.DEVNULL)
+    for script in ("cad_parts.py", "valve_plate_assembly.py"):
+        subprocess.run([sys.executable, str(FOLDER / script), str(folder)], check=True, stdout=subprocess.DEVNULL)
 
 
 if __name__ == "__main__":

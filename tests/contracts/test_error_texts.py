@@ -38,6 +38,7 @@ EXEMPT = {
     ("faces/errors.py", "text"): "the whole text of an error, which gets its line",
     ("jobs/cluster.py", "told"): "the words of a worker, whose errors are of the same packages",
     ("structures/inspection/parts.py", "found.problems"): "what the process of gmsh found wrong, in its words",
+    ("structures/inspection/sides.py", "found.problems"): "the same",
     ("structures/kinds/cad.py", "found.problems"): "the same",
     ("structures/kinds/cad.py", "naming(self.file, told)"): "the same",
     ("structures/mesh/gmsh_process.py", "last['error']"): "the same",
@@ -49,6 +50,7 @@ EXEMPT = {
     ("structures/reduction/slepc.py", "{gap}; {remedy}"): "what is missing of PETSc, with what installs it",
     ("study/scene/files.py", "text"): "findings of the structures, texts of their errors",
     ("study/scene/load.py", "why"): "what a file is in place of a scene, each with the verb that takes it",
+    ("study/scene/parts_as_drawn.py", "finding"): "the same",
     ("study/scene/problems.py", "_message(place, data)"): "pydantic's words: 'input should be ...'",
 }
 """File, and what its text has; why nothing is asked of it here."""

@@ -138,7 +138,7 @@ def test_a_turned_pair_lands_the_same(folder: Path, monkeypatch: pytest.MonkeyPa
             [
                 "face 5 looks away",
                 "6.52 mm behind",
-                "towards the reed: 13 (centre (0, 0, 6.5) mm, 0.02 mm",
+                "towards nearest are 13 (centre (0, 0, 6.5) mm, 0.02 mm",
                 "3 (centre",
             ],
         ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.inspection.cad import FoundFace, inspect_geometry
+from seatfem.structures.inspection.opened import FileState, state_of
 from seatfem.structures.inspection.outline import PICOMETRE
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.shapes import CadPart, Group, Selector
@@ -26,18 +28,24 @@ def straight_side(path: Path, selectors: tuple[Selector, ...], frame: Frame) -> 
         GeometryError: "Outlined.clamped = ...": a selection that finds no face, one that is no straight side, or faces
             that do not lie in one line; with the sides that there are.
     """
+    return _side(state_of(path), path, selectors, frame)
+
+
+@lru_cache(maxsize=8)
+def _side(state: FileState, path: Path, selectors: tuple[Selector, ...], frame: Frame) -> tuple[Place, Place]:
+    del state  # part of the key
     try:
         found = inspect_geometry(CadPart(path, contact=(), fixed=(), groups=(Group(GROUP, selectors),)))
     except (MeshingError, OSError) as error:
-        raise _wrong(path, str(error)) from error
+        raise _wrong(path, f"{error}; check the file") from error
     if found.problems:
-        raise _wrong(path, found.problems[0][1])
+        raise GeometryError(f"Outlined.clamped = {path.name}: {found.problems[0][1]}")
     sides = [face for face in found.faces if _is_side(face, frame)]
     chosen = [face for face in found.faces if GROUP in face.groups]
     if other := [face for face in chosen if face not in sides]:
         kind = "a broad face of the plate" if other[0].normal is not None else f"a {other[0].kind.lower()}"
         raise _wrong(
-            path, f"face {_numbers(other[0])} is {kind}; a sheet is clamped along a straight side: {_listed(sides)}"
+            path, f"face {_numbers(other[0])} is {kind}; select a straight side of the sheet: {_listed(sides)}"
         )
     first = np.array(chosen[0].normal)
     points = found.edges[GROUP].reshape(-1, 3)
@@ -45,7 +53,7 @@ def straight_side(path: Path, selectors: tuple[Selector, ...], frame: Frame) -> 
     if any(np.linalg.norm(first - np.array(face.normal)) > ANGLE_TOLERANCE for face in chosen) or (
         np.ptp(heights) > LENGTH_TOLERANCE
     ):
-        raise _wrong(path, f"the faces do not lie in one line; clamp one straight side: {_listed(chosen)}")
+        raise _wrong(path, f"the faces do not lie in one line; select one straight side: {_listed(chosen)}")
     way = np.cross(frame.normal, first)
     ends = points[[int(np.argmin(points @ way)), int(np.argmax(points @ way))]]
     (a, b), (c, d) = (np.round(frame.seen(ends), PICOMETRE) + 0.0).tolist()

@@ -237,16 +237,16 @@ class PartsAsDrawn:
         return f"{self.seat.file.name} is in {unit}, {self.file.name} in {_unit(self.file)}"
 
     def _facing(self) -> str:
-        """Return the nearest flat faces of the seat that look towards the reed."""
+        """Return what to select: the nearest flat faces of the seat that look towards the reed."""
         found = sorted(self._towards(), key=lambda each: each[0])
         if not found:
-            return "no flat face of the seat looks towards the reed: draw both parts in one coordinate system"
+            return "draw both parts in one coordinate system, no flat face of the seat looks towards the reed"
         words = (
             f"{_number(face)} (centre ({', '.join(f'{1e3 * c:.4g}' for c in np.round(face.centre, 12) + 0.0)}) mm, "
             f"{1e3 * away:.4g} mm from the reed)"
             for away, face in found[:NEAREST]
         )
-        return f"the nearest faces that look towards the reed: {', '.join(words)}"
+        return f"select a face that looks towards the reed, the nearest are {', '.join(words)}"
 
     def _towards(self) -> Iterator[tuple[float, FoundFace]]:
         for face in self.found.faces:
@@ -264,8 +264,8 @@ def open_parts(seat: Cad, file: Path) -> PartsAsDrawn:
     Raises:
         KeyProblem: a part that cannot be read, parts of other sizes, a struck face that does not look towards the reed.
     """
-    for path, words in seat.problems():
-        raise KeyProblem(".".join(("seat", *map(str, path))), words)
+    for path, finding in seat.problems():
+        raise KeyProblem(".".join(("seat", *map(str, path))), finding)
     try:
         drawn = outline_in(file, oblique=True)
     except GeometryError as error:
