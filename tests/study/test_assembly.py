@@ -138,7 +138,7 @@ def test_a_turned_pair_lands_the_same(folder: Path, monkeypatch: pytest.MonkeyPa
             [
                 "face 5 looks away",
                 "6.52 mm behind",
-                "towards nearest are 13 (centre (0, 0, 6.5) mm, 0.02 mm",
+                "nearest are 13 (centre (0, 0, 6.5) mm, 0.02 mm",
                 "3 (centre",
             ],
         ),
@@ -164,6 +164,7 @@ def test_a_turned_pair_lands_the_same(folder: Path, monkeypatch: pytest.MonkeyPa
         ("plate", "flapper", (("damping_ratio", "along = [1, 0, 0]\ndamping_ratio"),), "seat.along", ["remove it"]),
         ("plate", "flapper", (('kind = "cad"', 'kind = "mesh"'),), "assembly.placed", ["'mesh' has no CAD file"]),
         ("plate", "missing", (), "reed.file", ["no such file"]),
+        ("plate", "flapper", (("cast iron", "cast irn"),), "seat.material", ["did you mean"]),
     ],
 )
 def test_what_does_not_fit_together(

@@ -31,6 +31,7 @@ class Cad(Drawn):
 
     group: ClassVar[str] = "imported"
     has_faces: ClassVar[bool] = True
+    face_as_drawn: ClassVar[bool] = True
 
     sample: ClassVar[str] = """
 file = "seat.step"

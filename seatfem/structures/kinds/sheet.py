@@ -111,6 +111,7 @@ class OutlinedSheet(ClampedPlate):
     """
 
     group: ClassVar[str] = "imported"
+    reed_as_drawn: ClassVar[bool] = True
     about: ClassVar[str] = "contact_at"
     also: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({"plate": ("outline", "file")})
 

@@ -58,6 +58,10 @@ class Structure(Striking):
     """Whether its Green's function is worth a file in the user's store."""
     is_drawn: ClassVar[bool] = False
     """Whether its mesh is made from a drawing, as fine as it is asked for."""
+    face_as_drawn: ClassVar[bool] = False
+    """Whether its struck face has a place in a CAD file, where a reed from another file may lie over it."""
+    reed_as_drawn: ClassVar[bool] = False
+    """Whether it may be such a reed: flat, in a STEP file."""
     plane: ClassVar[bool] = False
     """Whether its patch moves as a plane, whatever presses it."""
     has_rings: ClassVar[bool] = False

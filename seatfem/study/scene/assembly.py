@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
 from pydantic import Field, ValidationError
 
-from seatfem.fields import KeyProblem, Table
-from seatfem.structures.kinds.cad import Cad
+from seatfem.fields import KeyProblem, Table, kind_of
+from seatfem.structures.kinds import Structure, kinds_of
+from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.shapes.cad import STEP_SUFFIXES
+from seatfem.study.scene.problems import explain
 
 if TYPE_CHECKING:
     from seatfem.study.scene.parts_as_drawn import PartsAsDrawn
@@ -20,8 +22,6 @@ if TYPE_CHECKING:
 KEY: Final = "assembly.placed"
 FOLLOWING: Final = (("contact", ("offset", "tilt", "tilt_axis", "gap")), ("seat", ("along",)), ("reed", ("frame",)))
 """Keys that follow from the files."""
-UNREADABLE: Final = {"kind": "rigid_mass", "mass": "1 g", "velocity": "-1 m/s"}
-"""In place of a reed that cannot be placed because its seat cannot be read: what is wrong with the seat is told."""
 SMALLEST: Final = 1e-9  # [m], [rad]; less is written as nothing
 
 
@@ -56,31 +56,52 @@ def with_places(given: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
                 raise KeyProblem(
                     f"{table}.{key}", 'it follows from the files (assembly.placed = "as drawn"); remove it'
                 )
-    file = _file_of_reed(seat_table, reed_table, folder)
+    kind, file = _seat_kind(seat_table), _file_of_reed(reed_table, folder)
     if file is None:
         return {**given, "reed": _unplaced(reed_table)}
     try:
-        seat = Cad.model_validate(seat_table, context={"folder": folder})
-    except ValidationError:
-        return {**given, "reed": UNREADABLE}
+        seat = kind.model_validate(seat_table, context={"folder": folder})
+    except ValidationError as error:
+        found = explain(error, kind, seat_table, folder, {})[0]
+        raise KeyProblem(f"seat.{found.key}", found.message) from None
     from seatfem.study.scene.parts_as_drawn import open_parts  # of scenes with this table only
 
     parts = open_parts(seat, file)
     return {**given, **_keys(parts, seat_table, reed_table, contact)}
 
 
-def _file_of_reed(seat: Mapping[str, Any], reed: Mapping[str, Any], folder: Path) -> Path | None:
-    """Return the reed's STEP file, ``None`` of one that is not there. Raises `KeyProblem` of other kinds of bodies."""
-    if (kind := seat.get("kind")) != "cad":
-        raise KeyProblem(KEY, f'seat.kind = {kind!r} has no CAD file; take kind = "cad", or remove [assembly]')
-    kind, file = reed.get("kind"), reed.get("file")
-    if kind not in ("sheet", "plate") or not isinstance(file, str) or Path(file).suffix.lower() not in STEP_SUFFIXES:
+def _seat_kind(seat: Mapping[str, Any]) -> type[Drawn]:
+    """Return the kind of the seat. Raises `KeyProblem` of one whose face has no place in a file."""
+    found = _kind(seat)
+    if found is None or not found.face_as_drawn or not issubclass(found, Drawn):
+        names = _names(each for each in kinds_of() if each.face_as_drawn)
+        words = f"seat.kind = {seat.get('kind')!r} has no CAD file; take kind = {names}, or remove [assembly]"
+        raise KeyProblem(KEY, words)
+    return found
+
+
+def _file_of_reed(reed: Mapping[str, Any], folder: Path) -> Path | None:
+    """Return the reed's STEP file, ``None`` of one that is not there. Raises `KeyProblem` of another kind of reed."""
+    found, kind, file = _kind(reed), reed.get("kind"), reed.get("file")
+    step = isinstance(file, str) and Path(file).suffix.lower() in STEP_SUFFIXES
+    if found is None or not found.reed_as_drawn or not step:
         what = f"reed.kind = {kind!r}" if file is None else f"reed.kind = {kind!r} with reed.file = {file!r}"
-        raise KeyProblem(
-            KEY, f'{what} is no flat reed from a STEP file; take kind = "sheet" with one, or remove [assembly]'
-        )
-    path = (folder / file).resolve()
+        names = _names(each for each in kinds_of() if each.reed_as_drawn)
+        words = f"{what} is no flat reed from a STEP file; take kind = {names} with one, or remove [assembly]"
+        raise KeyProblem(KEY, words)
+    path = (folder / str(file)).resolve()
     return path if path.is_file() else None
+
+
+def _kind(table: Mapping[str, Any]) -> type[Structure] | None:
+    """Return the kind of body that a table means."""
+    kind = table.get("kind")
+    meant = (each for each in kinds_of() if table.keys() & set(each.also.get(str(kind), ())))
+    return next(meant, None) or next((each for each in kinds_of() if kind_of(each) == kind), None)
+
+
+def _names(kinds: Iterable[type[Structure]]) -> str:
+    return " or ".join(f'"{kind_of(each)}"' for each in kinds)
 
 
 def _keys(

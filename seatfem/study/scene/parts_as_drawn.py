@@ -19,14 +19,14 @@ from seatfem.structures.face_lip import face_lip
 from seatfem.structures.inspection.cad import FoundFace, Inspected, inspect_geometry
 from seatfem.structures.inspection.outline import DrawnOutline, outline_in
 from seatfem.structures.inspection.sides import straight_side
-from seatfem.structures.kinds.cad import Cad
+from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.sheet import AnyClamp, Clamp, Place
 from seatfem.structures.lands import Land
 from seatfem.structures.lip import tilted
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.placement import ROUND_OFF, Placement, cut_by, facing_side, placed
-from seatfem.structures.shapes import loops, polygons
-from seatfem.structures.shapes.cad import STEP_SUFFIXES, stated_unit
+from seatfem.structures.shapes import CadPart, Geometry, loops, polygons
+from seatfem.structures.shapes.cad import stated_unit
 from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.shapes.frames import Frame
 from seatfem.study.scene.stopper import STEEPEST
@@ -73,7 +73,7 @@ class PartsAsDrawn:
         drawn: the reed.
     """
 
-    seat: Cad
+    seat: Drawn
     file: Path
     found: Inspected
     drawn: DrawnOutline
@@ -84,7 +84,7 @@ class PartsAsDrawn:
         try:
             return self.found.land(self.seat.struck_face)
         except ModelError as error:
-            raise KeyProblem("seat.contact", f"{self.seat.file.name}: {error}") from None
+            raise KeyProblem("seat.contact", f"{self._name}: {error}") from None
 
     @property
     def frame(self) -> Frame:
@@ -119,7 +119,7 @@ class PartsAsDrawn:
     def placement(self, clamp: DrawnClamp) -> Placement:
         """Return how the reed lies over the lip. Raises `KeyProblem` of parts that do not fit together."""
         side = facing_side(self.drawn, self._normal)
-        found, name, contact = placed(self.land, side, np.array(clamp.ends)), self.seat.file.name, self._contact_words
+        found, name, contact = placed(self.land, side, np.array(clamp.ends)), self._name, self._contact_words
         self._check_sizes(float(np.ptp(self.found.edges[self.seat.struck_face].reshape(-1, 3), axis=0).max()))
         corners = loops.polygon(self._outline(found)[0])[0]
         if not polygons.holds(corners, found.lip):
@@ -139,7 +139,7 @@ class PartsAsDrawn:
         if gap < -ROUND_OFF:
             raise KeyProblem(
                 KEY,
-                f"the reed in {self.file.name} cuts into {self._contact_words} of {self.seat.file.name} by "
+                f"the reed in {self.file.name} cuts into {self._contact_words} of {self._name} by "
                 f"{-1e3 * gap:.4g} mm (limit {1e3 * ROUND_OFF:g} mm; {self._units}): move one of the parts in the CAD "
                 "program, or select the face under the reed in seat.contact",
             )
@@ -147,7 +147,7 @@ class PartsAsDrawn:
             x, y, z = np.round(1e3 * np.array(point), 6) + 0.0
             raise KeyProblem(
                 KEY,
-                f"{self.seat.file.name} rises through the reed in {self.file.name} at ({x:.4g}, {y:.4g}, {z:.4g}) mm: "
+                f"{self._name} rises through the reed in {self.file.name} at ({x:.4g}, {y:.4g}, {z:.4g}) mm: "
                 "the parts overlap; move one of them in the CAD program",
             )
         return max(gap, 0.0)
@@ -163,13 +163,16 @@ class PartsAsDrawn:
         return x, y
 
     @property
+    def _name(self) -> str:
+        """Of the seat's file."""
+        return self.seat.files()[0].name
+
+    @property
     def _normal(self) -> Vector:
         """Of the struck face, out of the seat. Raises `KeyProblem` of curved ones."""
         normals = [face.normal for face in self.found.faces if self.seat.struck_face in face.groups]
         if (found := normals[0]) is None:
-            raise KeyProblem(
-                "seat.contact", f"{self.seat.file.name}: {self._contact_words} is not flat; {self._facing()}"
-            )
+            raise KeyProblem("seat.contact", f"{self._name}: {self._contact_words} is not flat; {self._facing()}")
         return found
 
     @property
@@ -210,7 +213,7 @@ class PartsAsDrawn:
             words = f"looks away from the reed in {self.file.name}, which lies {-1e3 * away:.4g} mm behind it"
         else:
             return
-        raise KeyProblem("seat.contact", f"{self.seat.file.name}: {self._contact_words} {words}; {self._facing()}")
+        raise KeyProblem("seat.contact", f"{self._name}: {self._contact_words} {words}; {self._facing()}")
 
     def _check_sizes(self, least: float) -> None:
         """Raise `KeyProblem` of a reed that is smaller than this [m], or far larger than the seat."""
@@ -226,15 +229,14 @@ class PartsAsDrawn:
         sides = np.ptp(np.concatenate([self._corners, self._corners + thick]), axis=0)
         raise KeyProblem(
             KEY,
-            f"the parts do not fit together in size: {self.seat.file.name} measures {_box(self.found.shape.extent)}, "
+            f"the parts do not fit together in size: {self._name} measures {_box(self.found.shape.extent)}, "
             f"the reed in {self.file.name} {_box(sides)}; {words} ({self._units}): export both files in the same unit",
         )
 
     @property
     def _units(self) -> str:
         """Units of both files, in words."""
-        unit = self.seat.unit or _unit(self.seat.file)
-        return f"{self.seat.file.name} is in {unit}, {self.file.name} in {_unit(self.file)}"
+        return f"{self._name} is in {_unit(self.seat.geometry())}, {self.file.name} in {_unit(CadPart(self.file))}"
 
     def _facing(self) -> str:
         """Return what to select: the nearest flat faces of the seat that look towards the reed."""
@@ -258,7 +260,7 @@ class PartsAsDrawn:
                 yield away, face
 
 
-def open_parts(seat: Cad, file: Path) -> PartsAsDrawn:
+def open_parts(seat: Drawn, file: Path) -> PartsAsDrawn:
     """Return both parts, opened.
 
     Raises:
@@ -273,7 +275,7 @@ def open_parts(seat: Cad, file: Path) -> PartsAsDrawn:
     try:
         parts = PartsAsDrawn(seat, file, inspect_geometry(seat.geometry()), drawn)
     except (MeshingError, OSError) as error:
-        raise KeyProblem("seat.file", f"{seat.file.name}: {error}") from None
+        raise KeyProblem("seat.file", f"{seat.files()[0].name}: {error}") from None
     parts.check_facing()
     return parts
 
@@ -291,8 +293,8 @@ def _box(sides: Array) -> str:
     return " x ".join(f"{1e3 * side:.4g}" for side in sides) + " mm"
 
 
-def _unit(file: Path) -> str:
-    if file.suffix.lower() not in STEP_SUFFIXES:
-        return "a unit that it does not state"
-    unit = stated_unit(file)
+def _unit(part: Geometry) -> str:
+    """Return the length unit of a CAD part in words."""
+    assert isinstance(part, CadPart)
+    unit = stated_unit(part.path) if part.unit is None else part.unit
     return next((name for size, name in UNITS.items() if math.isclose(size, unit, rel_tol=1e-6)), f"{unit:g} m")
