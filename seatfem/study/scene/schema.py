@@ -33,7 +33,7 @@ class _AsWritten(GenerateJsonSchema):
         if function is read_number:
             return {"type": ["number", "string"], "examples": [0.1, "10 %"]}
         inner = super().function_before_schema(schema)
-        if inner.get("type") == "object":
+        if inner.get("type") in ("object", ["object", "string"]) and "allOf" not in inner:
             return {**inner, "type": ["object", "string"]}
         return {"anyOf": [inner, {"type": ["string", "array"]}]}
 
