@@ -27,6 +27,7 @@ SAID = {
     "ball_on_seat": ("gap 1 um", "velocity 0.5 m/s", "Ø 10 mm", "struck Ø 1.2 mm"),
     "compressor_cycle": ("stopper 2 mm", "spring 50 N/um", "pressure of the gas, suction valve, port Ø 12 mm"),
     "flapper_between_stops": ("stopper 0.8 mm", "start 1 mm", "pressure as in opening_pulse.csv"),
+    "cad_assembly": ("gap 20 um", "22 mm", "t 0.3 mm", "struck face 10.4 mm x 10.4 mm"),
     "flapper_on_annular_seat": ("port Ø 8 mm", "lip 1 mm wide", "lip 0.5 mm high", "25.4 mm", "released from 1 mm"),
     "flapper_on_arc": ("port Ø 8 mm", "contact 0.8 mm"),
     "flapper_on_stopper": ("struck Ø 4 mm", "Ø 12 mm"),

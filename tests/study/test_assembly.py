@@ -175,3 +175,20 @@ def test_what_does_not_fit_together(
     told = {problem.key: problem.message for problem in caught.value.problems}
     assert key in told
     assert [each for each in words if each not in told[key]] == [], told[key]
+
+
+def test_a_frame_that_is_stated(folder: Path) -> None:
+    """Without [assembly]: an oblique reed by its own frame; a normal that is not the plate's is refused."""
+    placed = loaded(folder, "tumbled_plate", "tumbled_flapper").reed.frame
+    origin = ", ".join(f'"{each!r} m"' for each in placed.origin)
+    alone = '[assembly]\nplaced = "as drawn"\n', ""
+    stated = f'contact_at = ["22 mm", "0 mm"]\nframe = {{ origin = [{origin}], along = {list(placed.along)}, normal = '
+    scene = loaded(
+        folder, "tumbled_plate", "tumbled_flapper", alone, ("clamped =", f"{stated}{list(placed.normal)} }}\nclamped =")
+    )
+    assert scene.reed.geometry().centre == pytest.approx((22e-3, 0.0))
+    assert scene.reed.geometry().is_mirrored
+    with pytest.raises(
+        SceneError, match=r"reed\.frame\.normal: it is not square to the plate in tumbled_flapper\.step"
+    ):
+        loaded(folder, "tumbled_plate", "tumbled_flapper", alone, ("clamped =", f"{stated}[0, 0, 1] }}\nclamped ="))

@@ -49,7 +49,8 @@ class DrawnOutline:
         def moved(loop: tuple[Corner, ...]) -> tuple[Corner, ...]:
             corners = np.array(loop)
             places = frame.seen(own.points(corners[:, :2]))
-            return _corners(np.round(np.column_stack([places, bulged * corners[:, 2]]), PICOMETRE) + 0.0)
+            found = np.column_stack([places, bulged * corners[:, 2]])
+            return _corners(np.asarray(np.round(found, PICOMETRE) + 0.0, dtype=np.float64))
 
         return replace(self, outline=moved(self.outline), holes=tuple(map(moved, self.holes)), frame=frame)
 

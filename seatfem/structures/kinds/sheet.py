@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from seatfem.fields import ExistingFile, KeyProblem, Length, Position, Table
-from seatfem.structures.errors import GeometryError
+from seatfem.structures.errors import GeometryError, ModelError
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.plate_loads import ClampedPlate
 from seatfem.structures.kinds.selectors import (
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 Place = tuple[Position, Position]
 DIMENSIONS: Final = 3
+SQUARE: Final = 1e-9  # of the cosine between normals: 4e-5 rad
 SAME: Final = 1e-4  # relative, of a thickness given and that of the file
 CORNERS = [["0 mm", "-4 mm"], ["20 mm", "-4 mm"], ["20 mm", "4 mm"], ["0 mm", "4 mm"]]
 HOLE = [["2 mm", "-1 mm"], ["6 mm", "-1 mm"], ["6 mm", "1 mm"], ["2 mm", "1 mm"]]
@@ -74,8 +75,16 @@ class SheetFrame(Table):
     along: Way = Field(description="direction of x in the file", examples=[[1.0, 0.0, 0.0]])
     normal: Way = Field(description="of the sheet, away from its seat", examples=[[0.0, 0.0, 1.0]])
 
+    @model_validator(mode="after")
+    def _not_along_the_normal(self) -> Self:
+        try:
+            axes_along(self.normal, self.along)
+        except ModelError:
+            raise KeyProblem("along", "it lies along the normal; give a direction in the plane of the sheet") from None
+        return self
+
     def frame(self) -> Frame:
-        """The same in numbers; raises `ModelError` of an ``along`` that lies along the normal."""
+        """The same in numbers."""
         x, y, _ = axes_along(self.normal, self.along)
         return Frame(self.origin, triple(x), triple(y))
 
@@ -106,8 +115,8 @@ class OutlinedSheet(ClampedPlate):
 
     A file holds its outline and holes, as a DXF drawing or as STEP: one plane face, or a solid plate of even thickness.
     Places are in the file's coordinates. A STEP face lies square to an axis of the file and is seen against it: x and y
-    are the file's own where that axis is z, y and z where it is x, z and x where it is y. `kind = "plate"` with
-    `outline` or `file` means the same.
+    are the file's own where that axis is z, y and z where it is x, z and x where it is y. Of a face in any position
+    `frame` says where x and y lie. `kind = "plate"` with `outline` or `file` means the same.
     """
 
     group: ClassVar[str] = "imported"
@@ -195,7 +204,13 @@ damping_ratio = 0.02
     def _from_file(self) -> DrawnOutline:
         assert self.file is not None
         drawn = _drawn(self.file, None if self.unit is None else METRES[self.unit], oblique=self.frame is not None)
-        return drawn if self.frame is None else drawn.seen_in(self.frame.frame())
+        if self.frame is None or drawn.frame is None:
+            return drawn
+        frame = self.frame.frame()
+        if abs(abs(float(frame.normal @ drawn.frame.normal)) - 1) > SQUARE:
+            words = ", ".join(f"{each:.4g}" for each in drawn.frame.normal + 0.0)
+            raise KeyProblem("frame.normal", f"it is not square to the plate in {self.file.name}; take ({words})")
+        return drawn.seen_in(frame)
 
     @property
     def _segment(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
