@@ -13,6 +13,7 @@ from impact.greens.base import Array
 from seatfem.structures.inspection.outline import DrawnOutline
 from seatfem.structures.inspection.shape import Shape
 from seatfem.structures.lands import Land, axes_along
+from seatfem.structures.lip import AnyLip, tilted
 from seatfem.structures.outlines import inside
 from seatfem.structures.shapes import loops
 from seatfem.structures.shapes.faces import Vector
@@ -20,6 +21,7 @@ from seatfem.structures.shapes.frames import Frame
 from seatfem.structures.shapes.inspect import triple
 
 ROUND_OFF: Final = 1e-6  # [m], [rad]: what coordinates of exchange files are good for
+EDGE_POINTS: Final = 721  # of each edge of a lip
 BESIDE: Final = 1e-5  # [m]; what touches the reed's edge no further cuts into nothing
 
 
@@ -76,15 +78,26 @@ def placed(land: Land, side: tuple[Vector, Vector], clamp: Array) -> Placement:
     return Placement(frame, (u, v), float((point - centre) @ up), tilt if tilt > ROUND_OFF else 0.0, axis)
 
 
-def cut_by(shape: Shape, outline: Sequence[Array], placement: Placement) -> Vector | None:
+def opening(lip: AnyLip, placement: Placement) -> tuple[float, float]:
+    """Return the smallest opening between a reed and the centre lines of a lip, seen along its x axis, and how much
+    smaller it is at the edges of the lip [m]."""
+    middle, edges = (
+        float(tilted(points, placement.tilt, placement.axis).min())
+        for points in (lip.lines(), np.stack(lip.cuts(np.linspace(0.0, 1.0, EDGE_POINTS))))
+    )
+    return placement.height + middle, max(0.0, middle - edges)
+
+
+def cut_by(shape: Shape, outline: Sequence[Array], placement: Placement, allowed: float) -> Vector | None:
     """Return a point at which a body rises through the reed's side that faces it [m]; ``None`` where it does nowhere.
 
     Args:
         shape: the body's surface.
         outline: loops (n, 3) around the reed and its holes, seen in the placement's frame.
+        allowed: height by which it may [m].
     """
     frame = placement.frame
-    height = (shape.points - np.array(frame.origin)) @ frame.normal - ROUND_OFF
+    height = (shape.points - np.array(frame.origin)) @ frame.normal - ROUND_OFF - allowed
     edges = shape.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     edges = edges[(height[edges] > 0).sum(axis=1) == 1]
     if not len(edges):

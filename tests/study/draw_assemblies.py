@@ -61,6 +61,10 @@ def plate_with_pin(occ: Any) -> Bodies:
     return list(occ.fuse(plate(occ), [(3, occ.addCylinder(-15, 0, 5, 0, 0, 3, 1))])[0])
 
 
+LOW = 0.001 - (0.05 - 4.6 * math.tan(math.radians(0.4)))
+"""To a gap of 1 um over the middle of the lip."""
+
+
 def main(folder: Path) -> None:
     write(folder / "plate.step", plate)
     write(folder / "pin.step", plate_with_pin)
@@ -70,6 +74,11 @@ def main(folder: Path) -> None:
         write(folder / f"{move.__name__}_flapper.step", flapper, move)
     write(folder / "tilted_flapper.step", flapper, tilted)
     write(folder / "turned_tilted_flapper.step", flapper, tilted_and_turned)
+    write(
+        folder / "low_flapper.step",
+        flapper,
+        lambda occ, bodies: (tilted(occ, bodies), occ.translate(bodies, 0, 0, LOW)),
+    )
     write(folder / "off_flapper.step", flapper, shifted(0.4, -0.3, 0.01))
     write(folder / "half_off_flapper.step", flapper, shifted(0, 4, 0))
     write(folder / "far_flapper.step", flapper, shifted(0, 20, 0))

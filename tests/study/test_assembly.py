@@ -68,6 +68,12 @@ def test_a_tilted_reed(folder: Path) -> None:
     assert contact.gap == pytest.approx(GAP + 30e-6 - LIP_RADIUS * math.tan(math.radians(0.4)), abs=LENGTH)
 
 
+def test_a_tilted_reed_that_all_but_touches(folder: Path) -> None:
+    """The gap is that over the middle of the lip, 1 um: its outer edge, 4 um nearer to the reed, is no overlap."""
+    contact = loaded(folder, "plate", "low_flapper").contact
+    assert contact.gap == pytest.approx(1e-6, abs=0.2e-6)
+
+
 def test_a_tilted_pair_that_is_turned(folder: Path) -> None:
     """Tilt, its axis, the gap and the arcs of the lip are those of the pair before, on the axes of the reed."""
     before, after = (loaded(folder, f"{moved}plate", f"{moved}tilted_flapper") for moved in ("", "turned_"))
@@ -91,6 +97,7 @@ def test_a_reed_that_lies_off_the_port(folder: Path) -> None:
 
 AT = 'contact_at = ["0.4 mm", "-0.3 mm"]\nclamped ='
 PLANE = '{ normal = [-1, 0, 0], offset = "22 mm" }'
+SAME = '[["-22 mm", "4 mm"], ["-22 mm", "4 mm"]]'
 SEGMENT = '[["-22 mm", "4 mm"], ["-22 mm", "-4 mm"]]'
 
 
@@ -163,6 +170,7 @@ def test_a_turned_pair_lands_the_same(folder: Path, monkeypatch: pytest.MonkeyPa
         ("plate", "flapper", (("[run]", '[contact]\ntilt = "0 deg"\n\n[run]'),), "contact.tilt", ["remove it"]),
         ("plate", "flapper", (("damping_ratio", "along = [1, 0, 0]\ndamping_ratio"),), "seat.along", ["remove it"]),
         ("plate", "flapper", (('kind = "cad"', 'kind = "mesh"'),), "assembly.placed", ["'mesh' has no CAD file"]),
+        ("plate", "flapper", (("{ number = 1 }", SAME),), "reed.clamped", ["both ends are the same"]),
         ("plate", "missing", (), "reed.file", ["no such file"]),
         ("plate", "flapper", (("cast iron", "cast irn"),), "seat.material", ["did you mean"]),
     ],

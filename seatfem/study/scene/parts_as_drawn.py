@@ -22,9 +22,8 @@ from seatfem.structures.inspection.sides import straight_side
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.sheet import AnyClamp, Clamp, Place
 from seatfem.structures.lands import Land
-from seatfem.structures.lip import tilted
 from seatfem.structures.mesh.gmsh_process import MeshingError
-from seatfem.structures.placement import ROUND_OFF, Placement, cut_by, facing_side, placed
+from seatfem.structures.placement import ROUND_OFF, Placement, cut_by, facing_side, opening, placed
 from seatfem.structures.shapes import CadPart, Geometry, loops, polygons
 from seatfem.structures.shapes.cad import stated_unit
 from seatfem.structures.shapes.faces import Vector
@@ -108,6 +107,8 @@ class PartsAsDrawn:
             return DrawnClamp(table, _points(self.frame, ends))
         self._check_square("reed.clamped", "select the clamped side as a face, as in { number = 1 }")
         if table.segment is not None:
+            if table.segment[0] == table.segment[1]:
+                raise KeyProblem("reed.clamped", "both ends are the same place; give both ends of a straight part")
             return DrawnClamp(table, _points(self.frame, table.segment))
         normal = np.array(table.normal) / np.linalg.norm(table.normal)  # type: ignore[arg-type]
         along, (lip,) = np.array([-normal[1], normal[0]]), self.frame.seen(np.array([self.land.centre]))
@@ -135,7 +136,7 @@ class PartsAsDrawn:
     def opening(self, found: Placement, rings: int) -> float:
         """Return the smallest opening between lip and reed [m]. Raises `KeyProblem` of parts that overlap."""
         land = self.found.land(self.seat.struck_face, found.frame.x)
-        gap = found.height + float(tilted(face_lip(land, 1, rings).lines(), found.tilt, found.axis).min())
+        gap, below = opening(face_lip(land, 1, rings), found)
         if gap < -ROUND_OFF:
             raise KeyProblem(
                 KEY,
@@ -143,7 +144,7 @@ class PartsAsDrawn:
                 f"{-1e3 * gap:.4g} mm (limit {1e3 * ROUND_OFF:g} mm; {self._units}): move one of the parts in the CAD "
                 "program, or select the face under the reed in seat.contact",
             )
-        if (point := cut_by(self.found.shape, self._outline(found), found)) is not None:
+        if (point := cut_by(self.found.shape, self._outline(found), found, below)) is not None:
             x, y, z = np.round(1e3 * np.array(point), 6) + 0.0
             raise KeyProblem(
                 KEY,
