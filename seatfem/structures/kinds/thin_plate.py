@@ -241,6 +241,7 @@ class ThinPlate(Moving):
         """Of round plates; of others their mesh tells it."""
 
     def pushed_at_points(self, body: Body, points: Array | None) -> Array:
+        points = self.spring_points if points is None else points
         if points is None:
             return super().pushed_at_points(body, None)
         plate = self.plate(body.greens)
@@ -275,12 +276,11 @@ class FreePlate(ThinPlate):
                 f"{write_quantity(least, 'length')} and {write_quantity(most, 'length')} from there",
             )
 
-    def pushed_at_points(self, body: Body, points: Array | None) -> Array:
-        """By default around its mean circle, so that nothing is free to tumble."""
-        if points is None:
-            turns = 2 * np.pi * np.arange(EVENLY) / EVENLY
-            points = sum(self.geometry().room) / 2 * np.column_stack([np.cos(turns), np.sin(turns)])
-        return super().pushed_at_points(body, points)
+    @property
+    def spring_points(self) -> Array | None:
+        """Around its mean circle, so that nothing is free to tumble."""
+        turns = 2 * np.pi * np.arange(EVENLY) / EVENLY
+        return np.asarray(sum(self.geometry().room) / 2 * np.column_stack([np.cos(turns), np.sin(turns)]))
 
     def check_motion(self) -> None:
         if self.deflection is not None:

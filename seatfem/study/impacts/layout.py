@@ -17,6 +17,7 @@ from seatfem.structures.outlines import BodyViews, length_text, round_sizes
 from seatfem.structures.rings import Division
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import stopper_lip
+from seatfem.study.scene.spring import ValveSpring
 from seatfem.units import write_quantity
 
 START_POINTS: Final = 60
@@ -61,6 +62,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         lift=None if stopper is None else scene.stopper_gap,
         start=_start(scene, at),
         actions=tuple(_actions(scene, at, seen)),
+        springs=_springs(scene, at),
         arcs=_arcs(scene, stated),
         tilt=(contact.tilt, contact.tilt_axis) if contact.tilt else None,
         notes=tuple(_notes(scene, (seat, placed), stated, planned=division is not None)),
@@ -119,6 +121,19 @@ def _start(scene: Scene, at: float | None) -> Array | None:
     return np.column_stack([x - at, shape]) if np.abs(shape).max() > 0 else None
 
 
+def _springs(scene: Scene, at: float | None) -> Array:
+    """(n, 2) places of the valve springs, of those spread around a circle some."""
+    places = [_of_springs(scene, spring, at) for spring in scene.spring]
+    return np.concatenate([np.zeros((0, 2)), *places])
+
+
+def _of_springs(scene: Scene, spring: ValveSpring, at: float | None) -> Array:
+    if spring.at is not None:
+        return np.array([(_along(spring.at, at), 0.0)])
+    there = scene.reed.spring_points if spring.places is None else spring.places
+    return np.zeros((1, 2)) if there is None else there
+
+
 def _arcs(scene: Scene, division: Division) -> Array:
     """(n, 2, 2) lines between the arcs of the lip."""
     if not 1 < division.arcs <= SHOWN_ARCS:
@@ -159,6 +174,9 @@ def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action
             yield _value("gravity", load.gravity, "acceleration", ends)
         elif load.base_motion is not None:
             yield _course("acceleration of the frame", load.base_motion, *ends)
+    for spring in scene.spring:
+        x = _of_springs(scene, spring, at)[:, 0]
+        yield Action(spring.words, float(x.min()), float(x.max()), -1)
     for base in scene.base:
         yield Action(f"the base of the {base.of} moves as in a file", 0.0, 0.0, 0)
     if (gas := scene.gas) is not None:

@@ -72,7 +72,9 @@ preload = "5 N"
     def words(self) -> str:
         """What they are, in a few words."""
         many = self.number or (0 if self.points is None else len(self.points))
-        return f"{many} springs" if many > 1 else "spring"
+        size = f"{self.stiffness / 1e3:.4g} N/mm"
+        preload = f", preload {self.preload:.4g} N" if self.preload else ""
+        return (f"{many} valve springs, {size} together" if many > 1 else f"valve spring {size}") + preload
 
     def check(self, reed: Structure) -> None:
         """Raise `KeyProblem`, of a key of this table, for places that the reed does not have."""
