@@ -23,7 +23,8 @@ FILES = {
     ),
     "nodes.inp": (
         DECK.replace("*ELEMENT", "".join(f"{k},0,0,{k}\n" for k in range(5, 4001)) + "*ELEMENT", 1)
-        + "*NSET, NSET=N, GENERATE\n1,4000\n*SURFACE, NAME=S, TYPE=NODE\n" + "N\n" * 9000,
+        + "*NSET, NSET=N, GENERATE\n1,4000\n*SURFACE, NAME=S, TYPE=NODE\n"
+        + "N\n" * 9000,
         "all sets of a deck may have 5e+06 together",
     ),
     "blanks.xdmf": ("<Xdmf>" + ">" + " " * 400_000, "not readable as a .xdmf file"),

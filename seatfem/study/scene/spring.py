@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from impact.greens.base import Array
-from seatfem.fields import KeyProblem, Length, Position, ReadQuantity, Stiffness, Table
+from seatfem.fields import KeyProblem, Length, Position, ReadQuantity, Stiffness, Table, default
 
 if TYPE_CHECKING:
     from seatfem.structures.kinds.structure import Structure
@@ -29,9 +29,9 @@ preload = "5 N"
 """
 
     stiffness: Stiffness = Field(description="of all springs of the table together")
-    preload: Preload = Field(
-        0.0,
-        description="force of all of them together on the closed reed, which lies contact.gap below its undeformed "
+    preload: Preload = default(
+        "0 N",
+        "force of all of them together on the closed reed, which lies contact.gap below its undeformed "
         "place; towards the seat",
     )
     at: Length | None = Field(
