@@ -383,8 +383,8 @@ def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 @pytest.mark.usefixtures("numbers_alone")
 def test_ring_valve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It closes as a mass under its springs and a pressure that turns round, m x'' = -(P + k x) - A p(t); the impulse is
-    momentum given and returned. Lifts from which the run is too short are left out."""
+    """It closes as a mass under its springs and a pressure that turns round, m x'' = -(P + k x) - A p(t); the impulse
+    is momentum given and returned. Lifts from which the run is too short are left out."""
     answer_here(monkeypatch)
     path = ROOT / "examples" / "ring_valve_study.toml"
     table = run_study(load_study(path), tmp_path, file=path)

@@ -128,7 +128,7 @@ def test_its_own_modes_under_the_forces_of_its_springs_move_alike() -> None:
     ("body", "shapes", "stiffness", "words"),
     [
         (Body(impact.spring(stiffness=1.0)), np.ones((1, 1)), 1.0, "no modes that springs could act on"),
-        (impact.rigid_mass(mass=1.0, velocity=0.0), np.ones((2, 1)), 1.0, "1 finite values at each place"),
+        (impact.rigid_mass(mass=1.0, velocity=0.0), np.ones((2, 1)), 1.0, "a row for each of the 1 modes"),
         (impact.rigid_mass(mass=1.0, velocity=0.0), np.ones((1, 1)), -1.0, "must be positive and finite"),
     ],
 )
