@@ -1,7 +1,7 @@
 """Time and memory of a Green's function against the number of unknowns.
 
 Two bodies of steel: a block, 20 x 20 x 8 mm with a patch of 8 x 8 mm, in uniform 27-node hexahedra with a nodal mass;
-and the demo's annular seat, in tetrahedra of order 2 graded to the lip, consistent mass. Every point runs in a process
+and an annular seat, in tetrahedra of order 2 graded to the lip, consistent mass. Every point runs in a process
 of its own; it is appended to results/cost_vs_dof.jsonl and not run again.
 
 Run: OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 python benchmarks/cost_vs_dof.py [wall seconds after which no point is begun]
@@ -159,7 +159,7 @@ def report(points: list[Point]) -> None:
         if len(some) > 2
     )
     notes = (
-        "Uniform block of 20 x 20 x 8 mm, hexahedra of order 2, nodal mass; the demo's annular seat, tetrahedra of "
+        "Uniform block of 20 x 20 x 8 mm, hexahedra of order 2, nodal mass; an annular seat, tetrahedra of "
         f"order 2, {LIP:g} times as wide on the lip. {TOLERANCE:.0%} over {DURATION:.0e} s, damping ratio {DAMPING}, a "
         f"band of {PER_WAVE:.0f} elements (of the bulk) per shear wave. Peak memory: of the process, mesh and assembly "
         "included. Assembly: by the clock; reduction: processor seconds, which a busy machine spoils less.",

@@ -1,4 +1,4 @@
-"""The Green's function of the demo's seat by scikit-fem and SciPy alone, by ours on the same mesh, and axisymmetric.
+"""The Green's function of an annular seat by scikit-fem and SciPy alone, by ours on the same mesh, and axisymmetric.
 
 Every attempt of that plain way is a process of its own, in which ours are timed after it. It is appended to
 results/demo_greens.jsonl and not run again. 4000 modes and more take hours by ARPACK, all of them 6 GiB by LAPACK.
@@ -170,11 +170,11 @@ def report(attempts: list[Attempt]) -> None:
     enough = [a.enough for a in attempts if a.enough]
     need = f"It takes {min(enough)} modes." if enough else "No attempt reaches it: every ratio is a lower bound."
     notes = (
-        f"Green's function of the demo seat, band {BANDWIDTH:.0e} Hz, damping ratio {ZETA}, to {TOLERANCE:.0%} over "
+        f"Green's function of an annular seat, band {BANDWIDTH:.0e} Hz, damping ratio {ZETA}, to {TOLERANCE:.0%} over "
         f"{DURATION:.1e} s; seconds (processor / wall) from the geometry on, meshing included, one thread, numba "
         "compiled before. Ours are timed after the plain way in the same process.",
         f"Plain: {last.plain.dof} unknowns, skfem.asm, splu of K, eigsh(sigma=0) or LAPACK's eigh, a spring for the "
-        f"modes left out. 3-D: ours on the same mesh, {last.solid.effort}. Axisymmetric: at the demo's sizes, "
+        f"modes left out. 3-D: ours on the same mesh, {last.solid.effort}. Axisymmetric: at its sizes, "
         f"{last.section.dof} unknowns, {last.section.effort}.",
         f"Error of the reduction: largest difference from ours to 1e-4 on the same mesh, after a Hann pulse of "
         f"{1e6 / BANDWIDTH:.0f} us, relative to the largest value. {need} Whole error (plain / 3-D / axisymmetric): "

@@ -20,14 +20,13 @@ from time import process_time
 import numpy as np
 import scipy
 from factorization import SHIFT, block
-from scenes import DT, throw, throw_on_ports
+from scenes import DT, SLEEVE, throw, throw_on_ports
 from scipy import sparse
 from table import RESULTS, machine
 
 import impact
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
 from impact.runs.batch import solve_many
-from seatfem.faces.scene_verbs import demo_scene
 from seatfem.machine.rates import Machine
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.store import Store
@@ -56,7 +55,7 @@ def parts(folder: Path) -> dict[str, Work]:
     matrix = sparse.csr_matrix(model.K + SHIFT**2 * model.M)
     alone, lip = impact.prepare(throw(100), DT, 0.4), impact.prepare(throw_on_ports(200, 64), DT, 2e-3)
     speeds = -np.random.default_rng(0).uniform(0.1, 2.0, 320)
-    scene, store, here = load_scene(demo_scene()), Store(folder / "none"), Machine()
+    scene, store, here = load_scene(SLEEVE), Store(folder / "none"), Machine()
     return {
         "assembly, 13,000 unknowns": lambda: block(cells),
         "factorization of these": lambda: factorize(matrix, backend="pardiso"),
@@ -65,7 +64,7 @@ def parts(folder: Path) -> dict[str, Work]:
         "320 scenes side by side, 50 poles, 4,000 steps": lambda: solve_many(
             throw(50), dt=DT, duration=4000 * DT, velocities=speeds, workers=1
         ),
-        "plan of the demo": lambda: plan_scene(scene, here, store=store),
+        "plan of the PEEK sleeve": lambda: plan_scene(scene, here, store=store),
     }
 
 

@@ -1,4 +1,4 @@
-"""Fatigue map of the demo's seat: its surface over a block that repeats."""
+"""Fatigue map of the PEEK sleeve's seat: its surface over a block that repeats."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+from scenes import SLEEVE
 from table import Table, publish
 
 from impact.life.critical_plane import on_planes
@@ -18,7 +19,6 @@ from impact.life.multiaxial import Crossland
 from impact.life.places import Demand, judged
 from impact.life.strength import Strength
 from impact.progress import silent
-from seatfem.faces.scene_verbs import demo_scene
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.fields.ranges import mises_range, tensor_histories
 from seatfem.study.planning.planner import plan_scene
@@ -33,7 +33,7 @@ def rows() -> Iterator[tuple[str, ...]]:
     """Cycles on critical planes, and Crossland's criterion, by points."""
     with tempfile.TemporaryDirectory() as place:
         file = Path(place) / "demo.toml"
-        file.write_text(f"{demo_scene().read_text(encoding='utf-8')}\n[stress]\n", encoding="utf-8")
+        file.write_text(f"{SLEEVE.read_text(encoding='utf-8')}\n[stress]\n", encoding="utf-8")
         done = next(rounds(plan_scene(load_scene(file)), Path(place), Stopwatch(), silent))
     start = process_time()
     stress = seat_stress(done)
@@ -58,7 +58,7 @@ def rows() -> Iterator[tuple[str, ...]]:
 
 if __name__ == "__main__":
     notes = (
-        "The demo's seat, its surface away from singular edges, over its run as one block; processor time of one core.",
+        "The PEEK sleeve's seat, its surface away from singular edges, over its run as one block; one core's time.",
         "Margins on all critical planes, by Goodman, and by Crossland; strength invented. Aim: less than 120 s.",
     )
     publish("life_of_seat", Table("Fatigue map of a seat", notes, ("what", "time", "besides"), tuple(rows())))

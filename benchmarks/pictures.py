@@ -1,4 +1,4 @@
-"""What the pictures of the demo cost: all in this process, and those of bodies in another at the same time.
+"""What the pictures of the PEEK sleeve cost: all in this process, and those of bodies in another at the same time.
 
     .venv/bin/python benchmarks/pictures.py
 
@@ -12,10 +12,11 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from scenes import SLEEVE
+
 import impact
 from impact.pictures.drawing import gap_of
 from impact.progress import silent
-from seatfem.faces.cli import demo_scene
 from seatfem.study.impacts.contact import run_contacts, seat_of, striker_of
 from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
@@ -25,7 +26,7 @@ from seatfem.study.scene import load_scene
 
 def main() -> None:
     start = time.perf_counter()
-    plan = plan_scene(load_scene(demo_scene()))
+    plan = plan_scene(load_scene(SLEEVE))
     scene = as_stated(plan.scene, plan.method)
     seat = seat_of(scene)
     dt = scene.run.time_step or 1e-8

@@ -29,6 +29,7 @@ import numpy as np
 from cost_vs_dof import assembled, reduced
 from matplotlib import colormaps
 from pypardiso import PyPardisoSolver
+from scenes import SLEEVE
 from scipy import sparse
 from table import RESULTS, Table, publish
 
@@ -139,7 +140,7 @@ def _whole(path: Path, folder: Path) -> tuple[float, str]:
 
 
 def study(_: Path) -> tuple[float, str]:
-    """Scenes of a study of the demo after the first one, whose seat serves them all."""
+    """Scenes of a study of the PEEK sleeve after the first one, whose seat serves them all."""
     rng, start = np.random.default_rng(1), FIRST[0]
     for _ in range(SCENES):
         changed = {
@@ -147,7 +148,7 @@ def study(_: Path) -> tuple[float, str]:
             "reed.release.tip_deflection": f"{rng.normal(1, 0.05):.6f} mm",
             "contact.gap": f"{rng.uniform(0, 0.1):.6f} mm",
         }
-        assert carry_out(demo_scene(), changed, 4, start, stress=False).has_numbers
+        assert carry_out(SLEEVE, changed, 4, start, stress=False).has_numbers
     return 0.0, ""
 
 
@@ -155,7 +156,7 @@ FIRST: list[dict[str, object]] = []
 
 
 def large_seat(_: Path) -> tuple[float, str]:
-    """The demo's seat in small elements, reduced on a Krylov space."""
+    """The seat of the PEEK sleeve in small elements, reduced on a Krylov space."""
     reduced(assembled("seat", SIZE)[0], "krylov", SIZE)
     return 0.0, ""
 
@@ -201,7 +202,7 @@ def measured(case: str) -> Profile:
     with tempfile.TemporaryDirectory() as name:
         os.environ[VARIABLE] = str(Path(name) / "store")
         if case == "scenes of a study":
-            FIRST.append(dict(carry_out(demo_scene(), {}, 4, {}, leads=True, stress=False).start))
+            FIRST.append(dict(carry_out(SLEEVE, {}, 4, {}, leads=True, stress=False).start))
         sampler = Sampler()
         signal.signal(signal.SIGPROF, sampler)
         before, start = _children(), perf_counter()

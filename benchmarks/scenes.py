@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Final
+
 import numpy as np
 
 import impact
 
 DT = 1e-6
+SLEEVE: Final = Path(__file__).parents[1] / "examples" / "flapper_on_peek_sleeve.toml"
 
 
 def modal_seat(modes: int, ports: int = 1) -> impact.ModalGreens:

@@ -1,4 +1,4 @@
-"""Processor time of scenes of a study of the demo: planned by themselves, begun as the first ones ended, side by side.
+"""Processor time of scenes of a study of the PEEK sleeve: planned alone, begun as the first ones ended, side by side.
 
     python benchmarks/study_scenes.py [SCENES]
 
@@ -16,9 +16,9 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+from scenes import SLEEVE
 from table import Table, publish
 
-from seatfem.faces.scene_verbs import demo_scene
 from seatfem.structures.store import VARIABLE
 from seatfem.study.scene import load_scene
 from seatfem.study.sweep.outcome import Outcome, carry_out
@@ -47,17 +47,15 @@ def reeds(count: int) -> list[dict[str, str]]:
 
 def begun(scenes: list[dict[str, str]], **more: object) -> dict[str, object]:
     """What scenes after these begin with."""
-    first = carry_out(demo_scene(), {**scenes[0], **more}, ROUNDS, {}, leads=True, stress=False)
-    others = [
-        carry_out(demo_scene(), {**each, **more}, ROUNDS, first.start, leads=True, stress=False) for each in scenes[1:]
-    ]
+    first = carry_out(SLEEVE, {**scenes[0], **more}, ROUNDS, {}, leads=True, stress=False)
+    others = [carry_out(SLEEVE, {**each, **more}, ROUNDS, first.start, leads=True, stress=False) for each in scenes[1:]]
     return dict(chosen([each.start for each in (first, *others) if each.start]))
 
 
 def timed(rows: list[float], *given: object, **named: object) -> Outcome:
     """Of one scene, its processor time added to ``rows``."""
     start = process_time()
-    found = carry_out(demo_scene(), *given, stress=False, **named)  # type: ignore[arg-type]
+    found = carry_out(SLEEVE, *given, stress=False, **named)  # type: ignore[arg-type]
     rows.append(process_time() - start)
     return found
 
@@ -74,12 +72,12 @@ def main(count: int) -> None:
             own = {**changed, **start["seat"]}  # type: ignore[dict-item]
             rounds["alone"].append(int(timed(alone, own, ROUNDS, {}).summary["accuracy_rounds"]))  # type: ignore[arg-type]
             rounds["after"].append(int(timed(after, changed, ROUNDS, start).summary["accuracy_rounds"]))  # type: ignore[arg-type]
-        more = dict(settings(load_scene(demo_scene())))
+        more = dict(settings(load_scene(SLEEVE)))
         contact = [{k: v for k, v in each.items() if k != "reed.thickness"} for each in reeds(LANES)]
         start = begun(contact[: PILOTS + 1], **more)
-        side_by_side(demo_scene(), more, contact[:1], 1, start, ())  # compiled
+        side_by_side(SLEEVE, more, contact[:1], 1, start, ())  # compiled
         begin = process_time()
-        beside = side_by_side(demo_scene(), {**contact[0], **more}, contact, 1, start, ())
+        beside = side_by_side(SLEEVE, {**contact[0], **more}, contact, 1, start, ())
         lanes.append((process_time() - begin) / len(contact))
         places = np.linspace(PILOTS + 1, LANES - 1, LEAST + count).round().astype(int)
         full = [timed([], {**contact[k], **more}, 1, start, once=True) for k in places]
@@ -96,7 +94,7 @@ def main(count: int) -> None:
     off = np.abs(found / values - 1).max()
     within = (np.abs(bars / values)[held] <= bound).mean()
     notes = (
-        f"{count} scenes of the demo, in turn.",
+        f"{count} scenes of the PEEK sleeve, in turn.",
         "",
         f"Side by side and in full by one plan: values differ by {off:.1e} at most. Of {held.sum()} scenes that are "
         f"not in the sample {within:.0%} of the measures have own error bars within that of the sample "

@@ -58,7 +58,7 @@ Numbers are places in the file's order: they stay as long as the file does, and 
 
 """
 _DRAWING = """\
-`seatfem draw scene.toml` shows where the two meet: in section, and in plan with the arcs and the axis of the tilt.
+`seatfem draw scene.toml` shows where the two touch, in section and from above, with the lip segments and the tilt axis.
 
 ![Section and plan of a tilted landing](../images/drawing_tilted_landing.png)
 

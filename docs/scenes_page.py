@@ -26,7 +26,7 @@ PICTURES: Final = {
 HEAD: Final = """\
 # Scenes
 
-What `examples/` holds as scenes, in their own words; made from them by `make docs`.
+The scenes of `examples/`, with the comments of their files; made from them by `make docs`.
 """
 README: Final = "The README's program\n\nA reed strikes a rod, and a spring of the same stiffness, in twenty lines."
 """Of the script that stands in README.md without a docstring."""

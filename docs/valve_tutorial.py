@@ -48,7 +48,7 @@ def first_rows(summary: Mapping[str, Any]) -> str:
         lines.append(f"| {words_of(row, summary).strip()} | {reading(summary, row.key, row.unit)} | {spring} |")
     load = in_text("", summary["pressed_on_largest_load_N"], None, "N")
     lasting = in_text("", summary["pressed_on_time_s"], None, "s")
-    return "\n".join([*lines, "", f"Pressed on by its loads: {load} at most, {lasting} in all."])
+    return "\n".join([*lines, "", f"Reed pressed on its seat by its loads: up to {load}, {lasting} in total."])
 
 
 def landing_rows(summary: Mapping[str, Any]) -> str:
@@ -58,14 +58,14 @@ def landing_rows(summary: Mapping[str, Any]) -> str:
         ("closing speed", "closing_speed_m_per_s", "m/s"),
         ("peak", "filtered_peak_force_N", "N"),
         ("static load", "static_load_N", "N"),
-        ("impulse above it", "impulse_Ns", "N s"),
+        ("impulse above static load", "impulse_Ns", "N s"),
     )
     records = landings_of(summary)
     lines = ["| landing | " + " | ".join(head for head, _, _ in columns) + " |", "|---" * (len(columns) + 1) + "|"]
     for record in records[:SHOWN]:
         cells = [reading(record, key, unit) for _, key, unit in columns]
         lines.append(f"| {record['body']} {record['number']} | " + " | ".join(cells) + " |")
-    return "\n".join([*lines, "", f"{len(records)} landings in all, the largest force above the static load first."])
+    return "\n".join([*lines, "", f"{len(records)} landings, sorted by their largest force above the static load."])
 
 
 if __name__ == "__main__":

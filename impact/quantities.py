@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
@@ -82,3 +83,9 @@ def in_time(seconds: float) -> str:
 def plain(unit: str) -> str:
     """Return a unit in letters that every terminal has."""
     return unit.replace("µ", "u")
+
+
+def enumeration(words: Iterable[str]) -> str:
+    """Return words as a list in a sentence: "a", "a and b", "a, b and c"; "" of none."""
+    *first, last = (*words,) or ("",)
+    return f"{', '.join(first)} and {last}" if first else last

@@ -67,8 +67,8 @@ def gain_advice(problem: ContactProblem, force: Array, gap: Array) -> Iterator[A
             1 + GAIN_LIMIT,
             f"it put {gained[worst]:.3g} J into the bodies in one touch, which no contact without a source of energy "
             "does; the ledger counts it as a negative loss",
-            "let the law bear no more at any penetration while the bodies part than while they close; if it does not, "
-            "make its force rise with the penetration, which is what keeps a step from gaining energy",
+            "at each penetration the law's force must not be larger while the bodies part than while they close; if it "
+            "is not, make the force rise with the penetration, which keeps a step from gaining energy",
         )
 
 
@@ -87,7 +87,7 @@ def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float)
         0.0,
         f"the first step of {dt:.3g} s drives them apart, with a force that grows like 1/dt and gives energy: "
         f"{put_in:.3g} J, counted as put in",
-        "start with a gap >= 0, give preload=True, or a law that yields",
+        "start with a gap >= 0, give preload=True, or a compliant contact law",
     )
 
 

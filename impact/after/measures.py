@@ -332,7 +332,7 @@ def _told_side(one: ImpactResult) -> int:
     side = _side(one)
     if side == 0:
         raise MeasureError(
-            "whether this contact is a seat or a stopper cannot be told from a record in which it never opens; "
+            "a record in which this contact never opens does not show whether it is a seat or a stopper; "
             "run longer, or let it start open"
         )
     return side

@@ -103,10 +103,9 @@ def in_words(found: Regime) -> str:
         f"{percent(abs(found.predicted_peak_error))}",
     )
     return (
-        f"seat/striker mass {_number(found.mass_ratio)} (Z^2/K over the striker's; Z impedance, K stiffness of the "
-        f"seat), {_number(found.round_trips_per_contact)} round trips of the seat's wave in the first contact, Zener "
-        f"lambda {_number(found.zener_lambda)} (peak force on a spring over that of the first wave): by the map of "
-        f"rods, {verdict}"
+        f"{verdict}; mass Z^2/K of the seat over the reed's {_number(found.mass_ratio)} (Z impedance, "
+        f"K stiffness), round trips of the seat's wave in the first contact {_number(found.round_trips_per_contact)}, "
+        f"Zener lambda {_number(found.zener_lambda)} (peak force on a spring over that of the first wave)"
     )
 
 

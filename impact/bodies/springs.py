@@ -69,8 +69,8 @@ def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
     held = np.broadcast_to(np.asarray(stiffness, dtype=float), np.shape(shapes)[1:])
     if np.ndim(shapes) != 2 or len(shapes) != len(modal.omega) or not np.all(np.isfinite(shapes)):
         raise GreensFunctionError(
-            f"springs: shapes {np.shape(shapes)} must be finite and have a row for each of the {len(modal.omega)} modes: "
-            "give (modes, springs) values"
+            f"springs: shapes {np.shape(shapes)} must be finite and have a row for each of the {len(modal.omega)} "
+            "modes: give (modes, springs) values"
         )
     if not (np.all(np.isfinite(held)) and np.all(held > 0)):
         raise GreensFunctionError(f"springs: stiffness = {held} N/m must be positive and finite")

@@ -7,6 +7,7 @@ terms in place of modes below and above the band).
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -24,8 +25,17 @@ _MOST_IDLE: Final = 12  # poles that are taken out again
 _PROMINENCE: Final = 0.5  # of a resonance, in the logarithm of the mobility
 
 
-def choose_poles(data: FitData, floor: Array, most: int) -> Poles:
-    """Return the poles of least Bayesian information criterion, with free terms in place of what is beyond the band.
+@dataclass(frozen=True)
+class Candidate:
+    """Poles of one order that were tried, and their Bayesian information criterion, of which less is better."""
+
+    poles: Poles
+    criterion: float
+
+
+def choose_poles(data: FitData, floor: Array, most: int) -> tuple[Poles, tuple[Candidate, ...]]:
+    """Return the poles of least Bayesian information criterion, with free terms in place of what is beyond the band,
+    and all that were tried, in the order of the search.
 
     Args:
         data: ``weights``: one over the noise.
@@ -37,20 +47,23 @@ def choose_poles(data: FitData, floor: Array, most: int) -> Poles:
     poles = starting_poles(lines, *_peaks(data, most))
     weights = np.repeat(data.weights[:, None], responses.shape[1], axis=1)
     best, least, vain = Poles(np.zeros(0, dtype=complex), np.zeros(0)), np.inf, 0
+    tried = list[Candidate]()
     for _ in range(_MOST_ROUNDS):
         poles = within(lines, fitted_poles(lines, responses, weights, extra, poles))
         poles = within(lines, refined(lines, responses, data.weights, extra, poles))
         cost = criterion(data, left_over(lines, responses, data.weights, extra, poles), poles)
+        tried.append(Candidate(poles, cost))
         vain = 0 if cost < least else vain + 1
         best, least = (poles, cost) if cost < least else (best, least)
         apart = _left(data, extra, poles)
         if np.mean(np.abs(apart) ** 2 / floor[:, None] ** 2) <= 1:
-            return poles
+            return poles, tuple(tried)
         if vain >= _PATIENCE or len(poles.pairs) >= most:
             break
         size = data.weights * np.linalg.norm(apart, axis=1)
         poles = _with_more(poles, lines, size, max(1, len(poles.pairs) // 6))
-    return _without_idle(data, extra, best, least)
+    fewer = _without_idle(data, extra, best, least)
+    return (fewer[-1].poles if fewer else best), (*tried, *fewer)
 
 
 def residual_terms(s: ComplexArray) -> ComplexArray:
@@ -95,9 +108,9 @@ def _left(data: FitData, extra: ComplexArray, poles: Poles) -> ComplexArray:
     return np.asarray((left[:n] + 1j * left[n:]) / data.weights[:, None])
 
 
-def _without_idle(data: FitData, extra: ComplexArray, poles: Poles, cost: float) -> Poles:
-    """Return the poles without those that the information criterion is better off without."""
-    lines, responses = data.s, data.elements
+def _without_idle(data: FitData, extra: ComplexArray, poles: Poles, cost: float) -> list[Candidate]:
+    """Return the poles without those that the information criterion is better off without, one fewer in each."""
+    lines, responses, found = data.s, data.elements, list[Candidate]()
     for _ in range(_MOST_IDLE):
         if len(poles.pairs) == 0:
             break
@@ -110,7 +123,8 @@ def _without_idle(data: FitData, extra: ComplexArray, poles: Poles, cost: float)
         if new >= cost:
             break
         poles, cost = moved, new
-    return poles
+        found.append(Candidate(moved, new))
+    return found
 
 
 def _local_peaks(values: Array, prominence: float | None = None) -> NDArray[np.int64]:

@@ -21,7 +21,7 @@ from impact.measured.frf import (
 )
 from impact.measured.noise import estimate_deviation
 from impact.measured.passive_residues import made_passive
-from impact.measured.pole_choice import choose_poles, criterion, residual_terms, within
+from impact.measured.pole_choice import Candidate, choose_poles, criterion, residual_terms, within
 from impact.measured.pole_passivity import pole_passivity
 from impact.measured.vector_fitting import Poles, basis, left_over, refined
 
@@ -53,13 +53,16 @@ class PoleFit:
 
     Attributes:
         greens: the passive fit.
-        draws: the same fit, of the same order, to records that differ by their noise.
+        draws: the same fit, of the same order, to records that differ by their noise; behind them fits to the record
+            itself with other modes beyond the band, which it does not refute.
         deviation: (n,) standard deviation of the noise, from the file or from the lines [m/N].
+        tried: poles of each order that the search for their number looked at.
     """
 
     greens: Fitted
     draws: tuple[Fitted, ...]
     deviation: Array
+    tried: tuple[Candidate, ...] = ()
 
 
 def fit_poles(
@@ -130,8 +133,8 @@ def fit_response(
     names = response.port_names
     data = FitData(response.lines, response.receptance, weights, bool(free), names, alike=_lines_alike(response))
     _check_signal(data)
-    poles = choose_poles(data, floor, most_pairs)
-    data, poles = _with_residual_terms(data, poles, free)
+    poles, tried = choose_poles(data, floor, most_pairs)
+    (data, poles), *alike = _with_residual_terms(data, poles, free)
     chosen, complex_form = _chosen(data, poles, form, floor)
     residual = data.weights[:, None, None] * (chosen.transfer(data.s) - data.g)
     unexplained = _unexplained(data, residual)
@@ -144,7 +147,10 @@ def fit_response(
         )
     noise = _noise_of_draws(data, deviation, residual)
     count = DRAWS // len(names) if draws is None else draws
-    others = tuple(_drawn(data, poles, chosen, complex_form, noise, count)) if response.shift == 0 else ()
+    others: tuple[Fitted, ...] = ()
+    if response.shift == 0 and count:
+        drawn = _drawn(data, poles, chosen, complex_form, noise, count)
+        others = (*drawn, *(_chosen(*one, form, floor)[0] for one in alike))
     report = {
         **_report(chosen, data, response, defect),
         "noise_rms": float(np.linalg.norm(deviation) / np.linalg.norm(np.abs(data.g).max(axis=(1, 2)))),
@@ -159,7 +165,7 @@ def fit_response(
     if response.shift == 0:
         error = _pulse_error(chosen, others, data, unexplained)
     fitted = replace(chosen, error=ErrorEstimate(error, None), origin={**response.origin, "fit": report})
-    return PoleFit(fitted, others, deviation)
+    return PoleFit(fitted, others, deviation, tried)
 
 
 def fit_impulse_response(
@@ -225,8 +231,9 @@ def _squares(data: FitData, values: ComplexArray) -> Array:
     return np.asarray(data.weights**2 * np.sum(np.abs(values[:, rows, columns]) ** 2, axis=1))
 
 
-def _with_residual_terms(data: FitData, poles: Poles, free: bool | None) -> tuple[FitData, Poles]:
-    """Return the data with the terms below and above the band that the lines support, and the poles beside them."""
+def _with_residual_terms(data: FitData, poles: Poles, free: bool | None) -> list[tuple[FitData, Poles]]:
+    """Return the data with the terms below and above the band that the lines support, and the poles beside them; behind
+    them those with other modes beyond the band that the lines do not refute."""
     s, responses, weights = data.s, data.elements, data.weights
 
     def left(terms: FitData) -> float:
@@ -243,7 +250,7 @@ def _with_residual_terms(data: FitData, poles: Poles, free: bool | None) -> tupl
             else 0.02
         )
         return _with_modes_beyond(data, poles, zeta)
-    return _moved_together(data, poles)
+    return [_moved_together(data, poles)]
 
 
 def _moved_together(data: FitData, poles: Poles, iterations: int = 6) -> tuple[FitData, Poles]:
@@ -275,22 +282,29 @@ def _is_free(data: FitData, poles: Poles) -> bool:
     return bool(np.sum((data.weights * mass_line)[mass_line > rest] ** 2) > _SURE)
 
 
-def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> tuple[FitData, Poles]:
+def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[FitData, Poles]]:
     """Return data and poles with as many modes beyond the band as its highest lines let be told, three at most; they
-    begin where `_BEYOND` fits best."""
+    begin where `_BEYOND` fits best.
+
+    Behind them are those with more modes, which fit as well, and those with fewer whose criterion is hardly worse: of
+    what they tell about the response beyond the band, and so about its static part, the lines prefer none.
+    """
     turn, places = -zeta + 1j * np.sqrt(1 - zeta**2), float(data.s.imag[-1]) * np.array(_BEYOND)
     found = [_moved_together(data, poles)]
     for _ in range(_MOST_BEYOND):
-        last, beside = found[-1]
+        last, _ = found[-1]  # its poles may have left the band to stand for what it lacks there
         more = [replace(last, above=(*last.above, complex(w * turn))) for w in places]
-        best = min(more, key=lambda each: left_over(data.s, data.elements, data.weights, each.fixed, beside))
-        found.append(_moved_together(best, beside))
+        place = min(more, key=lambda each: left_over(data.s, data.elements, data.weights, each.fixed, poles))
+        found.append(_moved_together(place, poles))
 
     def cost(one: tuple[FitData, Poles]) -> float:
         together = _with_beyond(*one)
         return criterion(data, left_over(data.s, data.elements, data.weights, data.extra, together), together)
 
-    return min(found, key=cost)
+    costs = [cost(one) for one in found]
+    best = int(np.argmin(costs))
+    alike = [one for k, one in enumerate(found) if k > best or (k < best and costs[k] - costs[best] < _SURE)]
+    return [found[best], *alike]
 
 
 def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitted, bool]:

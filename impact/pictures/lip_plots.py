@@ -189,4 +189,4 @@ def _tilt(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
     zero_line(axes)
     axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel="angle [°]")
     axes.legend(loc="best")
-    axes.set_title("Tilt: plane next to the gaps of all arcs")
+    axes.set_title("Tilt: plane fitted to the gaps of all lip segments")

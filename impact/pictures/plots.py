@@ -144,7 +144,7 @@ def plot_energy(result: ImpactResult, path: str | os.PathLike[str] | None = None
     energy = result.energy
     received = ["work on " if name in energy.by_work else "" for name in ("striker", "target")]
     terms = {
-        f"{received[0]}striker": (energy.striker, BLUE),
+        f"{received[0]}reed": (energy.striker, BLUE),
         f"{received[1]}seat": (energy.target, GREEN),
         "contact law": (energy.contact, PURPLE),
         "damping": (energy.dissipated - energy.contact_loss, SKY),
@@ -168,7 +168,7 @@ def plot_energy(result: ImpactResult, path: str | os.PathLike[str] | None = None
             linewidth=0,
             alpha=0.85,
         )
-        stack.plot(time, factor * energy.input[::every], color="black", linewidth=1.0, label="brought in")
+        stack.plot(time, factor * energy.input[::every], color="black", linewidth=1.0, label="energy input")
         stack.set(ylabel=f"energy [{unit}]", ylim=(0.0, 1.08 * factor * largest))
         stack.set_title("Stacked terms")
         stack.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

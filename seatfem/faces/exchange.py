@@ -14,6 +14,7 @@ from impact.greens.base import GreensFunction
 from impact.progress import Progress, silent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.output import load
+from seatfem.faces.readings import as_number
 from seatfem.faces.report.asked import SCENE_COPY, changes_in
 from seatfem.faces.report.folder import run_summary, text_of
 from seatfem.pictures.moving import KEPT, SOURCES, load_moving
@@ -74,7 +75,7 @@ def export(source: Path, to: str, output: Path | None = None, progress: Progress
 
 def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
     summary = run_summary(source)
-    runs, width = load_results(source / RESULT_FILE), float(summary["filter_width_s"])
+    runs, width = load_results(source / RESULT_FILE), _filter_width(source, summary)
     columns = {"time [s]": runs["wave"].time}
     for name, words in (("wave", ""), ("spring", "spring ")):
         run = runs[name]
@@ -95,11 +96,18 @@ def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
     yield csv_table(output / "summary.csv", ["key", "value", "error bar", "spring baseline"], measured(summary))
 
 
+def _filter_width(source: Path, summary: Mapping[str, object]) -> float:
+    """Return the filter's width [s] of a run. Raises `ExportError` of a summary that has none above zero."""
+    if (width := as_number(summary.get("filter_width_s"))) is None or width <= 0:
+        raise ExportError(f"{source / SUMMARY_FILE}: filter_width_s must be a time above 0 s; run the scene again")
+    return width
+
+
 def _as_uff(source: Path, output: Path, progress: Progress) -> Written:
     modes = source / MODES_FILE
     if not modes.is_file() or (source / SUMMARY_FILE).is_file():
         greens: GreensFunction = as_a_whole(load_greens(_seat_of(source)))
-        highest = PER_BAND / float(run_summary(source)["filter_width_s"])
+        highest = PER_BAND / _filter_width(source, run_summary(source))
         write_receptance_uff(greens, np.linspace(highest / BINS, highest, BINS), output / "receptance.uff")
         yield output / "receptance.uff"
     if not modes.is_file():
@@ -116,7 +124,7 @@ def _as_vtk(source: Path, output: Path, progress: Progress) -> Written:
     there = [name for name in KEPT if (source / name).is_file()]
     if not there:
         remedies = "; ".join(f"{name}: {how}" for name, how in SOURCES.items())
-        raise ExportError(f"{source}: holds nothing that moves, none of {', '.join(KEPT)} ({remedies})")
+        raise ExportError(f"{source}: holds no motion, none of {', '.join(KEPT)} ({remedies})")
     for name in there:
         path = output / f"{Path(name).stem}_motion.pvd"
         write_moving(load_moving(source / name), path)

@@ -59,11 +59,11 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
             columns.append([_cell(record, key, factor) for record in shown])
     for cells in zip(*columns, strict=True):
         table.add_row(*cells)
-    notes = ["landings: the largest force above the static load first"]
+    notes = ["landings sorted by their largest force"]
     if loaded:
-        notes[0] += "; impulses are above it, too"
+        notes[0] += " above the static load; impulse of the force above the static load"
     if len(shown) < len(records):
-        notes[0] += f"; and {len(records) - len(shown)} more, in {LANDINGS_FILE}"
+        notes[0] += f"; {len(records) - len(shown)} more in {LANDINGS_FILE}"
     if any("± ?" in str(cell) for column in table.columns for cell in column.cells):
         notes.append("± ?: uncertainty not known")
     table.caption = "\n".join(notes)

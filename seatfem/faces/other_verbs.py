@@ -108,7 +108,7 @@ def init(
     name_in_shell = shlex.quote("".join(letter if letter.isprintable() else "?" for letter in path.name))
     text = study_template(file=name_in_shell) if of_study else scene_template(kind, file=name_in_shell)
     if path.exists():
-        raise NoTemplate(f"{path}: is there already; remove it, or name another file (--output)")
+        raise NoTemplate(f"{path}: exists already; remove it, or name another file (--output)")
     name = STUDY_SCHEMA_FILE if of_study else SCHEMA_FILE
     written = {path: f"#:schema {name}\n{text}" if schema else text}
     if schema:

@@ -27,7 +27,7 @@ Changes = Annotated[
     Parameter(
         name="--set",
         negative="",
-        help='KEY=VALUE, as often as wanted: in place of the file\'s, as in --set reed.thickness="0.2 mm".',
+        help='KEY=VALUE, any number of times: replaces the value in the file, as in --set reed.thickness="0.2 mm".',
     ),
 ]
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]

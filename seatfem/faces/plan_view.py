@@ -10,9 +10,9 @@ from typing import Final
 from rich.table import Table
 
 from impact.files.table import without_nan
-from impact.quantities import in_digits, in_time, percent
+from impact.quantities import enumeration, in_digits, in_time, percent
 from seatfem.faces.read_back import read_back
-from seatfem.study.accuracy.source_words import in_words
+from seatfem.study.accuracy.source_words import STAGES, in_words
 from seatfem.study.method import as_stated
 from seatfem.study.planning.plan import Cost, Plan
 from seatfem.study.planning.refining import rounds_ahead
@@ -50,9 +50,9 @@ def rounds_line(plan: Plan) -> str:
     more = (
         ""
         if ahead.further is None
-        else (f"; one more, should the measured error ask for it, about {in_time(ahead.further)}")
+        else (f"; if the measured error is too large, another one: about {in_time(ahead.further)}")
     )
-    return f"{ahead.number} expected, {in_time(ahead.seconds)} in all{more}"
+    return f"{ahead.number} expected, {in_time(ahead.seconds)} in total{more}"
 
 
 def shares_line(plan: Plan) -> str:
@@ -71,14 +71,14 @@ def judged_line(plan: Plan) -> str:
     """Return what the target of accuracy speaks of: the measures, and of which landing."""
     accuracy = plan.scene.accuracy
     of_it = "of the whole run" if accuracy.landing == "run" else f"of the {accuracy.landing} landing on the seat"
-    names = " and ".join(all_measures()[name].words for name in accuracy.measures)
-    return f"{names} {of_it}, to {percent(accuracy.target, 3)}"
+    names = enumeration(all_measures()[name].words for name in accuracy.measures)
+    return f"{percent(accuracy.target, 3)} in {names} {of_it}"
 
 
 def stages_line(parts: Mapping[str, float]) -> str:
     """Predicted seconds by stage, the longest first."""
     longest = sorted(parts.items(), key=lambda item: -item[1])
-    return ", ".join(f"{stage} {in_time(seconds)}" for stage, seconds in longest if seconds >= 0.05)
+    return ", ".join(f"{STAGES.get(stage, stage)} {in_time(seconds)}" for stage, seconds in longest if seconds >= 0.05)
 
 
 def plan_json(plan: Plan) -> str:

@@ -16,7 +16,9 @@ from impact.files.csv_table import read_csv
 from impact.quantities import in_digits
 from seatfem.fields import kind_of
 from seatfem.structures.kinds import Structure
+from seatfem.structures.kinds.record_columns import Record, Recorded
 from seatfem.study.scene import Contact, Scene
+from seatfem.study.scene.external import AreaByLift
 from seatfem.study.scene.files import check_files
 from seatfem.study.scene.keys import dimension_of
 from seatfem.units import write_quantity
@@ -103,10 +105,23 @@ def _words(table: BaseModel, key: str = "") -> str:
             first.append(_value(value, field, f"{key}.{name}"))
         else:
             told.append(f"{name.replace('_', ' ')} {_value(value, field, f'{key}.{name}')}")
+    if isinstance(table, Recorded) and (record := table.record()) is not None:
+        told.append(_understood(record))
     return ", ".join(filter(None, (" ".join(filter(None, first)), *told)))
 
 
+def _understood(record: Record) -> str:
+    """Return the range of a course and of its times, in the units that the program has read."""
+    course, dimension = record.course, "length" if record.quantity == "displacement" else record.quantity
+    low, high = (write_quantity(float(end), dimension) for end in (course.value.min(), course.value.max()))
+    first, last = (write_quantity(float(end), "time") for end in (course.time[0], course.time[-1]))
+    over = f"repeated every {write_quantity(course.period, 'time')}" if course.period else f"from {first} to {last}"
+    return f"read as {record.quantity} {low} to {high} {over}"
+
+
 def _value(value: object, field: FieldInfo, key: str) -> str:
+    if isinstance(value, AreaByLift) and len(value.area) == 1:  # constant
+        return write_quantity(value.area[0], "area")
     if isinstance(value, BaseModel):
         inner, named = _words(value, key), bool(getattr(value, "name", ""))
         return inner.replace(", ", " (", 1) + ")" * (", " in inner) if named else f"({inner})"

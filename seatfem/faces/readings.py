@@ -19,14 +19,15 @@ NO_BAR: Final = math.nan
 
 
 def bar_of(summary: Mapping[str, object], key: str) -> float | None:
-    """Return the error bar of a number; `NO_BAR` where the summary says that it is not known, ``None`` without any.
+    """Return the error bar of a number; `NO_BAR` where the summary says that it is not known, or states one
+    below zero, ``None`` without any.
 
     A zero that is zero in every run of the error budget, as of a contact that never was, has none.
     """
     stated = summary.get(f"error_bar_{key}", "")
     if stated == 0 and summary.get(key) == 0:  # of what never happened
         return None
-    return None if stated == "" else NO_BAR if (bar := as_number(stated)) is None else bar
+    return None if stated == "" else NO_BAR if (bar := as_number(stated)) is None or bar < 0 else bar
 
 
 def reading(summary: Mapping[str, object], key: str, unit: str) -> str:

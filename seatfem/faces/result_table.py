@@ -146,4 +146,4 @@ def _target(summary: Mapping[str, object], key: str, value: float | None, bar: f
     if not is_known(key, value, bar):
         return "not known, missed"
     share = bar / abs(value)
-    return f"{percent(share)}, {'met' if share <= target else 'missed'}"
+    return f"{percent(share)}, {'reached' if share <= target else 'missed'}"

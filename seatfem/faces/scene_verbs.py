@@ -109,7 +109,7 @@ def plan(
             wide.print(read)
         wide.print(plan_view.choices_table(planned))
         wide.print(plan_view.costs_table(planned))
-        wide.print(f"judged: {plan_view.judged_line(planned)}", soft_wrap=True)
+        wide.print(f"accuracy asked for: {plan_view.judged_line(planned)}", soft_wrap=True)
         wide.print(f"predicted time: {plan_view.stages_line(planned.cost.parts)}", soft_wrap=True)
         wide.print(f"predicted rounds: {plan_view.rounds_line(planned)}", soft_wrap=True)
         wide.print(f"predicted error: {plan_view.shares_line(planned)}", soft_wrap=True)

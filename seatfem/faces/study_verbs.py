@@ -44,7 +44,7 @@ USUAL: Final = Work()
 
 
 def sweep(
-    study: Annotated[Path, Parameter(help="The study file (TOML): a scene and what varies of it.")],
+    study: Annotated[Path, Parameter(help="The study file (TOML): a scene and the values of its varied keys.")],
     /,
     *,
     output: Output = None,
@@ -82,7 +82,7 @@ def sweep(
 
 
 def optimise(
-    study: Annotated[Path, Parameter(help="The study file (TOML) with [optimise]: what is to be least or greatest.")],
+    study: Annotated[Path, Parameter(help="The study file (TOML) with the table [optimise].")],
     /,
     *,
     output: Output = None,

@@ -14,6 +14,7 @@ from impact.quantities import percent, text
 from seatfem.fields import by_group, kind_of
 from seatfem.machine.doctor import Check
 from seatfem.structures.kinds import kinds_of
+from seatfem.study.accuracy.source_words import STAGES
 
 if TYPE_CHECKING:
     from seatfem.structures.natural_modes import Mode
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 def time_line(seconds: Mapping[str, float]) -> str:
     """Where the time went, the longest stage first, in one line."""
     longest_first = sorted(seconds.items(), key=lambda item: -item[1])
-    return ", ".join(f"{stage} {spent:.1f} s" for stage, spent in longest_first if spent >= 0.05)
+    return ", ".join(f"{STAGES.get(stage, stage)} {spent:.1f} s" for stage, spent in longest_first if spent >= 0.05)
 
 
 def modes_table(modes: Sequence[Mode]) -> Table:

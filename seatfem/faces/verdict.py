@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from impact.quantities import in_digits, in_units, percent, plain, scaled
+from impact.quantities import enumeration, in_digits, in_units, percent, plain, scaled
 from seatfem.faces.readings import as_number, bar_of, duration
 from seatfem.faces.rows import LANDING, STATIC, asked, name_of, unit_of
 from seatfem.study.runs.outcome import WITHOUT_ZERO, is_known
@@ -18,7 +18,7 @@ OF_EACH_STEP: Final = ("max_seat_displacement_m", "landing_max_seat_displacement
 LANDED: Final = "landed"
 STATUS: Final[Mapping[str, str]] = {
     "no landing": (
-        "No landing: the reed does not reach the seat in {time}, so there is nothing to judge. Remedy: a longer "
+        "No landing: the reed does not reach the seat in {time}, so there is no result to check. Remedy: a longer "
         "run.duration, or loads and velocities that close the reed."
     ),
     "cut off": (
@@ -31,6 +31,8 @@ STATUS: Final[Mapping[str, str]] = {
     ),
 }
 """What a run without a landing says first, by its landing_status."""
+OF_SPEED: Final = ("margin", "m_per_s", "limit_m_per_s")
+"""How the keys life_speed_... end that the sentence on the closing speed needs."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,7 @@ def verdict(summary: Mapping[str, object]) -> str:
     if state and not any(summary.get(key) for key in asked(summary)):
         return state
     if not state and summary.get("first_contact_s") is None and not summary.get("film_force_peak_N"):
-        return "No contact within run.duration: nothing to compare."
+        return "No contact within run.duration: there is nothing to compare."
     return " ".join(filter(None, (state, _comparison(summary))))
 
 
@@ -110,14 +112,14 @@ def pressed_on(summary: Mapping[str, object]) -> str:
     if not time or not load:
         return ""
     by = "the gas" if "gas_largest_lift_m" in summary else "its loads"
-    return f"pressed on by {by}: {in_units(load, 'N')} at most, {duration(time)} in all (no landing, and not judged)"
+    return f"reed pressed on its seat by {by}: up to {in_units(load, 'N')}, {duration(time)} in total (not a landing)"
 
 
 def judged_words(summary: Mapping[str, object]) -> str:
     """Return what the accuracy speaks of: the judged measures, of which landing."""
     keys = asked(summary)
     of_landing = f" of the {which_landing(summary)}" if any(key.startswith(LANDING) for key in keys) else ""
-    return " and ".join(name_of(key, summary) for key in keys) + of_landing
+    return enumeration(name_of(key, summary) for key in keys) + of_landing
 
 
 def simpler(summary: Mapping[str, object]) -> str:
@@ -132,42 +134,54 @@ def simpler(summary: Mapping[str, object]) -> str:
 
 
 def lasting(summary: Mapping[str, object]) -> str:
-    """Return how long the reed lives, in one line with the source of its strength; "" where nobody asked."""
+    """Return how long the reed lives, in one line with the source of its strength; "" where nobody asked.
+
+    What the summary does not hold, as that of an earlier version, is left out of the sentences.
+    """
     told = []
     if "life_margin" in summary:
         margin, cycles = as_number(summary["life_margin"]), as_number(summary.get("life_cycles"))
         wanted, share = (as_number(summary.get(f"life_{key}")) for key in ("design_cycles", "survival"))
         bar = as_number(summary.get("error_bar_life_margin"))
-        assert wanted is not None
-        assert share is not None
-        body = str(summary["life_at"]).partition(",")[0]
-        asked_for = f"{in_digits(wanted)} cycles with {percent(share, 6)} survival"
+        body = _body_at(summary, "life_at")
+        asked_for = "the cycles asked for" if wanted is None else f"{in_digits(wanted)} cycles"
+        asked_for += "" if share is None else f" with {percent(share, 6)} survival"
         more = "" if bar is None else f" +- {in_digits(bar, 2)}"
         if bar is not None and margin is not None and not is_known("life_margin", margin, bar):
             more += " (not known)"
         if margin is None:
-            told.append(f"no stress, however large, uses up {asked_for}")
+            told.append(f"no multiple of the stress uses up the life of {asked_for}")
         elif margin >= 1:
-            told.append(f"the {body} endures {asked_for}, also under {in_digits(margin)}{more} times the stress")
+            told.append(f"the {body} endures {asked_for} even with {in_digits(margin)}{more} times the stress")
         else:
             lived = "at once" if cycles is None else f"after {in_digits(cycles)} of {asked_for}"
             told.append(f"the {body} fails {lived}; it would endure {in_digits(margin)}{more} of the stress")
-        told[-1] += f" ({summary['life_at']}; {summary['life_criterion']}; {summary['life_strength_source']})"
+        told[-1] += _in_brackets(summary, "life_at", "life_criterion", "life_strength_source")
     for name in ("multiaxial", "contact"):
         if (margin := as_number(summary.get(f"life_{name}_margin"))) is None:
             continue
-        wanted, at = as_number(summary.get(f"life_{name}_cycles")), str(summary[f"life_{name}_at"])
+        wanted = as_number(summary.get(f"life_{name}_cycles"))
         through = "the cycles of the two limits" if wanted is None else f"{in_digits(wanted)} cycles"
-        body = name if name == "contact" else at.partition(",")[0]
-        by = f"{at}; {summary[f'life_{name}_criterion']}; {summary['life_strength_source']}"
-        told.append(f"the {body} endures {through} under {in_digits(margin)} times the stress ({by})")
-    if (speed := as_number(summary.get("life_speed_margin"))) is not None:
-        closing, limit = (in_digits(float(str(summary[f"life_speed_{key}"]))) for key in ("m_per_s", "limit_m_per_s"))
-        told.append(
-            f"it closes at {closing} m/s, {in_digits(1 / speed)} of the {limit} m/s allowed "
-            f"({summary['life_speed_source']})"
-        )
+        body = name if name == "contact" else _body_at(summary, f"life_{name}_at")
+        by = _in_brackets(summary, f"life_{name}_at", f"life_{name}_criterion", "life_strength_source")
+        told.append(f"the {body} endures {through} with {in_digits(margin)} times the stress{by}")
+    speed, closing, limit = (as_number(summary.get(f"life_speed_{key}")) for key in OF_SPEED)
+    if speed and closing is not None and limit is not None:
+        share_of_limit = f"{in_digits(1 / speed)} of the {in_digits(limit)} m/s allowed"
+        by = _in_brackets(summary, "life_speed_source")
+        told.append(f"it closes at {in_digits(closing)} m/s, {share_of_limit}{by}")
     return f"fatigue: {'; '.join(told)}".replace("\n", "\\n") if told else ""
+
+
+def _body_at(summary: Mapping[str, object], key: str) -> str:
+    """Return the body of a place such as "reed, x = 3 mm"; "body" where the summary does not name one."""
+    return str(summary.get(key) or "body").partition(",")[0]
+
+
+def _in_brackets(summary: Mapping[str, object], *keys: str) -> str:
+    """Return what the summary holds of the keys, in brackets; "" of none."""
+    stated = [str(value) for key in keys if (value := summary.get(key))]
+    return f" ({'; '.join(stated)})" if stated else ""
 
 
 def count(bars: float) -> str:
@@ -227,12 +241,12 @@ def _by_plan(summary: Mapping[str, object]) -> str:
     lip = "; the baseline has no coupling between the segments of the lip" if "ports" in summary else ""
     if "seat.model" in str(summary.get("plan_given", "")).split(", "):
         return f'seat.model = "spring": the seat is its static stiffness alone, as in the baseline{lip}.'
-    names = " and ".join(name_of(key, summary) for key in asked(summary)) or "the measures"
+    names = enumeration(name_of(key, summary) for key in asked(summary)) or "the measures"
     stiff = "The seat is so stiff that only its static stiffness matters"
     if summary.get("accuracy_met") is not True:
-        stiff = "The plan took the seat for its static stiffness"
+        stiff = "The plan replaced the seat by its static stiffness"
     return (
-        f"{stiff}. Both columns use it{lip}. What waves in the seat would change in {names} is part of the "
+        f"{stiff}. Both columns use it{lip}. The effect of waves in the seat on {names} is part of the "
         'uncertainty. To compute waves nevertheless: seat.model = "3d".'
     )
 
@@ -242,9 +256,9 @@ def _alike(summary: Mapping[str, object], found: list[Difference]) -> str:
     bar, value = (as_number(summary.get(prefix + largest.key)) for prefix in ("error_bar_", ""))
     assert bar is not None
     assert value is not None
-    names = " and ".join(name_of(d.key, summary) for d in found)
+    names = enumeration(name_of(d.key, summary) for d in found)
     changes = f"it changes {names} by {percent(abs(largest.relative))} at most"
     within = f"within the uncertainty of {percent(bar / abs(value))}"
     if summary.get("accuracy_met") is False or not _is_known(summary, largest.key):
-        return f"Whether a spring is enough cannot be told: {changes}, {within}."
+        return f"This run cannot show whether a spring is enough: {changes}, {within}."
     return f"A spring is enough here: {changes}, {within}."

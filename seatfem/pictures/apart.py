@@ -119,7 +119,7 @@ class Painter:
             answer = self._worker.ask(f"{drawing} {name}", PATIENCE)
             if answer:
                 return str(json.loads(answer))
-            problem = "the process that draws it crashed; seatfem doctor tells what may be missing"
+            problem = "the process that draws it crashed; seatfem doctor shows what may be missing"
             if not self._ending.is_set() and not can_draw():
                 self._cannot = NO_DRIVER
         except (OSError, ValueError, RuntimeError, MemoryError) as error:  # any other would leave `wait` waiting

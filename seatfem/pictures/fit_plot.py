@@ -10,7 +10,7 @@ import numpy as np
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
 from impact.greens.poles import PoleGreens
-from impact.measured.frf import FrequencyResponse
+from impact.measured.frf import FrequencyResponse, Kind
 from impact.measured.pole_fit import noise_of
 from impact.pictures.drawing import BLUE, GREY, ORANGE, sheet
 from impact.quantities import percent, scaled
@@ -48,13 +48,13 @@ def plot_fit(
     last = BEYOND * (high if width is None else max(high, min(1 / width, 10 * high)))
     between = response.frequency[(response.frequency > low) & (response.frequency < high)]
     f = np.unique(np.concatenate([np.geomspace(low / BEYOND, last, POINTS), between]))
-    order, unit = QUANTITIES[response.measured_as]
+    order, _ = QUANTITIES[response.measured_as]
     s = response.shift + 2j * np.pi * f
     curve = fitted.transfer(s)[:, 0, 0] * s**order
     data = response.receptance[:, 0, 0] * response.per_receptance
     apart = fitted.transfer(response.lines)[:, 0, 0] * response.per_receptance - data
     noise = noise_of(response) * np.abs(response.per_receptance)
-    factor, unit = scaled(np.abs(data), unit)
+    factor, unit = scaled_quantity(np.abs(data), response.measured_as)
     rate, frequency_unit = scaled(high, "Hz")
     with sheet(path, 7.2, 7.2) as figure:
         figure.suptitle(title)
@@ -74,6 +74,13 @@ def plot_fit(
         left.set(xlabel=f"frequency [{frequency_unit}]", xlim=(rate * f[0], rate * f[-1]))
         left.xaxis.set_major_formatter("{x:g}")
         size.legend(loc="best")
+
+
+def scaled_quantity(values: Array, kind: Kind) -> tuple[float, str]:
+    """Return factor and unit that make values [SI] of a measured quantity easy to read: of accelerances 1/kg or 1/g."""
+    if kind == "accelerance":
+        return (1e-3, "1/g") if np.median(values) > 1e3 else (1.0, "1/kg")
+    return scaled(values, QUANTITIES[kind][1])
 
 
 def _draw_misfit(

@@ -66,7 +66,9 @@ def plot_margin_map(maps: Sequence[MarginMap], path: str | os.PathLike[str], *, 
             ticks = [each.least * factor for factor in (1.0, 1.5, 2.0, 3.0, SPAN)]
             bar.set_ticks(ticks, labels=[f"{tick:.3g}" for tick in ticks])
             bar.minorticks_off()
-            bar.set_label("margin: factor on stress, below 1 it fails\ngrey: little stress, or none told", fontsize=8)
+            bar.set_label(
+                "margin: factor on stress, below 1 it fails\ngrey: little stress, or none computed", fontsize=8
+            )
 
 
 def write_margins(found: MarginMap, path: str | os.PathLike[str]) -> None:

@@ -45,7 +45,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "modes.h5": "seatfem modes into the same folder, or a run that reduces the seat by its modes",
     "stress_wave.h5": "frames = 24 in [stress] of the scene",
     "reed_stress_wave.h5": "frames = 24 in [stress], and a reed of plate elements",
-    "landing.h5": "a reed of plate elements that lands on a lip in arcs",
+    "landing.h5": "a reed of plate elements that lands on a lip in segments",
 }
 """What puts them there."""
 

@@ -471,7 +471,7 @@ def _key(layout: Layout) -> Iterator[tuple[str, str]]:
     if layout.reed.views.contact:
         yield GREEN, "the reed's own face"
     if layout.tilt is not None:
-        yield GREEN, "axis of tilt, dot: opens least"
+        yield GREEN, "axis of tilt, dot: smallest gap"
     if layout.start is not None:
         yield GREEN, "reed at the start"
     if layout.stopper is not None:

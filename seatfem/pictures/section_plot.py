@@ -19,7 +19,7 @@ _POINTS = 8  # drawn on each curved edge
 
 def plot_section(mesh: Any, path: str | os.PathLike[str], *, title: str = "Half section of the seat") -> None:
     """Elements of a meridian mesh (x = r, y = z) with curved edges, contact and fixed boundaries in colour; beside the
-    whole section the elements around the contact patch.
+    whole section the elements around the contact face.
 
     ``mesh``: a scikit-fem mesh of triangles or quadrilaterals with named boundaries.
     """
@@ -42,7 +42,7 @@ def plot_section(mesh: Any, path: str | os.PathLike[str], *, title: str = "Half 
             _draw(axes, groups)
             low, high = _window(groups[2][0])
             axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), ylabel="")
-            axes.set_title("around the contact patch")
+            axes.set_title("around the contact face")
             corners = [low[0], high[0], high[0], low[0], low[0]], [low[1], low[1], high[1], high[1], low[1]]
             whole.plot(*corners, color="#6A6A6A", linewidth=0.7)
         handles, labels = whole.get_legend_handles_labels()

@@ -79,8 +79,8 @@ def plot_stress(
             course.axvspan(start, end, color="#E3E3E3", zorder=0)
             width, step = text(unsure[1] - unsure[0], "s"), text(float(time[1] - time[0]), "s")
             words = (
-                f"Grey outline: no stress is told. Grey band: within {width} of the first touch stress follows the raw "
-                f"force, whose height depends on the time step, here {step}."
+                f"Grey outline: no stress computed. Grey band: within {width} of the first touch stress follows the "
+                f"raw force, whose height depends on the time step, here {step}."
             )
             figure.supxlabel(words, fontsize=7.5)
         course.legend(fontsize=8)

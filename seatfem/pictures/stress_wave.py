@@ -83,7 +83,7 @@ class StressWave:
         if self.mises.shape != (frames, nodes) or self.displacement.shape != (frames, nodes, 3):
             raise PictureError(f"{frames} times of {nodes} nodes need as many stresses, not {self.mises.shape}")
         if not np.isfinite(self.mises[:, self.told]).any():
-            raise PictureError("no stress is told anywhere on this body: lower stress.distance")
+            raise PictureError("no stress is computed anywhere on this body: lower stress.distance")
 
     @cached_property
     def end(self) -> float:

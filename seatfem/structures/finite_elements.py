@@ -46,11 +46,11 @@ from seatfem.structures.statics import spring_of, without_waves
 LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
 MESH_SAFETY: Final = 1.75  # found by benchmarks/coverage_of_seats.py: 98 % of its seats are covered, all held-out ones
 RINGS_TOLERANCE: Final = 0.05  # of the reduction in which only the change by the rings counts
-LIP: Final = "a body of revolution, struck in arcs of its lip: Fourier harmonics in the angle"
-FACE: Final = "struck in arcs of its lip: no sectors are alike"
-LIP_MODES: Final = "finite elements, modes of each Fourier harmonic in the band, statics of each arc"
-FACE_MODES: Final = "finite elements, 3-D, modes in the band, statics of each arc"
-AT_ONCE: Final = "static compliance of the finite elements, arc by arc, and the first velocity of each"
+LIP: Final = "a body of revolution with lip segments: Fourier harmonics in the angle"
+FACE: Final = "contact by lip segments: no sectors are alike"
+LIP_MODES: Final = "finite elements, modes of each Fourier harmonic in the band, statics of each lip segment"
+FACE_MODES: Final = "finite elements, 3-D, modes in the band, statics of each lip segment"
+AT_ONCE: Final = "static compliance of the finite elements and first velocity, for each lip segment"
 SPRING: Final = "static compliance of the finite elements, a spring"
 
 
@@ -97,7 +97,7 @@ def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
         )
         raise ModelError(
             f"contact.ports = {lip.arcs}: the struck face has only about {there:.0f} elements along its "
-            f"{1e3 * lip.length:.3g} mm, fewer than one for each arc: {finer}take fewer"
+            f"{1e3 * lip.length:.3g} mm, fewer than one per lip segment: {finer}take fewer"
         )
 
 
@@ -106,7 +106,7 @@ def _in_parts(
 ) -> GreensFunction | None:
     """The patch in more parts on the same mesh, to `RINGS_TOLERANCE`; ``None`` where that cannot be had."""
     loose = replace(method.divided(parts_behind(method.division)), tolerance=max(method.tolerance, RINGS_TOLERANCE))
-    what = "patch in arcs" if method.in_arcs else "patch in rings"
+    what = "contact face in segments" if method.in_arcs else "contact face in rings"
     try:
         return _solved(body, mesh, loose, duration, Stopwatch(), _for_error(progress, what)).greens
     except ConvergenceError:

@@ -98,7 +98,7 @@ def _loops(edges: Array, near: float) -> list[Array]:
     ends = ends[ends[:, 0] != ends[:, 1]]
     if np.any(np.bincount(ends.ravel(), minlength=number) != 2):
         raise ModelError(
-            "the lines that bound the struck faces are not closed, or touch each other: take faces that stand apart"
+            "the lines that bound the struck faces are not closed, or touch each other: choose separate faces"
         )
     place = np.empty((number, 2))
     place[corner] = points

@@ -260,7 +260,7 @@ def check_parts(lip: AnyLip) -> None:
     """Raise `ModelError` of numbers of parts below one, or above `MOST_PORTS` together."""
     if not (lip.arcs >= 1 and lip.rings >= 1 and lip.arcs * lip.rings <= MOST_PORTS):
         raise ModelError(
-            f"a lip of {lip.arcs} arcs by {lip.rings} rings: each at least 1, together at most {MOST_PORTS}: take "
+            f"a lip of {lip.arcs} segments by {lip.rings} rings: each at least 1, together at most {MOST_PORTS}: take "
             "fewer contact.ports or contact.rings"
         )
 

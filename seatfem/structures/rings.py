@@ -112,7 +112,7 @@ def divided_less(greens: GreensFunction, less: Division) -> GreensFunction:
     for name, few, many in (("rings", less.rings, there.rings), ("ports", less.arcs, there.arcs)):
         if many % few:
             raise GreensFunctionError(
-                f"contact.{name} = {few}: the Green's function has its patch in {many}; take a divisor of that"
+                f"contact.{name} = {few}: the Green's function has its contact face in {many}; take a divisor of that"
             )
     return greens.combined(_joining(there, less), less.names)
 

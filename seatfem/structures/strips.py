@@ -90,8 +90,8 @@ def strip_of(outer: Array, holes: list[Array]) -> Strip:
     """Raises `ModelError` of a face that is neither a ring nor a strip."""
     if len(holes) > 1:
         raise ModelError(
-            f"a struck face has {len(holes)} holes, a lip in arcs at most one: take ring-shaped faces, as of one port "
-            "each, or strike it as a whole"
+            f"a struck face has {len(holes)} holes, lip segments allow at most one: take ring-shaped faces, as of one "
+            "port each, or strike it as a whole"
         )
     strip = _matched(*(_ring(holes[0], outer) if holes else _sides(outer)), closed=bool(holes))
     if np.minimum(np.diff(strip.swept), 0.0).sum() < -FOLDED * strip.swept[-1]:
@@ -139,8 +139,8 @@ def _sides(loop: Array) -> tuple[Array, Array, tuple[int, int], tuple[int, int]]
     width = (around / 2 - math.sqrt(max(around**2 / 4 - 4 * area, 0.0))) / 2  # of a rectangle
     if area < SLENDER * width**2:
         raise ModelError(
-            f"a struck face without a hole is only {area / width**2:.2g} times as long as it is wide: contact in arcs "
-            f"takes rings, and strips at least {SLENDER:g} times as long as wide; strike it as a whole"
+            f"a struck face without a hole is only {area / width**2:.2g} times as long as it is wide: lip segments "
+            f"need rings, or strips at least {SLENDER:g} times as long as wide; strike it as a whole"
         )
     turn = steps[:, 0] + 1j * steps[:, 1]
     turned, count = np.angle(turn / np.roll(turn, 1)), len(turn)  # at each point

@@ -128,7 +128,7 @@ def test_run_tells_results_notes_files_and_times(pipeline: Pipeline, capsys: pyt
         "Peak force (mean over 1 us): A spring would give 11 N instead of 12 N (-8.3 %). "
         "Uncertainty of the 12 N: 0.1 N."
     )
-    assert "peak force, 1 us mean 12.00 ± 0.10 N 11.00 N -8.3 % 10 0.83 %, met" in lines
+    assert "peak force, 1 us mean 12.00 ± 0.10 N 11.00 N -8.3 % 10 0.83 %, reached" in lines
     assert "first contact 653.3 us -" in lines
     assert "contacts 3" in lines
     assert "raw, step 10 ns" in lines
@@ -150,7 +150,7 @@ def test_landings_are_told_below_the_table(
     assert run_command(["run", str(SPRING_SCENE)]) == DONE
     out = " ".join(capsys.readouterr().out.split())
     assert "seat 1 9 - 43.8 3.1 40.70 ± 0.80 - - -" in out
-    assert "pressed on by its loads: 72 N at most, 12.3 ms in all (no landing, and not judged)" in out
+    assert "reed pressed on its seat by its loads: up to 72 N, 12.3 ms in total (not a landing)" in out
 
 
 def test_effort_is_handed_on(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
@@ -239,7 +239,7 @@ def test_where_results_go(pipeline: Pipeline) -> None:
         Path("flapper_on_spring-seat.h5"),
         Path("flapper_on_spring-modes"),
     ]
-    assert pipeline.asked[0][1] == "Flapper reed on a PEEK seat sleeve"
+    assert pipeline.asked[0][1] == "Suction valve on a cast-iron plate"
 
 
 @pytest.mark.parametrize(
@@ -413,7 +413,7 @@ def test_init_writes_a_scene_once(tmp_path: Path, capfd: pytest.CaptureFixture[s
     assert json.loads((tmp_path / "seatfem.schema.json").read_text(encoding="utf-8"))["title"] == "seatfem scene"
     written = file.read_bytes()
     assert run_command(["init", "disc", "--output", str(file)]) == BAD_INPUT
-    assert "is there already" in capfd.readouterr().err
+    assert "exists already" in capfd.readouterr().err
     assert file.read_bytes() == written
 
 

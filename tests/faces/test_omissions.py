@@ -38,7 +38,10 @@ def test_a_run_of_which_all_is_known_leaves_nothing_out() -> None:
 @pytest.mark.parametrize(
     ("changed", "sentence"),
     [
-        ({"error_unknown": "mesh, patch"}, "Not included in the uncertainty: mesh error, contact face treated as one."),
+        (
+            {"error_unknown": "mesh, patch"},
+            "Not included in the uncertainty: mesh error, division of the contact face.",
+        ),
         ({"error_bar_impulse_Ns": None}, "Uncertainty not known (whole run): impulse."),
         (
             {"error_bar_impulse_Ns": 0.51},

@@ -28,7 +28,8 @@ def test_a_record_is_told_with_its_heads_rows_and_ranges() -> None:
         f"suction_cycle.csv ({len(numbers)} rows, divided by commas, decimal point: angle [deg] 0 to 360, pressure "
         f"[bar] {low:g} to {high:g}), rpm 3000"
     )
-    assert f"pressure (file {words}, angle 30 deg)" in told["load 1"]
+    course = f"read as pressure {low / 10:g} MPa to {100 * high:g} kPa repeated every 20 ms"
+    assert f"pressure (file {words}, angle 30 deg, {course})" in told["load 1"]
     assert "area [95 mm^2, 85 mm^2, 60 mm^2]" in told["load 1"]
     assert told["load 2"] == "gravity -9.81 m/s^2"
     assert told["stopper"] == "spring, stiffness 20 N/um, lift 2 mm"
@@ -42,7 +43,8 @@ def test_another_unit_reads_differently(tmp_path: Path) -> None:
     record.write_text("time [ms],pressure [kPa]\n0,-1\n2.5,20\n", encoding="utf-8")
     told = read("tilted_landing.toml", load=[{"pressure": {"file": str(record)}, "area": "80 mm^2"}])["load"]
     columns = "2 rows, divided by commas, decimal point: time [ms] 0 to 2.5, pressure [kPa] -1 to 20"
-    assert told == f"pressure (file course.csv ({columns})), area (lift [0 mm], area [80 mm^2])"
+    course = "read as pressure -1 kPa to 20 kPa from 0 ms to 2.5 ms"
+    assert told == f"pressure (file course.csv ({columns}), {course}), area 80 mm^2"
 
 
 def test_struck_faces_releases_and_strengths_are_told() -> None:

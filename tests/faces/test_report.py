@@ -25,7 +25,7 @@ from seatfem.faces.report.bodies import body_figure
 from seatfem.faces.report.browser import SCREENS
 from seatfem.faces.report.figures import MOST, _envelope
 from seatfem.faces.report.folder import ReportError
-from seatfem.faces.report.page import _landings, _shares, _state, report_page
+from seatfem.faces.report.page import _landings, _notes, _shares, _state, report_page
 from seatfem.faces.report.provenance import provenance
 from seatfem.faces.report.stressed import hot_spots, life_table
 from seatfem.pictures.moving import save_moving
@@ -56,7 +56,7 @@ def test_it_holds_what_was_asked_planned_and_found(folder: Path) -> None:
     assert json.loads((folder / "plan.json").read_text(encoding="utf-8"))["choices"]
     for words in (
         "kind = &quot;cantilever&quot;",
-        "accuracy of 5 % met: impulse and peak force (mean over 1 us)",
+        "accuracy of 5 % reached: impulse and peak force (mean over 1 us)",
         "Plan and its reasons",
         "run.time_step",
         "peak force, 1 us mean",
@@ -108,7 +108,7 @@ def test_a_body_that_is_too_large_loses_frames_and_says_so() -> None:
     assert shown == [f"{k} µs" for k in range(0, 40, 3)]  # 3088 bytes each, beside 13848 for the triangles
     assert "Of 40 frames 14 are in this page" in figure
     assert len(figure) < 1.5 * 60_000
-    assert "Grey: no value is told." in figure
+    assert "Grey: no value was computed." in figure
 
 
 def test_hot_spots_and_life_are_tables() -> None:
@@ -147,16 +147,21 @@ def test_landings_are_a_table_and_all_of_them_can_be_opened() -> None:
     assert "<details>" not in few
     shown, whole = many.split("<details><summary>all 12 landings</summary>")
     assert (shown.count("<td>seat "), whole.count("<td>seat ")) == (10, 12)
-    assert "and 2 more, in landings.csv" in shown
+    assert "; 2 more in landings.csv" in shown
+
+
+def test_notes_are_a_list_of_texts() -> None:
+    assert _notes({"notes": ["Hertz: 2 > 1; <b>"]}) == "<h3>Notes</h3><ul><li>Hertz: 2 &gt; 1; &lt;b&gt;</li></ul>"
+    assert _notes({"notes": "text"}) == _notes({"notes": []}) == _notes({}) == ""
 
 
 @pytest.mark.parametrize(
     ("changed", "badge"),
     [
-        ({}, 'met">accuracy of 2 % met: landing_x'),
+        ({}, 'met">accuracy of 2 % reached: landing_x'),
         ({"accuracy_met": False}, 'missed">accuracy of 2 % missed: landing_x'),
         ({"accuracy_met": None, "landing_status": "never opened"}, 'missed">never opened<'),
-        ({"landing_status": "cut off"}, 'met">cut off; accuracy of 2 % met'),
+        ({"landing_status": "cut off"}, 'met">cut off; accuracy of 2 % reached'),
     ],
 )
 def test_the_badge_names_what_it_speaks_of(changed: dict[str, object], badge: str) -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from impact.quantities import in_digits, in_time, in_units, percent
+from impact.quantities import enumeration, in_digits, in_time, in_units, percent
 
 
 @pytest.mark.parametrize(
@@ -50,3 +50,10 @@ def test_a_quantity_has_a_unit_of_its_size(value: float, unit: str, words: str) 
 
 def test_times_of_computing() -> None:
     assert [in_time(t) for t in (0.083, 61.0, 100.0, 6000.0)] == ["0.083 s", "61 s", "1.7 min", "1.67 h"]
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"), [((), ""), (("a",), "a"), (("a", "b"), "a and b"), (("a", "b", "c"), "a, b and c")]
+)
+def test_words_in_a_sentence(words: tuple[str, ...], sentence: str) -> None:
+    assert enumeration(iter(words)) == sentence

@@ -32,18 +32,23 @@ SAID = {
     "flapper_on_stopper": ("struck Ø 4 mm", "Ø 12 mm"),
     "flapper_on_valve_body": ("40 mm", "14 mm", "gap 0"),
     "flapper_on_valve_plate": ("port Ø 6 mm", "land 1 mm", "3 mm"),
-    "kidney_landing": ("stopper 20 um", "contact in 32 arcs", "22.42 mm", "stopper met in 16 arcs, tilted 0.1°"),
+    "kidney_landing": (
+        "stopper 20 um",
+        "contact in 32 segments",
+        "22.42 mm",
+        "stopper contact in 16 segments, tilted 0.1°",
+    ),
     "life_of_a_flapper": ("gap 0.2 mm", "start in mode 1, velocity 2 m/s", "t 0.3 mm"),
     "mass_on_bar": ("60 mm", "5 mm", "bodies with a wavy break are shortened"),
     "mass_on_meshed_seat": ("8.5 mm", "24 mm", "velocity 1.5 m/s"),
     "paper_table1_3mm_area": ("3 mm", "0.305 mm"),
     "ring_plate": ("port Ø 14 mm", "20 mm", "gap 2 um"),
     "ring_valve": ("gap 1 mm", "4 valve springs, 2 N/mm together, preload 4 N", "as in ring_valve.csv on 236 mm²"),
-    "slot_landing": ("contact in 48 arcs", "about the direction 90°"),
+    "slot_landing": ("contact in 48 segments", "about the direction 90°"),
     "suction_flapper": ("pressure as in suction_cycle.csv on 60 to 95 mm²", "gravity 9.81 m/s^2"),
     "suction_valve": ("port Ø 9 mm", "32 mm", "12 mm", "t 0.3 mm", "stopper 1.5 mm", "reed x 5"),
     "tilted_cad_flapper": ("30.42 mm", "t 0.3 mm", "lip tilted 0.3°"),
-    "tilted_landing": ("contact in 96 arcs", "gap x 2000", "lip 1 mm wide"),
+    "tilted_landing": ("contact in 96 segments", "gap x 2000", "lip 1 mm wide"),
 }
 """Of examples, what stands in the picture among other words."""
 

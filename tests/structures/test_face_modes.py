@@ -150,7 +150,7 @@ def test_damping_that_couples_modes_is_refused() -> None:
     plain = model(8)
     mesh = plain.dofs.mesh  # type: ignore[union-attr]
     held = assemble(mesh, STEEL, lip=FaceLip(face(0.0), 8), supports=[Dashpot("contact", 1e6)])
-    with pytest.raises(ModelError, match=r"contact\.ports: arcs take modes of the seat"):
+    with pytest.raises(ModelError, match=r"contact\.ports: lip segments need modes of the seat"):
         face_greens(held, AIMS)
 
 

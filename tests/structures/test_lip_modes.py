@@ -133,5 +133,7 @@ def test_joined_arcs_are_those_of_fewer() -> None:
 
 def test_what_cannot_be(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("seatfem.structures.reduction.lip_modes.MOST", 6)
-    with pytest.raises(ConvergenceError, match=r"\d harmonics do not hold the compliance of the arcs: take fewer"):
+    with pytest.raises(
+        ConvergenceError, match=r"\d harmonics cannot represent the compliance of the lip segments: take fewer"
+    ):
         in_arcs(32)

@@ -11,6 +11,7 @@ import impact
 from impact.after.result import ImpactResult
 from impact.bodies.time_series import TimeSeriesError
 from impact.greens.base import GreensFunctionError
+from seatfem.faces.read_back import read_back
 from seatfem.study.impacts.base import check_base, on_its_base
 from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, striker_of
 from seatfem.study.runs.pipeline import run_scene
@@ -109,6 +110,14 @@ def test_a_rod_follows_a_slow_base_and_refuses_a_fast_one(tmp_path: Path) -> Non
         run(long)
 
 
+def test_a_course_of_any_header(tmp_path: Path) -> None:
+    (tmp_path / "drift.csv").write_text("Zeit;Weg;F\n0;0;1\n1,5;4;1\n9;6;1\n", encoding="utf-8")
+    stated = 'columns = { time = "Zeit", displacement = "Weg" }\nunits = { time = "ms", displacement = "um" }\n'
+    scene = scene_of(tmp_path, SPRING + REED + base("seat").replace("displacement.csv", "drift.csv") + stated)
+    assert scene.base[0].motion().displacement(np.array([1.5e-3, 9e-3])) == pytest.approx([4e-6, 6e-6])
+    assert dict(read_back(scene))["base"].endswith("read as displacement 0 mm to 6 um from 0 ms to 9 ms")
+
+
 def test_a_record_shorter_than_the_run_is_refused(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, SPRING + REED + base("reed"))
     (tmp_path / "displacement.csv").write_text("time [ms],displacement [um]\n0,0\n1,1\n", encoding="utf-8")
@@ -119,7 +128,7 @@ def test_a_record_shorter_than_the_run_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (SPRING + MASS + base("reed"), "base.0.of: reed.kind = 'rigid_mass' is free to move: it stands on nothing"),
+        (SPRING + MASS + base("reed"), "base.0.of: reed.kind = 'rigid_mass' is free to move: it has no base"),
         (SPRING + REED + base("stopper"), "base.0.of: there is no [stopper]"),
         (SPRING + REED + base("seat") + base("seat"), "base.1.of: the base of the seat has a table before"),
         (
@@ -128,6 +137,7 @@ def test_a_record_shorter_than_the_run_is_refused(tmp_path: Path) -> None:
         ),
         (SPRING + REED + '[[base]]\nof = "seat"\n', "base.0.displacement: nothing says how it moves: give exactly one"),
         (SPRING + REED + base("seat").replace("nt.csv", "nt.txt"), "base.0.displacement: no such file"),
+        (SPRING + REED + base("seat") + 'columns = { force = "F" }\n', "columns and units know time and displacement"),
     ],
 )
 def test_what_is_wrong_is_named(text: str, words: str, tmp_path: Path) -> None:

@@ -121,7 +121,7 @@ HEIGHTS = 'curvature = { heights = [["0 mm", "0 um"], ["20 mm", "9 um"]] }'
             SEAT,
             "only a deflection",
         ),
-        (BOWED, "ports = 1", SEAT, "contact.ports: one port is open by its mean alone"),
+        (BOWED, "ports = 1", SEAT, "contact.ports: a single contact point has only a mean gap"),
         (BOWED, "", SPRING, "reed.curvature: a seat of kind 'spring'"),
     ],
 )

@@ -219,7 +219,7 @@ def test_seats_that_have_no_lips(tmp_path: Path, seat: str, words: str) -> None:
 @pytest.mark.parametrize(
     ("seat", "contact", "words"),
     [
-        (cad("valve_plate"), "ports = 8\n", "contact.ports: of 8 arcs of equal areas some would lie on two"),
+        (cad("valve_plate"), "ports = 8\n", "contact.ports: of 8 segments of equal areas some would lie on two"),
         (
             cad("kidney_seat"),
             'waviness = [["0 deg", "1 um"]]\n',

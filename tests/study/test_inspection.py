@@ -258,7 +258,7 @@ def test_a_mesh_file_is_planned_from_its_mesh(tmp_path: Path) -> None:
     assert model.sizes.elements == 7904
     assert model.sizes.counts.dof == 40371
     plan = plan_scene(scene, store=Store(tmp_path / "store"))
-    assert any("in no uncertainty" in note for note in plan.notes)
+    assert any("not part of the uncertainty" in note for note in plan.notes)
     assert not any("nothing is known" in note for note in plan.notes)
 
 

@@ -129,4 +129,4 @@ def test_scenes_that_do_not_land_are_neither_met_nor_failed(
     said = capsys.readouterr().out
     assert said.index("No landing" if status == "no landing" else "Never opened") < said.index("whole run")
     assert " 0 ± 0" not in said
-    assert ", met" not in said
+    assert ", reached" not in said

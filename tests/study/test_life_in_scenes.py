@@ -273,7 +273,7 @@ def test_below_the_contact_of_a_ball(tmp_path: Path) -> None:
     exact = 310e6 * math.sqrt(3) / (0.310 * pressure)  # whose digits are worth 1e-3
     assert abs(margin - exact) < bar + 1e-3 * margin < 5e-3 * margin
     assert "life_margin" not in outcome.summary
-    assert f"endures 1e7 cycles under {margin:.3g} times the stress" in in_words(outcome.summary)
+    assert f"endures 1e7 cycles with {margin:.3g} times the stress" in in_words(outcome.summary)
 
 
 def test_a_reed_that_is_released_and_struck(tmp_path: Path) -> None:

@@ -75,7 +75,7 @@ def test_a_plate_in_free_flight_fails_where_and_when_its_stress_says(
     assert str(keys["life_at"]).startswith("reed, root, (")
     assert keys["error_bar_life_margin"] is None
     assert keys["error_bar_life_multiaxial_margin"] is None
-    assert "the reed endures 1e7 cycles under" in in_words(keys)
+    assert "the reed endures 1e7 cycles with" in in_words(keys)
 
 
 def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

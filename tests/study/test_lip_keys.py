@@ -48,10 +48,10 @@ def scene_of(folder: Path, contact: str, reed: str = FLAPPER, seat: str = SEAT) 
         (
             "ports = 1500\nrings = 3",
             "ports",
-            "1500 arcs in 3 rings are more than 4096, each of",
+            "1500 segments in 3 rings are more than 4096; their",
         ),
-        ("ports = 131", "ports", "131 arcs in 1 rings: so many must be an even number"),
-        ('ports = 1\ntilt = "0.1 deg"', "ports", "one port is open by its mean alone, tilt needs several"),
+        ("ports = 131", "ports", "131 segments in 1 rings: so many must be an even number"),
+        ('ports = 1\ntilt = "0.1 deg"', "ports", "a single contact point has only a mean gap, tilt needs several"),
         ('tilt = "31 deg"', "tilt", "31 deg must be at most 30 deg"),
         ('tilt = "-31 deg"', "tilt", "-31 deg must be at most 30 deg"),
         ('line_arc = "0 deg"', "line_arc", "0 deg must be above 0 and at most 360 deg"),

@@ -73,7 +73,7 @@ def test_a_flat_landing_whose_total_force_is_asked_for_goes_through_one_port(fol
     assert plan.method.ports == 1
     assert chooses_one_port(plan.scene, plan.method)
     assert plan.is_open(PORTS)
-    assert "a single contact point in place of lip segments costs" in plan.choice(PORTS).reason
+    assert "a single contact point instead of lip segments: " in plan.choice(PORTS).reason
     assert 0 < 1.5 * plan.shares["lip"]["impulse"] <= LIP_SHARE * plan.scene.accuracy.target
 
 
@@ -81,7 +81,7 @@ def test_a_flat_landing_whose_total_force_is_asked_for_goes_through_one_port(fol
     ("more", "target", "also", "why"),
     [
         ('tilt = "0.05 deg"', 40, "", "tilt"),
-        ("", 40, ', "line_impulse"', "line_impulse is known along the lip alone"),
+        ("", 40, ', "line_impulse"', "line_impulse needs lip segments"),
         ("", 0.5, "", "a single contact point would be off by"),
     ],
 )

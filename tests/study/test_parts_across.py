@@ -111,7 +111,7 @@ def test_the_plan_chooses_parts_across(tmp_path: Path) -> None:
     plan = plan_scene(scene_of(tmp_path))
     choice = plan.choice(RINGS)
     assert (plan.method.seat.rings, choice.value, choice.given) == (3, "3", False)
-    assert choice.reason == "parts across the lip; error from 6 of them"
+    assert choice.reason == "parts across the lip width; error estimated with 6"
     assert choice.leaves.endswith(" % of impulse")
     assert plan.method.reed.lip is not None
     assert plan.method.reed.lip.division == plan.method.seat.division

@@ -116,6 +116,10 @@ def assert_same_results(one: Path, other: Path) -> None:
 
 def test_summary_has_the_demanded_keys_for_the_seat_and_for_the_spring(annular: Ran) -> None:
     assert DEMANDED | {f"spring_{key}" for key in DEMANDED} <= set(annular.summary)
+    assert (
+        json.loads((annular.folder / "summary.json").read_text(encoding="utf-8"))["notes"] == annular.summary["notes"]
+    )
+    assert annular.outcome.messages == tuple(annular.summary["notes"])  # and no picture is missing
     results = load_results(annular.folder / "result.h5")
     for prefix, name in (("", "wave"), ("spring_", "spring")):
         found, result = annular.summary, results[name]
@@ -506,7 +510,7 @@ def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(
 
     monkeypatch.setattr(pipeline, "draw_run", fill)
     found = run(SPRING, tmp_path / "out")
-    assert any("summary.json tells nothing of the pictures" in text for text in found.outcome.messages)
+    assert any("summary.json does not list the pictures" in text for text in found.outcome.messages)
     assert set(found.summary) >= DEMANDED
 
 

@@ -103,7 +103,7 @@ def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
     alone = after(time_step=1.0, model=0.15).method
     assert alone.time_step < old.time_step  # type: ignore[operator]
     assert alone.reed.n_modes == old.reed.n_modes
-    stuck = "nothing finer is left to choose for the mesh, which alone is above the target (stated in the file?)"
+    stuck = "mesh error: this error alone is above the target and cannot be reduced (is its key stated in the file?)"
     assert following(time_step=3.0, mesh=1.5) == (None, stuck)
 
 
@@ -119,8 +119,8 @@ def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) 
         ("impulse (impulse_Ns) has an uncertainty of", "peak force (filtered_peak_force_N) has an")
     )
     assert any("above accuracy.target = 0.1 %" in words for words in told)
-    assert told[-1].startswith("stopped short of the target after 1 round: nothing finer is left to choose")
-    assert "which alone is above the target (stated in the file?)" in told[-1]
+    assert told[-1].startswith("stopped short of the target after 1 round: simplified model of seat or reed: this")
+    assert "alone is above the target and cannot be reduced (is its key stated in the file?)" in told[-1]
     assert rounds_ahead(done.plan).number == 1  # nor is another promised
 
 
@@ -256,7 +256,7 @@ def test_each_round_is_told_with_its_bar_time_memory_and_the_price_of_the_next(t
     assert len(told) == 2 * done.number - 1
     assert re.match(r"round 1: impulse \+-\S+ %, peak force \+-\S+ % \(target 2 % missed\); \S+ s, \S+ GB$", told[0])
     assert re.match(r"round 1 is on file; round 2 follows, about \S+ s and \S+ GB predicted: run.time_step", told[1])
-    assert f"peak force +-{percent(done.left.relative('filtered_peak'))} (target met)" in told[-1]
+    assert f"peak force +-{percent(done.left.relative('filtered_peak'))} (target reached)" in told[-1]
     assert done.memory > 50e6
     assert set(done.spent) == {"contact", "reed stress", "error budget"}
     assert 0 < sum(done.spent.values()) < 60

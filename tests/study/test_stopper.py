@@ -227,7 +227,7 @@ def test_a_stopper_that_is_read_is_told_of(tmp_path: Path) -> None:
     body = stopper_of(scene)
     assert body is not None
     assert float(body.greens.static_compliance()[0, 0]) == pytest.approx(1 / 4e6)
-    note = "the stopper (kind 'greens') is taken as its keys state it"
+    note = "the stopper (kind 'greens') is computed as its keys state it"
     assert any(note in words for words in plan_scene(scene).notes)
     outcome = run_scene(scene, tmp_path / "out", pictures=False)
     assert any(note in words for words in outcome.messages)

@@ -174,8 +174,8 @@ MASS = 'kind = "rigid_mass"\nmass = "0.1 g"\nvelocity = "-1 m/s"\n'
         (SPRING + "arcs = 8\n", MASS, "stopper.arcs: a reed of kind 'rigid_mass' touches with one rigid face"),
         (SPRING + 'tilt = "1 deg"\n', MASS, "stopper.tilt: a reed of kind 'rigid_mass' touches with one rigid face"),
         (SPRING + 'tilt = "31 deg"\n', REED, "stopper.tilt: 31 deg must be at most 30 deg"),
-        (SPRING + 'arcs = 1\ntilt = "1 deg"\n', REED, "stopper.arcs: one part is open by its mean alone"),
-        (SPRING + "arcs = 2100\nrings = 2\n", REED, "stopper.arcs: 2100 arcs in 2 rings are more than 4096"),
+        (SPRING + 'arcs = 1\ntilt = "1 deg"\n', REED, "stopper.arcs: a single contact point has only a mean gap"),
+        (SPRING + "arcs = 2100\nrings = 2\n", REED, "stopper.arcs: 2100 segments in 2 rings are more than 4096"),
         (SPRING + "arcs = 0\n", REED, "stopper.arcs"),
     ],
 )

@@ -158,7 +158,7 @@ def test_what_a_striker_needs_is_told(more: str, tmp_path: Path) -> None:
 def test_what_is_struck_is_at_rest(tmp_path: Path) -> None:
     seat = "[seat]\n" + CANTILEVER + 'release = { tip_deflection = "1 mm" }\n'
     ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
-    with pytest.raises(SceneError, match=r"seat.release: what is struck is at rest"):
+    with pytest.raises(SceneError, match=r"seat.release: the struck body is at rest"):
         scene_of(tmp_path, ball, seat=seat)
     struck = scene_of(tmp_path, ball, seat="[seat]\n" + CANTILEVER)
     assert run_scene(struck, tmp_path / "out").summary["seat_kind"] == "cantilever"
@@ -235,7 +235,7 @@ def test_a_rod_thrown_over_a_gap_is_planned_by_its_contact(tmp_path: Path) -> No
         assert 0 < max(plan.error.values()) <= 0.1
         assert "no contact" not in "\n".join(plan.notes)
     assert far.method.time_step == pytest.approx(near.method.time_step, rel=0.51)
-    assert far.choice("history").reason.endswith("general method, as the reed is no sum of oscillators")
+    assert far.choice("history").reason.endswith("general method, because the reed has no uncoupled modes")
 
 
 def test_half_the_step_is_looked_at_of_every_striker_with_waves(

@@ -42,6 +42,16 @@ velocity = "-1 m/s"
 duration = "0.2 ms"
 """
 SPRING = f'[seat]\nkind = "spring"\nstiffness = "1 N/um"\n{BALL}'
+PAPERS_REED = """[reed]
+kind = "cantilever"
+length = "25 mm"
+n_modes = 3
+release = { tip_deflection = "0.5 mm" }
+[run]
+duration = "1 ms"
+[accuracy]
+target = "10 %"
+"""
 MESHED = f"""[seat]
 kind = "annular"
 bore_radius = "4 mm"
@@ -321,6 +331,16 @@ def test_a_claim_is_one_programs(tmp_path: Path) -> None:
             assert not other
 
 
+def test_notes_of_a_run_stand_in_its_row(tmp_path: Path) -> None:
+    """A reed that the scene does not describe is the paper's, and the row says so."""
+    (tmp_path / "scene.toml").write_text(SPRING.replace(BALL, PAPERS_REED), encoding="utf-8")
+    outcome = one.carry_out(tmp_path / "scene.toml", {}, 1, {})
+    assert outcome.state == "missed"  # three modes are too few
+    first, *others = str(outcome.summary["notes"]).split(" | ")
+    assert first == outcome.message
+    assert any(note.startswith("not given, taken from the paper's reed: ") for note in others)
+
+
 def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answer_here(monkeypatch)
     (tmp_path / "scene.toml").write_text(SPRING, encoding="utf-8")
@@ -332,14 +352,31 @@ def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert list(found) == [
         "scene", "reed.mass [g]", "restitution", "error_bar_restitution", "impulse_Ns", "error_bar_impulse_Ns",
         "landing_status",
-        "status", "wall_time_s", "message",
+        "status", "wall_time_s", "message", "notes",
     ]  # fmt: skip
     assert found["impulse_Ns"] == pytest.approx([2e-3 * mass for mass in found["reed.mass [g]"]], rel=5e-3)
+    assert found["notes"] == [""] * 3
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
     with pytest.raises(SceneError, match="number: required key is missing"):
         seatfem.sweep(tmp_path / "scene.toml", vary, design="monte_carlo")
     with pytest.raises(SceneError, match=r"vary\.reed\.mas: scene 1 of 1"):
         seatfem.sweep(tmp_path / "scene.toml", {"reed.mas": ["1 g"]})
+
+
+@pytest.mark.parametrize("package", ["pandas", "pyarrow"])
+def test_a_broken_package_is_told_before_the_first_scene(
+    package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not when the table is written, after hours."""
+    (tmp_path / package).mkdir()
+    (tmp_path / package / "__init__.py").write_text("raise RuntimeError('built for another numpy')", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in [each for each in sys.modules if each.partition(".")[0] == package]:
+        monkeypatch.delitem(sys.modules, name)
+    (tmp_path / "scene.toml").write_text(SPRING, encoding="utf-8")
+    with pytest.raises(StudyError, match=rf"{package} .*\(built for another numpy\).*--force-reinstall {package}"):
+        seatfem.sweep(tmp_path / "scene.toml", {"reed.mass": ["1 g", "2 g"]}, folder=tmp_path / "study")
+    assert not (tmp_path / "study").exists()
 
 
 def test_tables_for_pandas_and_parquet(tmp_path: Path) -> None:

@@ -100,7 +100,7 @@ def _notes(made: Moving, shown: Moving) -> Iterator[str]:
     if len(shown.labels) < len(made.labels):
         yield f"Of {len(made.labels)} frames {len(shown.labels)} are in this page; seatfem export --to vtk writes all."
     if made.values is not None and np.isnan(made.values).any():
-        yield "Grey: no value is told."
+        yield "Grey: no value was computed."
 
 
 def _numbers(made: Moving) -> dict[str, Any]:

@@ -65,7 +65,12 @@ def motion_figure(runs: Mapping[str, ImpactResult], landings: Landings = ()) -> 
 def energy_figure(run: ImpactResult) -> Figure:
     """Where the energy is, each term integrated by itself."""
     figure, ledger = _Along({"wave": run}), run.energy
-    terms = {"put in": ledger.input, "reed": ledger.striker, "seat": ledger.target, "dissipated": ledger.dissipated}
+    terms = {
+        "energy input": ledger.input,
+        "reed": ledger.striker,
+        "seat": ledger.target,
+        "dissipated": ledger.dissipated,
+    }
     factor, unit = scaled(max(float(np.abs(term).max()) for term in terms.values()), "J")
     for (label, term), colour in zip(terms.items(), (GREY, ORANGE, BLUE, PURPLE), strict=True):
         figure.line(run, factor * term, label, colour)

@@ -29,6 +29,7 @@ CAPTIONS: Final[Mapping[str, str]] = {
     "margin.png": "Margin against speed.",
     "gas.png": "Pressures, lift and flow over the cycle.",
     "fit.png": "The measured response and what was fitted to it.",
+    "stabilisation.png": "The poles of each number of modes that was tried, and which of them stay.",
 }
 INTERACTIVE: Final = ("motion.png", "energy.png")
 """Pictures whose curves are all in the page as figures."""

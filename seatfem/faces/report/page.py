@@ -84,7 +84,7 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
     if drawing := first_picture(folder):
         yield "Drawing", drawing
     lines = (pressed_on(summary), simpler(summary), lasting(summary))
-    sentences = [f"<p>{html.escape(line)}</p>" for line in lines if line]
+    sentences = [f"<p>{html.escape(line)}</p>" for line in lines if line] + [_notes(summary)]
     yield "Result", html_table(result_table(summary)) + _landings(summary) + "".join(sentences)
     left_out = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in omissions(summary))
     yield "What was left out", f"<ul>{left_out}</ul><h3>Who checked this kind of scene</h3>{who_checked(summary)}"
@@ -108,6 +108,13 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
     yield "How it was computed", provenance(folder, summary)
 
 
+def _notes(summary: Mapping[str, Any]) -> str:
+    """Return what limits the numbers of a run, as a list; "" of summaries without notes."""
+    notes = summary.get("notes")
+    items = "".join(f"<li>{html.escape(str(note))}</li>" for note in notes) if isinstance(notes, list) else ""
+    return f"<h3>Notes</h3><ul>{items}</ul>" if items else ""
+
+
 def _landings(summary: Mapping[str, Any]) -> str:
     """Return the hardest landings as a table, and all of them to be opened where there are more."""
     records = landings_of(summary)
@@ -127,20 +134,22 @@ def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, F
     width = as_number(summary.get("filter_width_s")) or 1e-6
     if (folder / RESULT_FILE).is_file():
         runs, landings = load_results(folder / RESULT_FILE), landings_of(summary)
-        step = "The raw force follows the time step, its mean over the filter's width hardly."
-        first = "Shown first is the hardest landing; a double-click shows the whole run. " if landings else ""
+        step = "The raw force depends on the time step; its mean over the filter width hardly does."
+        first = "The picture opens at the hardest landing; a double-click shows the whole run. " if landings else ""
         found["Contact force"] = (CURVES + first + step, draw.force_figure(runs, width, landings))
         if "lip" in runs:
             words = "Each row is a segment of the lip, counted from the direction of the reed's tip."
             found["Along the lip"] = (words, draw.lip_figure(runs["lip"]))
         found["Motion"] = (CURVES + "Positive away from the seat.", draw.motion_figure(runs, landings))
-        words = "What is put in is the work of loads and releases."
+        words = "The energy input is the work of the loads and of the release."
         found["Energy"] = (CURVES + words, draw.energy_figure(runs["wave"]))
     if (folder / SEAT_FILE).is_file():
-        words = "Displacement of the contact face after a unit impulse on it: what stands for the seat."
+        words = (
+            "Displacement of the contact face after a unit impulse on it; the run computes the seat's motion from it."
+        )
         found["Green's function of the seat"] = (words, draw.greens_figure(load_greens(folder / SEAT_FILE), width))
     if shares := _shares(summary):
-        words = "What each part of the model may change; the uncertainty is made of these, with safety factors."
+        words = "Estimated error from each part of the model. The uncertainty is their sum, with safety factors."
         found["Error budget"] = (words, draw.budget_figure(shares))
     return found
 
@@ -196,7 +205,7 @@ def _state(summary: Mapping[str, Any]) -> str:
     met = summary["accuracy_met"]
     if met is None:
         return f'<p class="state missed">{html.escape(str(summary.get("landing_status") or "nothing to judge"))}</p>'
-    words = f"accuracy of {percent(target, 3)} {'met' if met is True else 'missed'}: {judged_words(summary)}"
+    words = f"accuracy of {percent(target, 3)} {'reached' if met is True else 'missed'}: {judged_words(summary)}"
     if (status := str(summary.get("landing_status") or LANDED)) != LANDED:
         words = f"{status}; {words}"
     return f'<p class="state {"met" if met is True else "missed"}">{html.escape(words)}</p>'

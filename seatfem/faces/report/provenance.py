@@ -20,7 +20,8 @@ from seatfem.faces.tables import time_line
 def provenance(folder: Path, summary: Mapping[str, Any]) -> str:
     """Bodies, time, the command that does it again, and the files with their checksums."""
     stages = summary.get("stages_s")
-    spent = {str(k): float(v) for k, v in stages.items()} if isinstance(stages, dict) else {}
+    known = stages if isinstance(stages, dict) else {}
+    spent = {str(name): seconds for name, value in known.items() if (seconds := as_number(value)) is not None}
     facts = [
         ("seat", f"{summary.get('seat_kind')}: {summary.get('seat_model')}"),
         ("reed", str(summary.get("reed_kind"))),

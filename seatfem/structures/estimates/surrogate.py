@@ -52,7 +52,7 @@ class Face:
 def of_patch(patch: Patch, damping: float) -> Surrogate:
     """A body behind a patch, whose modes have this damping ratio."""
     ratio = damping if patch.one_dimensional else max(damping, SPREADING)
-    words = f"patch of {1e6 * patch.area:.3g} mm^2, impedance {patch.impedance:.3g} N s/m"
+    words = f"contact face of {1e6 * patch.area:.3g} mm^2, impedance {patch.impedance:.3g} N s/m"
     return Surrogate(_rod_behind(patch, ratio, damping), False, words, patch)
 
 

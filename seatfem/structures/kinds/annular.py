@@ -29,7 +29,7 @@ damping_ratio = 0.02
     lip_height: Gap = default("0.5 mm", "height of the lip above the plate; 0 mm for a flat seat")
     lip_edge_radius: Gap = default("0.1 mm", "radius of the lip's upper edges; 0 mm for sharp ones")
     lip_fillet: Gap = default(
-        "0 mm", "radius of the fillet at the lip's foot; 0 mm for a sharp corner, in which elasticity knows no stress"
+        "0 mm", "radius of the fillet at the lip's foot; 0 mm for a sharp corner, where elastic stress has no limit"
     )
     outer_radius: Length = default("12 mm", "radius of the plate")
     thickness: Length = default("8 mm", "thickness of the plate")

@@ -252,8 +252,8 @@ class Beam(Structure):
                 relative,
                 DEFLECTED,
                 f"the reed's theory is linear; at {deflection / self.thickness:.3g} thicknesses "
-                f"it is stiffer by about {STIFFENING * relative**2:.2g} of itself (strain {strain:.2g}), and "
-                "no bar knows",
+                f"it is stiffer by about {STIFFENING * relative**2:.2g} of its stiffness (strain {strain:.2g}); "
+                "the uncertainty does not include this",
                 f"release it from at most {1e3 * DEFLECTED * self.span:.3g} mm, or take a longer reed",
             ),
         )

@@ -29,8 +29,8 @@ damping_ratio = 0.02
     width: Length = Field(description="side of the block")
     depth: Length = Field(description="other side of the block")
     thickness: Length = Field(description="height of the block")
-    patch_width: Length = Field(description="side of the contact patch, along width")
-    patch_depth: Length = Field(description="other side of the contact patch, along depth")
+    patch_width: Length = Field(description="side of the contact face, along width")
+    patch_depth: Length = Field(description="other side of the contact face, along depth")
     fixed: Literal["underside"] = Field("underside", description="the clamped face")
 
     def geometry(self) -> Block:

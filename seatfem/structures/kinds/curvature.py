@@ -30,10 +30,10 @@ class Curvature(Table):
     )
     file: ExistingFile | None = Field(
         None,
-        description="in place of heights: CSV with columns such as `x [mm],height [um]` or `x [mm],y [mm],height [um]`",
+        description="instead of heights: CSV with columns such as `x [mm],height [um]` or `x [mm],y [mm],height [um]`",
     )
     deflection: Position | None = Field(
-        None, description="in place of heights: the height at the contact's centre, of a shape of the reed's own"
+        None, description="instead of heights: height at the contact's centre, of the shape named by shape"
     )
     shape: Literal["mode", "force", "pressure"] | None = Field(
         None,

@@ -60,7 +60,8 @@ class Drawn(Elastic):
 
     mesh: Mesh = default({}, "how fine the finite elements are")
     model: Literal["auto", "spring", "rod", "axisymmetric", "harmonics", "sector", "3d"] = Field(
-        "auto", description="how much of the body is modelled; auto: the cheapest that serves; spring: its statics only"
+        "auto",
+        description="how much of the body is modelled; auto: the cheapest that is accurate enough; spring: statics",
     )
 
     def geometry(self) -> Geometry:

@@ -39,7 +39,7 @@ class Elastic(Reduced):
     material: AnyMaterial = Field(description="the body's material: a table, or a name alone")
     materials: dict[str, AnyMaterial] = default({}, "other materials, by the name of their region")
     rayleigh: Rayleigh | None = Field(None, description="Rayleigh damping, instead of damping_ratio")
-    supports: tuple[AnySupport, ...] = default((), "what holds the body beside its clamped faces")
+    supports: tuple[AnySupport, ...] = default((), "supports in addition to its clamped faces")
 
     @model_validator(mode="after")
     def _one_damping(self) -> Self:

@@ -19,13 +19,14 @@ from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
 from seatfem.structures.inspection.opened import FileState, opened, state_of
 from seatfem.structures.kinds.modes import Direction
 from seatfem.structures.kinds.motion import Moving
-from seatfem.structures.kinds.record_columns import ResponseColumns, ResponseUnits
+from seatfem.structures.kinds.record_columns import ResponseColumns, ResponseUnits, stated_in
 from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.method import Method
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
+    from impact.measured.pole_choice import Candidate
     from impact.measured.pole_fit import PoleFit
 
 Kind = Literal["receptance", "mobility", "accelerance"]
@@ -45,12 +46,15 @@ file = "response.csv"
     node: int | None = Field(None, strict=True, description="of a universal file: number of the contact's node")
     direction: Direction = Field("+z", description="of a universal file: outward normal of the contact")
     tolerance: Tolerance = default("1 %", "misfit of the poles beyond the noise of the record")
-    free: bool | None = Field(None, description="whether the body is free to move; told from the record if absent")
-    quantity: Kind | None = Field(None, description="what was measured, where neither heads nor units say")
+    free: bool | None = Field(None, description="whether the body is free to move; found from the record if absent")
+    quantity: Kind | None = Field(None, description="measured quantity, where neither heads nor units state it")
     columns: ResponseColumns | None = Field(None, description="heads of the columns, where they do not say their role")
     units: ResponseUnits | None = Field(None, description="units of the columns, where the header does not say them")
     averages: int | None = Field(
-        None, ge=1, strict=True, description="blows that were averaged: the noise by the column of coherence"
+        None,
+        ge=1,
+        strict=True,
+        description="number of averaged hammer blows; with the column of coherence it gives the noise",
     )
 
     def problems(self) -> Iterator[Finding]:
@@ -67,9 +71,7 @@ file = "response.csv"
 
     @property
     def _record(self) -> _Record:
-        columns, units = (
-            () if roles is None else tuple(roles.stated().items()) for roles in (self.columns, self.units)
-        )
+        columns, units = (tuple(stated_in(roles).items()) for roles in (self.columns, self.units))
         state = state_of(self.file)
         return _Record(self.file, self.node, self.direction, self.averages, self.quantity, columns, units, state)
 
@@ -85,6 +87,9 @@ file = "response.csv"
     def fitted(self) -> GreensFunction:
         """Return poles through the response. Raises `FrequencyResponseError`."""
         return _fit(self._record, self.tolerance, self.free).greens
+
+    def tried_poles(self) -> tuple[Candidate, ...]:
+        return _fit(self._record, self.tolerance, self.free).tried
 
     def draws(self) -> tuple[GreensFunction, ...]:
         return _fit(self._record, self.tolerance, self.free).draws

@@ -43,7 +43,7 @@ damping_ratio = 0.02
     mass: ExistingFile = Field(description="file of the mass matrix")
     stiffness: ExistingFile = Field(description="file of the stiffness matrix")
     damping: ExistingFile | None = Field(None, description="file of the damping matrix")
-    contact: ExistingFile = Field(description="CSV file (dof,weight) of the contact patch")
+    contact: ExistingFile = Field(description="CSV file (dof,weight) of the contact face")
     system: System = Field("SI", description="units of the files")
     first_dof: Literal[0, 1] = Field(1, description="number of the first unknown in the contact file")
     constrained: Constrained = Field("refuse", description="what to do with held unknowns")
@@ -57,7 +57,7 @@ damping_ratio = 0.02
         return self.damping is not None
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
-        return unknown("matrices do not tell how large the struck face is", face)
+        return unknown("matrices do not contain the size of the struck face", face)
 
     def system_of_equations(self) -> SecondOrderModel:
         """The model in the files, read once in a process. Raises `ModelError`, `OSError`."""

@@ -25,7 +25,7 @@ from seatfem.fields import (
     Table,
 )
 from seatfem.structures.estimates.surrogate import Face
-from seatfem.structures.kinds.record_columns import CourseColumns, CourseUnits
+from seatfem.structures.kinds.record_columns import CourseColumns, CourseUnits, Record, stated_in
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure
 from seatfem.units import write_quantity
@@ -75,16 +75,23 @@ class _Course(Table):
     @property
     def course(self) -> Callable[[Array], Array]:
         """Of times (n,) [s], in SI."""
+        if (found := self.record()) is not None:
+            return found.course
+        value = self.value
+        return lambda t: np.full(np.shape(t), value)
+
+    def record(self) -> Record | None:
+        """Return the course of the file, ``None`` of a constant. Raises `TimeSeriesError`."""
         if self.file is None:
-            value = self.value
-            return lambda t: np.full(np.shape(t), value)
+            return None
         from impact.bodies.time_series import read_time_series  # of scenes with records only
 
         start = math.degrees(self.angle or 0.0)
-        columns, units = ({} if stated is None else stated.stated() for stated in (self.columns, self.units))
-        return read_time_series(
+        columns, units = stated_in(self.columns), stated_in(self.units)
+        found = read_time_series(
             self.file, self.quantity, outside="hold", columns=columns, units=units, rpm=self.rpm, start=start
         )
+        return Record(self.quantity, found)
 
 
 class PressureCourse(_Course):
@@ -135,12 +142,12 @@ class Moving(Structure):
     is_solved: ClassVar[bool] = True
 
     velocity: Approach | None = Field(
-        None, description='as a striker that is free to move: at the start; towards the seat negative, as in "-2 m/s"'
+        None, description='of a free reed or mass at the start; negative towards the seat, as in "-2 m/s"'
     )
     deflection: Position | None = Field(
-        None, description="as a striker that is held: released from a static deflection of its contact"
+        None, description="of a held reed: released from a static deflection of its contact"
     )
-    force: AnyForce | None = Field(None, description="as a striker: on its contact; a constant one may be text")
+    force: AnyForce | None = Field(None, description="of a reed: force at its contact; a constant one may be text")
 
     @property
     def moved_by(self) -> tuple[str, ...]:

@@ -47,7 +47,7 @@ contact_size = "0.5 mm"
 
     size: Length | None = Field(None, description="element size in the bulk; from the bandwidth where absent")
     contact_size: Length | None = Field(
-        None, description="element size at the contact patch; finer than the bulk where absent"
+        None, description="element size at the contact face; finer than the bulk where absent"
     )
     order: Literal[1, 2] = Field(2, description="polynomial order of the elements")
     shape: Literal["tet", "hex"] = Field("tet", description="of the elements; hexes where the seat can be swept")
@@ -86,7 +86,7 @@ class GreensSettings(Table):
     sample: ClassVar[str] = 'bandwidth = "200 kHz"'
 
     method: Annotated[str, AfterValidator(Registered())] = Field(
-        AUTO, description="the reduction; auto: the cheapest that serves, of those from elsewhere too"
+        AUTO, description="the reduction; auto: the cheapest that is suitable, plugins included"
     )
     bandwidth: Frequency = default("1 MHz", "highest frequency that must be right")
     tolerance: Tolerance = Field(0.01, description="relative error of the reduction inside the bandwidth")
@@ -94,7 +94,7 @@ class GreensSettings(Table):
         None, ge=1, description="most Krylov vectors, or Lanczos steps; absent: the reduction's own limit"
     )
     backend: Engine = Field(
-        "built-in", description="what reduces; slepc: krylov and modes on the ranks of PETSc (docs/large_seats.md)"
+        "built-in", description="solver library; slepc: krylov and modes on the ranks of PETSc (docs/large_seats.md)"
     )
 
 

@@ -52,12 +52,13 @@ class ClampedPlate(ThinPlate):
         "curvature",
     )
 
-    release: PlateRelease | None = Field(None, description="as a striker: how it starts; absent: at rest")
+    release: PlateRelease | None = Field(None, description="of a reed: how it starts; absent: at rest")
     pressure: AnyPressure | None = Field(
         None, description="on the whole plate, or on a disc; a constant one may be written as text"
     )
     pressure_radius: Length | None = Field(
-        None, description="radius of the disc about the paddle's centre on which pressure acts, that of the port"
+        None,
+        description="radius of the disc about the paddle's centre on which pressure acts; usually that of the port",
     )
     point_force: Annotated[PlateForce, BeforeValidator(as_value)] | None = Field(
         None, description="on one place of its axis"
@@ -66,7 +67,7 @@ class ClampedPlate(ThinPlate):
         None, description="component of the acceleration along the normal; negative presses the reed on the seat"
     )
 
-    curvature: Curvature | None = Field(None, description="as a striker: its stress-free shape, where it is not flat")
+    curvature: Curvature | None = Field(None, description="of a reed: its stress-free shape, where it is not flat")
 
     @model_validator(mode="after")
     def _one_start(self) -> Self:

@@ -34,7 +34,9 @@ class PlateRelease(Table):
     velocity: Approach | None = Field(
         None, description='at the paddle\'s centre; towards the seat it is negative, as in "-2 m/s"'
     )
-    deflection: Position | None = Field(None, description="in place of velocity: of the paddle's centre, at rest")
+    deflection: Position | None = Field(
+        None, description="instead of velocity: deflection of the paddle's centre, at rest"
+    )
     shape: Literal["force", "pressure"] = Field(
         "force",
         description="with deflection: static, under a force at the paddle's centre or a uniform pressure where "
@@ -42,7 +44,7 @@ class PlateRelease(Table):
     )
     field: ExistingFile | None = Field(
         None,
-        description="in place of velocity: CSV of scattered points around the reed, such as "
+        description="instead of velocity: CSV of scattered points around the reed, such as "
         "`x [mm],y [mm],w [um],velocity [m/s]`, with w, velocity or both; linear between them",
     )
 

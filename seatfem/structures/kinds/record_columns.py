@@ -2,9 +2,29 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
+
 from pydantic import Field
 
 from seatfem.fields import Table
+
+if TYPE_CHECKING:
+    from impact.bodies.time_series import Quantity, TimeSeries
+
+
+class Record(NamedTuple):
+    """A course as it was read from a file [SI], and of which quantity."""
+
+    quantity: Quantity
+    course: TimeSeries
+
+
+@runtime_checkable
+class Recorded(Protocol):
+    """A table of a scene that may name a file with a course."""
+
+    def record(self) -> Record | None:
+        """Return the course; ``None`` where no file is named. Raises `TimeSeriesError` or `KeyProblem`."""
 
 
 class Roles(Table):
@@ -13,6 +33,11 @@ class Roles(Table):
     def stated(self) -> dict[str, str]:
         """Return what is stated."""
         return {role: text for role in type(self).model_fields if (text := getattr(self, role)) is not None}
+
+
+def stated_in(roles: Roles | None) -> dict[str, str]:
+    """Return what a key of a scene states; nothing where it is absent."""
+    return {} if roles is None else roles.stated()
 
 
 class ResponseColumns(Roles):
@@ -51,6 +76,8 @@ class CourseColumns(Roles):
     pressure: str | None = Field(None, description="of a pressure")
     force: str | None = Field(None, description="of a force")
     acceleration: str | None = Field(None, description="of an acceleration")
+    velocity: str | None = Field(None, description="of a velocity")
+    displacement: str | None = Field(None, description="of a displacement")
 
 
 class CourseUnits(CourseColumns):
@@ -63,3 +90,5 @@ class CourseUnits(CourseColumns):
     pressure: str | None = Field(None, description="Pa, kPa, MPa, mbar, bar or psi")
     force: str | None = Field(None, description="N, mN or kN")
     acceleration: str | None = Field(None, description="m/s^2 or mm/s^2")
+    velocity: str | None = Field(None, description="m/s or mm/s")
+    displacement: str | None = Field(None, description="m, mm or um")

@@ -25,7 +25,7 @@ damping_ratio = 0.02
     kind: Literal["stopper"]
     radius: Length = Field(description="radius of the disc")
     thickness: Length = Field(description="thickness of the disc, at its axis")
-    contact_radius: Length = Field(description="radius of the patch that is struck")
+    contact_radius: Length = Field(description="radius of the contact face")
     dome_radius: Length | None = Field(None, description="radius of the spherical top; a flat one if absent")
 
     def geometry(self) -> Stopper:

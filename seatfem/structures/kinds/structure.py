@@ -21,6 +21,7 @@ from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
+    from impact.measured.pole_choice import Candidate
     from seatfem.structures.estimates.costs import Numbers
     from seatfem.structures.inspection.parts import Part
     from seatfem.structures.lip import AnyLip
@@ -224,7 +225,7 @@ class Structure(Striking):
         """
         if (exact := self.closed_form()) is not None:
             return Surrogate(exact, True, f"the {self.kind} itself")
-        return unknown(f"kind = {self.kind!r} does not tell how large the struck face is", face)
+        return unknown(f"kind = {self.kind!r} does not state the size of the struck face", face)
 
     def numbers(self, method: Method, coarser: float = 1.0) -> Numbers | None:
         """Its finite elements in numbers, with elements ``coarser`` times as large; ``None`` where they have none."""
@@ -236,6 +237,10 @@ class Structure(Striking):
 
     def draws(self) -> tuple[GreensFunction, ...]:
         """The same body as other noise of its record would have it; none of a body without a record."""
+        return ()
+
+    def tried_poles(self) -> tuple[Candidate, ...]:
+        """The poles of each order that the fit to its record looked at; none of a body without a record."""
         return ()
 
     # Computing it

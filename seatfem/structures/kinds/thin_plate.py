@@ -161,7 +161,7 @@ class ThinPlate(Moving):
                 "reed.thickness over its bending wave at reed.greens.bandwidth",
                 relative,
                 SHORTEST,
-                "waves so short are those of a solid, not of a plate (2 % of g at 1/4, 8 % at 1/3), and no bar knows",
+                "plate theory fails for waves so short (2 % of g at 1/4, 8 % at 1/3); the uncertainty leaves it out",
                 f"use reed.greens.bandwidth <= "
                 f"{write_quantity(self.greens.bandwidth * (SHORTEST / relative) ** 2, 'frequency', 3)}, or a solid "
                 "reed, of kind = 'cad' or 'mesh'",

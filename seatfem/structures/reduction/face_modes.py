@@ -45,7 +45,7 @@ def face_greens(
     """
     damping = model.damping.plus(damping_ratio)
     if damping.refusal and not static:
-        raise ModelError(f"contact.ports: arcs take modes of the seat: {damping.refusal}")
+        raise ModelError(f"contact.ports: lip segments need modes of the seat: {damping.refusal}")
     origin = {"bandwidth_Hz": aims.bandwidth, "damping_ratio": damping_ratio, "dof": model.size}
     modes = None if static else _modes(model, aims)
     if modes is None or not len(modes.omega):

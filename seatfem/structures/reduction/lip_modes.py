@@ -111,7 +111,9 @@ def _statics(
     tail, largest = Tail(patches, rings, 0), 0.0
     while (doubt := tail.doubt()) > DOUBT * largest:
         if tail.last >= MOST:
-            raise ConvergenceError(f"{tail.last} harmonics do not hold the compliance of the arcs: take fewer")
+            raise ConvergenceError(
+                f"{tail.last} harmonics cannot represent the compliance of the lip segments: take fewer"
+            )
         tail.add(build(tail.next), aims.backend)
         largest = float((np.diag(whole) + tail.diagonal()).max())
         progress("harmonics", 0.5 * tail.last / (tail.last + 40))

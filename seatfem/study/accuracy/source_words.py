@@ -10,13 +10,15 @@ SOURCES: Final[Mapping[str, str]] = {
     "reduction": "reduced model of the seat",
     "time_step": "time step",
     "model": "simplified model of seat or reed",
-    "patch": "contact face treated as one",
+    "patch": "division of the contact face",
     "striker": "model of the reed",
     "stopper": "stopper",
     "record": "noise of the measured record",
-    "lip": "one contact point in place of the lip",
+    "lip": "single contact point instead of the lip",
 }
 OF_A_BODY: Final[Mapping[str, str]] = {"mesh": "mesh error", "reduction": "reduced model"}
+STAGES: Final[Mapping[str, str]] = {"striker": "reed", "patch error": "contact face error"}
+"""Stages of a run whose names are shown in other words."""
 BODIES: Final[Mapping[str, str]] = {"striker": "reed", "stopper": "stopper", "seat": "seat"}
 
 

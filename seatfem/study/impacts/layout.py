@@ -237,9 +237,9 @@ def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planne
     yield from (f"the {body.role} {body.views.note}" for body in bodies if body.views.note)
     if division.count > 1:
         rings = f" x {division.rings} rings" if division.rings > 1 else ""
-        yield f"contact in {division.arcs} arcs{rings}"
+        yield f"contact in {division.arcs} segments{rings}"
     elif scene.reed.meets_lips and not scene.seat.no_lip and not planned:
-        yield "contact as a whole, unless the plan divides it into arcs"
+        yield "contact as a whole, unless the plan divides it into segments"
     if contact.tilt:
         axis = math.degrees(contact.tilt_axis)
         tilt = math.degrees(contact.tilt)
@@ -257,4 +257,4 @@ def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planne
             known = False
         if known:
             leans = f", tilted {math.degrees(stopper.tilt):.3g}°" if stopper.tilt else ""
-            yield f"stopper met in {stopper.parts.arcs} arcs{leans}"
+            yield f"stopper contact in {stopper.parts.arcs} segments{leans}"

@@ -32,10 +32,10 @@ def validity_advice(
                 "1/run.filter_width over the measured band",
                 1 / (scene.run.filter_width * band),
                 1.0,
-                f"the {role} was measured up to {write_quantity(band, 'frequency', 4)}; what a filter of "
-                f"{write_quantity(scene.run.filter_width, 'time', 3)} passes "
-                "beyond is a guess, and no bar knows",
-                f"use run.filter_width >= {write_quantity(1 / band, 'time', 3)}, or measure further",
+                f"the {role} was measured up to {write_quantity(band, 'frequency', 4)}; a filter of "
+                f"{write_quantity(scene.run.filter_width, 'time', 3)} passes higher frequencies, which are guessed "
+                "and not part of the uncertainty",
+                f"use run.filter_width >= {write_quantity(1 / band, 'time', 3)}, or measure to higher frequencies",
             )
         )
     return tuple(found)
@@ -61,8 +61,8 @@ def stopper_notes(scene: Scene) -> tuple[str, ...]:
     if scene.stopper is None or not scene.stopper.body.is_solved:
         return ()
     return (
-        f"the stopper (kind {scene.stopper.body.kind!r}) is taken as its keys state it: what it is off by is in the "
-        "error bars of a run, but neither that nor what it takes is in the predictions of a plan",
+        f"the stopper (kind {scene.stopper.body.kind!r}) is computed as its keys state it: a run's uncertainty "
+        "includes its error, but a plan predicts neither that error nor its computing time",
     )
 
 
@@ -107,8 +107,8 @@ def _misfits(scene: Scene, seat: GreensFunction | None, reed: GreensFunction | N
         from impact.measured.pole_fit import BLOCK_LIMIT, in_words  # of measured bodies only
 
         fit = fit_of(greens)
-        remedy = f"leave these lines out, state {role}.free = true of a body that is free, or measure lower and further"
-        reason = "it is no response of a linear, passive body with modes within the band alone"
+        remedy = f"leave these lines out, state {role}.free = true for a free body, or measure a wider band"
+        reason = "it is not the response of a linear, passive body with all its modes within the band"
         if fit.unexplained > fit.allowed:
             what = f"part of the {role}'s record that its poles miss beyond the noise"
             where = f", most of it {words}" if (words := in_words(list(fit.ranges))) else ""

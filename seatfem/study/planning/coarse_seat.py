@@ -59,7 +59,7 @@ class WithoutWaves:
         name = max(self.asked, key=lambda measure: self.changes[measure])
         by = "measured on a coarse mesh of the seat" if self.measured else "estimated"
         words = all_measures()[asked_name(name)].words
-        return f"a static seat would cost {percent(self.changes[name])} of {words}, {by}"
+        return f"without waves: {percent(self.changes[name])} change of {words} ({by})"
 
 
 def without_waves(seen: Seen) -> WithoutWaves:

@@ -171,7 +171,7 @@ def of_simpler(bench: Bench) -> Mapping[str, Changes]:
 def rings_refused(scene: Scene) -> str:
     """Why the arcs of a lip are not divided across unless the file says so; "" where nothing is against it."""
     if scene.life is not None and scene.life.contact_criterion:
-        return "the life of what a sphere presses knows no rings"
+        return "the life under a sphere's contact (life.contact_criterion) is computed without parts across the lip"
     return "" if scene.seat.has_rings else "the seat has no rings"
 
 
@@ -179,12 +179,12 @@ def several_needed(scene: Scene) -> str:
     """Why the lip needs several ports whatever one would change; "" where nothing is against one."""
     names, contact = all_measures(), scene.contact
     if along := [name for name in scene.accuracy.measures if names[name].needs_line]:
-        return f"{along[0]} is known along the lip alone"
+        return f"{along[0]} needs lip segments"
     if uneven := contact.uneven or ("curvature" if scene.reed.is_curved else ""):
-        return f"a single contact point knows nothing of {uneven}"
+        return f"a single contact point cannot represent {uneven}"
     if scene.stress is not None or scene.life is not None:
-        return "stress is asked for where the lip presses"
-    return "" if scene.reed.meets_lips and lip_of(scene, 1) is not None else "the reed meets no lip as a whole"
+        return "stress under the lip is asked for"
+    return "" if scene.reed.meets_lips and lip_of(scene, 1) is not None else "this reed cannot touch the lip as a whole"
 
 
 def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], beside: Changes) -> Changes | None:

@@ -152,21 +152,22 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
     if wanted.seat != decision.seat:
         cost = predict_cost(plan.scene, wanted.method, seen.machine)
         meets = all(error <= target for error in wanted.error.values())
-        aim = "accuracy.target" if meets else "to come as close as can be to accuracy.target"
+        aim = "accuracy.target" if meets else "to come as close as possible to accuracy.target"
         found.append(
             f"{aim} = {percent(target)} would take {in_time(cost.seconds)} and {in_digits(cost.memory / 1e9, 2)} GB; "
-            f"this is what {in_time(LONGEST)} and {percent(MEMORY)} of the available memory allow. State "
-            "seat.mesh.size to insist"
+            f"this is what {in_time(LONGEST)} and {percent(MEMORY)} of the available memory allow. To "
+            "compute it nevertheless state seat.mesh.size"
         )
     missed = {name: error for name, error in plan.error.items() if error > target}
     if missed:
         words = ", ".join(f"{in_words(name)} {percent(error)}" for name, error in missed.items())
         found.append(f"accuracy.target = {percent(target)} will be missed, predicted: {words}")
     if surrogate.patch is None and not surrogate.exact:
-        found.append(f"{surrogate.words}: a rough plan; the run measures what is left")
+        found.append(f"{surrogate.words}: this plan is rough; the run measures its errors")
     if given := plan.scene.seat.given_mesh:
         found.append(
-            f"the error of the mesh in {given} is not known, and in no uncertainty: a finer mesh of the seat shows it"
+            f"the error of the mesh in {given} is not known and not part of the uncertainty; "
+            "compare with a finer mesh of the seat"
         )
     found.extend(stopper_notes(plan.scene))
     if seen.band is not None:
@@ -181,7 +182,9 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
         left = {name: safety(name) * changes[name] for name in plan.scene.accuracy.judged if name in changes}
         if len(left) == len(plan.scene.accuracy.judged) and max(left.values()) <= target:
             name = max(left, key=lambda measure: left[measure])
-            found.append(f"{WORDS[model]} would be enough: {percent(left[name])} of {in_words(name)}, margin included")
+            found.append(
+                f"{WORDS[model]} would be enough: {percent(left[name])} of {in_words(name)}, safety factor included"
+            )
     if not seen.sensitivity.bench.window.touches:
         found.append("a quick trial run saw no contact: the measures are zero unless run.duration is longer")
     elif surrogate.patch is not None:
@@ -197,6 +200,6 @@ def _hardly_counts(decision: Decision, target: float) -> tuple[str, ...]:
         return ()
     name = max(guessed, key=lambda measure: guessed[measure])
     return (
-        f"for this target the seat hardly counts: a spring (seat.kind = 'spring') whose stiffness is guessed within a "
-        f"factor of two is off by {percent(guessed[name])} in {in_words(name)}",
+        f"for this target the seat hardly matters: a spring (seat.kind = 'spring') with a stiffness wrong by a factor "
+        f"of two would change {in_words(name)} by {percent(guessed[name])}",
     )

@@ -45,7 +45,9 @@ from seatfem.study.scene.measures import all_measures, asked_name
 from seatfem.units import write_quantity
 
 WORDS: Final = {ONE_PORT: "a single contact point", BEAM: "a beam model of the reed"}
-COUPLED: Final = "general method, as the seat is no sum of oscillators: its damping couples the modes, or it is stepped"
+COUPLED: Final = (
+    "general method, because the seat has no uncoupled modes: its damping couples them, or it was computed step by step"
+)
 
 
 def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Choice, ...]:
@@ -61,7 +63,7 @@ def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Cho
         left = _of(decision, key)
         found.append(Choice(key, described(key, value), reason(decision, method), is_given(scene, key), _most(left)))
     if at_hand:
-        found.insert(1, Choice("seat", "computed before", f"{at_hand}, at least as fine: costs nothing", False))
+        found.insert(1, Choice("seat", "computed before", f"{at_hand}, at least as fine: no computing time", False))
     window = decision.seen.sensitivity.bench.window
     seen = f"{window.groups} contact{'s'[: window.groups != 1]}" if window.touches else "no contact"
     found.append(_history(decision, method))
@@ -84,7 +86,7 @@ def _history(decision: Decision, method: RunMethod) -> Choice:
         return Choice(
             "history",
             "chosen once the seat is known",
-            f"{steps}; modal recursion where the seat is a sum of oscillators",
+            f"{steps}; modal recursion if the seat has uncoupled modes",
             False,
         )
     poles, why = known
@@ -93,13 +95,15 @@ def _history(decision: Decision, method: RunMethod) -> Choice:
     reed = None if marched_by_reed is None else max(1, round(marched_by_reed))
     plan = engines.choose([_stand_in(reed), _stand_in(poles)], 1, max(1, round(count)))
     if poles is not None and reed is None:
-        poles, why = None, "general method, as the reed is no sum of oscillators"
+        poles, why = None, "general method, because the reed has no uncoupled modes"
     if poles is None:
         value = "direct sum" if plan.block >= round(count) else "FFT"
         return Choice("history", value, f"{steps}; {why}", False)
     if all(plan.by_poles):
         return Choice("history", "poles", f"{steps}; fast method: modal recursion", False)
-    return Choice("history", "poles", f"{steps}; step weights of {_count(poles)} poles are faster here", False)
+    return Choice(
+        "history", "poles", f"{steps}; convolution is faster here than recursion over {_count(poles)} modes", False
+    )
 
 
 def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tuple[int | None, str] | None:
@@ -112,7 +116,7 @@ def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tu
     greens = surrogate.greens if surrogate.exact else closed_form(scene, method) if decision.level == "rod" else None
     if greens is None:
         return (None, COUPLED) if convolved else None
-    return greens.marched_poles(dt, steps), "general method, as the seat is no sum of oscillators"
+    return greens.marched_poles(dt, steps), "general method, because the seat has no uncoupled modes"
 
 
 def _stand_in(poles: int | None) -> StepKernel:
@@ -148,7 +152,7 @@ def _level(decision: Decision, method: RunMethod) -> str:
 
 def _band(decision: Decision, method: RunMethod) -> str:
     if decision.level == "spring":
-        return "no waves are asked for"
+        return "not used: the seat is static"
     return "highest frequency of the seat's response that is kept"
 
 
@@ -165,7 +169,8 @@ def _reduction(decision: Decision, method: RunMethod) -> str:
     n = model.sizes.counts.dof
     if model.kept is not None and method.ports is not None:
         modes = model.kept - len(method.seat.division.names)
-        return f"about {_count(n)} unknowns, {modes:.0f} modes up to {BEYOND:g} times the band, statics of each segment"
+        kept = f"{modes:.0f} modes up to {BEYOND:g} times the bandwidth"
+        return f"about {_count(n)} unknowns, {kept}, one static solution per segment"
     if method.seat.reduction not in ("auto", "krylov"):
         return f"about {_count(n)} unknowns"
     if method.seat.reduction == "auto" and n <= ALL_MODES:
@@ -179,7 +184,7 @@ def _size(decision: Decision, method: RunMethod) -> str:
     assert patch is not None
     sizes = Sizes(method.value(SIZE), method.value(CONTACT_SIZE))
     waves = per_wavelength(patch, decision.seat.method.bandwidth or 0.0, sizes)
-    return f"{waves:.2g} elements in the shortest shear wave"
+    return f"{waves:.2g} elements per shortest shear wavelength"
 
 
 def _contact_size(decision: Decision, method: RunMethod) -> str:
@@ -192,20 +197,20 @@ def _contact_size(decision: Decision, method: RunMethod) -> str:
 
 def _order(decision: Decision, method: RunMethod) -> str:
     if method.seat.order == 1:
-        return "linear elements, which are too stiff: order 2 is cheaper for one percent and less"
+        return "linear elements, which are too stiff: for errors of 1 % or less order 2 is cheaper"
     return "quadratic elements"
 
 
 def _rings(decision: Decision, method: RunMethod) -> str:
     left = _of(decision, RINGS)
     if method.seat.in_arcs:
-        return f"parts across the lip; error from {across_behind(method.seat.rings or 1)[0]} of them"
+        return f"parts across the lip width; error estimated with {across_behind(method.seat.rings or 1)[0]}"
     if (method.seat.rings or 1) > 1:
         most = max(left, key=lambda name: left[name], default="")
         alone = decision.seen.of_rings(1).get(most, 0.0)
         return f"parts of the contact face; treated as one (mean displacement) it would cost {_percent(alone)}"
     if not any(left.values()):
-        return "the struck end stays plane"
+        return "the struck end face stays plane"
     return "contact face treated as one (mean displacement)"
 
 
@@ -213,14 +218,16 @@ def _ports(decision: Decision, method: RunMethod) -> str:
     if decision.seen.one_port is not None:
         change = {name: decision.seen.simpler[ONE_PORT][name] for name in decision.seen.scene.accuracy.judged}
         within = f"within {percent(LIP_SHARE)} of the target, margins included"
-        return f"a single contact point in place of lip segments costs {_most(change)}: {within}"
+        return f"a single contact point instead of lip segments: {_most(change)}, {within}"
     why = several_needed(decision.seen.scene)
     against = f" ({why})" if why and not is_given(decision.seen.scene, PORTS) else ""
-    return f"segments of the lip; error from twice as many{_simpler(decision, ONE_PORT)}{against}"
+    return f"segments of the lip; error estimated with twice as many{_simpler(decision, ONE_PORT)}{against}"
 
 
 def _reed_band(decision: Decision, method: RunMethod) -> str:
-    return f"modes of the reed's plate up to here; error from leaving out the highest{_simpler(decision, BEAM)}"
+    return (
+        f"modes of the reed up to this frequency; error estimated by leaving out the highest{_simpler(decision, BEAM)}"
+    )
 
 
 def _simpler(decision: Decision, model: str) -> str:
@@ -240,12 +247,12 @@ def _seat_modes(decision: Decision, method: RunMethod) -> str:
 
 def _number_of_modes(number: int, body: str) -> str:
     many = f" and {MANY}" if number < FEW else ""
-    return f"modes of the {body}; error from {FEWER:g} times fewer{many}"
+    return f"modes of the {body}; error estimated with {FEWER:g} times fewer{many}"
 
 
 def _step(decision: Decision, method: RunMethod) -> str:
     others = "longer and much shorter" if is_given(decision.seen.scene, STEP) else "longer"
-    return f"error from {others} steps"
+    return f"error estimated with {others} steps"
 
 
 def _asked(scene: Scene) -> str:

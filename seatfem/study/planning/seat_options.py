@@ -31,7 +31,7 @@ from seatfem.study.scene.measures import all_measures, asked_name
 COARSEST_OF_ARCS: Final = 0.1  # error of g by a mesh for a lip in arcs: coarser ones cost a round more than they save
 REDUCTION: Final = 1e-6  # time of a reduction over its band, of a body whose modes cannot be counted yet [s/Hz]
 
-CHEAPER: Final = ": it is enough (seat.model = 'spring'), but would ask for a finer mesh or shorter steps"
+CHEAPER: Final = "; seat.model = 'spring' would be enough, but would need a finer mesh or shorter steps"
 
 
 @dataclass(frozen=True)

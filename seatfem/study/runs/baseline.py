@@ -98,6 +98,6 @@ def static_stiffness(greens: GreensFunction) -> float:
     if not np.isfinite(compliance) or compliance <= 0:
         raise RunError(
             "the seat has no static stiffness (it is free to move, or sampled without a rest), so there is no spring "
-            "to compare with; hold the seat somewhere, or state seat.free = false of a record"
+            "to compare with; hold the seat somewhere, or state seat.free = false for a record"
         )
     return 1.0 / compliance

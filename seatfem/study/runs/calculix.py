@@ -76,7 +76,7 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
     except (DeckError, ModelError, MeshingError, ConvergenceError) as reason:
         told = f"contact.inp      is not written: {reason}\n"
         yield f"no contact.inp: {reason}"
-    share = "" if deck.share == 1 else f"\n{17 * ' '}What is modelled bears {deck.share:g} of the whole load."
+    share = "" if deck.share == 1 else f"\n{17 * ' '}The model carries {deck.share:g} of the whole load."
     about = {"node": deck.node, "axis": deck.axis, "modes": len(found), "width": width, "steps": PER_PULSE}
     text = README.format(element=deck.element, share=share, contact=told, **about)
     write_whole(folder / "README.txt", text.encode())

@@ -25,7 +25,7 @@ from seatfem.study.scene import Scene
 from seatfem.study.scene.parcel import by_content
 
 MOST: Final = 100_000  # bytes of the file
-NOTE: Final = "planned as the last run of this scene ended, where it met its target"
+NOTE: Final = "plan of the last run of this scene, which reached its target"
 UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 
 

@@ -56,7 +56,7 @@ def margin_curve(
 def _one_run(scene: Path | str, key: str, value: object, folder: Path, margin: str) -> tuple[float, float | None]:
     summary = run_scene(load_scene(scene, {key: value}), folder, pictures=False).summary
     if margin not in summary:
-        raise RunError(f"{scene}: a run with {key} = {value} tells no {margin}; [life] must ask for it")
+        raise RunError(f"{scene}: a run with {key} = {value} has no {margin}; ask for it in [life]")
     found, bar = summary[margin], summary.get(f"error_bar_{margin}")
     return math.inf if found is None else float(str(found)), None if bar is None else float(str(bar))
 

@@ -10,6 +10,7 @@ from typing import Final
 from impact.quantities import in_time
 from impact.runs.budget import safety
 from seatfem.machine.memory import available_memory
+from seatfem.study.accuracy.source_words import in_words
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
 from seatfem.study.impacts.measures import RECORD, STOPPER, STRIKER
 from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
@@ -26,13 +27,13 @@ STAGES: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """Stages of a round whose predicted times are off alike."""
 LEAST_PRICE: Final = 1e-3  # [s] that a price is taken for: no prediction is as exact
-STATED: Final = "stated in the file?"
+STATED: Final = "is its key stated in the file?"
 AT_ITS_END: Final[Mapping[str, str]] = {
-    STRIKER: "its band is stated, or ends where its theory does",
+    STRIKER: "the reed's bandwidth is stated, or at the limit of plate theory",
     STOPPER: "it is computed as its own keys state",
-    RECORD: "it is as it was measured",
+    RECORD: "it is given by the measurement",
 }
-CUT_OFF: Final = "the end of the run cuts the landing that is judged; a longer run.duration has all of it"
+CUT_OFF: Final = "the run ends during the judged landing; a longer run.duration includes all of it"
 AFTER: Final = ("spring baseline", "files")  # of a round, as far off as its contact
 
 
@@ -118,7 +119,7 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
     """
     allowed = done.plan.scene.accuracy.target * abs(done.left.values[measure]) / safety(measure)
     if allowed == 0.0:
-        return None, f"{key_of(measure)} is zero, a relative error means nothing"
+        return None, f"{key_of(measure)} is zero, so that a relative error has no meaning"
     plan, whole = done.plan, abs(done.left.values[measure])
     shares = {source: part[measure] for source, part in done.left.parts.items()}
     before = {source: share if math.isfinite(share) else whole for source, share in shares.items()}
@@ -150,10 +151,10 @@ def _stuck(done: Round, left: Mapping[str, float], allowed: float) -> str:
     """Why nothing is made finer: one source that alone is too large and is at its end, or all that count."""
     order = sorted((source for source in left if left[source] > RESERVE * allowed), key=lambda s: -left[s])
     alone = [source for source in order if left[source] > allowed and refine(done.plan, source) is None]
-    words = " and the ".join(source.replace("_", " ") for source in alone[:1] or order)
-    by_itself = ", which alone is above the target" if alone else ""
-    why = AT_ITS_END.get(alone[0], STATED) if alone else STATED
-    return f"nothing finer is left to choose for the {words}{by_itself} ({why})"
+    if alone:
+        why = AT_ITS_END.get(alone[0], STATED)
+        return f"{in_words(alone[0])}: this error alone is above the target and cannot be reduced ({why})"
+    return f"these errors cannot be reduced: {', '.join(map(in_words, order))} ({STATED})"
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,7 @@ class RunOutcome:
             number = f"{row.value:.5g} +- {bar}" if row.known else f"not known ({row.value:.5g} +- {bar})"
             spring = "" if row.spring is None else f", spring baseline {row.spring:.5g}"
             lines.append(f"{row.key}: {number}{spring}")
-        target = "target met" if self.met else "target missed"
+        target = "target reached" if self.met else "target missed"
         if self.met is None:
             target = f"{self.summary.get('landing_status') or 'nothing to judge'}: no target judged"
         elif judged := str(self.summary.get("accuracy_judged_keys") or self.summary.get("accuracy_measures") or ""):

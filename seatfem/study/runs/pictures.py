@@ -27,6 +27,7 @@ from seatfem.pictures.moving import moving_modes, save_moving
 from seatfem.pictures.plots import animate_mode, plot_mesh, plot_modes, write_vtu
 from seatfem.pictures.section_plot import plot_section
 from seatfem.pictures.skin import skin_of
+from seatfem.pictures.stabilisation_plot import plot_stabilisation
 from seatfem.structures.cache import key_of
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
@@ -138,7 +139,10 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
     response, fitted = scene.seat.measured(), seat.greens.modal or seat.greens.pole_sum
     if response is not None and fitted is not None:
         width = scene.run.filter_width
-        return [("fit.png", lambda path: plot_fit(response, fitted, path, width=width))]
+        found: list[Picture] = [("fit.png", lambda path: plot_fit(response, fitted, path, width=width))]
+        if len(tried := scene.seat.tried_poles()) > 1:
+            found.append(("stabilisation.png", partial(plot_stabilisation, response, tried)))
+        return found
     if seat.model is None or seat.mesh is None:
         return []
     pictures: list[Picture] = [("mesh.png", mesh_picture(seat.mesh))]

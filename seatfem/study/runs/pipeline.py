@@ -131,7 +131,9 @@ def run_scene(
         write_json(folder / SUMMARY_FILE, {**summary, **keys, **timing_keys(watch, start)})
 
     later = afterwards(done, baseline, folder, watch, progress, tell=tell, histories=histories, keep=keep)
-    summary |= later.keys
+    notes = (*missed(done), *remarks(done), *later.notes(scene))
+    summary |= {**later.keys, "notes": list(notes)}
+    keep({})
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
     if pictures:
@@ -155,13 +157,12 @@ def run_scene(
         try:
             write_json(folder / SUMMARY_FILE, summary)
         except OSError as problem:
-            gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
+            gaps = (*gaps, f"{SUMMARY_FILE} does not list the pictures: {problem}")
     tables = (folder / SUMMARY_FILE, folder / LANDINGS_FILE)
     written = (*tables, *((folder / RESULT_FILE,) if histories else ()), folder / SEAT_FILE)
     files = (*written, *gas_files, *later.files, *drawn)
     summary |= timing_keys(watch, start)
-    messages = (*missed(done), *remarks(done), *later.notes(scene), *gaps)
-    return RunOutcome(summary, messages, files, watch.stages, done.met, plan=done.plan)
+    return RunOutcome(summary, (*notes, *gaps), files, watch.stages, done.met, plan=done.plan)
 
 
 def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) -> dict[str, Any]:

@@ -32,12 +32,12 @@ REMEDIES: Final[Mapping[str, str]] = {
     "mesh": "refine seat.mesh",
     "reduction": "raise seat.greens.bandwidth or lower seat.greens.tolerance",
     "time_step": "shorten run.time_step",
-    "model": "take a seat.model that leaves less out",
-    STRIKER: "refine reed.mesh, raise reed.greens.bandwidth, or take a reed.model that leaves less out",
+    "model": "take a more complete seat.model",
+    STRIKER: "refine reed.mesh, raise reed.greens.bandwidth, or take a more complete reed.model",
     STOPPER: "refine stopper.mesh, raise stopper.greens.bandwidth, or keep more stopper.n_modes",
     "patch": "divide the contact face by contact.rings = 4, or more",
     LIP: "divide the lip by contact.ports",
-    RECORD: "average over more blows, or measure further than 1/run.filter_width",
+    RECORD: "average over more hammer blows, or measure to higher frequencies than 1/run.filter_width",
 }
 
 
@@ -112,7 +112,7 @@ def missed(done: Round) -> tuple[str, ...]:
     found = []
     for name in done.judged:
         if math.isinf(bar := done.left.relative(name)):
-            found.append(f"{spoken(name)} is not known to any accuracy: {UNKNOWN}")
+            found.append(f"{spoken(name)} has no known uncertainty: {UNKNOWN}")
         elif bar > target:
             source = done.left.dominant(name)
             remedy = REMEDIES.get(source, "")
@@ -148,22 +148,22 @@ def in_words(done: Round) -> str:
     memory = "" if math.isnan(done.memory) else f", {done.memory / 1e9:.2g} GB"
     if done.met is None:
         return f"round {done.number}: no landing to judge; {in_time(sum(done.spent.values()))}{memory}"
-    verdict = "target met" if done.met else f"target {percent(accuracy.target, 3)} missed"
+    verdict = "target reached" if done.met else f"target {percent(accuracy.target, 3)} missed"
     return f"round {done.number}: {bars} ({verdict}); {in_time(sum(done.spent.values()))}{memory}"
 
 
-UNKNOWN: Final = "the end of the run cuts this landing, or neighbouring runs have no such landing"
+UNKNOWN: Final = "the run ends during this landing, or the runs of the error estimate have no such landing"
 NO_VALUE: Final = (
-    "a landing after which the reed stays pressed on, or that the end of the run cuts, has no restitution; a seat that "
-    "is no modal body may not tell its displacement"
+    "a landing has no restitution if the reed stays pressed on the seat afterwards or the run ends during it; a seat "
+    "without modes may have no displacement"
 )
-NARROWER: Final = "a narrower seat.greens.bandwidth"
+NARROWER: Final = "a lower seat.greens.bandwidth"
 _STEP: Final = re.compile(r"dt <= (\S+) s\b")
 _NAMES: Final = {
     "highest striker frequency times step": "time step coarse for the reed's modes: highest frequency times step",
     "highest target frequency times step": "time step coarse for the seat's modes: highest frequency times step",
 }
-OF_EITHER: Final = "a narrower band (or fewer modes) of the seat, or of the stopper where that is the one"
+OF_EITHER: Final = "a lower bandwidth (or fewer modes) of the seat, or of the stopper if that one rings fastest"
 
 
 def remarks(done: Round) -> tuple[str, ...]:
@@ -176,7 +176,7 @@ def remarks(done: Round) -> tuple[str, ...]:
 def _empty(done: Round) -> tuple[str, ...]:
     """Measures that were asked for and have no value."""
     names = [name for name in done.plan.scene.accuracy.judged if done.landed and name not in done.left.values]
-    return (f"asked for and without a value: {', '.join(map(spoken, names))}: {NO_VALUE}",) if names else ()
+    return (f"asked for, but without a value: {', '.join(map(spoken, names))}: {NO_VALUE}",) if names else ()
 
 
 def _assumed_reed(done: Round) -> tuple[str, ...]:
@@ -202,7 +202,7 @@ def _advice(done: Round) -> tuple[str, ...]:
 
 def _fewer_modes(scene: Scene) -> str:
     """What takes the highest modes from the reed."""
-    return f"fewer {MODES}" if scene.reed.beam_modes is not None else "a narrower reed.greens.bandwidth"
+    return f"fewer {MODES}" if scene.reed.beam_modes is not None else "a lower reed.greens.bandwidth"
 
 
 def _no_bar(done: Round) -> tuple[str, ...]:
@@ -212,6 +212,6 @@ def _no_bar(done: Round) -> tuple[str, ...]:
     words = ", ".join(spoken(name) if asked_name(name) in asked_for else name for name in done.without_bar)
     remedy = f"add {', '.join(asked_for)} to accuracy.measures" if asked_for else "state seat.model"
     return (
-        f"{words}: uncertainty not known. The seat was taken as its static stiffness, which is enough for what is "
-        f"asked for; what waves change in others is not known; {remedy}",
+        f"{words}: uncertainty not known. The run used the seat's static stiffness, which is enough for the measures "
+        f"asked for; the effect of waves on these others was not computed; {remedy}",
     )

@@ -83,8 +83,8 @@ class SeatMesh:
             left_out |= near(sites.points, self.struck, max(self.distance, ON_IT))
         if left_out.all():
             raise ModelError(
-                f"stress: nothing of the surface is further than stress.distance = {1e3 * self.distance:g} mm from "
-                "what is left out; make it smaller, refine seat.mesh.size, or set stress.struck = true"
+                f"stress: the whole surface is within stress.distance = {1e3 * self.distance:g} mm of excluded "
+                "edges and faces; make it smaller, refine seat.mesh.size, or set stress.struck = true"
             )
         return sites.at(~left_out)
 
@@ -118,7 +118,7 @@ class SeatMesh:
             if close[number] and not told:
                 told = (
                     f"{_in_mm(point)} mm is within stress.distance = {1e3 * self.distance:.4g} mm of an edge where "
-                    "elasticity knows no stress: move the point away, round the edge, or lower stress.distance"
+                    "elastic stress has no limit: move the point away, round the edge, or lower stress.distance"
                 )
             if told:
                 problems.append(Problem(None, 0, f"stress.points.{number}", told, path))

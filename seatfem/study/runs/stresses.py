@@ -108,9 +108,9 @@ def stress_notes(seat: SeatStress | None) -> tuple[str, ...]:
     bars = {"peak_seat_stress_Pa": seat.bar, "peak_seat_principal_stress_Pa": seat.tension_bar}
     names = [name for name, bar in bars.items() if math.isnan(bar)]
     return (
-        f"no error bar of {' and '.join(names)}: half the step changes it by more than {100 * RAW:g} %, as the raw "
-        "force of a first touch does, or no coarser mesh is known; state a contact.law that yields, or a shorter "
-        "run.time_step",
+        f"uncertainty of {' and '.join(names)} not known: half the time step changes it by more than "
+        f"{100 * RAW:g} %, as for the raw force of a first touch, or there is no coarser mesh to compare with; state a "
+        "compliant contact.law, or a shorter run.time_step",
     )
 
 

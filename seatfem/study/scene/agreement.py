@@ -47,12 +47,12 @@ def _gas_of_the_run(scene: Scene) -> None:
 def _in_their_roles(scene: Scene) -> None:
     """What is struck is at rest, and what strikes moves."""
     if scene.seat.motion:
-        raise KeyProblem(f"seat.{scene.seat.motion}", "what is struck is at rest; remove the key, or strike with it")
+        raise KeyProblem(
+            f"seat.{scene.seat.motion}", "the struck body is at rest; remove the key, or use the body as the reed"
+        )
     reed, moved_by = scene.reed, scene.reed.moved_by
     if not moved_by:
-        raise KeyProblem(
-            "reed.kind", f"a body of kind {reed.kind!r} has no motion of its own; take one that can strike"
-        )
+        raise KeyProblem("reed.kind", f"a body of kind {reed.kind!r} cannot move; take a kind that can")
     if not reed.motion and not (scene.load or scene.base or scene.spring) and scene.gas is None:
         others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
         words = type(reed).model_fields[moved_by[0]].description or ""
@@ -97,7 +97,7 @@ def _bases_of_what_is_held(scene: Scene) -> None:
             raise KeyProblem(f"base.{number}.of", f"the base of the {base.of} has a table before; keep one")
         if loose := scene.bodies[base.of].loose:
             words = loose.replace("seat.kind", f"{base.of}.kind")
-            raise KeyProblem(f"base.{number}.of", f"{words}: it stands on nothing that could move it; remove the table")
+            raise KeyProblem(f"base.{number}.of", f"{words}: it has no base that could move it; remove the table")
     if scene.base_of("reed") is not None and not scene.reed.has_weight:
         raise KeyProblem(
             f"base.{[base.of for base in scene.base].index('reed')}.of",
@@ -151,7 +151,9 @@ def _lip_of_a_seat(scene: Scene) -> None:
     if scene.reed.is_curved and (why := scene.seat.no_lip):
         raise KeyProblem("reed.curvature", f"a seat of kind {scene.seat.kind!r}, {why}")
     if scene.reed.is_curved and scene.contact.ports == 1:
-        raise KeyProblem("contact.ports", "one port is open by its mean alone, reed.curvature needs several: remove it")
+        raise KeyProblem(
+            "contact.ports", "a single contact point has only a mean gap, reed.curvature needs several: remove it"
+        )
     if any(scene.contact.offset) and not scene.reed.meets_lips:
         raise KeyProblem(
             "contact.offset", f"a body of kind {scene.reed.kind!r} touches with one rigid face; remove the key"
@@ -180,7 +182,7 @@ def _rings_of_a_patch(scene: Scene) -> None:
     if scene.contact.rings > 1 and not scene.seat.has_rings:
         raise KeyProblem(
             "contact.rings",
-            f"of a seat of kind {scene.seat.kind!r} no patch is known that could be divided; remove the key",
+            f"a seat of kind {scene.seat.kind!r} has no contact face that could be divided; remove the key",
         )
 
 

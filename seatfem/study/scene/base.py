@@ -7,8 +7,9 @@ from typing import ClassVar, Literal, Self, get_args
 from pydantic import Field, model_validator
 
 from impact.bodies.base_motion import BaseMotion, Kind
-from impact.bodies.time_series import read_time_series
+from impact.bodies.time_series import TimeSeriesError, read_time_series
 from seatfem.fields import ExistingFile, KeyProblem, Table
+from seatfem.structures.kinds.record_columns import CourseColumns, CourseUnits, Record, stated_in
 
 
 class Base(Table):
@@ -35,21 +36,36 @@ displacement = "base.csv"
         None, description="or `time [ms],acceleration [m/s^2]`, in between linear, from rest at the start"
     )
 
+    columns: CourseColumns | None = Field(
+        None, description="heads of its columns, where they say neither time nor quantity"
+    )
+    units: CourseUnits | None = Field(None, description="units of its columns, where the header does not say them")
+
     @model_validator(mode="after")
     def _one_of_three(self) -> Self:
         if len(given := self._given) != 1:
             words = f"{' and '.join(given)} are given" if given else "nothing says how it moves"
             raise KeyProblem(given[1] if given else "displacement", f"{words}: give exactly one of {', '.join(KINDS)}")
+        try:
+            self.record()
+        except TimeSeriesError as error:
+            raise KeyProblem(given[0], str(error)) from None
         return self
 
     @property
     def _given(self) -> list[Kind]:
         return [kind for kind in KINDS if getattr(self, kind) is not None]
 
+    def record(self) -> Record:
+        """Return the course of its file. Raises `TimeSeriesError`."""
+        (kind,) = self._given
+        columns, units = stated_in(self.columns), stated_in(self.units)
+        return Record(kind, read_time_series(getattr(self, kind), kind, columns=columns, units=units))
+
     def motion(self) -> BaseMotion:
         """As its file has it. Raises `TimeSeriesError`."""
         (kind,) = self._given
-        return BaseMotion.of(read_time_series(getattr(self, kind), kind), kind)
+        return BaseMotion.of(self.record().course, kind)
 
 
 KINDS: tuple[Kind, ...] = get_args(Kind)

@@ -43,8 +43,8 @@ class Contact(Table):
         strict=True,
         ge=1,
         le=MOST_RINGS,
-        description="parts of the struck patch, from one edge to the other, each with a contact of its own; 1: the "
-        "patch moves as its mean",
+        description="parts across the contact face, from edge to edge, each with its own contact; 1: one contact "
+        "with the mean displacement",
     )
 
     ports: int | None = Field(
@@ -52,8 +52,8 @@ class Contact(Table):
         strict=True,
         ge=1,
         le=MOST_PORTS,
-        description="arcs of the lip, each with a contact of its own; chosen where absent, other faces than rings of "
-        "bodies of revolution are then struck as a whole unless another key of a lip is given",
+        description="segments of the lip, each with its own contact; chosen where absent: then faces other than "
+        "rings of bodies of revolution are struck as a whole, unless another key of a lip is given",
     )
     tilt: Angle = default("0 deg", "between the plane of the seat's lip and the undeformed reed")
     tilt_axis: Angle = default(
@@ -93,13 +93,17 @@ class Contact(Table):
         if arcs * self.rings > MOST_PORTS:
             raise KeyProblem(
                 "ports",
-                f"{arcs} arcs in {self.rings} rings are more than {MOST_PORTS}, each of whose compliances with all "
-                f"others is kept, {8e-9 * (arcs * self.rings) ** 2:.2g} GB of them for each body: take fewer of either",
+                f"{arcs} segments in {self.rings} rings are more than {MOST_PORTS}; their mutual compliances take "
+                f"{8e-9 * (arcs * self.rings) ** 2:.2g} GB for each body: take fewer of either",
             )
         if arcs > 1 and arcs % 2 and 2 * arcs * self.rings > MOST_CHOSEN:  # half as many tell what they leave
-            raise KeyProblem("ports", f"{arcs} arcs in {self.rings} rings: so many must be an even number of arcs")
+            raise KeyProblem(
+                "ports", f"{arcs} segments in {self.rings} rings: so many must be an even number of segments"
+            )
         if self.ports == 1 and self.uneven:
-            raise KeyProblem("ports", f"one port is open by its mean alone, {self.uneven} needs several: remove either")
+            raise KeyProblem(
+                "ports", f"a single contact point has only a mean gap, {self.uneven} needs several: remove one key"
+            )
         if not 0 < self.line_arc <= 2 * math.pi * (1 + 1e-9):
             raise KeyProblem("line_arc", f"{math.degrees(self.line_arc):g} deg must be above 0 and at most 360 deg")
         angles = [angle for angle, _ in self.waviness]

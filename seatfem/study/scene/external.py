@@ -97,7 +97,7 @@ area = "80 mm^2"
             )
         for key in ("at", "point"):
             if getattr(self, key) is not None and self.force is None:
-                raise KeyProblem(key, "only a force has a place of its own; remove the key")
+                raise KeyProblem(key, "only a force has a place; remove the key")
         if self.at is not None and self.point is not None:
             raise KeyProblem("point", "at is given too; keep one")
         return self

@@ -51,7 +51,7 @@ def _of_lip(scene: Scene, lip: AnyLip | None) -> Iterator[Finding]:
     """What of [contact] does not fit the seat's lip."""
     arcs = scene.contact.ports or 1
     if lip is not None and arcs > 1 and (whole := lip.whole(arcs)) != arcs:
-        text = f"of {arcs} arcs of equal areas some would lie on two of the seat's faces; take {whole}"
+        text = f"of {arcs} segments of equal areas some would lie on two of the seat's faces; take {whole}"
         yield ("contact", "ports"), text
     if lip is not None and scene.contact.waviness and lip.edges is None:
         yield ("contact", "waviness"), NO_ANGLES

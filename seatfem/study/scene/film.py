@@ -28,8 +28,8 @@ floor = "2 um"
 
     viscosity: Viscosity = Field(description="mu, dynamic")
     floor: Length = Field(
-        description="gap that roughness leaves to the fluid where the bodies touch; half of what the lip rises within "
-        "a port, by tilt or waviness, is added"
+        description="fluid gap that roughness leaves where the bodies touch; half the height difference within a lip "
+        "segment, by tilt or waviness, is added"
     )
     width: Length | None = Field(None, description="of the strip, across the flow; that of the seat's lip where absent")
     length: Length | None = Field(None, description="of the strip; the circumference of the seat's lip where absent")

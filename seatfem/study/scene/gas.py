@@ -30,6 +30,7 @@ from seatfem.fields import (
     Volume,
     default,
 )
+from seatfem.structures.kinds.record_columns import CourseColumns, CourseUnits, Record, stated_in
 from seatfem.units import write_quantity
 
 WIDEST: Final = 30.0  # degrees of crank angle between two samples of a record
@@ -139,7 +140,7 @@ port_diameter = "12 mm"
     discharge: GasPlenum = Field(description="plenum that it delivers to")
     rpm: Rpm = Field(le=1e6, description="speed of the crank: a number (1/min), or with its unit")
     angle: Angle = default("0 deg", "crank angle at the start of the run, from the top dead centre")
-    cycles: float | None = Field(None, gt=0, le=1e4, description="turns of the crank; in place of run.duration")
+    cycles: float | None = Field(None, gt=0, le=1e4, description="turns of the crank; instead of run.duration")
     bore: Length | None = Field(None, description="diameter of the cylinder")
     stroke: Length | None = Field(None, description="of the piston")
     rod: Length | None = Field(None, description="length of the connecting rod")
@@ -154,8 +155,14 @@ port_diameter = "12 mm"
     )
     cylinder_pressure: ExistingFile | None = Field(
         None,
-        description="in place of bore, stroke, rod, clearance: CSV file with `angle [deg],pressure [bar]` over a turn, "
+        description="instead of bore, stroke, rod, clearance: CSV file with `angle [deg],pressure [bar]` over a turn, "
         "or `time [ms],pressure [bar]` over the run",
+    )
+    columns: CourseColumns | None = Field(
+        None, description="heads of the columns of cylinder_pressure, where they say neither time nor quantity"
+    )
+    units: CourseUnits | None = Field(
+        None, description="units of the columns of cylinder_pressure, where the header does not say them"
     )
     port_diameter: Length = Field(description="of the hole that the reed covers")
     discharge_coefficient: float = Field(
@@ -171,6 +178,10 @@ port_diameter = "12 mm"
             if unused := [key for key in (*OF_THE_CRANK, *BESIDE) if getattr(self, key) is not None]:
                 raise KeyProblem(unused[0], "cylinder_pressure prescribes the pressure; keep one of the two")
             _ = self.course
+        elif self.columns is not None or self.units is not None:
+            raise KeyProblem(
+                "units" if self.columns is None else "columns", "there is no cylinder_pressure; remove the key"
+            )
         elif len(given) < len(OF_THE_CRANK):
             missing = next(key for key in OF_THE_CRANK if key not in given)
             words = type(self).model_fields[missing].description
@@ -213,6 +224,10 @@ port_diameter = "12 mm"
         s, d = self.suction, self.discharge
         return Plenum(s.pressure, s.temperature), Plenum(d.pressure, d.temperature)
 
+    def record(self) -> Record | None:
+        """Return the prescribed pressure, ``None`` where it is computed. Raises `KeyProblem` as `course`."""
+        return None if self.cylinder_pressure is None else Record("pressure", self.course)
+
     @property
     def course(self) -> TimeSeries:
         """The prescribed pressure. Raises `KeyProblem` for a record that cannot be read, or has gaps."""
@@ -220,9 +235,20 @@ port_diameter = "12 mm"
         assert path is not None
         try:
             table = read_csv(path, TimeSeriesError)
-            by_time = table is not None and any(head.name.lower() == "time" for head in table.heads)
+            columns, units = stated_in(self.columns), stated_in(self.units)
+            named = table is not None and table.column_of("time", ("time",), {}) is not None
+            by_time = "time" in columns or (named and "angle" not in columns)
             rpm, start = None if by_time else self.rpm, math.degrees(self.angle)
-            found = read_time_series(path, "pressure", outside="hold", rpm=rpm, start=start, most_gap=WIDEST)
+            found = read_time_series(
+                path,
+                "pressure",
+                outside="hold",
+                columns=columns,
+                units=units,
+                rpm=rpm,
+                start=start,
+                most_gap=WIDEST,
+            )
         except TimeSeriesError as problem:
             raise KeyProblem("cylinder_pressure", str(problem)) from None
         if (least := float(found.value.min())) <= 0:

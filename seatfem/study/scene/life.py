@@ -43,7 +43,7 @@ source = "report, page"
     )
     criterion: str = Field("goodman", description="for mean stress: goodman, gerber, morrow, walker or swt")
     multiaxial: str = Field(
-        "", description="for stress tensors of plates and seats, beside it: crossland, dang_van, papadopoulos"
+        "", description="in addition, for stress tensors of plates and seats: crossland, dang_van, papadopoulos"
     )
     survival: Fraction | None = Field(
         None, description="share of parts that survive, as 0.999; that of the S-N curve where absent"
@@ -166,7 +166,7 @@ source = "report, page"
             words = f"of a body of kind {scene.reed.kind!r} no bending stress is known: remove it, or use a cantilever"
             raise KeyProblem("strength", f"{words} or a plate")
         if self.seat_strength is not None and scene.stress is None:
-            raise KeyProblem("seat_strength", "stress in the seat is not looked for: add the table [stress]")
+            raise KeyProblem("seat_strength", "stress in the seat is not computed: add the table [stress]")
         if self.multiaxial and not (self.seat_strength or scene.reed.has_surface_stress):
             raise KeyProblem(
                 "multiaxial",

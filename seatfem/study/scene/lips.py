@@ -20,8 +20,8 @@ from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import Problem
 
 NO_ANGLES: Final = (
-    "the struck lip is a strip, several faces, or winds about its centroid, so that an angle tells no place on it; "
-    "remove the key, or strike one ring that each ray from its centroid crosses once"
+    "the struck lip is a strip, several faces, or winds about its centroid, so that an angle does not define a place "
+    "on it; remove the key, or strike one ring that each ray from its centroid crosses once"
 )
 STOPPER: Final = "stopper_"  # what the names of ports begin with that a stopper meets
 USUAL: Final = 32  # arcs, where nothing else is known

@@ -44,9 +44,9 @@ class Scene(Table):
     base: tuple[Base, ...] = Field((), description="what moves the bases of bodies, a table each: [[base]]")
     gas: CompressorGas | None = Field(None, description="the gas that the reed, as a valve, lets through")
     run: Run = Field(description="what is simulated")
-    accuracy: Accuracy = default({}, "what the answer must reach")
-    life: LifeTable | None = Field(None, description="how long the reed has to live; not asked where absent")
-    stress: Stress | None = Field(None, description="where stress in the seat is looked for; nowhere where absent")
+    accuracy: Accuracy = default({}, "the accuracy asked for")
+    life: LifeTable | None = Field(None, description="fatigue life asked for; not computed where absent")
+    stress: Stress | None = Field(None, description="stress in the seat; not computed where absent")
 
     @property
     def needs_stress(self) -> bool:

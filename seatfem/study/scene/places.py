@@ -42,16 +42,16 @@ def misplaced(scene: Scene) -> Iterator[Finding]:
         there = 1e3 * min(float(np.hypot(*_fine(loop).T).min()) for loop in over.plan)
         x, y = (1e3 * each for each in contact.offset)
         text = (
-            f"[{x:.4g} mm, {y:.4g} mm]: in plan the reed covers {part} (limit: all of it), which reaches "
+            f"[{x:.4g} mm, {y:.4g} mm]: in plan the reed covers {part} (limit: all of it); this face reaches "
             f"{reach:.4g} mm from its middle; the reed has {in_digits(there, 2)} mm about the middle of its contact: "
-            "change the offset, or reed and seat until the lip lies on it"
+            "change the offset, or reed and seat, until the reed covers the lip"
         )
         yield ("contact", "offset"), text
         return
     low, high = over.extent
     length, width = (1e3 * float(side) for side in high - low)
     words = (
-        f"in plan the reed, {length:.4g} x {width:.4g} mm, covers {part} (limit: {percent(least)}), which reaches "
+        f"in plan the reed, {length:.4g} x {width:.4g} mm, covers {part} (limit: {percent(least)}); this face reaches "
         f"{reach:.4g} mm from its middle: the reed lies beside the port;"
     )
     if contact.at is not None:

@@ -42,15 +42,17 @@ TARGETS: Final[Mapping[AccuracyLevel, str]] = {"quick": "5 %", "standard": "1 %"
 
 
 class Accuracy(Table):
-    """What the answer must reach: a target, or the name of one."""
+    """The accuracy asked for: a target, or the name of one."""
 
     level: AccuracyLevel | None = Field(None, description="a target by name: quick 5 %, standard 1 %, reference 0.3 %")
     target: Fraction = default("1 %", "relative error asked for; or give level")
-    measures: tuple[Measure, ...] = Field(("impulse", "filtered_peak"), min_length=1, description="what it is asked of")
+    measures: tuple[Measure, ...] = Field(
+        ("impulse", "filtered_peak"), min_length=1, description="results it is asked of"
+    )
     landing: LandingChoice = Field(
         "hardest",
-        description="the landing on the seat that measures speak of: the one whose force exceeds the quasi-static load "
-        "most, the first one, or all of the run, static load included",
+        description="the landing on the seat that the measures refer to: the one whose force exceeds the static load "
+        "most, the first one, or the whole run, static load included",
     )
 
     @property

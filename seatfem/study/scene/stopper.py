@@ -44,8 +44,8 @@ gap = "1.5 mm"
     )
     lift: Position | None = Field(
         None,
-        description="in place of gap: travel of the reed from the seat to the stopper; the reed that lies on its seat "
-        "stands contact.gap below its undeformed place, so that gap = lift - contact.gap",
+        description="instead of gap: travel of the reed from the seat to the stopper; the reed on its seat lies "
+        "contact.gap below its undeformed place, so that gap = lift - contact.gap",
     )
     at: Length | None = Field(None, description="position on the reed, from its root; that of the contact where absent")
     arcs: int | None = Field(
@@ -53,15 +53,15 @@ gap = "1.5 mm"
         strict=True,
         ge=1,
         le=MOST_PORTS,
-        description="arcs of its face, each with a contact of its own, that a plate meets: of the flat ring or disc "
-        "that is struck, of the faces of cad and mesh, or of what the reed touches with where the stopper has none, as "
-        "a spring; 32 where rings or a tilt are given, else it is met as a whole, by the reed's own contact",
+        description="segments of its face, each with its own contact, for a reed that is a plate: of the flat ring or "
+        "disc that is struck, of the faces of cad and mesh, or, of a stopper without a face such as a spring, of the "
+        "reed's contact face; 32 where rings or a tilt are given, else the stopper is struck as a whole",
     )
-    rings: int = Field(1, strict=True, ge=1, le=MOST_RINGS, description="parts across each of its arcs")
+    rings: int = Field(1, strict=True, ge=1, le=MOST_RINGS, description="parts across each of its segments")
     tilt: Angle = default("0 deg", "between the stopper's plane and the undeformed reed; gap is then the smallest")
     tilt_axis: Angle = default("0 deg", "direction about which it is tilted, as contact.tilt_axis")
     law: _Law = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
-    body: _Body = Field(description="what is met")
+    body: _Body = Field(description="the stopping body")
 
     @model_validator(mode="before")
     @classmethod
@@ -100,11 +100,13 @@ gap = "1.5 mm"
     @model_validator(mode="after")
     def _in_parts(self) -> Self:
         if (self.arcs or 1) * self.rings > MOST_PORTS:
-            raise KeyProblem("arcs", f"{self.arcs} arcs in {self.rings} rings are more than {MOST_PORTS}: take fewer")
+            raise KeyProblem(
+                "arcs", f"{self.arcs} segments in {self.rings} rings are more than {MOST_PORTS}: take fewer"
+            )
         if abs(self.tilt) > STEEPEST:
             raise KeyProblem("tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg")
         if self.tilt and self.arcs == 1:
-            raise KeyProblem("arcs", "one part is open by its mean alone, tilt needs several: remove either")
+            raise KeyProblem("arcs", "a single contact point has only a mean gap, tilt needs several: remove one key")
         return self
 
     @model_validator(mode="after")

@@ -41,10 +41,10 @@ class CurveTable(Table):
     )
     endurance_limit: bool = Field(False, description="whether amplitudes below the knee do no damage at all")
     points: tuple[tuple[Pressure, Count], ...] = Field(
-        (), description="in place of the knee: [amplitude, cycles], falling"
+        (), description="instead of the knee: [amplitude, cycles], falling"
     )
     file: ExistingFile | None = Field(
-        None, description="in place of points: CSV with the header `stress [MPa],cycles`, amplitudes that fall"
+        None, description="instead of points: CSV with the header `stress [MPa],cycles`, amplitudes that fall"
     )
     scatter: float | None = Field(None, ge=0, description="standard deviation of log10 N")
     survival: Fraction = Field(0.5, description="share of specimens that survive the curve as it is stated")

@@ -30,17 +30,17 @@ frames = 40
         "revolution about z that is struck all around the angle does not matter",
     )
     surface: bool = Field(
-        True, strict=True, description="whether the largest is looked for on the surface; else at the points alone"
+        True, strict=True, description="whether the whole surface is searched for the largest; else only the points"
     )
     distance: Gap = default(
         "0.2 mm",
-        "from singular edges, reentrant without a fillet or the rim of a clamped face, within which none is told",
+        "from sharp inner corners and the rim of clamped faces, within which no stress is reported",
     )
     struck: bool = Field(
         True,
         strict=True,
-        description="whether the surface includes the struck face and what lies within distance of it, where a coarse "
-        "mesh tells little and the rim of a rigid patch has no limit",
+        description="whether the surface includes the struck face and its neighbourhood within distance, where a "
+        "coarse mesh is unreliable and the stress at a rigid rim has no limit",
     )
     apart: Gap = default("1 mm", "within which the largest of the stress is one hot spot")
     frames: int = Field(

@@ -120,7 +120,9 @@ def _block(name: str, field: FieldInfo, beside: Stated | None) -> list[str]:
         return (keys[key].description or "") if key in keys else ""
 
     if not _is_scene(beside, name, [sample] if several else sample):
-        return [f"#   {line}" for line in textwrap.wrap(f"{header}, not beside what is stated: {words}", WIDE - 4)]
+        return [
+            f"#   {line}" for line in textwrap.wrap(f"{header}, not together with the keys above: {words}", WIDE - 4)
+        ]
     lines = _commented(f"# {header}", words)
     lines += [line for key, value in sample.items() for line in _commented(f"# {key} = {as_toml(value)}", told(key))]
     if more := ", ".join(key for key in keys if key not in sample and key != "kind"):

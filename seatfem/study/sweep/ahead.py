@@ -69,12 +69,12 @@ class Ahead:
         """One line."""
         seats = f" with {self.seats} seat{'s'[: self.seats > 1]} to compute" if self.seats else ""
         a_seat = f" {in_time(self.seat)} a seat," if self.seats else ""
-        beside = f" and {self.beside} side by side" if self.beside else ""
+        beside = f" and {self.beside} in batches" if self.beside else ""
         counted = f"{self.scenes} scene{'s'[: self.scenes > 1]}{beside}{seats}"
         return (
             f"{counted}: about {in_time(self.seconds(workers))} predicted with {workers} worker{'s'[: workers > 1]} "
             f"({in_time(self.each)} a scene,{a_seat} {self.memory / 1e9:.2g} GB a worker)"
-            + (f"; {self.looked_at} scenes, drawn by chance, were looked at" if self.looked_at else "")
+            + (f"; based on {self.looked_at} scenes, drawn at random" if self.looked_at else "")
         )
 
 

@@ -126,9 +126,9 @@ class Optimum:
         if not self.is_met:
             words = f"no point within all limits was found; the nearest has {words.split(' ', 1)[1]}"
         elif any(each.margin(best.value(each.measure)) < 0 for each in goal.constraints):
-            words += "; a limit is kept up to the error bar only"
+            words += "; a limit is exceeded, but by less than its error bar"
         if not self.is_told_apart:
-            words += "; the second best is no further from it than their error bars"
+            words += "; the second best differs by less than the error bars"
         return words
 
 

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from numbers import Integral, Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 from seatfem.jobs.worker import answer_lines
 
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 State = Literal["done", "missed", "stopped", "failed"]
 Changes = Mapping[str, Any]
 Scalar = float | int | bool | str | None
+NOTES: Final = "notes"
+"""Key of summary.json that lists what limits its numbers, a sentence each."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Outcome:
         state: "done"; "missed": done, its target of accuracy missed; "stopped" at the limit of time; "failed".
         message: why.
         wall: seconds of the clock.
-        summary: summary.json, as far as its values are single ones.
+        summary: summary.json, as far as its values are single ones, and its notes in one text.
         start: what scenes that follow may begin with (`seatfem.study.sweep.start`), of one that is asked for it.
     """
 
@@ -116,6 +118,8 @@ def _carried_out(
             plan = plan_scene(scene, Machine(), store=Store(folder / "no-store"))  # never written: no seat is at hand
         found = run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
     summary = {key: _scalar(value) for key, value in found.summary.items() if _is_scalar(value)}
+    notes = found.summary[NOTES]
+    summary[NOTES] = " | ".join(map(str, notes)) if isinstance(notes, list) else ""
     assert found.plan is not None
     serves = found.met is True or summary.get("landing_status") == "cut off"  # which no other plan would mend
     left = start_of(found.plan) if leads and serves else {}

@@ -24,7 +24,7 @@ PILOTS: Final = 4
 """Scenes with a seat that begin as the first one has ended. All others begin as the second dearest of these five has
 ended: one may be an exception, but what two had to refine most others would."""
 OF_ALL: Final = ("contact", "reed stress", "error budget")
-NOTE: Final = "planned as another scene of the study ended, where it met its target"
+NOTE: Final = "plan of another scene of the study, which reached its target"
 
 Start = Mapping[str, Any]
 """Of JSON: a plan ("plan"), of which scenes ("like"), its predicted seconds ("work"), and the keys of its seat ("seat")

@@ -27,6 +27,7 @@ from seatfem.study.sweep.table import (
     StudyTable,
     as_frame,
     check_measures,
+    is_usable,
     measures_of,
     table_of,
     write_csv,
@@ -59,11 +60,13 @@ def run_study(
 
     Raises:
         SceneError: all that is wrong with the scenes, before anything runs.
-        StudyError: measures that no summary has, another sweep in the folder, numbers without meaning.
+        StudyError: measures that no summary has, another sweep in the folder, numbers without meaning, an optional
+            package for tables that is installed and cannot be imported.
         OutputError: ``folder`` cannot be written to. Also what plans raise.
         ClusterError: of the cluster.
     """
     workers = check_effort(effort)
+    is_usable("pyarrow")  # not first when its file is written, after the last scene
     if study.optimise is not None:
         raise StudyError(
             "optimise: this study asks for one best scene; run it by seatfem optimise, or remove the table"
@@ -155,7 +158,8 @@ def sweep(
 
     Returns:
         One row a scene: "scene" (its number), what varies, the measures [SI] and their error bars, "landing_status"
-        (landed, no landing, cut off, never opened), "status" (done, missed, stopped, failed), "wall_time_s", "message".
+        (landed, no landing, cut off, never opened), "status" (done, missed, stopped, failed), "wall_time_s", "message",
+        "notes" (of the run, divided by " | ").
 
     Raises:
         SceneError, StudyError, OutputError: as `run_study`.
@@ -168,6 +172,8 @@ def sweep(
         study = Study.model_validate(given, context={"folder": Path()})
     except ValidationError as error:
         raise SceneError(explain(error, Study, given, Path(scene), {})) from None
+    for package in ("pyarrow", "pandas"):  # pandas imports the other one
+        is_usable(package)
     with ExitStack() as ours:
         place = ours.enter_context(private_folder("study")) if folder is None else Path(folder)
         effort = Effort(None if cluster else workers, rounds, cluster=cluster)

@@ -8,25 +8,29 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cached_property
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impact.brief import brief
+from impact.extras import how_to_mend
 from impact.files.atomic import whole_file, write_whole
 from seatfem.study.impacts.landed import BAR, LANDED, STATUS, has_landed, left_out_in_words, needs_landing
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import key_of
 from seatfem.study.sweep.cases import Case, columns_of
-from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.sweep.outcome import NOTES, Outcome
 from seatfem.study.sweep.runner import StudyError
 from seatfem.study.sweep.sampled import is_own, judged
 from seatfem.study.sweep.study import Study
 
 Columns = Mapping[str, Sequence[object]]
+MODULES: Final[Mapping[str, str]] = {"pandas": "pandas", "pyarrow": "pyarrow.parquet"}
+"""What is imported of the optional packages by which tables are written, absent or whole."""
 
 
 @dataclass(frozen=True)
@@ -174,6 +178,7 @@ def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], m
     columns["status"] = [outcome.state for outcome in found]
     columns["wall_time_s"] = [outcome.wall for outcome in found]
     columns["message"] = [" ".join(outcome.message.split()) for outcome in found]
+    columns[NOTES] = [" ".join(str(outcome.summary.get(NOTES) or "").split()) for outcome in found]
     return StudyTable(study, tuple(parameters), tuple(measures), columns)
 
 
@@ -186,9 +191,25 @@ def write_csv(path: Path, columns: Columns) -> None:
     write_whole(path, text.getvalue().encode("utf-8"))
 
 
+def is_usable(package: str) -> bool:
+    """Return whether a package of the extra "tables" is there.
+
+    Studies ask before their first scene. Raises `StudyError` of one that is installed and cannot be imported.
+    """
+    if find_spec(package) is None:
+        return False
+    try:
+        import_module(MODULES[package])
+    except Exception as error:  # a broken one raises anything
+        raise StudyError(
+            f"tables of studies: {how_to_mend(package, 'tables', error)}, or go without: pip uninstall {package}"
+        ) from error
+    return True
+
+
 def write_parquet(path: Path, columns: Columns) -> bool:
     """The same for programs that read Parquet, if pyarrow is there; whole or absent."""
-    if find_spec("pyarrow") is None:
+    if not is_usable("pyarrow"):
         return False
     import pyarrow
     import pyarrow.parquet
@@ -200,7 +221,7 @@ def write_parquet(path: Path, columns: Columns) -> bool:
 
 def as_frame(columns: Columns) -> Any:
     """A pandas DataFrame where pandas is there, else the columns."""
-    if find_spec("pandas") is None:
+    if not is_usable("pandas"):
         return columns
     import pandas
 

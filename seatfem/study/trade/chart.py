@@ -26,11 +26,11 @@ FAMILIES: Final = {
 }
 """Colour and name of each."""
 MARKERS: Final[Mapping[str, tuple[Any, str]]] = {
-    "diagonal": ("o", "mesh and band"),
-    "by hand": ("s", "guess by hand, no error bar"),
-    "mesh": ("v", "mesh alone"),
+    "diagonal": ("o", "mesh and bandwidth"),
+    "by hand": ("s", "chosen by hand, no error bar"),
+    "mesh": ("v", "only the mesh"),
     "order": ("D", "order 1"),
-    "band": ("^", "band alone"),
+    "band": ("^", "only the bandwidth"),
     "tolerance": ("<", "tolerance"),
     "reduction": (">", "reduction"),
     "reed modes": ("P", "reed modes"),
@@ -40,7 +40,7 @@ MARKERS: Final[Mapping[str, tuple[Any, str]]] = {
     "ports": ("h", "segments of the lip"),
     "one port": ((4, 1, 45), "single contact point"),
     "beam": ((3, 1, 0), "beam"),
-    "reed band": ("8", "band of the plate"),
+    "reed band": ("8", "bandwidth of the reed"),
 }
 PER_ROW: Final = 3
 _MARKS: Final = ((PLANNED, "*", 13.0), (AS_FILED, "d", 7.0))

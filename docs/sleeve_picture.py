@@ -1,6 +1,6 @@
-"""The README's first picture: the demo's reed on its seat, the wave that it sends in, and its force beside a spring's.
+"""A picture for the README: a reed on a tall sleeve of PEEK, the wave that it sends in, its force beside a spring's.
 
-.venv/bin/python docs/first_picture.py [FILE]
+.venv/bin/python docs/sleeve_picture.py [FILE]
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ import numpy as np
 from impact import measures
 from impact.pictures.drawing import BLUE, GREY, ORANGE, sheet, zero_line
 from impact.storage.hdf5 import load_results
-from seatfem.faces.cli import demo_scene
 from seatfem.pictures.rendering import LIGHT, load_pyvista
 from seatfem.study.runs.pipeline import RESULT_FILE, run_scene
 from seatfem.study.scene import load_scene
 
-TARGET = Path(__file__).resolve().parent / "images" / "first.png"
+SCENE = Path(__file__).resolve().parent.parent / "examples" / "flapper_on_peek_sleeve.toml"
+TARGET = Path(__file__).resolve().parent / "images" / "sleeve.png"
 FRAMES = {"stress.frames": 48, "stress.distance": "0.5 mm"}
 SHOWN = (3e-6, 9e-6, 18e-6)  # after the first touch [s]
 EXAGGERATED = 300.0
@@ -32,7 +32,7 @@ PIXELS = (700, 560)
 def main(words: list[str]) -> None:
     target = Path(words[0]) if words else TARGET
     folder = Path(tempfile.mkdtemp())
-    scene = load_scene(demo_scene(), FRAMES)
+    scene = load_scene(SCENE, FRAMES)
     run_scene(scene, folder)
     draw(folder, target, scene.reed)
 
