@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from impact.bodies.body import Body, Load, ModalState
-from impact.bodies.springs import SprungBody
+from impact.bodies.springs import SPRINGS, SprungBody
 from impact.greens.base import Array, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
 from impact.march.motion import Discrete
@@ -63,7 +63,8 @@ def without_springs(body: Body, force: Array, dt: float) -> Body:
     assert modal is not None
     moved = spring_displacements(body, force, dt)
     pulls = -springs.stiffness[:, None] * (moved[:, 1:] + moved[:, :-1]) / 2
-    greens = replace(modal, omega=springs.omega, zeta=springs.zeta, shapes=springs.basis @ modal.shapes)
+    origin = {key: value for key, value in modal.origin.items() if key != SPRINGS}
+    greens = replace(modal, origin=origin, omega=springs.omega, zeta=springs.zeta, shapes=springs.basis @ modal.shapes)
     state = body.state and ModalState(springs.basis @ body.state.displacement, springs.basis @ body.state.velocity)
     loads = [replace(load, shape=springs.basis @ load.shape) for load in body.loads]
     loads += [Load(springs.basis @ shape, _held(pull, dt)) for shape, pull in zip(springs.shapes.T, pulls, strict=True)]

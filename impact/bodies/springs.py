@@ -13,6 +13,9 @@ from impact.greens.base import Array, GreensFunctionError
 
 ROUND_OFF: Final = 1e-10  # relative, of what springs and forces share with a motion that the springs leave free
 
+SPRINGS: Final = "springs"
+"""In the origin of a Green's function: how many springs its modes are with."""
+
 
 @dataclass(frozen=True)
 class Suspension:
@@ -67,6 +70,8 @@ def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
             "a beam, a plate or a rigid mass"
         )
     held = np.broadcast_to(np.asarray(stiffness, dtype=float), np.shape(shapes)[1:])
+    if SPRINGS in modal.origin:
+        raise GreensFunctionError("springs: the body is on springs already; give all of them at once")
     if np.ndim(shapes) != 2 or len(shapes) != len(modal.omega) or not np.all(np.isfinite(shapes)):
         raise GreensFunctionError(
             f"springs: shapes {np.shape(shapes)} must be finite and have a row for each of the {len(modal.omega)} "
@@ -85,7 +90,8 @@ def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
 
     start = body.modal_start()
     state = ModalState(basis.T @ start.displacement, basis.T @ start.velocity)
-    greens = replace(modal, omega=omega, zeta=zeta, shapes=turned(modal.shapes))
+    origin = {**modal.origin, SPRINGS: len(held)}
+    greens = replace(modal, omega=omega, zeta=zeta, shapes=turned(modal.shapes), origin=origin)
     return SprungBody(
         greens,
         state=state if np.any(state.displacement) or np.any(state.velocity) else None,

@@ -28,6 +28,12 @@ def on_its_springs(scene: Scene, body: Body) -> Body:
     """
     if not scene.spring:
         return body
+    modal = body.greens.modal
+    if modal is None or not len(modal.omega):
+        raise GreensFunctionError(
+            f"spring: a reed of kind {scene.reed.kind!r} has no modes that valve springs could act on; take a beam, a "
+            "plate, a ball or a rigid mass"
+        )
     shapes, stiffness, loads = [], [], list(body.loads)
     for spring in scene.spring:
         here = _shapes(scene, spring, body)

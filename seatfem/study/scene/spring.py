@@ -37,7 +37,7 @@ preload = "5 N"
     at: Length | None = Field(
         None,
         description="where they press, from the root; where no place is given: at the contact, of a ring plate or a "
-        "disc spread around its mean circle",
+        "disc spread around its mean circle, of a ball through its centre",
     )
     points: tuple[tuple[Position, Position], ...] | None = Field(
         None,
