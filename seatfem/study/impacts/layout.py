@@ -168,7 +168,7 @@ def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action
             areas = " to ".join(f"{1e6 * each:.4g}" for each in sorted({min(load.area.area), max(load.area.area)}))
             yield _course("pressure", load.pressure, -half, half, f" on {areas} mm²")
         elif load.force is not None:
-            place = _along(load.at, at)
+            place = _along(load.at, at) if load.point is None else load.point[0]
             yield _course("force", load.force, place, place)
         elif load.gravity is not None:
             yield _value("gravity", load.gravity, "acceleration", ends)
