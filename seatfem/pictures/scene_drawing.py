@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 SMALL: Final = 7.5  # points
 INK, PALE, HATCH = "#30343A", "#E4E6E9", "#9BA1A9"
 LOAD: Final = "#8C2D63"
+BESIDE: Final = 0.45  # inch
 LEVEL: Final = 1e-6  # of the springs' reach: nearer to the plane of the section they lie in it
 COLOURS: Final = {"seat": "#D9DCE0", "reed": "#A9D3F0", "stopper": "#EBCFE0"}
 HATCHES: Final = {"seat": "////", "reed": "", "stopper": "\\\\\\\\"}
@@ -206,12 +207,14 @@ class _Sheet:
         """Those in the plane of the section, or all where none is; on the ground, the guard."""
         frame, places = self._frame, self._layout.springs
         level = np.abs(places[:, 1]) <= LEVEL * max(float(np.abs(places).max(initial=0.0)), 1e-9)
-        foot = float(frame.up(self._layout.top_of_reed()))
+        foot = float(frame.up(self._layout.top_of_reed())) + (SYMBOL if self._layout.reed.views.symbol else 0.0)
+        stopper = self._layout.stopper
         for place in np.unique(places[level if level.any() else ~level, 0].round(9)):
             x = frame.x + frame.scale * float(place)
-            pocket = np.array(
-                [(x - 0.12, foot), (x + 0.12, foot), (x + 0.12, foot + SYMBOL), (x - 0.12, foot + SYMBOL)]
-            )
+            if stopper is not None and stopper.views.symbol and abs(x - frame.x - frame.scale * stopper.at[0]) < BESIDE:
+                x += BESIDE  # next to the symbol
+            low, high = foot + 0.02, foot + SYMBOL  # the reed's outline stays
+            pocket = np.array([(x - 0.12, low), (x + 0.12, low), (x + 0.12, high), (x - 0.12, high)])
             self._fill([pocket], facecolor="white", edgecolor="none", zorder=4)
             self._spring(np.array([x, foot]), np.array([x, foot + SYMBOL]), LOAD, zorder=6)
             self._ground(np.array([(x - 0.12, foot + SYMBOL), (x + 0.12, foot + SYMBOL)]), np.array([0.0, 1.0]))

@@ -174,6 +174,9 @@ def test_forces_and_weights_of_free_plates(tmp_path: Path) -> None:
 def test_the_drawing_has_them_in_their_places(tmp_path: Path) -> None:
     layout = layout_of(scene_of(tmp_path, BEAM, f'{SPRING}at = "15 mm"\n'))
     np.testing.assert_allclose(layout.springs, [(-10e-3, 0.0)])
+    flapper = scene_of(tmp_path, FLAPPER, f'{SPRING}at = "10 mm"\n[[load]]\nforce = "-1 N"\nat = "10 mm"\n')
+    layout, centre = layout_of(flapper), flapper.reed.geometry().centre[0]
+    assert [layout.springs[0, 0], *(action.low for action in layout.actions)] == pytest.approx([10e-3 - centre] * 3)
     layout = layout_of(scene_of(tmp_path, RING, f'{SPRING}number = 3\nradius = "7 mm"\n'))
     assert np.hypot(*layout.springs.T) == pytest.approx([7e-3] * 3)
     assert [action.words for action in layout.actions] == ["3 valve springs, 4 N/mm together, preload 6 N"]

@@ -13,6 +13,7 @@ from impact.greens.base import Array
 from impact.quantities import percent
 from seatfem.pictures.layout import Action, Layout, Placed, Way
 from seatfem.structures.errors import ModelError
+from seatfem.structures.kinds.plate_loads import ClampedPlate
 from seatfem.structures.outlines import BodyViews, length_text, round_sizes
 from seatfem.structures.rings import Division
 from seatfem.study.scene import Scene
@@ -40,6 +41,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     """
     contact, reed, stopper = scene.contact, scene.reed, scene.stopper
     at = reed.free_point if contact.at is None else contact.at
+    root = reed.geometry().centre[0] if isinstance(reed, ClampedPlate) else at  # away, of the contact's middle
     seen = reed.views(at).turned_over()
     thickness = max((float(loop[:, 1].max()) for loop in seen.section), default=0.0)
     stated = division or Division(contact.ports or 1, contact.rings)
@@ -61,8 +63,8 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         gap=contact.gap,
         lift=None if stopper is None else scene.stopper_gap,
         start=_start(scene, at),
-        actions=tuple(_actions(scene, at, seen)),
-        springs=_springs(scene, at),
+        actions=tuple(_actions(scene, root, seen)),
+        springs=_springs(scene, root),
         arcs=_arcs(scene, stated),
         tilt=(contact.tilt, contact.tilt_axis) if contact.tilt else None,
         notes=tuple(_notes(scene, (seat, placed), stated, planned=division is not None)),
