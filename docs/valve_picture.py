@@ -49,7 +49,7 @@ def draw(folder: Path, target: Path = TARGET) -> None:
             for key, unit in (
                 ("landing_closing_speed_m_per_s", "m/s"),
                 ("landing_filtered_peak_force_N", "N"),
-                ("landing_peak_reed_stress_Pa", "Pa"),
+                ("peak_reed_stress_after_contact_Pa", "Pa"),
             )
         )
         lift.annotate(
@@ -72,7 +72,7 @@ def draw(folder: Path, target: Path = TARGET) -> None:
             force.plot(1e6 * (run.time[near] - first), mean[near], color=colour, linestyle=style, label=name)
         zero_line(force)
         force.set(xlabel="time after the touch [µs]", ylabel=f"contact force, mean over {1e6 * width:g} µs [N]")
-        force.set_title(f"{peak} on the seat; {stress} in the reed; margin {summary['life_margin']:.2f}")
+        force.set_title(f"{peak} on the seat; {stress} at the root of the reed; margin {summary['life_margin']:.2f}")
         force.legend(loc="upper right")
 
 

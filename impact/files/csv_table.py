@@ -121,11 +121,13 @@ class CsvTable:
     def factor_of(self, column: int, role: str, units: Mapping[str, float], stated: Mapping[str, str]) -> float:
         """Return the factor of a column to SI, by its head or by the unit that is ``stated``.
 
-        Raises ``error``: no unit, one that is unknown, another one in the head than stated.
+        A stated unit stands in place of one in the head that is unknown, as in "p [Bar]".
+
+        Raises ``error``: no unit, one that is unknown, another known one in the head than stated.
         """
         head = self.heads[column]
         unit = normal_unit(stated.get(role, head.unit))
-        if role in stated and head.unit and normal_unit(head.unit) != unit:
+        if role in stated and normal_unit(head.unit) not in (unit, "") and normal_unit(head.unit) in units:
             raise self.error(
                 f"{self.path}, line {self.head_line}, column {column + 1}: the head says {head.unit!r}, units.{role} = "
                 f"{stated[role]!r}: remove the key, or correct the head"

@@ -65,7 +65,7 @@ def plot_force(
             (zoom, group, contact.capitalize()),
             (pulse, _pulse_window(result, filtered[0], group, filter_width), "Its highest pulse"),
         ):
-            _forces(axes, runs, filtered, window, names)
+            _forces(axes, runs, filtered, window, names, filter_width)
             axes.set_ylabel(f"force [{unit}]")
             axes.set_title(heading)
             axes.yaxis.set_major_formatter(lambda value, _: f"{factor * value:g}")
@@ -237,13 +237,17 @@ def _forces(
     filtered: list[Array],
     window: tuple[float, float],
     names: tuple[str, str],
+    width: float,
 ) -> None:
+    """Draw the forces of each step and their means over ``width`` [s], where the run holds all of these."""
     rate, time_unit = scaled(window[1], "s")
     for k, run in enumerate(runs):
         seen = _within(run, *window)
         time, order = rate * run.time[seen], 3 + 0.1 * k
         axes.plot(time, run.force[seen], color=_COLOURS[k], linewidth=0.5, alpha=0.55, zorder=2.9 - 0.1 * k)
-        axes.plot(time, filtered[k][seen], color=_COLOURS[k], linestyle=_STYLES[k], label=names[k], zorder=order)
+        known = (run.time[seen] >= width / 2) & (run.time[seen] <= run.time[-1] - width / 2)  # whole means
+        mean = np.where(known, filtered[k][seen], np.nan)
+        axes.plot(time, mean, color=_COLOURS[k], linestyle=_STYLES[k], label=names[k], zorder=order)
     axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]")
     axes.set_ylim(bottom=0.0)
 

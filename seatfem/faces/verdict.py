@@ -100,6 +100,7 @@ def standing(summary: Mapping[str, object]) -> str:
 def which_landing(summary: Mapping[str, object]) -> str:
     """Return which landing on the seat the run is judged by, and its number: "hardest landing (2 of 3)"."""
     words = "first landing" if summary.get("accuracy_landing") == "first" else "hardest landing"
+    words += " on the seat" if as_number(summary.get("stopper_landing_count")) else ""
     number, number_of_all = (as_number(summary.get(f"landing_{key}")) for key in ("number", "count"))
     if number is None or number_of_all is None:
         return words

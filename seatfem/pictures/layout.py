@@ -35,12 +35,16 @@ class Placed:
 
 @dataclass(frozen=True)
 class Action:
-    """What moves a body or loads it: its words, from where to where along x it acts [m], and which way."""
+    """What moves a body or loads it: its words, from where to where along x it acts [m], and which way.
+
+    ``detail``: further words that are not in the picture.
+    """
 
     words: str
     low: float
     high: float
     way: Way
+    detail: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -187,3 +187,9 @@ def test_heads_and_units() -> None:
     assert (head_of("p(t)").name, head_of("p(t)").unit) == ("p", "t")
     assert head_of("plain").unit == ""
     assert normal_unit("µm/(N·s²)") == "um/(N s^2)"
+
+
+def test_a_stated_unit_stands_in_place_of_one_that_is_unknown(tmp_path: Path) -> None:
+    """As of a header in another language; a known one that differs is refused."""
+    path = written(tmp_path, "time [ms],force [Kilopond]\n0,1\n1,2\n")
+    assert read_time_series(path, "force", units={"force": "kN"})(np.array([1e-3])) == pytest.approx([2e3])

@@ -26,7 +26,7 @@ EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.toml") if no
 SAID = {
     "ball_on_seat": ("gap 1 um", "velocity 0.5 m/s", "Ø 10 mm", "struck Ø 1.2 mm"),
     "compressor_cycle": ("stopper 2 mm", "spring 50 N/um", "pressure of the gas, suction valve, port Ø 12 mm"),
-    "flapper_between_stops": ("stopper 0.8 mm", "start 1 mm", "pressure as in opening_pulse.csv"),
+    "flapper_between_stops": ("stopper 0.8 mm", "start 1 mm", "pressure 0 to 15 kPa"),
     "flapper_on_annular_seat": ("port Ø 8 mm", "lip 1 mm wide", "lip 0.5 mm high", "25.4 mm", "released from 1 mm"),
     "flapper_on_arc": ("port Ø 8 mm", "contact 0.8 mm"),
     "flapper_on_stopper": ("struck Ø 4 mm", "Ø 12 mm"),
@@ -43,9 +43,9 @@ SAID = {
     "mass_on_meshed_seat": ("8.5 mm", "24 mm", "velocity 1.5 m/s"),
     "paper_table1_3mm_area": ("3 mm", "0.305 mm"),
     "ring_plate": ("port Ø 14 mm", "20 mm", "gap 2 um"),
-    "ring_valve": ("gap 1 mm", "4 valve springs, 2 N/mm together, preload 4 N", "as in ring_valve.csv on 236 mm²"),
+    "ring_valve": ("gap 1 mm", "4 valve springs, 2 N/mm together, preload 4 N", "pressure -60 kPa to 0 on 236 mm²"),
     "slot_landing": ("contact in 48 segments", "about the direction 90°"),
-    "suction_flapper": ("pressure as in suction_cycle.csv on 60 to 95 mm²", "gravity 9.81 m/s^2"),
+    "suction_flapper": ("pressure -1000 kPa to 32 kPa on 60 to 95 mm²", "gravity 9.81 m/s^2"),
     "suction_valve": ("port Ø 9 mm", "32 mm", "12 mm", "t 0.3 mm", "stopper 1.5 mm", "reed x 5"),
     "tilted_cad_flapper": ("30.42 mm", "t 0.3 mm", "lip tilted 0.3°"),
     "tilted_landing": ("contact in 96 segments", "gap x 2000", "lip 1 mm wide"),
@@ -89,7 +89,8 @@ def test_the_suction_valve_in_numbers() -> None:
     layout = layout_of(example("suction_valve"))
     assert facts_of(layout) == (
         "reed (cantilever) 32 x 12 x 0.3 mm over a lip of 9.2 to 10.8 mm diameter, gap 0 mm, stopper at 1.5 mm "
-        "(spring 10 N/um)"
+        "(spring 10 N/um); pressure -900 kPa to 26 kPa on 80 mm² (suction_valve.csv): -72 N to 2.08 N on the "
+        "closed reed, positive off its seat"
     )
     assert "covers 50 %" in cover_note(layout)
     sizes = sizes_of(layout.seat.views)

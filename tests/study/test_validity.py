@@ -15,7 +15,7 @@ from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, striker_of
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.impacts.validity import validity_advice
+from seatfem.study.impacts.validity import dishing_notes, validity_advice
 from seatfem.study.method import stated_method
 from seatfem.study.runs import pipeline
 from seatfem.study.scene import Scene, load_scene
@@ -166,3 +166,13 @@ def test_bars_left_out_are_none() -> None:
     keys = bar_keys(impact.Budget(values, {"mesh": values}), without=("seat_displacement",))
     assert keys["error_bar_max_seat_displacement_m"] is None
     assert keys["error_bar_impulse_Ns"] == pytest.approx(1.5)
+
+
+def test_a_beam_that_is_pressed_on_a_port_says_that_it_does_not_dish() -> None:
+    """9 bar on 0.3 mm over a hole of 9.2 mm: 3 p r^2/(4 t^2) = 158.7 MPa, 3.3/2 of it with an edge free to turn."""
+    examples = Path(__file__).parents[2] / "examples"
+    (note,) = dishing_notes(load_scene(examples / "valve_on_cast_iron.toml"))
+    assert "900 kPa over a port of 9.2 mm" in note
+    assert "about 159 MPa to 262 MPa" in note
+    assert dishing_notes(load_scene(examples / "flapper_on_peek_sleeve.toml")) == ()  # no pressure
+    assert dishing_notes(load_scene(examples / "suction_flapper.toml")) == ()  # a plate

@@ -23,6 +23,7 @@ from seatfem.units import write_quantity
 
 START_POINTS: Final = 60
 """Of the reed's shape at its start."""
+SAMPLES: Final = 1024  # of the run, for the range of a load
 WHOLLY: Final = 0.999  # share of a struck face below the reed that is all of it, by sampled points
 SHOWN_ARCS: Final = 400
 """Arcs whose borders are drawn, at most."""
@@ -76,7 +77,7 @@ def facts_of(layout: Layout) -> str:
     words = [f"{_body_words(layout.reed)} over {_face_words(layout.seat.views)}", f"gap {length_text(layout.gap)}"]
     if layout.stopper is not None and layout.lift is not None:
         words.append(f"stopper at {length_text(layout.lift)} ({layout.stopper.views.name})")
-    return ", ".join(words)
+    return "; ".join([", ".join(words), *(action.words + action.detail for action in layout.actions)])
 
 
 def cover_note(layout: Layout) -> str:
@@ -151,13 +152,14 @@ def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action
     """Yield what moves the reed and what loads it, and bases that move."""
     reed, (low, high) = scene.reed, seen.extent
     ends = float(low[0]), float(high[0])
+    during = np.linspace(0.0, scene.run.duration, SAMPLES)
     if (pressure := getattr(reed, "pressure", None)) is not None:
         radius = getattr(reed, "pressure_radius", None)
-        yield _course("pressure", pressure, *(ends if radius is None else (-radius, radius)))
+        yield _course("pressure", pressure, during, *(ends if radius is None else (-radius, radius)))
     for name in ("point_force", "force"):
         if (force := getattr(reed, name, None)) is not None:
             place = _along(getattr(force, "at", None), at)
-            yield _course("force", force, place, place)
+            yield _course("force", force, during, place, place)
     if (gravity := getattr(reed, "gravity", None)) is not None:
         yield _value("gravity", gravity, "acceleration", ends)
     if (velocity := getattr(reed, "velocity", None)) is not None:
@@ -168,14 +170,18 @@ def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action
             assert load.area is not None
             half = math.sqrt(max(load.area.area) / math.pi)
             areas = " to ".join(f"{1e6 * each:.4g}" for each in sorted({min(load.area.area), max(load.area.area)}))
-            yield _course("pressure", load.pressure, -half, half, f" on {areas} mm²")
+            closed = load.area(0.0)
+            pressed = [write_quantity(closed * each, "force", 3) for each in _range_of(load.pressure, during)]
+            action = _course("pressure", load.pressure, during, -half, half, f" on {areas} mm²")
+            forces = " to ".join(dict.fromkeys(pressed))
+            yield replace(action, detail=f"{action.detail}: {forces} on the closed reed, positive off its seat")
         elif load.force is not None:
             place = _along(load.at, at) if load.point is None else load.point[0]
-            yield _course("force", load.force, place, place)
+            yield _course("force", load.force, during, place, place)
         elif load.gravity is not None:
             yield _value("gravity", load.gravity, "acceleration", ends)
         elif load.base_motion is not None:
-            yield _course("acceleration of the frame", load.base_motion, *ends)
+            yield _course("acceleration of the frame", load.base_motion, during, *ends)
     for spring in scene.spring:
         x = _of_springs(scene, spring, at)[:, 0]
         yield Action(spring.words, float(x.min()), float(x.max()), -1)
@@ -223,14 +229,21 @@ def _value(words: str, value: float, dimension: str, ends: tuple[float, float]) 
     return Action(f"{words} {write_quantity(abs(value), dimension, 4)}", *ends, _sign(value))
 
 
-def _course(words: str, course: Any, low: float, high: float, more: str = "") -> Action:
-    """Of a constant value, or of a file."""
+def _range_of(course: Any, during: Array) -> tuple[float, float]:
+    """Return the lowest and the highest value of a load at times of the run."""
+    values = np.asarray(course.course(during))
+    return float(values.min()), float(values.max())
+
+
+def _course(words: str, course: Any, during: Array, low: float, high: float, more: str = "") -> Action:
+    """Return the load of a constant value, or of a file with its range ``during`` the run."""
+    dimension = type(course).quantity
     if course.value is not None:
-        dimension = type(course).quantity
         return Action(
             f"{words} {write_quantity(abs(course.value), dimension, 4)}{more}", low, high, _sign(course.value)
         )
-    return Action(f"{words} as in {course.file.name}{more}", low, high, 0)
+    values = (write_quantity(each, dimension, 3) if each else "0" for each in _range_of(course, during))
+    return Action(f"{words} {' to '.join(values)}{more}", low, high, 0, f" ({course.file.name})")
 
 
 def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planned: bool) -> Iterator[str]:

@@ -7,13 +7,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
+import numpy as np
+
 from impact.advice import Advice
 from impact.after.measures import film_force_peak
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
+from impact.quantities import text
 from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
 
+SAMPLES: Final = 4096  # of a run, for the largest pressure
 THICKEST_GAS: Final = 1e-4
 """Viscosity [Pa s] above which a fluid is a liquid."""
 
@@ -53,6 +57,29 @@ def film_notes(scene: Scene, result: ImpactResult) -> tuple[str, ...]:
         f"contact.film: its mean pressure reaches {bars:.3g} bar. A gas, as viscosity = {keys.viscosity:g} Pa s says, "
         "would be compressed: the film's force is an upper bound, and the truth lies between this run and the one "
         "without the film (without_film_ in summary.json)",
+    )
+
+
+def dishing_notes(scene: Scene) -> tuple[str, ...]:
+    """Return that a beam over a port does not dish under the pressure that closes it, with the stress of a round plate.
+
+    3 p r^2/(4 t^2) with a clamped edge, 3 (3 + nu) p r^2/(8 t^2) with one free to turn: Timoshenko, Theory of Plates
+    and Shells, section 16. Nothing without such a pressure, or where no round port is known.
+    """
+    reed, time = scene.reed, np.linspace(0.0, scene.run.duration, SAMPLES)
+    if not reed.has_stress or scene.seat.files():
+        return ()
+    closing = max((-float(each.pressure.course(time).min()) for each in scene.load if each.pressure), default=0.0)
+    loops = scene.seat.views(coarse=True).contact
+    if closing <= 0 or len(loops) < 2:
+        return ()
+    radius = min(float(np.hypot(*loop.T).max()) for loop in loops)
+    unit = closing * (radius / reed.thickness) ** 2
+    clamped, turning = (text(share * unit, "Pa", 2) for share in (3 / 4, 3 * (3 + reed.material.poisson) / 8))
+    port, pressure = write_quantity(2 * radius, "length", 3), write_quantity(closing, "pressure", 2)
+    return (
+        f"closed under {pressure} over a port of {port} the reed also dishes: about {clamped} to {turning} (round "
+        "plate, edge clamped or free to turn). A beam does not know this stress: no stress and no margin has it",
     )
 
 

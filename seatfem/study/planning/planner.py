@@ -18,7 +18,7 @@ from seatfem.structures.estimates.mesh_size import ERRORS
 from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import check_length, check_step
 from seatfem.study.impacts.simpler import ONE_PORT
-from seatfem.study.impacts.validity import stopper_notes, validity_advice
+from seatfem.study.impacts.validity import dishing_notes, stopper_notes, validity_advice
 from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision
@@ -82,7 +82,7 @@ def plan_scene(
         choices=choices_of(decision, method, at_hand),
         cost=cost.after("compilation", compiling),
         error=decision.error,
-        alternatives=_alternatives(choices, decision, compiling),
+        alternatives=_alternatives(choices, decision, compiling, planning),
         shares=decision.shares,
         parts={key: left for key, left in decision.changes.items() if key in (PORTS, RINGS)},
         kept=bool(at_hand),
@@ -91,14 +91,15 @@ def plan_scene(
     return replace(plan, notes=(*_notes(plan, wanted, decision), *map(str, validity_advice(scene))))
 
 
-def _alternatives(choices: Choices, decision: Decision, compiling: float) -> tuple[Alternative, ...]:
-    """The plans for a target looser and tighter by `STEP_UP`."""
+def _alternatives(choices: Choices, decision: Decision, compiling: float, planning: float) -> tuple[Alternative, ...]:
+    """Return the plans for a target looser and tighter by `STEP_UP`, which take as long to make."""
     seen, found = choices.seen, []
     for target in (STEP_UP * seen.scene.accuracy.target, seen.scene.accuracy.target / STEP_UP):
         if target < 1:
             other = choices.cheapest(target)
             if other.method != decision.method:
-                cost = predict_cost(seen.scene, other.method, seen.machine).after("compilation", compiling)
+                cost = predict_cost(seen.scene, other.method, seen.machine, planning=planning)
+                cost = cost.after("compilation", compiling)
                 found.append(Alternative(f"accuracy.target = {percent(target)}", cost, other.error))
     return tuple(found)
 
@@ -170,6 +171,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
             "compare with a finer mesh of the seat"
         )
     found.extend(stopper_notes(plan.scene))
+    found.extend(dishing_notes(plan.scene))
     if seen.band is not None:
         found.append("mesh error of the reed: known after the run")
     elif plan.scene.reed.is_solved:

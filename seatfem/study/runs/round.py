@@ -20,7 +20,7 @@ from seatfem.study.accuracy.seat_waves import tells_waves
 from seatfem.study.accuracy.source_words import in_words as source_in_words
 from seatfem.study.impacts.measures import LIP, RECORD, STOPPER, STRIKER, is_of_a_landing
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.impacts.validity import film_notes, stopper_notes, validity_advice
+from seatfem.study.impacts.validity import dishing_notes, film_notes, stopper_notes, validity_advice
 from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP
 from seatfem.study.planning.plan import Plan
 from seatfem.study.scene import Scene
@@ -169,7 +169,11 @@ OF_EITHER: Final = "a lower bandwidth (or fewer modes) of the seat, or of the st
 def remarks(done: Round) -> tuple[str, ...]:
     """In sentences, the most general first."""
     limits = map(str, validity_advice(done.plan.scene, done.seat.greens, done.striker.greens))
-    notes = (*film_notes(done.plan.scene, done.result), *stopper_notes(done.plan.scene))
+    notes = (
+        *film_notes(done.plan.scene, done.result),
+        *stopper_notes(done.plan.scene),
+        *dishing_notes(done.plan.scene),
+    )
     return (*_empty(done), *_assumed_reed(done), *limits, *_advice(done), *notes, *_no_bar(done))
 
 
