@@ -62,9 +62,7 @@ def draw_landing(number: int) -> Landing:
     inner, outer = radius - width / 2, radius + width / 2
     outlines: tuple[Outline, ...] = (_sheet(rng, outer), _flapper(rng, outer), _ring(rng, inner, outer))
     (thickness,) = _rounded(rng.uniform(0.2, 0.5))
-    seat = Seat(
-        inner, width, *_rounded(0.5, 1e3 * outer + rng.uniform(4, 7), rng.uniform(5, 9)), SEATS[material], 0.02
-    )
+    seat = Seat(inner, width, *_rounded(0.5, 1e3 * outer + rng.uniform(4, 7), rng.uniform(5, 9)), SEATS[material], 0.02)
     tilt = math.radians(round(10 ** rng.uniform(math.log10(0.02), math.log10(0.5)), 3))
     axis = math.radians(float(rng.choice([0.0, 90.0])))
     stiffness = {"spring": 1e6 * round(rng.uniform(20, 100), 1), "hertz": 1e9 * round(10 ** rng.uniform(0.7, 1.7), 2)}
@@ -99,9 +97,7 @@ def _flapper(rng: np.random.Generator, outer: float) -> Flapper:
 
 def _ring(rng: np.random.Generator, inner: float, outer: float) -> RingPlate:
     """Return a ring plate that reaches beyond a lip between these radii [m]."""
-    return RingPlate(
-        *_rounded(2e3 * outer + 2 * rng.uniform(0.8, 2.0), 2e3 * inner - 2 * rng.uniform(0.6, 1.4))
-    )
+    return RingPlate(*_rounded(2e3 * outer + 2 * rng.uniform(0.8, 2.0), 2e3 * inner - 2 * rng.uniform(0.6, 1.4)))
 
 
 def grid_of(landing: Landing) -> Grid:

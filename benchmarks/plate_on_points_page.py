@@ -1,6 +1,6 @@
 """The last section of docs/coverage.md, from the tables of `plate_on_points.py` and `plate_on_points_product.py`.
 
-    python benchmarks/plate_on_points_page.py
+python benchmarks/plate_on_points_page.py
 """
 
 from __future__ import annotations

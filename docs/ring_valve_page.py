@@ -56,7 +56,7 @@ def words(table: StudyTable) -> str:
 def rows(short: StudyTable, longer: StudyTable) -> str:
     """Return the lifts as a table: how the short sweep ends and what the long one finds."""
     lines = [
-        "| lift [mm] | 0.7 ms | impulse of the run [mN s] | 1 ms | impulse of the run [mN s] | of the landing [mN s] "
+        "| lift [mm] | 0.7 ms | impulse of the run [mN s] | 1.1 ms | impulse of the run [mN s] | of the landing [mN s] "
         "| peak of the landing [N] |",
         "|---|---|---|---|---|---|---|",
     ]

@@ -10,7 +10,7 @@ from typing import Final, Literal
 from seatfem.faces.readings import DEGREES, KILOGRAM, as_number, duration
 from seatfem.study.scene.measures import UNITS, all_measures, key_of
 
-Group = Literal["landing", "run", "stopper", "film", "lip", "seat", "life", "gas", "raw"]
+Group = Literal["landing", "run", "stopper", "spring", "film", "lip", "seat", "life", "gas", "raw"]
 
 LANDING: Final = "landing_"
 """Prefix of the keys of the judged landing."""
@@ -19,6 +19,7 @@ HEADINGS: Final[Mapping[Group, str]] = {
     "landing": "landing on the seat",
     "run": "whole run",
     "stopper": "at the stopper",
+    "spring": "valve springs",
     "film": "film in the gap",
     "lip": "along the lip",
     "seat": "stress in the seat",
@@ -76,6 +77,8 @@ ROWS: Final = (
     Row("stopper_impulse_Ns", "impulse", "N s", "stopper"),
     Row("stopper_first_contact_s", "first contact", "s", "stopper"),
     Row("stopper_contact_count", "contacts", "", "stopper"),
+    Row("valve_spring_force_max_N", "largest force", "N", "spring"),
+    Row("valve_spring_force_at_landing_N", "  as the landing begins", "N", "spring"),
     Row("film_force_peak_N", "largest force", "N", "film"),
     Row("stiction_force_peak_N", "largest pull", "N", "film"),
     Row("film_loss_J", "energy lost", "J", "film"),

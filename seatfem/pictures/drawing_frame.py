@@ -84,6 +84,10 @@ class Frame:
         below = sum(zone.inches for zone in zones if zone.high <= 0)
         section = section_low + below
         top = section + sum(zone.inches for zone in zones if zone.low >= 0)
+        if len(layout.springs):
+            to_reed = sum(zone.inches for zone in zones if 0 <= zone.low < layout.top_of_reed())
+            own = SYMBOL if layout.reed.views.symbol else 0.0
+            top = max(top, section + to_reed + own + SYMBOL + 0.1)
         height = top + LOADS * len(layout.actions) + 0.75
         return Frame(scale, x, plan, section, zones, height, rows, top)
 

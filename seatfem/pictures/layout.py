@@ -58,6 +58,7 @@ class Layout:
         lift: from the undeformed reed to the stopper [m]; ``None`` without one.
         start: (n, 2) x and deflection of the reed as it is released [m]; ``None``: undeformed.
         actions: loads and motions.
+        springs: (n, 2) places of valve springs on the reed [m].
         arcs: (n, 2, 2) lines across the lip between its arcs [m].
         tilt: angle between lip and reed and the direction about which it is tilted [rad]; ``None``: parallel.
         notes: sentences for the drawing's foot.
@@ -71,6 +72,7 @@ class Layout:
     lift: float | None
     start: Array | None
     actions: tuple[Action, ...]
+    springs: Array
     arcs: Array
     tilt: tuple[float, float] | None
     notes: tuple[str, ...]

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 SMALL: Final = 7.5  # points
 INK, PALE, HATCH = "#30343A", "#E4E6E9", "#9BA1A9"
 LOAD: Final = "#8C2D63"
+BESIDE: Final = 0.45  # inch
+LEVEL: Final = 1e-6  # of the springs' reach: nearer to the plane of the section they lie in it
 COLOURS: Final = {"seat": "#D9DCE0", "reed": "#A9D3F0", "stopper": "#EBCFE0"}
 HATCHES: Final = {"seat": "////", "reed": "", "stopper": "\\\\\\\\"}
 
@@ -112,11 +114,13 @@ class _Sheet:
             along = steps[k] / max(float(lengths[k]), 1e-12)
             self._line(np.array([foot, foot + 0.085 * (away - 0.7 * along)]), BLUE, 0.6)
 
-    def _spring(self, low: Array, high: Array, colour: str = INK) -> None:
+    def _spring(self, low: Array, high: Array, colour: str = INK, **style: Any) -> None:
         """A zigzag between two points, upright."""
         shares = np.array([0.0, 0.15, *np.linspace(0.2, 0.8, 7), 0.85, 1.0])
         sides = np.array([0.0, 0.0, *(0.09 * (-1.0) ** np.arange(7)), 0.0, 0.0])
-        self._line(low + shares[:, None] * (high - low) + np.column_stack([sides, np.zeros(len(sides))]), colour, 1.0)
+        self._line(
+            low + shares[:, None] * (high - low) + np.column_stack([sides, np.zeros(len(sides))]), colour, 1.0, **style
+        )
 
     # Views
 
@@ -149,6 +153,7 @@ class _Sheet:
             self._root(body)
         if layout.start is not None:
             self._released(layout.start)
+        self._valve_springs()
         if any(loop[:, 0].min() < 0 < loop[:, 0].max() for loop in layout.seat.views.port):
             x = frame.x + frame.scale * (layout.seat.at[0] + _middle(layout.seat.views.port))
             low = float(frame.up(-layout.seat.views.depth)) - 0.1
@@ -197,6 +202,22 @@ class _Sheet:
         for x in np.linspace(low, high, 7)[1:-1:2]:
             self._spring(np.array([x, y]), np.array([x, y - 0.2]), BLUE)
         self._ground(np.array([(low, y - 0.2), (high, y - 0.2)]), np.array([0.0, -1.0]))
+
+    def _valve_springs(self) -> None:
+        """Those in the plane of the section, or all where none is; on the ground, the guard."""
+        frame, places = self._frame, self._layout.springs
+        level = np.abs(places[:, 1]) <= LEVEL * max(float(np.abs(places).max(initial=0.0)), 1e-9)
+        foot = float(frame.up(self._layout.top_of_reed())) + (SYMBOL if self._layout.reed.views.symbol else 0.0)
+        stopper = self._layout.stopper
+        for place in np.unique(places[level if level.any() else ~level, 0].round(9)):
+            x = frame.x + frame.scale * float(place)
+            if stopper is not None and stopper.views.symbol and abs(x - frame.x - frame.scale * stopper.at[0]) < BESIDE:
+                x += BESIDE  # next to the symbol
+            low, high = foot + 0.02, foot + SYMBOL  # the reed's outline stays
+            pocket = np.array([(x - 0.12, low), (x + 0.12, low), (x + 0.12, high), (x - 0.12, high)])
+            self._fill([pocket], facecolor="white", edgecolor="none", zorder=4)
+            self._spring(np.array([x, foot]), np.array([x, foot + SYMBOL]), LOAD, zorder=6)
+            self._ground(np.array([(x - 0.12, foot + SYMBOL), (x + 0.12, foot + SYMBOL)]), np.array([0.0, 1.0]))
 
     def _released(self, start: Array) -> None:
         """The reed's underside as it is released."""
@@ -279,6 +300,8 @@ class _Sheet:
         if layout.stopper is not None:
             x, y = frame.x + frame.scale * layout.stopper.at[0], frame.plan + frame.scale * layout.stopper.at[1]
             self._axes.plot(x, y, "x", color=PURPLE, markersize=7, markeredgewidth=1.4, zorder=9)
+        for x, y in (frame.x, frame.plan) + frame.scale * layout.springs:
+            self._axes.plot(x, y, "o", color=LOAD, markersize=6, markerfacecolor="none", zorder=9)
         if layout.tilt is not None:
             self._tilt_axis(*layout.tilt)
 
@@ -457,7 +480,7 @@ def _key(layout: Layout) -> Iterator[tuple[str, str]]:
     if layout.stopper is not None:
         yield PURPLE, "stopper"
     if layout.actions:
-        yield LOAD, "load, motion"
+        yield LOAD, "load, spring, motion" if len(layout.springs) else "load, motion"
 
 
 def _fine(loop: Array) -> Array:

@@ -44,7 +44,7 @@ SAID = {
     "mass_on_meshed_seat": ("8.5 mm", "24 mm", "velocity 1.5 m/s"),
     "paper_table1_3mm_area": ("3 mm", "0.305 mm"),
     "ring_plate": ("port Ø 14 mm", "20 mm", "gap 2 um"),
-    "ring_valve": ("gap 1 mm", "pressure 80 kPa on 236 mm²"),
+    "ring_valve": ("gap 1 mm", "4 valve springs, 2 N/mm together, preload 4 N", "pressure -60 kPa to 0 on 236 mm²"),
     "slot_landing": ("contact in 48 segments", "about the direction 90°"),
     "suction_flapper": ("pressure -1000 kPa to 32 kPa on 60 to 95 mm²", "gravity 9.81 m/s^2"),
     "suction_valve": ("port Ø 9 mm", "32 mm", "12 mm", "t 0.3 mm", "stopper 1.5 mm", "reed x 5"),

@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from impact.bodies.body import Body
+from impact.greens.base import Array
 from seatfem.fields import KeyProblem, Length
 from seatfem.structures.kinds.drawn import Turned
 from seatfem.structures.outlines import BodyViews, Size, length_text
@@ -50,6 +53,12 @@ damping_ratio = 0.005
         radius = self.diameter / 2
         diameter = Size("plan", 1, -radius, radius, radius, f"Ø {length_text(self.diameter)}")
         return replace(super().views(at), sizes=(diameter,))
+
+    def pushed_at_points(self, body: Body, points: Array | None) -> Array:
+        """By default its translation alone, as a spring through its centre does: not its facet, which yields."""
+        modal, pushed = body.greens.modal, super().pushed_at_points(body, points)
+        assert modal is not None
+        return np.where(modal.omega[:, None] == 0, pushed, 0.0)
 
     def struck_part(self) -> tuple[float, float, float]:
         return self.struck_area, self.geometry().contact_radius, self.diameter

@@ -52,8 +52,6 @@ class ClampedPlate(ThinPlate):
         "curvature",
     )
 
-    has_weight: ClassVar[bool] = True
-
     release: PlateRelease | None = Field(None, description="of a reed: how it starts; absent: at rest")
     pressure: AnyPressure | None = Field(
         None, description="on the whole plate, or on a disc; a constant one may be written as text"
@@ -132,10 +130,6 @@ class ClampedPlate(ThinPlate):
 
     def blown(self, body: Body) -> Array:
         return _on_disc(self.plate(body.greens), self.radius)[0]
-
-    def weight(self, body: Body) -> tuple[Array, float]:
-        plate = self.plate(body.greens)
-        return plate.mean, plate.mass
 
     @property
     def is_curved(self) -> bool:

@@ -6,6 +6,8 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
+from impact.bodies.body import Body
+from impact.greens.base import Array
 from seatfem.fields import Length, of_same_names
 from seatfem.structures.kinds.thin_plate import FreePlate
 from seatfem.structures.shapes.ring_plate import RingPlate as Outline
@@ -38,6 +40,10 @@ damping_ratio = 0.02
 
     def geometry(self) -> Outline:
         return of_same_names(Outline, self)
+
+    def blown(self, body: Body) -> Array:
+        """Over its whole face."""
+        return self.plate(body.greens).mean
 
     @property
     def usual_radius(self) -> float:

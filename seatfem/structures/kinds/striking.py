@@ -125,6 +125,26 @@ class Striking(Table):
             raise GreensFunctionError(f"load: a reed of kind {self.kind!r} has no modes that a load could move")
         return np.asarray(modal.shapes[:, 0])
 
+    def check_points(self, points: Array, key: str) -> None:
+        """Raises `KeyProblem`, of ``key``, for points (n, 2), from its contact's centre [m], that it does not have."""
+        raise KeyProblem(
+            key,
+            f"a {self.kind.replace('_', ' ')} has no places across its face; remove the key, or take a plate: a "
+            "flapper, sheet, disc or ring_plate",
+        )
+
+    @property
+    def spring_points(self) -> Array | None:
+        """(n, 2) where springs press it by default, from its contact's centre [m]; ``None``: at its contact."""
+        return None
+
+    def pushed_at_points(self, body: Body, points: Array | None) -> Array:
+        """(M, n) how forces at points (n, 2), from its contact's centre [m], move the modes of its ``body``
+        [1/sqrt(kg)]; ``None``: where springs press it by default.
+
+        Raises as `pushed_at`."""
+        return self.pushed_at(body, None)[:, None]
+
     def blown(self, body: Body) -> Array:
         """(M,) how a pressure on an effective area at the contact moves the modes, per newton [1/sqrt(kg)].
 

@@ -6,11 +6,12 @@ from abc import abstractmethod
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Final, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from impact.advice import Advice
 from impact.bodies.body import Body
-from impact.greens.base import GreensFunction
+from impact.greens.base import Array, GreensFunction
 from impact.progress import Progress
 from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default
 from seatfem.machine.stopwatch import Stopwatch
@@ -19,7 +20,7 @@ from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.selectors import in_scene_words
 from seatfem.structures.kinds.striking import At
-from seatfem.structures.lip import AnyLip, Lip
+from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.method import Applicability, Method
 from seatfem.structures.outlines import BodyViews, arc, of_sheet
 from seatfem.structures.shapes import Flat
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
     from seatfem.structures.natural_modes import NaturalModes, Wanted
     from seatfem.structures.sheets import PlateModes, Sheet, SolvedSheet
 
+EVENLY: Final = 16
+"""Springs that stand for one that is spread around a circle."""
 SHORTEST: Final = 1 / 6  # thickness over a bending wave that is a plate's
 ROUND_OFF: Final = 1e-9  # relative, of a contact that reaches to the edge of its plate
 
@@ -58,6 +61,7 @@ class ThinPlate(Moving):
     sample_filter: ClassVar[str] = "5 us"  # the fronts of a flat landing are shorter than its modes
     is_kept: ClassVar[bool] = True
     meets_lips: ClassVar[bool] = True
+    has_weight: ClassVar[bool] = True
     has_surface_stress: ClassVar[bool] = True
     not_of_greens: ClassVar[tuple[str, ...]] = ("velocity", "release", "deflection", "force")
     about: ClassVar[str] = "the plate's centre"
@@ -233,6 +237,21 @@ class ThinPlate(Moving):
         with watch("modes"):
             return of_one(model_of(self.sheet(), self.lips(None)), None, wanted, progress)
 
+    def check_points(self, points: Array, key: str) -> None:
+        """Of round plates; of others their mesh tells it."""
+
+    def pushed_at_points(self, body: Body, points: Array | None) -> Array:
+        points = self.spring_points if points is None else points
+        if points is None:
+            return super().pushed_at_points(body, None)
+        plate = self.plate(body.greens)
+        patches = (Patch(plate.sheet.shape.centre + point[None, :], np.ones(1)) for point in points)
+        return np.column_stack([plate.at(patch, "the place of a spring or force") for patch in patches])
+
+    def weight(self, body: Body) -> tuple[Array, float]:
+        plate = self.plate(body.greens)
+        return plate.mean, plate.mass
+
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         return super().body(self.solved().greens if greens is None else greens, n_modes, at)
 
@@ -245,6 +264,23 @@ class FreePlate(ThinPlate):
     @property
     def loose(self) -> str:
         return f"seat.kind = {self.kind!r} is free to move"
+
+    def check_points(self, points: Array, key: str) -> None:
+        least, most = self.geometry().room
+        away = np.hypot(*points.T)
+        if away.min() < least or away.max() > most:
+            far = float(away.min() if away.min() < least else away.max())
+            raise KeyProblem(
+                key,
+                f"{write_quantity(far, 'length')} from {self.about} is off the plate, which lies between "
+                f"{write_quantity(least, 'length')} and {write_quantity(most, 'length')} from there",
+            )
+
+    @property
+    def spring_points(self) -> Array | None:
+        """Around its mean circle, so that nothing is free to tumble."""
+        turns = 2 * np.pi * np.arange(EVENLY) / EVENLY
+        return np.asarray(sum(self.geometry().room) / 2 * np.column_stack([np.cos(turns), np.sin(turns)]))
 
     def check_motion(self) -> None:
         if self.deflection is not None:

@@ -152,7 +152,7 @@ def error_budget(
     def run(varied: ContactProblem, dt: float) -> Values:
         return values_with_clock(record_of(scene, varied, dt, flight, like))
 
-    finer = _finer_step(scene, method, problem, touches)
+    finer = _finer_step(scene, problem, touches)
     if finer is None:
         finer = times(2.0, changes(values_of_record(own, like), run(problem, result.dt / 2)))
     at_once = _at_once(len(result.force) * len(problem.contacts))
@@ -292,7 +292,7 @@ def sources_of(
     return found, tuple(f"{name}'s {part}" for name, part, terms in listed if terms is None)
 
 
-def _finer_step(scene: Scene, method: RunMethod, problem: ContactProblem, touches: Touches) -> Values | None:
+def _finer_step(scene: Scene, problem: ContactProblem, touches: Touches) -> Values | None:
     """Return twice what half the step changes in the impact of a striker with waves, marched from shortly before it.
 
     A spike of the force is as wide as a step: whether the filter holds it together with another one, no longer step
@@ -307,8 +307,8 @@ def _finer_step(scene: Scene, method: RunMethod, problem: ContactProblem, touche
         return {}
     if window.duration > SHORT * scene.run.duration:
         return None
-    bench = Bench(scene, seat, window, striker.greens, stopper_of(scene))
-    here, finer = (bench.measures(dt=dt, n_modes=method.reed.n_modes) for dt in (result.dt, result.dt / 2))
+    bench = Bench(scene, seat, window, None, stopper_of(scene), striker)
+    here, finer = (bench.measures(dt=dt) for dt in (result.dt, result.dt / 2))
     return times(2.0, changes(here, finer))
 
 

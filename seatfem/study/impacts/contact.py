@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import impact
 from impact.after.landings import Landing
+from impact.after.springs import without_springs
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
 from impact.march.engines import Engine
@@ -194,8 +195,8 @@ def stress_of(
     ``since``: the time at which a landing begins, before and after which they are told apart, too [s]."""
     if not scene.reed.has_stress:
         return None
-    marched = as_marched(striker, opening, dt)
     pushed = pushes(striker, force, stopper)
+    marched = without_springs(as_marched(striker, opening, dt), pushed, dt)
     return scene.reed.stress(pushed, dt, marched, scene.contact_at, coarsely=coarsely, since=since)
 
 

@@ -5,20 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
+
 from impact.bodies.body import Body, Load
 from seatfem.structures.kinds.plate_loads import constant, scaled
 from seatfem.study.impacts.base import on_its_base
 from seatfem.study.impacts.gas import gas_loads
+from seatfem.study.impacts.springs import on_its_springs
 from seatfem.study.scene import Scene
 from seatfem.study.scene.external import ExternalLoad
 
 
 def loaded(scene: Scene, body: Body) -> Body:
-    """The striker's ``body`` under the scene's loads and its gas, beside the loads that it has, and on its base. Raises
-    as `Body` and `on_its_base`."""
+    """The striker's ``body`` under the scene's loads and its gas, beside the loads that it has, on its base and its
+    valve springs. Raises as `Body`, `on_its_base` and `on_its_springs`."""
     if scene.load or scene.gas is not None:
         body = replace(body, loads=(*body.loads, *_loads(scene, body), *gas_loads(scene, body)))
-    return on_its_base(scene, "reed", body)
+    return on_its_springs(scene, on_its_base(scene, "reed", body))
 
 
 def crank_of(scene: Scene) -> tuple[float, float] | None:
@@ -34,7 +37,9 @@ def _loads(scene: Scene, body: Body) -> Iterator[Load]:
         if load.pressure is not None:
             yield _blown(scene, load, body)
         elif load.force is not None:
-            yield Load(scene.reed.pushed_at(body, load.at), load.force.course)
+            there = None if load.point is None else np.array([load.point])
+            pushed = scene.reed.pushed_at(body, load.at) if there is None else scene.reed.pushed_at_points(body, there)
+            yield Load(pushed.ravel(), load.force.course)
         else:
             shape, mass = scene.reed.weight(body)
             if load.gravity is not None:

@@ -13,10 +13,12 @@ from impact.greens.base import Array
 from impact.quantities import percent
 from seatfem.pictures.layout import Action, Layout, Placed, Way
 from seatfem.structures.errors import ModelError
+from seatfem.structures.kinds.plate_loads import ClampedPlate
 from seatfem.structures.outlines import BodyViews, length_text, round_sizes
 from seatfem.structures.rings import Division
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import stopper_lip
+from seatfem.study.scene.spring import ValveSpring
 from seatfem.units import write_quantity
 
 START_POINTS: Final = 60
@@ -40,6 +42,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     """
     contact, reed, stopper = scene.contact, scene.reed, scene.stopper
     at = reed.free_point if contact.at is None else contact.at
+    root = reed.geometry().centre[0] if isinstance(reed, ClampedPlate) else at  # away, of the contact's middle
     seen = reed.views(at).turned_over()
     thickness = max((float(loop[:, 1].max()) for loop in seen.section), default=0.0)
     stated = division or Division(contact.ports or 1, contact.rings)
@@ -61,7 +64,8 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         gap=contact.gap,
         lift=None if stopper is None else scene.stopper_gap,
         start=_start(scene, at),
-        actions=tuple(_actions(scene, at, seen)),
+        actions=tuple(_actions(scene, root, seen)),
+        springs=_springs(scene, root),
         arcs=_arcs(scene, stated),
         tilt=(contact.tilt, contact.tilt_axis) if contact.tilt else None,
         notes=tuple(_notes(scene, (seat, placed), stated, planned=division is not None)),
@@ -120,6 +124,19 @@ def _start(scene: Scene, at: float | None) -> Array | None:
     return np.column_stack([x - at, shape]) if np.abs(shape).max() > 0 else None
 
 
+def _springs(scene: Scene, at: float | None) -> Array:
+    """(n, 2) places of the valve springs, of those spread around a circle some."""
+    places = [_of_springs(scene, spring, at) for spring in scene.spring]
+    return np.concatenate([np.zeros((0, 2)), *places])
+
+
+def _of_springs(scene: Scene, spring: ValveSpring, at: float | None) -> Array:
+    if spring.at is not None:
+        return np.array([(_along(spring.at, at), 0.0)])
+    there = scene.reed.spring_points if spring.places is None else spring.places
+    return np.zeros((1, 2)) if there is None else there
+
+
 def _arcs(scene: Scene, division: Division) -> Array:
     """(n, 2, 2) lines between the arcs of the lip."""
     if not 1 < division.arcs <= SHOWN_ARCS:
@@ -159,12 +176,15 @@ def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action
             forces = " to ".join(dict.fromkeys(pressed))
             yield replace(action, detail=f"{action.detail}: {forces} on the closed reed, positive off its seat")
         elif load.force is not None:
-            place = _along(load.at, at)
+            place = _along(load.at, at) if load.point is None else load.point[0]
             yield _course("force", load.force, during, place, place)
         elif load.gravity is not None:
             yield _value("gravity", load.gravity, "acceleration", ends)
         elif load.base_motion is not None:
             yield _course("acceleration of the frame", load.base_motion, during, *ends)
+    for spring in scene.spring:
+        x = _of_springs(scene, spring, at)[:, 0]
+        yield Action(spring.words, float(x.min()), float(x.max()), -1)
     for base in scene.base:
         yield Action(f"the base of the {base.of} moves as in a file", 0.0, 0.0, 0)
     if (gas := scene.gas) is not None:

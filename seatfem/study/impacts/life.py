@@ -9,6 +9,7 @@ from typing import Final
 
 import impact
 from impact.after.measures import largest_impact_velocity
+from impact.after.springs import without_springs
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array
 from impact.life.critical_plane import on_planes
@@ -90,7 +91,7 @@ def beam_histories(
     force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
     peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
     also = {peak.at for peak in peaks if peak is not None}
-    marched = as_marched(striker, lift_of(touches), dt)
+    marched = without_springs(as_marched(striker, lift_of(touches), dt), force, dt)
     yield from scene.reed.stress_histories(force, dt, marched, scene.contact_at, also, few=few)
 
 

@@ -58,7 +58,7 @@ def simpler_bodies(scene: Scene, striker: impact.Body, division: Division) -> It
         for name, share in zip(division.names, division.shares, strict=True):
             weights[greens.port_index(name)] = share
         yield ONE_PORT, replace(striker, greens=greens.combined(weights, ("contact",)))
-    if scene.load or scene.base or scene.gas is not None or scene.stopper is not None:
+    if scene.load or scene.base or scene.spring or scene.gas is not None or scene.stopper is not None:
         return
     with in_role("reed", scene.reed):
         beam = scene.reed.as_a_beam(greens)

@@ -15,6 +15,7 @@ from impact.after import measures
 from impact.after.along import per_length
 from impact.after.result import ImpactResult
 from impact.after.spectrum import MOVING_AVERAGE, averaged
+from impact.bodies.springs import own_coordinates
 from impact.greens.base import Array
 from impact.march.motion import modal_coordinates
 from impact.pictures.landing_marks import landing_marks
@@ -120,7 +121,7 @@ def landing_of(done: Round, lip: ImpactResult, landings: Sequence[Mapping[str, o
     begin = min(int(first / dt / stride), last // stride)
     rows = slice(begin, begin + FRAMES)
     forces = on_the_ports(scene, done.striker.greens, done.seat.greens, touches)[1:].T
-    coordinates = modal_coordinates(done.striker, forces, dt, stride)[rows]
+    coordinates = own_coordinates(done.striker, modal_coordinates(done.striker, forces, dt, stride)[rows])
     deflection = np.array([dofs.expand(shapes @ q)[2] for q in coordinates])
     centre = np.asarray(scene.reed.geometry().centre) + scene.contact.offset
     inner, outer = shape.edge_lines(shape.arcs * math.ceil(AROUND / shape.arcs))

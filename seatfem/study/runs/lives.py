@@ -78,8 +78,8 @@ def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
 
 def _of_plate(done: Round, field: StressField, touches: Touches) -> Histories:
     """In both faces where stress changes most in each part of the plate."""
-    field = struck_by(field, done.striker, touches)
     force, dt = plate_pushes(done, touches), touches.seat.dt
+    field = struck_by(field, done.striker, touches, force)
     regions = parts_of_plate(done, field.points)
     ranges = mises_range(field, force, dt, since=block_from(done.plan.scene, touches))
     spots = hottest(ranges, regions)

@@ -20,6 +20,7 @@ from seatfem.study.impacts.contact import RunError, check_step, seat_of
 from seatfem.study.impacts.gas import GasRun, gas_csv, gas_keys
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.simpler import simpler_keys
+from seatfem.study.impacts.springs import valve_spring_keys
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
@@ -189,6 +190,7 @@ def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) ->
         "seat_kind": scene.seat.kind,
         **({} if scene.gas is None else gas_keys(scene, done.touches, GasRun.of(scene, done.touches))),
         **({} if scene.stopper is None else stopper_face_keys(scene.stopper)),
+        **valve_spring_keys(scene, done.striker, done.seat.greens, done.touches),
         **reed_keys(scene.reed.kind, done.striker, done.reed),
         **regime_keys(done.striker, as_a_whole(done.seat.greens), done.result),
     }

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from impact.after.springs import without_springs
 from impact.after.stresses import PeakStress, ReedStress, stress_by_spans
 from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array, GreensFunction
@@ -148,14 +149,17 @@ def plate_field(done: Round, striker: Body | None = None) -> StressField:
     static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in columns)
     singular = singular_of_plate(done, plate)
     field = StressField(sites.points, static, modal, striker).at(~near(sites.points, singular, thickness))
-    return struck_by(field, striker, done.touches)
+    return struck_by(field, striker, done.touches, plate_pushes(done, done.touches))
 
 
-def struck_by(field: StressField, striker: Body, touches: Touches) -> StressField:
-    """The field of a plate in another run: it starts otherwise, or its loads follow another lift."""
-    greens = striker.greens.modal
+def struck_by(field: StressField, striker: Body, touches: Touches, pushes: Array) -> StressField:
+    """The field of a plate in another run: it starts otherwise, or its loads follow another lift. ``pushes``: the
+    (n + 1, ports) forces of that run [N]."""
+    dt = touches.seat.dt
+    body = without_springs(as_marched(striker, lift_of(touches), dt), pushes, dt)
+    greens = body.greens.modal
     assert greens is not None
-    return replace(field, body=_of_modes(as_marched(striker, lift_of(touches), touches.seat.dt), greens.omega > 0))
+    return replace(field, body=_of_modes(body, greens.omega > 0))
 
 
 def _with_fewer_modes(field: StressField) -> StressField:

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from impact.after import measures
+from impact.bodies.springs import own_coordinates
 from impact.greens.base import Array
 from impact.march.motion import modal_coordinates
 from seatfem.pictures.apart import Picture
@@ -138,6 +139,7 @@ def reed_wave(done: Round) -> StressWave | None:
     mises = np.full((len(steps), len(skin.nodes)), np.nan)
     mises[:, rows_of(field.points, dofs.mesh.points[skin.nodes])] = von_mises(in_frames(field, force, dt, steps))
     rows = modal_coordinates(done.striker, force[1 : steps[-1] + 1].T, dt, steps.step)[steps.start // steps.step :]
+    rows = own_coordinates(done.striker, rows)
     moved = np.zeros((len(steps), len(skin.nodes), 3))
     bends = np.flatnonzero(plate.modes.omega[: rows.shape[1]])  # a free plate's rigid motion would hide how it bends
     moved[..., 2] = [dofs.expand(shapes[:, bends] @ q[bends])[2][skin.nodes] for q in rows]

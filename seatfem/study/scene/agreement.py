@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from seatfem.fields import KeyProblem
 from seatfem.structures.rings import Division
 from seatfem.study.scene.measures import any_needs_stress
@@ -51,7 +53,7 @@ def _in_their_roles(scene: Scene) -> None:
     reed, moved_by = scene.reed, scene.reed.moved_by
     if not moved_by:
         raise KeyProblem("reed.kind", f"a body of kind {reed.kind!r} cannot move; take a kind that can")
-    if not reed.motion and not scene.load and not scene.base and scene.gas is None:
+    if not reed.motion and not (scene.load or scene.base or scene.spring) and scene.gas is None:
         others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
         words = type(reed).model_fields[moved_by[0]].description or ""
         raise KeyProblem(f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}")
@@ -64,11 +66,27 @@ def _in_their_roles(scene: Scene) -> None:
 def _loads_on_the_reed(scene: Scene) -> None:
     for number, load in enumerate(scene.load):
         scene.reed.check_place(load.at, f"load.{number}.at")
+        if load.point is not None:
+            scene.reed.check_points(np.array([load.point]), f"load.{number}.point")
         if load.needs_weight and not scene.reed.has_weight:
             raise KeyProblem(
                 f"load.{number}.{'gravity' if load.gravity is not None else 'base_motion'}",
                 f"of a reed of kind {scene.reed.kind!r} it is not known how its mass is spread; give a force",
             )
+
+
+def _springs_on_the_reed(scene: Scene) -> None:
+    for number, spring in enumerate(scene.spring):
+        try:
+            spring.check(scene.reed)
+        except KeyProblem as problem:
+            raise KeyProblem(f"spring.{number}.{problem.key}", str(problem)) from None
+    if scene.spring and scene.base_of("reed") is not None:
+        raise KeyProblem(
+            "spring.0.stiffness",
+            "the guard that springs stand on is at rest, [[base]] moves the reed's clamp: remove one of the two, or "
+            "move the seat",
+        )
 
 
 def _bases_of_what_is_held(scene: Scene) -> None:
@@ -187,6 +205,7 @@ _CHECKS: Final[tuple[Callable[[Scene], None], ...]] = (
     _gas_of_the_run,
     _in_their_roles,
     _loads_on_the_reed,
+    _springs_on_the_reed,
     _bases_of_what_is_held,
     _contact_on_the_reed,
     check_start,

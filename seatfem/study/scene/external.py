@@ -57,8 +57,8 @@ class AreaByLift(Table):
 
 class ExternalLoad(Table):
     """One load on the reed: a pressure on an effective area at the contact (of a plate, spread over the disc that the
-    contact covers or encloses), a force, gravity, or the acceleration of the frame that holds it (the reed alone feels
-    it: its mass times the acceleration, the other way round)."""
+    contact covers or encloses, of a ring plate over its whole face), a force, gravity, or the acceleration of the frame
+    that holds it (the reed alone feels it: its mass times the acceleration, the other way round)."""
 
     sample: ClassVar[str] = """
 pressure = "-0.2 bar"
@@ -75,6 +75,9 @@ area = "80 mm^2"
     )
     force: AnyForce | None = Field(None, description="at one place; a constant one may be written as text")
     at: Length | None = Field(None, description="of the force, from the root; where absent: at the contact")
+    point: tuple[Position, Position] | None = Field(
+        None, description="of the force on a plate, along and across it, from the centre of its contact"
+    )
     gravity: Acceleration | None = Field(
         None, description="component of the acceleration along the normal; negative presses the reed on the seat"
     )
@@ -92,8 +95,11 @@ area = "80 mm^2"
             raise KeyProblem(
                 "area", "required key is missing: effective area" if missing else "there is no pressure; remove the key"
             )
-        if self.at is not None and self.force is None:
-            raise KeyProblem("at", "only a force has a place; remove the key")
+        for key in ("at", "point"):
+            if getattr(self, key) is not None and self.force is None:
+                raise KeyProblem(key, "only a force has a place; remove the key")
+        if self.at is not None and self.point is not None:
+            raise KeyProblem("point", "at is given too; keep one")
         return self
 
     @property

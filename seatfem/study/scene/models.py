@@ -20,6 +20,7 @@ from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.life import LifeTable
 from seatfem.study.scene.measures import any_needs_stress
 from seatfem.study.scene.run import Accuracy, Run
+from seatfem.study.scene.spring import ValveSpring
 from seatfem.study.scene.stopper import Stopper
 from seatfem.study.scene.stress import Stress
 from seatfem.units import UnitError
@@ -42,6 +43,7 @@ class Scene(Table):
     contact: Contact = default({}, "where and how the two touch")
     stopper: Stopper | None = Field(None, description="a second body, which limits the lift")
     load: tuple[ExternalLoad, ...] = Field((), description="known loads on the reed, a table each: [[load]]")
+    spring: tuple[ValveSpring, ...] = Field((), description="valve springs on the reed, a table each: [[spring]]")
     base: tuple[Base, ...] = Field((), description="what moves the bases of bodies, a table each: [[base]]")
     gas: CompressorGas | None = Field(None, description="the gas that the reed, as a valve, lets through")
     run: Run = Field(description="what is simulated")
@@ -115,8 +117,8 @@ class Scene(Table):
 
     @property
     def is_loaded(self) -> bool:
-        """Whether known forces drive the reed, or gas does, or bases move."""
-        return bool(self.load or self.base) or self.gas is not None or self.reed.is_loaded
+        """Whether known forces drive the reed, or gas or springs do, or bases move."""
+        return bool(self.load or self.base or self.spring) or self.gas is not None or self.reed.is_loaded
 
     @property
     def is_blown_by_lift(self) -> bool:

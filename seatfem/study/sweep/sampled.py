@@ -149,6 +149,7 @@ def _share(summary: Mapping[str, object], name: str) -> float:
 def _check(scene: Scene, measures: Sequence[str]) -> None:
     words = {
         "a gas": scene.gas is not None,
+        "a [[spring]]": bool(scene.spring),
         "a stopper": scene.stopper is not None,
         "a film in the gap": scene.contact.film is not None,
         "a preload": scene.contact.preload,

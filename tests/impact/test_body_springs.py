@@ -1,0 +1,138 @@
+"""Bodies on springs to the ground: frequencies and deflections in closed form, energies, and the way back."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import impact
+from impact.after.springs import spring_displacements, without_springs
+from impact.bodies.body import Body, Load
+from impact.bodies.springs import SprungBody, on_springs
+from impact.greens.base import GreensFunctionError
+from impact.greens.modal import ModalGreens, Residual
+from impact.march.motion import modal_coordinates
+
+REED = {"young": 2e11, "density": 7850.0, "length": 25e-3, "width": 10e-3, "thickness": 0.3e-3}
+RIGIDITY = REED["young"] * REED["width"] * REED["thickness"] ** 3 / 12
+TIP = 3 * RIGIDITY / REED["length"] ** 3  # 230 N/m
+OF_MODE = RIGIDITY / (REED["density"] * REED["width"] * REED["thickness"] * REED["length"] ** 4)
+OFF = 1.03  # a coefficient that is wrong by so much must show
+
+
+def first_frequency(stiffness: float) -> float:
+    """Of a cantilever with a spring at its tip [rad/s]: (1 + cos x cosh x) x^3 EI/L^3 + k (sin x cosh x - cos x sinh x)
+    = 0."""
+
+    def left(x: float) -> float:
+        swings = math.sin(x) * math.cosh(x) - math.cos(x) * math.sinh(x)
+        return (1 + math.cos(x) * math.cosh(x)) * x**3 * TIP / 3 + stiffness * swings
+
+    return float(brentq(left, 1.0, 3.9, xtol=1e-14)) ** 2 * math.sqrt(OF_MODE)
+
+
+def sprung_reed(n_modes: int, stiffness: float, damping_ratio: float = 0.0) -> SprungBody:
+    reed = impact.cantilever_reed(**REED, n_modes=n_modes, damping_ratio=damping_ratio)
+    assert reed.greens.modal is not None
+    return on_springs(reed, reed.greens.modal.shapes, stiffness)
+
+
+def omega_of(body: Body) -> np.ndarray:
+    assert body.greens.modal is not None
+    return body.greens.modal.omega
+
+
+def test_a_mass_on_a_spring() -> None:
+    """It swings about its preload's place: x = -v/w sin wt - F/k (1 - cos wt), w = sqrt(k/m); energies close."""
+    mass, stiffness, speed, push, t = 2e-3, 3e3, 0.5, 2.0, 1e-3
+    free = impact.rigid_mass(mass=mass, velocity=-speed)
+    shapes = free.greens.modal.shapes
+    loaded = Body(free.greens, free.velocity, loads=(Load(shapes[:, 0], lambda t: np.full(np.shape(t), -push)),))
+    body = on_springs(loaded, shapes, stiffness)
+    omega = math.sqrt(stiffness / mass)
+    assert omega_of(body) == pytest.approx([omega], rel=1e-14)
+    result = impact.solve(impact.ContactProblem(body, impact.spring(stiffness=1e6), gap=1e-2), dt=1e-6, duration=t)
+
+    def moved(w: float, k: float) -> float:
+        return -speed / w * math.sin(w * t) - push / k * (1 - math.cos(w * t))
+
+    assert result.striker_displacement[-1] == pytest.approx(moved(omega, stiffness), rel=1e-9)
+    assert moved(omega, stiffness) != pytest.approx(moved(math.sqrt(OFF) * omega, OFF * stiffness), rel=2e-3)
+    assert result.energy.residual < 1e-12
+
+
+def test_the_first_frequency_of_a_cantilever_with_a_spring_at_its_tip() -> None:
+    """Of third order in the number of modes; with 40 of them a spring 3 % off is seen a thousand times as large."""
+    stiffness = 9 * TIP
+    exact = first_frequency(stiffness)
+    errors = [omega_of(sprung_reed(n, stiffness))[0] / exact - 1 for n in (5, 10, 20, 40)]
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert orders == pytest.approx([3.0] * 3, abs=0.1)
+    assert 0 < errors[-1] < 3e-6
+    assert first_frequency(OFF * stiffness) / exact - 1 > 5e-3
+
+
+def test_the_deflection_under_a_force() -> None:
+    """F/(k + k_beam) at the tip, by the modes and, of third order, without what they leave out."""
+    stiffness = 3 * TIP
+    bent = [sprung_reed(n, stiffness).greens.modal for n in (10, 20, 40)]
+    yields = np.array([float((modal.shapes[:, 0] ** 2 / modal.omega**2).sum()) for modal in bent])
+    errors = yields * (stiffness + TIP) - 1
+    assert np.log2(errors[:-1] / errors[1:]) == pytest.approx([3.0, 3.0], abs=0.1)
+    assert abs(errors[-1]) < 2e-5
+    assert abs(yields[-1] * (OFF * stiffness + TIP) - 1) > 2e-2
+
+
+def test_motions_that_no_spring_feels_stay_free() -> None:
+    """Two rigid motions and a stiff mode: a spring between them holds one motion, soft as it is."""
+    greens = ModalGreens(np.array([0.0, 0.0, 1e7]), np.zeros(3), np.eye(3)[:, :2], Residual.none(2), ("a", "b"))
+    held = on_springs(Body(greens), np.array([[1.0], [2.0], [1.0]]), 1e-3)
+    omega = omega_of(held)
+    assert omega[0] == 0.0
+    assert omega[1] == pytest.approx(math.sqrt(5e-3), rel=1e-12)  # below round-off of (1e7)^2, by far
+    assert np.max(np.abs(held.greens.modal.shapes.T @ held.greens.modal.shapes - np.eye(2))) < 1e-12
+
+
+def test_damping_stays_with_the_motion_that_has_it() -> None:
+    """2 zeta w of a mode goes with its shape: a soft spring changes zeta as w changes, no more."""
+    stiffness, zeta = 1e-3 * TIP, 0.02
+    free, held = impact.cantilever_reed(**REED, n_modes=8), sprung_reed(8, stiffness, zeta)
+    modal = held.greens.modal
+    assert modal.zeta * modal.omega == pytest.approx(zeta * omega_of(free), rel=1e-5)
+
+
+def test_its_own_modes_under_the_forces_of_its_springs_move_alike() -> None:
+    """What a run with springs knows is what the reed without them does under their recorded forces: the same gap by
+    either, to second order in the step."""
+    free = impact.cantilever_reed(**REED, n_modes=6, tip_deflection=0.3e-3)
+    shapes = np.column_stack([free.greens.modal.shapes, 0.3 * free.greens.modal.shapes])
+    body, errors = on_springs(free, shapes, [400.0, 900.0]), []
+    for dt in (4e-7, 2e-7):
+        problem = impact.ContactProblem(body, impact.spring(stiffness=1e5), gap=0.0)
+        result = impact.solve(problem, dt=dt, duration=8e-4)
+        assert result.force.max() > 1.0
+        assert result.energy.residual < 1e-9
+        modes = without_springs(body, result.force, dt)
+        assert not isinstance(modes, SprungBody)
+        there = modal_coordinates(modes, result.force[None, 1:], dt, 1) @ modes.greens.modal.shapes[:, 0]
+        by_springs = spring_displacements(body, result.force, dt)[0]
+        errors.append(np.abs(there - by_springs).max() / np.abs(by_springs).max())
+    assert errors[1] < 1e-4
+    assert errors[0] / errors[1] > 3
+
+
+@pytest.mark.parametrize(
+    ("body", "shapes", "stiffness", "words"),
+    [
+        (Body(impact.spring(stiffness=1.0)), np.ones((1, 1)), 1.0, "no modes that springs could act on"),
+        (impact.rigid_mass(mass=1.0, velocity=0.0), np.ones((2, 1)), 1.0, "a row for each of the 1 modes"),
+        (sprung_reed(2, 10.0), np.ones((2, 1)), 1.0, "on springs already; give all of them at once"),
+        (impact.rigid_mass(mass=1.0, velocity=0.0), np.ones((1, 1)), -1.0, "must be positive and finite"),
+    ],
+)
+def test_what_is_wrong(body: Body, shapes: np.ndarray, stiffness: float, words: str) -> None:
+    with pytest.raises(GreensFunctionError, match=words):
+        on_springs(body, shapes, stiffness)

@@ -1,0 +1,211 @@
+"""[[spring]]: what valve springs do to reeds of all kinds, their forces in results, what is wrong with their places."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import impact
+from impact.bodies.springs import SprungBody
+from seatfem.study.accuracy.other_bodies import with_other_modes
+from seatfem.study.impacts.contact import problem_of, run_contacts, stress_of, striker_of
+from seatfem.study.impacts.layout import layout_of
+from seatfem.study.impacts.springs import valve_spring_keys
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+
+STIFF = '[seat]\nkind = "spring"\nstiffness = "100 N/um"\n'
+RING = (
+    '[reed]\nkind = "ring_plate"\nouter_diameter = "20 mm"\ninner_diameter = "10 mm"\nthickness = "1.5 mm"\n'
+    'material = "steel"\ngreens = { bandwidth = "30 kHz" }\nmesh = { size = "2 mm" }\n'
+)
+DISC = '[reed]\nkind = "disc"\ndiameter = "16 mm"\nthickness = "1 mm"\nmesh = { size = "2 mm" }\n'
+MASS = '[reed]\nkind = "rigid_mass"\nmass = "2 g"\nvelocity = "-1 m/s"\n'
+BEAM = '[reed]\nkind = "cantilever"\nlength = "25 mm"\nwidth = "10 mm"\nthickness = "0.3 mm"\n'
+FLAPPER = (
+    '[reed]\nkind = "flapper"\nroot_width = "16 mm"\nneck_width = "8 mm"\ntaper_length = "4 mm"\n'
+    'neck_length = "15 mm"\npaddle_diameter = "16 mm"\nthickness = "0.3 mm"\n'
+    'greens = { bandwidth = "10 kHz" }\nmesh = { size = "2 mm" }\n'
+)
+SPRING = '[[spring]]\nstiffness = "4 N/mm"\npreload = "6 N"\n'
+AREA, SPAN, RIGIDITY = math.pi * 75e-6, 25e-3, 200e9 * 10e-3 * 0.3e-3**3 / 12
+RING_MASS = 7850 * 1.5e-3 * AREA
+
+
+def scene_of(folder: Path, text: str, more: str = "", run: str = 'duration = "1 ms"') -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(f"{STIFF}{text}{more}[run]\n{run}\n", encoding="utf-8")
+    return load_scene(path)
+
+
+def frequencies(scene: Scene) -> np.ndarray:
+    modal = striker_of(scene).greens.modal
+    assert modal is not None
+    return modal.omega
+
+
+@pytest.mark.parametrize("places", ['number = 4\nradius = "7.5 mm"\n', ""])
+def test_a_ring_plate_heaves_and_rocks(places: str, tmp_path: Path) -> None:
+    """sqrt(k/m), and twice sqrt(k r^2/2 / I) about a diameter, I = m ((R^2 + r_i^2)/4 + h^2/12). The ring bends by k
+    over its own stiffness, 2e-4 of either; k or m 3 % off are 1.5 %. Spread around the mean circle they do the same."""
+    omega = frequencies(scene_of(tmp_path, RING, SPRING + places))
+    turns = RING_MASS * ((1e-4 + 25e-6) / 4 + 1.5e-3**2 / 12)
+    rocks, heaves = math.sqrt(4e3 * 7.5e-3**2 / 2 / turns), math.sqrt(4e3 / RING_MASS)
+    assert omega[:3] == pytest.approx([rocks, rocks, heaves], rel=1e-3)
+    assert omega[3] > 50 * heaves
+
+
+def test_a_rigid_mass_lands_under_its_springs(tmp_path: Path) -> None:
+    """x = (P/k) (cos wt - 1) + ... from the lift g on: the force on it is P + k (g + x), and P as it touches."""
+    scene = scene_of(tmp_path, MASS, f'{SPRING}[contact]\ngap = "1 mm"\n', 'duration = "2 ms"\ntime_step = "0.2 us"')
+    striker, seat = striker_of(scene), impact.spring(stiffness=1e8)
+    touches = run_contacts(scene, striker, seat, 2e-7)
+    omega, centre = math.sqrt(4e3 / 2e-3), -1e-3 - 6 / 4e3
+    t = touches.seat.time[: int(np.flatnonzero(touches.seat.force)[0]) - 1]
+    exact = centre - centre * np.cos(omega * t) - np.sin(omega * t) / omega
+    np.testing.assert_allclose(touches.seat.striker_displacement[: len(t)], exact, atol=1e-9)
+    keys = valve_spring_keys(scene, striker, seat, touches)
+    highest = float(touches.seat.striker_displacement.max())
+    assert highest > 1e-5  # it returns beyond its start
+    assert keys["valve_spring_force_max_N"] == pytest.approx(6 + 4e3 * (1e-3 + highest), rel=1e-9)
+    assert keys["valve_spring_force_at_landing_N"] == pytest.approx(6.0, abs=2e-2)
+    assert touches.seat.energy.residual < 1e-9
+
+
+def test_a_flapper_gives_way_by_its_springs_too(tmp_path: Path) -> None:
+    """Under a spring of k at its centre it yields 1/(1/C + k), C its own compliance there, by the modes that it has."""
+    free, held = (striker_of(scene_of(tmp_path, FLAPPER, f'[[load]]\nforce = "-1 N"\n{m}')) for m in ("", SPRING))
+
+    def yields(body: impact.Body) -> float:
+        modal = body.greens.modal
+        assert modal is not None
+        return float((body.loads[0].shape ** 2 / modal.omega**2).sum())
+
+    assert yields(held) == pytest.approx(1 / (1 / yields(free) + 4e3), rel=1e-9)
+    assert yields(held) != pytest.approx(1 / (1 / yields(free) + 1.03 * 4e3), rel=1e-3)
+
+
+def test_the_stress_of_a_reed_that_springs_press_closed(tmp_path: Path) -> None:
+    """At rest on its seat, a spring of k and preload P at a = 15 mm: S = P + k u(a), N at the tip, which bends it most
+    below the spring, by (L - a) N. With P 3 % off that is 3 % off, with k 0.4 %. At a force beside the contact the
+    modes leave out what falls like 1/n."""
+    found = {}
+    for n_modes in (40, 80):
+        more = f'n_modes = {n_modes}\n[contact]\npreload = true\n{SPRING}at = "15 mm"\n'
+        scene = scene_of(tmp_path, BEAM, more, 'duration = "0.1 ms"\ntime_step = "1 us"')
+        striker, seat = striker_of(scene), impact.spring(stiffness=1e8)
+        touches = run_contacts(scene, striker, seat, 1e-6)
+        stress = stress_of(scene, striker, touches.seat.force, 1e-6, touches.seat.gap)
+        assert stress is not None
+        assert stress.largest.value == pytest.approx(stress.at_start.value, rel=1e-3)  # it stays at rest
+        assert touches.seat.force == pytest.approx(touches.seat.force[0], rel=1e-6)
+        found[n_modes] = stress.at_start.value
+
+    def below_it(stiffness: float) -> float:
+        a, tip = 15e-3, SPAN
+        own, cross, far = a**3 / 3, a**2 * (3 * tip - a) / 6, tip**3 / 3
+        rows = [[-own, cross, -RIGIDITY], [-cross, far + RIGIDITY / 1e8, 0.0], [1.0, 0.0, -stiffness]]
+        contact = np.linalg.solve(rows, [0.0, 0.0, 6.0])[1]
+        return (tip - a) * contact * 200e9 * 0.15e-3 / RIGIDITY
+
+    assert 2 * found[80] - found[40] == pytest.approx(below_it(4e3), rel=1e-3)
+    assert 2 * found[80] - found[40] != pytest.approx(below_it(1.03 * 4e3), rel=2e-3)
+
+
+def test_every_body_of_an_error_bar_has_the_springs(tmp_path: Path) -> None:
+    """The same by another Green's function, with fewer modes, without its highest modes, and as a problem."""
+    ring, beam = scene_of(tmp_path, RING, SPRING), None
+    striker = striker_of(ring)
+    again = striker_of(ring, greens=ring.reed.body().greens)
+    beam = scene_of(tmp_path, BEAM, SPRING)
+    for body in (again, *(other for other, _ in with_other_modes(striker)), striker_of(beam, 6)):
+        assert isinstance(body, SprungBody)
+        assert math.isinf(body.mass)
+    problem = problem_of(beam, striker_of(beam), impact.Body(impact.spring(stiffness=1e8)))
+    assert isinstance(problem.striker, SprungBody)
+
+
+def test_a_run_tells_the_force_of_its_springs(tmp_path: Path) -> None:
+    """It lies at rest until the springs have it: under 6.8 N at the lift, 6 N closed, which is the static load."""
+    more = f'{SPRING}number = 4\nradius = "7.5 mm"\n[contact]\ngap = "0.2 mm"\n'
+    run = 'duration = "0.7 ms"\nfilter_width = "20 us"\n[accuracy]\ntarget = 0.9'
+    summary: dict[str, Any] = run_scene(scene_of(tmp_path, RING, more, run), tmp_path).summary
+    assert summary["valve_spring_force_max_N"] == pytest.approx(6 + 0.8, rel=1e-6)
+    assert summary["valve_spring_force_at_landing_N"] == pytest.approx(6.0, rel=5e-3)
+    assert summary["landing_static_load_N"] == pytest.approx(6.0, rel=5e-3)
+    work = (6 + 0.4) * 0.2e-3
+    assert summary["landing_closing_speed_m_per_s"] == pytest.approx(math.sqrt(2 * work / RING_MASS), rel=5e-3)
+    assert summary["energy_residual"] < 1e-9
+
+
+def test_a_ball_with_a_velocity_has_springs_and_error_bars(tmp_path: Path) -> None:
+    """Its step's bar takes the striker as it was run, which has its springs already: they are not put on it twice."""
+    ball = '[reed]\nkind = "ball"\ndiameter = "10 mm"\nmaterial = "steel"\nvelocity = "-1 m/s"\n'
+    scene = scene_of(
+        tmp_path, ball, f'{SPRING}[contact]\ngap = "20 um"\n', 'duration = "0.5 ms"\nfilter_width = "5 us"'
+    )
+    summary: dict[str, Any] = run_scene(scene, tmp_path, pictures=False).summary
+    mass, way = 7850 * math.pi * 1e-6 / 6, 20e-6
+    speed = math.sqrt(1 + (2 * 6 * way + 4e3 * way**2) / mass)
+    assert summary["landing_closing_speed_m_per_s"] == pytest.approx(speed, rel=1e-3)
+    assert summary["valve_spring_force_at_landing_N"] == pytest.approx(6.0, rel=1e-3)
+    assert summary["error_bar_landing_impulse_Ns"] < 0.05 * summary["landing_impulse_Ns"]
+
+
+def test_forces_and_weights_of_free_plates(tmp_path: Path) -> None:
+    """A force beside the middle of a disc turns it: the edge goes by F/m + F e x/I, its mass times gravity falls."""
+    shift = 'force = "-1 N"\npoint = ["3 mm", "0 mm"]\n'
+    turned = striker_of(scene_of(tmp_path, DISC, f'[[load]]\n{shift}[[load]]\ngravity = "-9.81 m/s^2"\n'))
+    mass, modal = 7850 * 1e-3 * math.pi * 64e-6, turned.greens.modal
+    assert modal is not None
+    rigid = modal.omega == 0
+    push, weight = turned.loads
+    assert (push.shape[rigid] ** 2).sum() == pytest.approx(1 / mass + 9e-6 / (mass * (16e-6 + 1e-6 / 12)), rel=1e-3)
+    assert (weight.shape[rigid] ** 2).sum() == pytest.approx(1 / mass, rel=1e-6)
+    assert float(weight.amplitude(np.zeros(1))[0]) == pytest.approx(-9.81 * mass, rel=1e-3)
+    ring = striker_of(scene_of(tmp_path, RING, '[[load]]\npressure = "-1 bar"\narea = "236 mm^2"\n'))
+    assert np.abs(ring.loads[0].shape[ring.greens.modal.omega > 0]).max() < 1e-6 / math.sqrt(RING_MASS)  # it bends none
+
+
+def test_the_drawing_has_them_in_their_places(tmp_path: Path) -> None:
+    layout = layout_of(scene_of(tmp_path, BEAM, f'{SPRING}at = "15 mm"\n'))
+    np.testing.assert_allclose(layout.springs, [(-10e-3, 0.0)])
+    flapper = scene_of(tmp_path, FLAPPER, f'{SPRING}at = "10 mm"\n[[load]]\nforce = "-1 N"\nat = "10 mm"\n')
+    layout, centre = layout_of(flapper), flapper.reed.geometry().centre[0]
+    assert [layout.springs[0, 0], *(action.low for action in layout.actions)] == pytest.approx([10e-3 - centre] * 3)
+    layout = layout_of(scene_of(tmp_path, RING, f'{SPRING}number = 3\nradius = "7 mm"\n'))
+    assert np.hypot(*layout.springs.T) == pytest.approx([7e-3] * 3)
+    assert [action.words for action in layout.actions] == ["3 valve springs, 4 N/mm together, preload 6 N"]
+
+
+@pytest.mark.parametrize(
+    ("reed", "spring", "words"),
+    [
+        (RING, '[[spring]]\npreload = "6 N"\n', "spring.0.stiffness: required key is missing"),
+        (RING, f'{SPRING}number = 4\n', "spring.0.radius: required key is missing: springs on a circle"),
+        (RING, f'{SPRING}number = 4\nradius = "11 mm"\n', "spring.0.radius: 11 mm from the plate's centre is off"),
+        (RING, f'{SPRING}points = [["1 mm", "0 mm"]]\n', "spring.0.points: 1 mm from the plate's centre is off"),
+        (RING, f'{SPRING}at = "3 mm"\n', "spring.0.at: a ring plate has no positions; remove the key"),
+        (MASS, f'{SPRING}points = [["1 mm", "0 mm"]]\n', "spring.0.points: a rigid mass has no places across its face"),
+        (BEAM, f'{SPRING}at = "30 mm"\n', "spring.0.at: 30 mm must lie on the reed, which ends at 25 mm"),
+        (BEAM, f'{SPRING}at = "3 mm"\nnumber = 2\nradius = "1 mm"\n', "spring.0.number: at is given too; keep one"),
+        (BEAM, '[[spring]]\nstiffness = "4 N/mm"\npreload = "-6 N"\n', "spring.0.preload"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_springs(reed: str, spring: str, words: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError) as error:
+        scene_of(tmp_path, reed, spring)
+    assert words in str(error.value)
+
+
+def test_a_plate_that_its_springs_leave_free_to_rock(tmp_path: Path) -> None:
+    """In arcs, each of which then moves as a free body."""
+    more = f'{SPRING}points = [["6 mm", "0 mm"]]\n'
+    scene = scene_of(tmp_path, RING, more)
+    greens = scene.reed.solved(scene.reed.own_lip.__class__(7e-3, 1e-3, 4)).greens
+    with pytest.raises(ValueError, match="leave the reed free to rock"):
+        striker_of(scene, greens=greens)
