@@ -14,6 +14,7 @@ from impact.after.measures import film_force_peak
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
 from impact.quantities import text
+from seatfem.structures.kinds.cantilever import Cantilever
 from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
 
@@ -67,7 +68,7 @@ def dishing_notes(scene: Scene) -> tuple[str, ...]:
     and Shells, section 16. Nothing without such a pressure, or where no round port is known.
     """
     reed, time = scene.reed, np.linspace(0.0, scene.run.duration, SAMPLES)
-    if not reed.has_stress or scene.seat.files():
+    if not isinstance(reed, Cantilever) or scene.seat.files():
         return ()
     closing = max((-float(each.pressure.course(time).min()) for each in scene.load if each.pressure), default=0.0)
     loops = scene.seat.views(coarse=True).contact

@@ -41,8 +41,8 @@ class Assembly(Table):
     placed: Literal["as drawn"] = Field(description="how reed and seat come together")
 
 
-def with_places(given: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
-    """Return a scene's tables with the keys that follow from its files.
+def with_places(given: Mapping[str, Any], folder: Path, *, unread: bool = False) -> Mapping[str, Any]:
+    """Return a scene's tables with the keys that follow from its files, which are not opened if ``unread``.
 
     Raises:
         KeyProblem: a key that is stated although it follows, bodies of other kinds, parts that do not fit together.
@@ -57,7 +57,7 @@ def with_places(given: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
                     f"{table}.{key}", 'it follows from the files (assembly.placed = "as drawn"); remove it'
                 )
     kind, file = _seat_kind(seat_table), _file_of_reed(reed_table, folder)
-    if file is None:
+    if file is None or unread:
         return {**given, "reed": _unplaced(reed_table)}
     try:
         seat = kind.model_validate(seat_table, context={"folder": folder})

@@ -62,9 +62,9 @@ class Scene(Table):
     def _places_as_drawn(cls, given: object, info: ValidationInfo) -> object:
         """What follows from the files of [assembly]; what is wrong with its key is told where that is read."""
         context = info.context or {}
-        if not isinstance(given, Mapping) or given.get("assembly") != {"placed": "as drawn"} or context.get("unread"):
+        if not isinstance(given, Mapping) or given.get("assembly") != {"placed": "as drawn"}:
             return given
-        return with_places(given, context.get("folder", Path()))
+        return with_places(given, context.get("folder", Path()), unread=bool(context.get("unread")))
 
     @model_validator(mode="before")
     @classmethod
