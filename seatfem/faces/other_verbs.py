@@ -117,7 +117,8 @@ def init(
     for file, content in written.items():
         write_whole(file, content.encode("utf-8"))
     if not common.quiet:
-        lines().print(f"wrote {', '.join(map(str, written))}; next: seatfem plan {shlex.quote(str(path))}")
+        follows = "plan" if of_study else "draw"
+        lines().print(f"wrote {', '.join(map(str, written))}; next: seatfem {follows} {shlex.quote(str(path))}")
     return DONE
 
 

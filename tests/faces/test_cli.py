@@ -408,7 +408,7 @@ def test_init_writes_a_scene_once(tmp_path: Path, capfd: pytest.CaptureFixture[s
     file = tmp_path / "mine.toml"
     assert run_command(["init", "ball", "--output", str(file), "--schema"]) == DONE
     told = " ".join(capfd.readouterr().out.split())
-    assert "next: seatfem plan" in told
+    assert "next: seatfem draw" in told
     assert file.read_text(encoding="utf-8").startswith("#:schema seatfem.schema.json\n")
     assert json.loads((tmp_path / "seatfem.schema.json").read_text(encoding="utf-8"))["title"] == "seatfem scene"
     written = file.read_bytes()

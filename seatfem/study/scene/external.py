@@ -66,14 +66,17 @@ area = "80 mm^2"
 """
 
     pressure: AnyPressure | None = Field(
-        None, description="over the reed, on area, at its contact; a constant one may be written as text"
+        None,
+        description="over the reed, on area, at its contact, positive off the seat; a constant one may be written as text",
     )
     area: Annotated[AreaByLift, BeforeValidator(_as_table)] | None = Field(
         None,
         description="effective area of the pressure: one, or by the lift as in "
         '`[["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]]`',
     )
-    force: AnyForce | None = Field(None, description="at one place; a constant one may be written as text")
+    force: AnyForce | None = Field(
+        None, description="at one place, positive off the seat; a constant one may be written as text"
+    )
     at: Length | None = Field(None, description="of the force, from the root; where absent: at the contact")
     point: tuple[Position, Position] | None = Field(
         None, description="of the force on a plate, along and across it, from the centre of its contact"
