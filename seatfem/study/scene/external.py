@@ -67,7 +67,7 @@ area = "80 mm^2"
 
     pressure: AnyPressure | None = Field(
         None,
-        description="over the reed, on area, at its contact, positive off the seat; a constant one may be written as text",
+        description="over the reed, on area, at its contact, positive off the seat; a constant one may be text",
     )
     area: Annotated[AreaByLift, BeforeValidator(_as_table)] | None = Field(
         None,
