@@ -96,9 +96,9 @@ def test_a_lip_is_where_its_offset_says() -> None:
         ((5e-3, 0.0), "a width of 0 mm must be positive and at most 10 mm"),
         ((5e-3, 10.1e-3), "a width of 10.1 mm must be positive"),
         ((math.nan, 1e-3), "mean radius nan mm"),
-        ((5e-3, 1e-3, 0), "a lip of 0 arcs by 1 rings: each at least 1"),
-        ((5e-3, 1e-3, MOST_PORTS // 2 + 1, 2), "2049 arcs by 2 rings: .*fewer contact.ports"),
-        ((5e-3, 1e-3, -4, -4), "-4 arcs by -4 rings"),
+        ((5e-3, 1e-3, 0), "a lip of 0 segments by 1 rings: each at least 1"),
+        ((5e-3, 1e-3, MOST_PORTS // 2 + 1, 2), "2049 segments by 2 rings: .*fewer contact.ports"),
+        ((5e-3, 1e-3, -4, -4), "-4 segments by -4 rings"),
     ],
 )
 def test_lips_that_cannot_be(given: tuple[float, ...], words: str) -> None:

@@ -83,7 +83,7 @@ def test_values_refused(scene: Path, tmp_path: Path, key: str, values: list[str]
 
 def test_a_scene_without_a_life(scene: Path, tmp_path: Path) -> None:
     scene.write_text(SCENE, encoding="utf-8")
-    with pytest.raises(RunError, match="tells no life_margin"):
+    with pytest.raises(RunError, match="has no life_margin"):
         margin_curve(scene, KEY, ["-1 m/s", "-2 m/s"], tmp_path / "runs")
 
 

@@ -134,8 +134,8 @@ def test_a_scene_does_not_change(load: Load) -> None:
         (
             'title = "test"',
             '"" = "test"',
-            "scene.toml:1: unknown key; known here: title, seat, reed, contact, stopper, load, base, gas, run, "
-            "accuracy, life, stress",
+            "scene.toml:1: unknown key; known here: title, seat, reed, assembly, contact, stopper, load, spring, base, "
+            "gas, run, accuracy, life, stress",
         ),
         (
             "[run]\n",

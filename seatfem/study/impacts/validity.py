@@ -14,7 +14,6 @@ from impact.after.measures import film_force_peak
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
 from impact.quantities import text
-from seatfem.structures.kinds.cantilever import Cantilever
 from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
 
@@ -68,15 +67,16 @@ def dishing_notes(scene: Scene) -> tuple[str, ...]:
     and Shells, section 16. Nothing without such a pressure, or where no round port is known.
     """
     reed, time = scene.reed, np.linspace(0.0, scene.run.duration, SAMPLES)
-    if not isinstance(reed, Cantilever) or scene.seat.files():
+    thickness, material = getattr(reed, "thickness", None), getattr(reed, "material", None)
+    if not reed.has_stress or thickness is None or material is None or scene.seat.files():
         return ()
     closing = max((-float(each.pressure.course(time).min()) for each in scene.load if each.pressure), default=0.0)
     loops = scene.seat.views(coarse=True).contact
     if closing <= 0 or len(loops) < 2:
         return ()
     radius = min(float(np.hypot(*loop.T).max()) for loop in loops)
-    unit = closing * (radius / reed.thickness) ** 2
-    clamped, turning = (text(share * unit, "Pa", 2) for share in (3 / 4, 3 * (3 + reed.material.poisson) / 8))
+    unit = closing * (radius / thickness) ** 2
+    clamped, turning = (text(share * unit, "Pa", 2) for share in (3 / 4, 3 * (3 + material.poisson) / 8))
     port, pressure = write_quantity(2 * radius, "length", 3), write_quantity(closing, "pressure", 2)
     return (
         f"closed under {pressure} over a port of {port} the reed also dishes: about {clamped} to {turning} (round "

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 PLATE: Final = 0.97
 """Least share of a struck face that a plate covers: all of it, but for what chords of arcs and sampled points leave."""
 BEAM: Final = 0.1
-"""The same of a beam, which strikes with one rigid face: with its tip over the middle of a lip it covers a half or a
-third, and whatever covers less than a tenth of a ring does not lie over the port."""
+"""The same of a beam, or of a plate with a contact face of its own, which strikes with one rigid face: with its tip over
+the middle of a lip a beam covers a half or a third, and what covers less than a tenth of a ring is not over the port."""
 
 
 def misplaced(scene: Scene) -> Iterator[Finding]:
@@ -33,12 +33,13 @@ def misplaced(scene: Scene) -> Iterator[Finding]:
         over, face = reed.views(at, coarse=True).turned_over(), seat.views(coarse=True)
     except ModelError:  # of faces that cannot be found, which are told where they are needed
         return
-    share, least = covered_share(face, over, contact.offset), PLATE if reed.meets_lips else BEAM
+    by_the_lip = reed.meets_lips and (bool(contact.along_a_lip) or not reed.states_contact)
+    share, least = covered_share(face, over, contact.offset), PLATE if by_the_lip else BEAM
     if share is None or share >= least:
         return
     part = f"{percent(share)} of the seat's struck face"
     reach = 1e3 * max(float(np.hypot(*loop.T).max()) for loop in face.contact)
-    if reed.meets_lips:
+    if by_the_lip:
         there = 1e3 * min(float(np.hypot(*_fine(loop).T).min()) for loop in over.plan)
         x, y = (1e3 * each for each in contact.offset)
         if scene.assembly is not None:

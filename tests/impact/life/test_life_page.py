@@ -47,6 +47,6 @@ def test_criteria_of_several_axes() -> None:
 
 def test_curves_and_maps() -> None:
     curve = basquin(400.0, 1e7, 12.0, scatter=0.25)
-    assert f"leaves {curve.stress(4.5e9):.2f} MPa" in PAGE
-    assert f"with s = 0.25, {curve.stress(4.5e9, 0.999):.2f} MPa" in PAGE
+    assert f"gives {curve.stress(4.5e9):.2f} MPa at 4.5e9 cycles" in PAGE
+    assert f"{curve.stress(4.5e9, 0.999):.2f} MPa for 99.9 % with s = 0.25" in PAGE
     assert f"below {SHARE:.0%} of".replace("%", " %") in " ".join(PAGE.split())
