@@ -85,7 +85,7 @@ def measure(scene: str, target: float) -> Row:
     return Row(
         scene=scene,
         target=target,
-        level=summary["seat_level"],
+        level=plan["level"],
         unknowns=int(summary.get("seat_dof") or 0),
         steps=round(load_scene(EXAMPLES / f"{scene}.toml").run.duration / summary["time_step_s"]),
         rounds=int(summary["accuracy_rounds"]),

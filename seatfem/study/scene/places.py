@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 PLATE: Final = 0.97
 """Least share of a struck face that a plate covers: all of it, but for what chords of arcs and sampled points leave."""
 BEAM: Final = 0.1
-"""The same of a beam, or of a plate with a contact face of its own, which strikes with one rigid face: with its tip over
-the middle of a lip a beam covers a half or a third, and what covers less than a tenth of a ring is not over the port."""
+"""The same of a beam, or of a plate with a contact face of its own, which strikes with one rigid face: with its tip
+over the middle of a lip a beam covers a half or a third; less than a tenth of a ring is not over the port."""
 
 
 def misplaced(scene: Scene) -> Iterator[Finding]:
