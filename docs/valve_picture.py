@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from impact import measures
+from impact.gas.compressor import angles
 from impact.pictures.drawing import BLUE, ORANGE, PURPLE, sheet, zero_line
 from impact.storage.hdf5 import load_results
 from seatfem.faces.cli import demo_scene
@@ -41,9 +42,9 @@ def draw(folder: Path, target: Path = TARGET) -> None:
         shown.imshow(imread(folder / "drawing.png"))
         shown.set_axis_off()
         lift = figure.add_subplot(grid[0, 1])
-        angle = np.degrees(start) + 6 * rpm * seat.time
+        angle, touched = angles(seat.time, rpm, start), float(angles(np.array([hardest["time_s"]]), rpm, start)[0])
         lift.plot(angle, 1e3 * seat.striker_displacement, color=BLUE)
-        lift.plot(np.degrees(start) + 6 * rpm * hardest["time_s"], 0.0, "v", color=PURPLE, markersize=7)
+        lift.plot(touched, 0.0, "v", color=PURPLE, markersize=7)
         speed, peak, stress = (
             reading(summary, key, unit)
             for key, unit in (
@@ -54,7 +55,7 @@ def draw(folder: Path, target: Path = TARGET) -> None:
         )
         lift.annotate(
             f"lands at {speed}",
-            (np.degrees(start) + 6 * rpm * hardest["time_s"], 0.0),
+            (touched, 0.0),
             (12, 26),
             textcoords="offset points",
             color=PURPLE,

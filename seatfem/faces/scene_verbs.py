@@ -134,11 +134,11 @@ def draw(scene: SceneFile, /, *, output: Output = None, changes: Changes = (), c
 
     path = output or Path(f"{scene.stem}-drawing.png")
     layout = draw_scene(checked, path)
-    told = lines(quiet=common.quiet)
-    told.print(f"{facts_of(layout)}")
+    screen = lines(quiet=common.quiet)
+    screen.print(facts_of(layout))
     if note := cover_note(layout):
-        told.print(f"note: {note}")
-    told.print(f"wrote {path}")
+        screen.print(f"note: {note}")
+    screen.print(f"wrote {path}")
     return DONE
 
 

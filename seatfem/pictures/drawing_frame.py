@@ -38,7 +38,7 @@ class Zone:
 
     @property
     def is_shortened(self) -> bool:
-        """Whether a long body is shortened there."""
+        """Return whether a long body is shortened there."""
         return self.name in ("depth", "height")
 
 
@@ -92,14 +92,14 @@ class Frame:
         return Frame(scale, x, plan, section, zones, height, rows, top)
 
     def up(self, z: float | Array) -> Array:
-        """Height on the sheet of a height in the section."""
+        """Return the height on the sheet of a height in the section."""
         heights = [self.zones[0].low] + [zone.high for zone in self.zones]
         inches = np.concatenate([[0.0], np.cumsum([zone.inches for zone in self.zones])])
         zero = float(np.interp(0.0, heights, inches))
         return np.asarray(self.section - zero + np.interp(z, heights, inches))
 
     def place(self, view: View, line: Array, body: Placed) -> Array:
-        """(n, 2) on the sheet of a line of a body in a view."""
+        """Return the (n, 2) places on the sheet of a line of a body in a view."""
         x = self.x + self.scale * (line[:, 0] + body.at[0])
         if view == "section":
             return np.column_stack([x, self.up(line[:, 1] + body.height)])
@@ -107,7 +107,7 @@ class Frame:
 
 
 def extent_of(layout: Layout) -> tuple[Array, Array]:
-    """(2,) lowest and highest corner of the plan of all bodies; of symbols alone a few millimetres."""
+    """Return the (2,) lowest and highest corner of the plan of all bodies; of symbols alone a few millimetres."""
     ends = [np.array(body.views.extent) + body.at for body in layout.bodies]
     low, high = np.min([each[0] for each in ends], axis=0), np.max([each[1] for each in ends], axis=0)
     least = max(0.15 * float((high - low).max()), 1e-3) / 2
@@ -115,7 +115,7 @@ def extent_of(layout: Layout) -> tuple[Array, Array]:
 
 
 def _nice(factor: float) -> float:
-    """The least of 1, 2, 5, 10, ... that is at least ``factor``."""
+    """Return the least of 1, 2, 5, 10, ... that is at least ``factor``."""
     power = 10.0 ** np.floor(np.log10(max(factor, 1.0)))
     return float(next(each * power for each in (*NICE, 10.0) if each * power >= factor * (1 - 1e-9)))
 
@@ -157,13 +157,13 @@ def _zones(layout: Layout, scale: float) -> Iterator[Zone]:
 
 
 def _opened(height: float, scale: float) -> float:
-    """Inches of an opening, by one of the factors of `_nice`, or to fit."""
+    """Return the inches of an opening, by one of the factors of `_nice`, or to fit."""
     inches = height * scale
     return min(inches * _nice(OPEN[0] / inches), OPEN[1])
 
 
 def factors_of(zones: Sequence[Zone], scale: float) -> str:
-    """By what heights are exaggerated, in words."""
+    """Return in words by what factors heights are exaggerated."""
     words = {"gap": "gap", "reed": "reed", "lift": "lift above the reed"}
     found = []
     for zone in zones:
@@ -174,7 +174,7 @@ def factors_of(zones: Sequence[Zone], scale: float) -> str:
 
 
 def _rows(layout: Layout, view: View, scale: float) -> tuple[tuple[tuple[Placed, Size], ...], ...]:
-    """Dimensions along x in rows, the shortest nearest to the body; in a row none meets another."""
+    """Return the dimensions along x in rows, the shortest nearest to the body; in a row none meets another."""
     sizes = [
         (body, size)
         for body in layout.bodies
@@ -197,7 +197,7 @@ def _rows(layout: Layout, view: View, scale: float) -> tuple[tuple[tuple[Placed,
 
 
 def _room(body: Placed, size: Size, scale: float) -> tuple[float, float]:
-    """What a dimension takes along x with its text [inch]."""
+    """Return the width that a dimension takes along x with its text [inch]."""
     low, high = (scale * (end + body.at[0]) for end in (size.low, size.high))
     text = LETTER * len(size.text) + 0.1
     if text < high - low:

@@ -79,14 +79,14 @@ class Layout:
 
     @property
     def bodies(self) -> tuple[Placed, ...]:
-        """Seat, reed and, where there is one, stopper."""
+        """Return the seat, the reed and, where there is one, the stopper."""
         return (self.seat, self.reed) if self.stopper is None else (self.seat, self.reed, self.stopper)
 
     @property
     def covered(self) -> float | None:
-        """Share of the seat's struck face that lies below the reed in plan; ``None`` where a body has no outline."""
+        """Return the share of the seat's struck face that lies below the reed in plan; ``None``: no outline."""
         return covered_share(self.seat.views, self.reed.views, self.seat.at)
 
     def top_of_reed(self) -> float:
-        """z of the reed's upper side over the contact [m]."""
+        """Return z of the reed's upper side over the contact [m]."""
         return self.gap + max((float(loop[:, 1].max()) for loop in self.reed.views.section), default=0.0)

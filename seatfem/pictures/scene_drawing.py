@@ -98,7 +98,7 @@ class _Sheet:
         self._axes.annotate("", (end[0], end[1]), (start[0], start[1]), arrowprops=arrow)
 
     def _ground(self, line: Array, away: Array) -> None:
-        """A clamped line: strokes on the side ``away`` from the body."""
+        """Draw a clamped line: strokes on the side ``away`` from the body."""
         self._line(line, BLUE, 1.8, zorder=6, solid_capstyle="butt")
         line = line[::-1] if tuple(line[-1]) < tuple(line[0]) else line  # all strokes lean the same way
         steps = np.diff(line, axis=0)
@@ -115,7 +115,7 @@ class _Sheet:
             self._line(np.array([foot, foot + 0.085 * (away - 0.7 * along)]), BLUE, 0.6)
 
     def _spring(self, low: Array, high: Array, colour: str = INK, **style: Any) -> None:
-        """A zigzag between two points, upright."""
+        """Draw a zigzag between two points, upright."""
         shares = np.array([0.0, 0.15, *np.linspace(0.2, 0.8, 7), 0.85, 1.0])
         sides = np.array([0.0, 0.0, *(0.09 * (-1.0) ** np.arange(7)), 0.0, 0.0])
         self._line(
@@ -163,7 +163,7 @@ class _Sheet:
                 self._break(zone)
 
     def _root(self, body: Placed) -> None:
-        """The clamps of a reed, drawn as jaws where its section is held."""
+        """Draw the clamps of a reed as jaws where its section is held."""
         if body.role == "seat":
             return
         frame = self._frame
@@ -178,7 +178,7 @@ class _Sheet:
                 self._fill([jaw], facecolor="white", edgecolor=BLUE, linewidth=0.8, hatch="//////", zorder=4)
 
     def _symbol(self, body: Placed) -> None:
-        """A spring on the ground, a mass, or a box with the body's name."""
+        """Draw a spring on the ground, a mass, or a box with the body's name."""
         frame, views = self._frame, body.views
         x, y = frame.x + frame.scale * body.at[0], float(frame.up(body.height))
         way = -1.0 if body.role == "seat" else 1.0
@@ -197,14 +197,14 @@ class _Sheet:
         self._text(x, y + SYMBOL * way / 2, words, ha="center", zorder=8)
 
     def _bed(self, points: Array) -> None:
-        """Springs between a face and the ground, below."""
+        """Draw springs between a face and the ground, below."""
         low, high, y = float(points[:, 0].min()), float(points[:, 0].max()), float(points[:, 1].mean())
         for x in np.linspace(low, high, 7)[1:-1:2]:
             self._spring(np.array([x, y]), np.array([x, y - 0.2]), BLUE)
         self._ground(np.array([(low, y - 0.2), (high, y - 0.2)]), np.array([0.0, -1.0]))
 
     def _valve_springs(self) -> None:
-        """Those in the plane of the section, or all where none is; on the ground, the guard."""
+        """Draw the valve springs in the plane of the section, or all where none is; on the ground, the guard."""
         frame, places = self._frame, self._layout.springs
         level = np.abs(places[:, 1]) <= LEVEL * max(float(np.abs(places).max(initial=0.0)), 1e-9)
         foot = float(frame.up(self._layout.top_of_reed())) + (SYMBOL if self._layout.reed.views.symbol else 0.0)
@@ -220,14 +220,14 @@ class _Sheet:
             self._ground(np.array([(x - 0.12, foot + SYMBOL), (x + 0.12, foot + SYMBOL)]), np.array([0.0, 1.0]))
 
     def _released(self, start: Array) -> None:
-        """The reed's underside as it is released."""
+        """Draw the reed's underside as it is released."""
         frame = self._frame
         base = self._layout.top_of_reed()
         line = np.column_stack([frame.x + frame.scale * start[:, 0], frame.up(base + start[:, 1])])
         self._line(line, GREEN, 1.2, linestyle=(0, (5, 2)), zorder=5)
 
     def _break(self, zone: Zone) -> None:
-        """A wavy band where the heights of a body are shortened."""
+        """Draw a wavy band where the heights of a body are shortened."""
         frame = self._frame
         body = self._layout.seat if zone.name == "depth" else self._layout.reed
         x = frame.x + frame.scale * (np.concatenate(body.views.section)[:, 0] + body.at[0])
@@ -290,7 +290,7 @@ class _Sheet:
         self._marks()
 
     def _marks(self) -> None:
-        """The contact point, the line of the section, the place of the stopper and the axis of the tilt."""
+        """Draw the contact point, the line of the section, the place of the stopper and the axis of the tilt."""
         frame, layout = self._frame, self._layout
         low, high = (frame.x + frame.scale * float(end[0]) for end in extent_of(layout))
         for x, align in ((low - 0.2, "right"), (high + 0.2, "left")):
@@ -306,7 +306,7 @@ class _Sheet:
             self._tilt_axis(*layout.tilt)
 
     def _tilt_axis(self, tilt: float, axis: float) -> None:
-        """The line about which the lip is tilted, and where the opening is the smallest."""
+        """Draw the line about which the lip is tilted, and where the opening is the smallest."""
         frame, seat = self._frame, self._layout.seat
         corners = np.concatenate(seat.views.contact) if seat.views.contact else np.zeros((1, 2))
         reach = 1.35 * float(np.hypot(*corners.T).max())
@@ -334,7 +334,7 @@ class _Sheet:
                 self._dimension(a, b, y, size.text)
 
     def _dimension(self, a: float, b: float, y: float, words: str) -> None:
-        """One along x."""
+        """Draw a dimension along x."""
         if LETTER * len(words) + 0.1 < b - a:
             self._arrow((a, y), (b, y), GREY, "<|-|>")
             box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
@@ -346,7 +346,7 @@ class _Sheet:
         self._text(b + 0.2, y, words, ha="left", zorder=9)
 
     def _heights(self) -> None:
-        """Dimensions across x, each in a column of its own, their words in one stack at the right."""
+        """Draw the dimensions across x, each in a column of its own, their words in one stack at the right."""
         frame, layout = self._frame, self._layout
         upright: list[tuple[float, float, float, str]] = []
         for body in layout.bodies:
@@ -381,7 +381,7 @@ class _Sheet:
         self._stack([(low, high, x, text) for low, high, x, text in across], end, beside=frame.plan)
 
     def _stack(self, sizes: list[tuple[float, float, float, str]], end: float, beside: float | None = None) -> None:
-        """Upright dimensions: from low to high, from x on, with words ``beside`` the line of the section, not on it."""
+        """Draw upright dimensions: from low to high, from x on, with words ``beside`` the section's line, not on it."""
         sizes = sorted(sizes, key=lambda size: (size[0] + size[1]) / 2)
         places = [(size[0] + size[1]) / 2 for size in sizes]
         for k in range(1, len(places)):
@@ -404,7 +404,7 @@ class _Sheet:
             self._text(text_at, y - shift, words, ha="left")
 
     def _names(self) -> None:
-        """The bodies' names at the left of the section, with lines to them."""
+        """Write the bodies' names at the left of the section, with lines to them."""
         frame, places = self._frame, []
         for body in self._layout.bodies:
             loops = [frame.place("section", loop, body) for loop in body.views.section]
@@ -425,7 +425,7 @@ class _Sheet:
                 self._line(np.array([(0.2 + wide, level), (x - 0.24, level), (x, y)]), GREY, 0.35)
 
     def _actions(self) -> None:
-        """Loads and motions above the section, a row each."""
+        """Draw loads and motions above the section, a row each."""
         frame = self._frame
         for number, action in enumerate(self._layout.actions):
             self._action(action, frame.top + 0.28 + LOADS * number)
@@ -451,7 +451,7 @@ class _Sheet:
             self._text((low + high) / 2, y + 0.2, action.words, ha="center", color=LOAD, bbox=box, zorder=9)
 
     def _foot(self) -> None:
-        """Colours, exaggerations, notes."""
+        """Write what colours mean, how heights are exaggerated, and notes."""
         frame, layout = self._frame, self._layout
         lines = [f"{note}" for note in layout.notes]
         if factors := factors_of(frame.zones, frame.scale):
@@ -484,7 +484,7 @@ def _key(layout: Layout) -> Iterator[tuple[str, str]]:
 
 
 def _fine(loop: Array) -> Array:
-    """A loop with points between its corners: heights are drawn by several factors."""
+    """Return a loop with points between its corners: heights are drawn by several factors."""
     ahead = np.roll(loop, -1, axis=0)
     shares = np.arange(8)[None, :, None] / 8
     return np.asarray((loop[:, None] + shares * (ahead - loop)[:, None]).reshape(-1, 2))
@@ -500,7 +500,7 @@ def _middle(loops: Loops) -> float:
 
 
 def _outward(line: Array, middle: Array) -> Array:
-    """Unit vector square to a line, away from a point."""
+    """Return the unit vector square to a line, away from a point."""
     along = line[-1] - line[0]
     normal = np.array([-along[1], along[0]])
     normal = normal / max(float(np.hypot(*normal)), 1e-12)
@@ -513,7 +513,7 @@ def _area(loop: Array) -> float:
 
 
 def _holds(loop: Array, point: Array) -> bool:
-    """Whether a loop has a point inside."""
+    """Return whether a loop has a point inside."""
     (x, y), (a, b) = (loop - point).T, (np.roll(loop, -1, axis=0) - point).T
     crosses = (y > 0) != (b > 0)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -53,7 +53,7 @@ class Size:
 
     @property
     def value(self) -> float:
-        """The length [m]."""
+        """Return the length [m]."""
         return self.high - self.low
 
 
@@ -96,12 +96,12 @@ class BodyViews:
 
     @property
     def depth(self) -> float:
-        """How far it reaches below its struck face [m]; 0 of a symbol."""
+        """Return how far it reaches below its struck face [m]; 0 of a symbol."""
         return max((-float(loop[:, 1].min()) for loop in self.section), default=0.0)
 
     @property
     def extent(self) -> tuple[Array, Array]:
-        """(2,) lowest and (2,) highest corner of the plan [m]; both at the origin of a symbol."""
+        """Return the (2,) lowest and (2,) highest corner of the plan [m]; both at the origin of a symbol."""
         loops = [*self.plan, *self.contact, *self.edges]
         if self.triangles is not None:
             loops.append(self.triangles.reshape(-1, 2))
@@ -155,7 +155,7 @@ def length_text(value: float) -> str:
 
 
 def arc(radius: float, start: float = 0.0, turn: float = 2 * math.pi, centre: tuple[float, float] = (0, 0)) -> Array:
-    """(n, 2) points of an arc [m]; of a whole circle without its repeated end."""
+    """Return (n, 2) points of an arc [m]; of a whole circle without its repeated end."""
     count = max(2, math.ceil(abs(turn) / CHORD))
     closed = abs(turn) > 2 * math.pi * (1 - 1e-9)
     angles = start + turn * np.arange(count + (not closed)) / count
@@ -163,13 +163,13 @@ def arc(radius: float, start: float = 0.0, turn: float = 2 * math.pi, centre: tu
 
 
 def box(low: Sequence[float], high: Sequence[float]) -> Array:
-    """(4, 2) corners of a rectangle [m]."""
+    """Return the (4, 2) corners of a rectangle [m]."""
     (a, b), (c, d) = low, high
     return np.array([(a, b), (c, b), (c, d), (a, d)])
 
 
 def inside(loops: Iterable[Array], points: Array) -> Array:
-    """(n,) whether points (n, 2) lie within an odd number of loops."""
+    """Return (n,) whether points (n, 2) lie within an odd number of loops."""
     crossed = np.zeros(len(points), dtype=np.int64)
     x, y = points.T
     for loop in loops:
@@ -180,7 +180,7 @@ def inside(loops: Iterable[Array], points: Array) -> Array:
 
 
 def crossings(loops: Iterable[Array], y: float) -> Array:
-    """(2 k,) places x where the line at a height y enters and leaves the loops, in rising order [m]."""
+    """Return the (2 k,) places x where the line at a height y enters and leaves the loops, in rising order [m]."""
     found: list[float] = []
     for loop in loops:
         for (x0, y0), (x1, y1) in zip(loop, np.roll(loop, -1, axis=0), strict=True):
@@ -265,7 +265,7 @@ def of_profile(name: str, profile: Profile, *, struck_arc: float | None = None, 
 
 
 def _section(profile: Profile, top: float) -> Loops:
-    """Loops of both half sections, of one with a side on the axis a single loop."""
+    """Return the loops of both half sections, of one with a side on the axis a single loop."""
     left, edges = (-1.0, 1.0), list(profile.edges)
     on_axis = [k for k, edge in enumerate(edges) if edge.start[0] == edge.end[0] == 0.0]
     if not on_axis:
@@ -283,7 +283,7 @@ def _sector(inner: float, outer: float, angle: float | None) -> Loops:
 
 
 def _points(edge: Edge) -> Array:
-    """(n, 2) r and z along an edge, both ends among them [m]."""
+    """Return (n, 2) r and z along an edge, both ends among them [m]."""
     if edge.centre is None:
         return np.array([edge.start, edge.end])
     start, turn = edge.angles
@@ -347,7 +347,7 @@ def of_sheet(name: str, flat: Flat, contact: Loops) -> BodyViews:
 
 
 def _clamped_ends(flat: Flat) -> Array:
-    """(2, 2) ends of the straight line along which a sheet is clamped [m]; (0, 2) of a free one."""
+    """Return the (2, 2) ends of the straight line along which a sheet is clamped [m]; (0, 2) of a free one."""
     corners = polygon(flat.around[0])[0]
     held = corners[flat.clamped(corners)] if flat.is_clamped else corners[:0]
     if len(held) < 2:

@@ -108,7 +108,7 @@ def of_surface(name: str, surface: Surface) -> BodyViews:
 
 
 def frame_of(surface: Surface) -> tuple[Array, Array]:
-    """(3, 3) directions x, y, z of the drawing in the body's own axes, and (3,) the middle of its struck face [m].
+    """Return the (3, 3) directions x, y, z of the drawing in the body's axes, and (3,) the struck face's middle [m].
 
     As of a land (`seatfem.structures.lands.axes_along`). A normal of unknown sign points away from the body's middle.
     """
@@ -137,7 +137,7 @@ def _turned_words(axes: Array) -> str:
 
 
 def _cut(corners: Array, size: float) -> Array:
-    """(s, 2, 2) lines x, z in which triangles (m, 3, 3) meet the plane y = 0, beside which it is taken by `BESIDE`."""
+    """Return (s, 2, 2) lines x, z in which triangles (m, 3, 3) meet y = 0, beside which it is taken by `BESIDE`."""
     height = corners[:, :, 1] - BESIDE * size
     over = height > 0
     met = over.any(axis=1) & ~over.all(axis=1)
@@ -154,7 +154,7 @@ def _cut(corners: Array, size: float) -> Array:
 
 
 def _face_edges(shape: Shape, rows: tuple[Integers, ...]) -> Integers:
-    """(e, 2) edges between triangles of different faces."""
+    """Return the (e, 2) edges between triangles of different faces."""
     face = np.full(len(shape.triangles), -1)
     for number, part in enumerate(rows):
         face[part] = number
@@ -167,7 +167,7 @@ def _face_edges(shape: Shape, rows: tuple[Integers, ...]) -> Integers:
 
 
 def chained(segments: Array, near: float) -> list[Array]:
-    """Loops (n, 2) that segments (s, 2, 2) form in any order; ends within ``near`` are one point [m]. What does not
+    """Return loops (n, 2) that segments (s, 2, 2) form in any order; ends within ``near`` [m] are one. What does not
     close is left open where it ends."""
     keys = np.round(np.asarray(segments) / max(near, 1e-15)).astype(np.int64)
     beside: dict[tuple[int, int], list[int]] = {}
@@ -189,7 +189,7 @@ def chained(segments: Array, near: float) -> list[Array]:
 
 
 def _holes(outline: Sequence[Array]) -> Loops:
-    """Loops that lie within another one: the openings that a struck face surrounds."""
+    """Return loops that lie within another one: the openings that a struck face surrounds."""
     return tuple(
         loop
         for loop in outline

@@ -38,7 +38,7 @@ damping_ratio = 0.02
         return of_same_names(AnnularSeat, self)
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
-        """With the width of the lip beside that of its flat top."""
+        """Return the outlines with the width of the lip beside that of its flat top."""
         views, edge = super().views(at), self.lip_edge_radius if self.lip_height else 0.0
         flat = next(size for size in views.sizes if size.text.startswith("contact"))
         text = f"lip {length_text(self.lip_width)} wide"

@@ -55,7 +55,7 @@ damping_ratio = 0.005
         return replace(super().views(at), sizes=(diameter,))
 
     def pushed_at_points(self, body: Body, points: Array | None) -> Array:
-        """By default its translation alone, as a spring through its centre does: not its facet, which yields."""
+        """Return (M, n) of its translation alone, as a spring through its centre does: not its facet, which yields."""
         modal, pushed = body.greens.modal, super().pushed_at_points(body, points)
         assert modal is not None
         return np.where(modal.omega[:, None] == 0, pushed, 0.0)

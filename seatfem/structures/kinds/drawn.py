@@ -80,7 +80,7 @@ class Drawn(Elastic):
 
     @property
     def own_axis(self) -> Vector | None:
-        """The direction that lies along the reed; ``None``: the body's own x axis."""
+        """Return the direction that lies along the reed; ``None``: the body's own x axis."""
         return None
 
     def struck_part(self) -> tuple[float, float, float]:
@@ -116,7 +116,7 @@ class Drawn(Elastic):
         return of_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
-        """Of an upright block as it is stated; of others by the surface that gmsh reads."""
+        """Return the outlines of an upright block as it is stated, of others by the surface that gmsh reads."""
         shape, name = self.geometry(), self.kind.replace("_", " ")
         if shape.rectangle is not None and shape.plan is not None:
             views = of_prism(name, shape.rectangle.sides, shape.rectangle.patch, shape.plan.height)

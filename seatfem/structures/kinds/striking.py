@@ -135,11 +135,11 @@ class Striking(Table):
 
     @property
     def spring_points(self) -> Array | None:
-        """(n, 2) where springs press it by default, from its contact's centre [m]; ``None``: at its contact."""
+        """Return (n, 2) places where springs press it by default, from its contact's centre [m]; ``None``: there."""
         return None
 
     def pushed_at_points(self, body: Body, points: Array | None) -> Array:
-        """(M, n) how forces at points (n, 2), from its contact's centre [m], move the modes of its ``body``
+        """Return (M, n) how forces at points (n, 2), from its contact's centre [m], move the modes of its ``body``
         [1/sqrt(kg)]; ``None``: where springs press it by default.
 
         Raises as `pushed_at`."""

@@ -122,7 +122,7 @@ class Structure(Striking):
         return None if self.struck_ring is None else Lip(*self.struck_ring, arcs, rings)
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
-        """Its outlines in section and plan, for drawings; a symbol with its name where its shape is not known.
+        """Return its outlines in section and plan, for drawings; a symbol with its name where its shape is not known.
 
         Args:
             at: where on it the contact lies, from its root [m]; ``None``: where it is by default.
@@ -244,7 +244,7 @@ class Structure(Striking):
         return ()
 
     def tried_poles(self) -> tuple[Candidate, ...]:
-        """The poles of each order that the fit to its record looked at; none of a body without a record."""
+        """Return the poles of each order that the fit to its record looked at; none of a body without a record."""
         return ()
 
     # Computing it

@@ -115,7 +115,7 @@ def _face_words(views: BodyViews) -> str:
 
 
 def _start(scene: Scene, at: float | None) -> Array | None:
-    """(n, 2) of a reed with positions along it that is released from a deflected shape."""
+    """Return (n, 2) x and deflection of a reed with positions along it that is released from a deflected shape."""
     reed = scene.reed
     if reed.reach is None or at is None:
         return None
@@ -125,7 +125,7 @@ def _start(scene: Scene, at: float | None) -> Array | None:
 
 
 def _springs(scene: Scene, at: float | None) -> Array:
-    """(n, 2) places of the valve springs, of those spread around a circle some."""
+    """Return the (n, 2) places of the valve springs, of those spread around a circle some."""
     places = [_of_springs(scene, spring, at) for spring in scene.spring]
     return np.concatenate([np.zeros((0, 2)), *places])
 
@@ -138,7 +138,7 @@ def _of_springs(scene: Scene, spring: ValveSpring, at: float | None) -> Array:
 
 
 def _arcs(scene: Scene, division: Division) -> Array:
-    """(n, 2, 2) lines between the arcs of the lip."""
+    """Return the (n, 2, 2) lines between the arcs of the lip."""
     if not 1 < division.arcs <= SHOWN_ARCS:
         return np.zeros((0, 2, 2))
     lip = scene.seat.lip(division.arcs, division.rings)
@@ -170,11 +170,7 @@ def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action
             assert load.area is not None
             half = math.sqrt(max(load.area.area) / math.pi)
             areas = " to ".join(f"{1e6 * each:.4g}" for each in sorted({min(load.area.area), max(load.area.area)}))
-            closed = load.area(0.0)
-            pressed = [write_quantity(closed * each, "force", 3) for each in _range_of(load.pressure, during)]
-            action = _course("pressure", load.pressure, during, -half, half, f" on {areas} mm²")
-            forces = " to ".join(dict.fromkeys(pressed))
-            yield replace(action, detail=f"{action.detail}: {forces} on the closed reed, positive off its seat")
+            yield _course("pressure", load.pressure, during, -half, half, f" on {areas} mm²", load.area(0.0))
         elif load.force is not None:
             place = _along(load.at, at) if load.point is None else load.point[0]
             yield _course("force", load.force, during, place, place)
@@ -229,21 +225,22 @@ def _value(words: str, value: float, dimension: str, ends: tuple[float, float]) 
     return Action(f"{words} {write_quantity(abs(value), dimension, 4)}", *ends, _sign(value))
 
 
-def _range_of(course: Any, during: Array) -> tuple[float, float]:
-    """Return the lowest and the highest value of a load at times of the run."""
-    values = np.asarray(course.course(during))
-    return float(values.min()), float(values.max())
+def _course(
+    words: str, course: Any, during: Array, low: float, high: float, more: str = "", area: float = 0.0
+) -> Action:
+    """Return the load of a constant value, or of a file with its range ``during`` the run.
 
-
-def _course(words: str, course: Any, during: Array, low: float, high: float, more: str = "") -> Action:
-    """Return the load of a constant value, or of a file with its range ``during`` the run."""
-    dimension = type(course).quantity
+    ``area``: on which a pressure acts while the reed is closed [m^2]; its forces are in the detail.
+    """
+    dimension, values = type(course).quantity, np.asarray(course.course(during))
+    ends = dict.fromkeys((float(values.min()), float(values.max())))
+    forces = " to ".join(dict.fromkeys(write_quantity(area * each, "force", 3) for each in ends))
+    detail = f": {forces} on the closed reed, positive off its seat" if area else ""
     if course.value is not None:
-        return Action(
-            f"{words} {write_quantity(abs(course.value), dimension, 4)}{more}", low, high, _sign(course.value)
-        )
-    values = (write_quantity(each, dimension, 3) if each else "0" for each in _range_of(course, during))
-    return Action(f"{words} {' to '.join(values)}{more}", low, high, 0, f" ({course.file.name})")
+        size = write_quantity(abs(course.value), dimension, 4)
+        return Action(f"{words} {size}{more}", low, high, _sign(course.value), detail)
+    size = " to ".join(write_quantity(each, dimension, 3) if each else "0" for each in ends)
+    return Action(f"{words} {size}{more}", low, high, 0, f" ({course.file.name}){detail}")
 
 
 def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planned: bool) -> Iterator[str]:

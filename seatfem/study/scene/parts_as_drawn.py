@@ -79,7 +79,7 @@ class PartsAsDrawn:
 
     @cached_property
     def land(self) -> Land:
-        """What is struck. Raises `KeyProblem` of faces that are no lip."""
+        """Return the struck face. Raises `KeyProblem` of faces that are no lip."""
         try:
             return self.found.land(self.seat.struck_face)
         except ModelError as error:
@@ -87,7 +87,7 @@ class PartsAsDrawn:
 
     @property
     def frame(self) -> Frame:
-        """Of the reed in its file."""
+        """Return the frame of the reed in its file."""
         assert self.drawn.frame is not None
         return self.drawn.frame
 
@@ -165,12 +165,12 @@ class PartsAsDrawn:
 
     @property
     def _name(self) -> str:
-        """Of the seat's file."""
+        """Return the name of the seat's file."""
         return self.seat.files()[0].name
 
     @property
     def _normal(self) -> Vector:
-        """Of the struck face, out of the seat. Raises `KeyProblem` of curved ones."""
+        """Return the normal of the struck face, out of the seat. Raises `KeyProblem` of curved ones."""
         normals = [face.normal for face in self.found.faces if self.seat.struck_face in face.groups]
         if (found := normals[0]) is None:
             raise KeyProblem("seat.contact", f"{self._name}: {self._contact_words} is not flat; {self._facing()}")
@@ -236,7 +236,7 @@ class PartsAsDrawn:
 
     @property
     def _units(self) -> str:
-        """Units of both files, in words."""
+        """Return the units of both files, in words."""
         return f"{self._name} is in {_unit(self.seat.geometry())}, {self.file.name} in {_unit(CadPart(self.file))}"
 
     def _facing(self) -> str:

@@ -62,7 +62,7 @@ preload = "5 N"
 
     @property
     def places(self) -> Array | None:
-        """(S, 2) places of springs on a plate, from the centre of its contact [m]; ``None``: where none are given."""
+        """Return the (S, 2) places of springs on a plate, from the centre of its contact [m]; ``None``: none given."""
         if self.number is not None and self.radius is not None:
             turns = 2 * np.pi * np.arange(self.number) / self.number
             return self.radius * np.column_stack([np.cos(turns), np.sin(turns)])
@@ -70,7 +70,7 @@ preload = "5 N"
 
     @property
     def words(self) -> str:
-        """What they are, in a few words."""
+        """Return what they are, in a few words."""
         many = self.number or (0 if self.points is None else len(self.points))
         size = f"{self.stiffness / 1e3:.4g} N/mm"
         preload = f", preload {self.preload:.4g} N" if self.preload else ""
