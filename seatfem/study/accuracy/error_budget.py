@@ -61,6 +61,7 @@ from seatfem.study.impacts.measures import (
     landing_name,
     values_of_record,
 )
+from seatfem.study.impacts.plate_stress import PlateLook
 from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.impacts.validity import fit_of
 from seatfem.study.method import RunMethod, chooses_one_port
@@ -106,6 +107,7 @@ def error_budget(
     touches: Touches,
     stress: ReedStress | None = None,
     reed: Solved | None = None,
+    look: PlateLook | None = None,
 ) -> Budget:
     """What mesh, reduction, time step, model and patch, and a computed striker, leave in the measures of ``result``.
 
@@ -129,7 +131,8 @@ def error_budget(
     - record: of a measured seat, the largest change among the draws of its fit, what lies above the band as modes that
       ring at its end, and g larger by a misfit beyond the noise; its reduction has then no error of its own.
     - stopper: the same of one that is computed, with its patch, and of a beam its modes; twice as many of its arcs.
-    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``touches``, if wanted.
+    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``touches``, if wanted; ``look``:
+    at that of a plate in other runs.
     """
     result = touches.seat
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
@@ -150,9 +153,9 @@ def error_budget(
         return {**values_of_record(record, like), CLOCK: last.time(record.blow)}
 
     def run(varied: ContactProblem, dt: float) -> Values:
-        return values_with_clock(record_of(scene, varied, dt, flight, like))
+        return values_with_clock(record_of(scene, varied, dt, flight, like, look=look))
 
-    finer = _finer_step(scene, problem, touches)
+    finer = _finer_step(scene, problem, touches, look)
     if finer is None:
         finer = times(2.0, changes(values_of_record(own, like), run(problem, result.dt / 2)))
     at_once = _at_once(len(result.force) * len(problem.contacts))
@@ -292,7 +295,9 @@ def sources_of(
     return found, tuple(f"{name}'s {part}" for name, part, terms in listed if terms is None)
 
 
-def _finer_step(scene: Scene, problem: ContactProblem, touches: Touches) -> Values | None:
+def _finer_step(
+    scene: Scene, problem: ContactProblem, touches: Touches, look: PlateLook | None = None
+) -> Values | None:
     """Return twice what half the step changes in the impact of a striker with waves, marched from shortly before it.
 
     A spike of the force is as wide as a step: whether the filter holds it together with another one, no longer step
@@ -307,7 +312,7 @@ def _finer_step(scene: Scene, problem: ContactProblem, touches: Touches) -> Valu
         return {}
     if window.duration > SHORT * scene.run.duration:
         return None
-    bench = Bench(scene, seat, window, None, stopper_of(scene), striker)
+    bench = Bench(scene, seat, window, None, stopper_of(scene), striker, look)
     here, finer = (bench.measures(dt=dt) for dt in (result.dt, result.dt / 2))
     return times(2.0, changes(here, finer))
 

@@ -13,7 +13,7 @@ from seatfem.structures.fields.ranges import hottest, mises_range, tensor_histor
 from seatfem.structures.fields.recovery import StressField
 from seatfem.study.impacts.life import STRESS, Histories, Lasting, asked_keys, block_from, lasting, life_keys, of_beam
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress, parts_of_plate, plate_pushes, struck_by
+from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress, parts_of_plate, plate_pushes, struck_in
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_fields import force_by_port
 from seatfem.study.runs.seat_stress import SeatStress
@@ -79,7 +79,7 @@ def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
 def _of_plate(done: Round, field: StressField, touches: Touches) -> Histories:
     """In both faces where stress changes most in each part of the plate."""
     force, dt = plate_pushes(done, touches), touches.seat.dt
-    field = struck_by(field, done.striker, touches, force)
+    field = struck_in(field, done, touches)
     regions = parts_of_plate(done, field.points)
     ranges = mises_range(field, force, dt, since=block_from(done.plan.scene, touches))
     spots = hottest(ranges, regions)

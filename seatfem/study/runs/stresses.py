@@ -7,64 +7,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Final
 
 import numpy as np
 
 import impact
-from impact.greens.base import Array
 from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from seatfem.structures.fields.recovery import StressField, largest
-from seatfem.structures.rings import Division, ring_shares
+from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.measures import stress_since
-from seatfem.study.impacts.touches import parts_of, stopper_force_of
+from seatfem.study.impacts.plate_stress import Forces, pushes_of
 from seatfem.study.runs.left_in import left_in
-from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress, pushes_of
+from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress
 
 RAW: Final = 0.1
 REED, SEAT, TENSION = "stress", "seat_stress", "seat_tension"
-
-
-@dataclass(frozen=True)
-class Forces:
-    """Contact forces of one run.
-
-    Attributes:
-        parts: (n + 1, parts) of each part of the seat's patch [N].
-        division: of the patch into these.
-        stopper: (n + 1,) likewise; ``None`` where there is none.
-        dt: [s].
-    """
-
-    parts: Array
-    division: Division
-    stopper: Array | None
-    dt: float
-
-    @staticmethod
-    def of(stepper: impact.ContactStepper) -> Forces:
-        """Of a run that is over."""
-        problem, parts = stepper.prepared.problem, parts_of(stepper)
-        division = Division.of(problem.target.greens) if parts.shape[1] > 1 else Division()
-        return Forces(parts, division, stopper_force_of(stepper), stepper.prepared.dt)
-
-    def by(self, wanted: Division) -> Array:
-        """(n + 1, parts) on other parts: along the lip as it is, across it as a uniform pressure has it."""
-        have = self.division
-        if have == wanted:
-            return self.parts
-        arcs = self.parts.reshape(-1, have.arcs, have.rings).sum(axis=2)
-        edges, running = np.linspace(0, have.arcs, wanted.arcs + 1), np.cumsum(arcs, axis=1)
-        running = np.concatenate([np.zeros((len(arcs), 1)), running], axis=1)
-        low = np.minimum(edges.astype(np.int64), have.arcs - 1)
-        up_to = running[:, low] + (edges - low) * (running[:, low + 1] - running[:, low])
-        return np.asarray((np.diff(up_to)[:, :, None] * ring_shares(wanted.rings)).reshape(len(arcs), -1))
 
 
 def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | None, PlateReedStress | None]:
@@ -75,11 +38,12 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     force of a first touch, which has no limit without a law of contact that yields: no bar is known of it.
     """
     since = stress_since(done.touches, done.plan.scene.accuracy.landing)
-    seat, reed = seat_stress(done, progress), plate_reed_stress(done, since)
+    seat = seat_stress(done, progress)
+    reed = plate_reed_stress(done, since) if done.plate is None else _with_its_bar(done)
     looks: dict[str, Callable[[Forces], Values]] = {}
     if seat is not None and np.any(done.result.force):
         looks[SEAT] = partial(_in_the_seat, seat)
-    if reed is not None and reed.found.after_contact is not None:
+    if reed is not None and done.plate is None and reed.found.after_contact is not None:
         looks[REED] = partial(_in_the_reed, done, reed.largest_at)
     if not looks:
         return seat, reed
@@ -112,6 +76,14 @@ def stress_notes(seat: SeatStress | None) -> tuple[str, ...]:
         f"{100 * RAW:g} %, as for the raw force of a first touch, or there is no coarser mesh to compare with; state a "
         "compliant contact.law, or a shorter run.time_step",
     )
+
+
+def _with_its_bar(done: Round) -> PlateReedStress | None:
+    """Return the stress of a plate that was a measure of the round, with the bar that it has there."""
+    if done.plate is None or REED not in done.left.values:
+        return done.plate
+    bar = done.left.bar(REED)
+    return replace(done.plate, bar=bar if math.isfinite(bar) else math.nan)
 
 
 def _in_the_seat(seat: SeatStress, forces: Forces) -> Values:
