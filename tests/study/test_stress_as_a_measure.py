@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from seatfem.fields import KeyProblem
-from seatfem.structures.rings import Division, ring_borders
-from seatfem.study.impacts.plate_stress import Forces
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import SceneError, load_scene
@@ -81,22 +79,6 @@ def number(summary: dict[str, object], key: str) -> float:
     value = summary[key]
     assert isinstance(value, float), (key, value)
     return value
-
-
-def test_forces_on_fewer_parts_are_sums_and_on_more_parts_a_uniform_pressure() -> None:
-    rng = np.random.default_rng(3)
-    fine = rng.uniform(1, 2, (5, 8 * 6))
-    coarse = Forces(fine, Division(8, 6), None, 1e-6).by(Division(4, 3))
-    by_hand = fine.reshape(5, 4, 2, 6).sum(axis=2)
-    borders, wanted = ring_borders(6), ring_borders(3)
-    joined = [[k for k in range(6) if wanted[r] - 1e-12 <= borders[k] < wanted[r + 1] - 1e-12] for r in range(3)]
-    rings = np.stack([by_hand[:, :, ring].sum(axis=2) for ring in joined], axis=2).reshape(5, -1)
-    assert [len(ring) for ring in joined] == [2, 2, 2]
-    assert coarse == pytest.approx(rings)
-    again = Forces(coarse, Division(4, 3), None, 1e-6).by(Division(8, 6))
-    assert again.sum(axis=1) == pytest.approx(fine.sum(axis=1))
-    pressure = again.reshape(5, 8, 6) / np.diff(borders)
-    assert pressure[:, :, 0] == pytest.approx(pressure[:, :, 1])
 
 
 def test_stress_of_a_ring_is_planned_and_has_a_bar_of_its_own(tmp_path: Path) -> None:

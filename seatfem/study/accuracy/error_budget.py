@@ -61,7 +61,6 @@ from seatfem.study.impacts.measures import (
     landing_name,
     values_of_record,
 )
-from seatfem.study.impacts.plate_stress import PlateLook
 from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.impacts.validity import fit_of
 from seatfem.study.method import RunMethod, chooses_one_port
@@ -87,6 +86,7 @@ from seatfem.study.scene.measures import (
 
 if TYPE_CHECKING:
     from seatfem.structures.solved import Solved
+    from seatfem.study.impacts.plate_stress import PlateLook
 
 
 CUT: Final = ("impulse_Ns", "duration_s")

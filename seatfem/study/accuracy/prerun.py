@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -37,7 +37,6 @@ from seatfem.study.impacts.contact import (
     striker_of,
 )
 from seatfem.study.impacts.landings import landings_of_march, static_load_of_march
-from seatfem.study.impacts.plate_stress import PlateLook
 from seatfem.study.impacts.touches import force_of, stopper_force_of
 from seatfem.study.method import MODES, has_key, value_of
 from seatfem.study.scene import Scene
@@ -50,6 +49,9 @@ from seatfem.study.scene.measures import (
     judged_landing,
     values_of,
 )
+
+if TYPE_CHECKING:
+    from seatfem.study.impacts.plate_stress import PlateLook
 
 FEW: Final = 16  # reed modes of the first look
 LOOK: Final = 20_000  # steps of the first look ...
@@ -234,7 +236,11 @@ class Bench:
         """Return the look at the reed's stress: a beam's, or a plate's at a few places."""
         if (look := bending_look(self.scene)) is not None:
             return look
+        if not self.scene.reed.has_surface_stress:
+            return None
         if not self._plates:
+            from seatfem.study.impacts.plate_stress import PlateLook  # with finite elements, of plates alone
+
             striker, division = striker_of(self.scene, None, self.striker), Division.of(self.seat)
             self._plates.append(self.look or PlateLook.at_few_places(self.scene, striker, division))
         if (plate := self._plates[0]) is None:

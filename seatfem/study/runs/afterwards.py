@@ -14,6 +14,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.pictures.apart import Picture
 from seatfem.study.impacts.gas import gas_notes
 from seatfem.study.impacts.life import Lasting, life_notes
+from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.baseline import Baseline
 from seatfem.study.runs.gas_bars import gas_bars
 from seatfem.study.runs.left_in import contact_margin_bar
@@ -61,11 +62,12 @@ class Afterwards:
             *curve_pictures(self.curves),
         ]
 
-    def notes(self, scene: Scene) -> tuple[str, ...]:
-        """What a reader must be told."""
+    def notes(self, plan: Plan) -> tuple[str, ...]:
+        """Return what a reader must be told of the run of this plan."""
+        scene = plan.scene
         return (
             *self.margin_missed(scene),
-            *stress_notes(self.stress),
+            *stress_notes(plan, self.stress),
             *gas_notes(scene),
             *life_notes(scene, self.life),
         )
@@ -125,8 +127,8 @@ def afterwards(
         return Afterwards(keys, stress, spots, files=files)
     with watch("life"):
         stressed = Stressed.of(done, stress, plate, of_reed)
-        here = lives(done, stressed, done.touches, done.stress)
-        there = lives(done, stressed, baseline.touches, baseline.stress, with_seat=False)
+        here = lives(done, stressed, done.touches, done.stress, progress)
+        there = lives(done, stressed, baseline.touches, baseline.stress, progress, with_seat=False)
     keys |= run_keys(done, stressed, here, there)
     if here.below is not None and here.below[0].tensor_margin is not None:
         bar = contact_margin_bar(done, here.below[0].tensor_margin)

@@ -131,7 +131,7 @@ def run_scene(
         write_json(folder / SUMMARY_FILE, {**summary, **keys, **timing_keys(watch, start)})
 
     later = afterwards(done, baseline, folder, watch, progress, tell=tell, histories=histories, keep=keep)
-    notes = (*missed(done), *remarks(done), *later.notes(scene))
+    notes = (*missed(done), *remarks(done), *later.notes(done.plan))
     met = not later.margin_missed(scene) if done.met else done.met
     summary |= {**later.keys, "accuracy_met": met, "notes": list(notes)}
     keep({})

@@ -15,12 +15,15 @@ import numpy as np
 
 import impact
 from impact.progress import Progress, silent
+from impact.quantities import percent
 from impact.runs.budget import Values
 from seatfem.structures.fields.recovery import StressField, largest
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.measures import stress_since
 from seatfem.study.impacts.plate_stress import Forces, pushes_of
+from seatfem.study.planning.plan import Plan
+from seatfem.study.runs.kept import kept_numbers
 from seatfem.study.runs.left_in import left_in
 from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress
 from seatfem.study.runs.round import Round
@@ -54,9 +57,9 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
 
     own, finer = _told(seat), _told(None)
     if seat is not None and SEAT in looks:
-        half = replace(done, touches=run_contacts(done.plan.scene, done.striker, done.seat.greens, done.result.dt / 2))
-        finer = _told(seat_stress(half))  # whose faster pairs answer a sharper blow
-    left = left_in(done, look, finer)
+        finer = kept_numbers(done, done.touches, "stress in the seat at half the step", partial(_at_half, done))
+    what = f"errors left in {', '.join(sorted(looks))}"
+    left = kept_numbers(done, done.touches, what, lambda: left_in(done, look, finer, progress))
     if seat is not None and SEAT in looks:
         raw = [math.nan if abs(finer[name] - own[name]) > RAW * own[name] else left[name] for name in (SEAT, TENSION)]
         seat = replace(seat, bar=seat.bar + raw[0], tension_bar=seat.tension_bar + raw[1])
@@ -65,9 +68,28 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     return seat, reed
 
 
-def stress_notes(seat: SeatStress | None) -> tuple[str, ...]:
-    """In a sentence, why a stress of the seat has no bar."""
-    if seat is None or not (math.isnan(seat.bar) or math.isnan(seat.tension_bar)):
+def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
+    """Return in sentences what the stress of a seat leaves out, and why it has no bar."""
+    if seat is None:
+        return ()
+    return (*_without_waves(plan), *_without_bar(seat))
+
+
+def _without_waves(plan: Plan) -> tuple[str, ...]:
+    """Return what the stress of a seat leaves out whose contact was computed on its static stiffness."""
+    if plan.level != "spring":
+        return ()
+    change = max(plan.shares.get("model", {}).values(), default=0.0)
+    words = f", predicted to change by {percent(change)} at most with them" if change else ""
+    return (
+        "stress in the seat: the contact force behind it is that on the seat's static stiffness, without waves in the "
+        f"seat{words}; the stress has the waves that this force sends in. To have them in the force, too, state "
+        "seat.model",
+    )
+
+
+def _without_bar(seat: SeatStress) -> tuple[str, ...]:
+    if not (math.isnan(seat.bar) or math.isnan(seat.tension_bar)):
         return ()
     bars = {"peak_seat_stress_Pa": seat.bar, "peak_seat_principal_stress_Pa": seat.tension_bar}
     names = [name for name, bar in bars.items() if math.isnan(bar)]
@@ -76,6 +98,12 @@ def stress_notes(seat: SeatStress | None) -> tuple[str, ...]:
         f"{100 * RAW:g} %, as for the raw force of a first touch, or there is no coarser mesh to compare with; state a "
         "compliant contact.law, or a shorter run.time_step",
     )
+
+
+def _at_half(done: Round) -> Values:
+    """Return the largest stresses in the seat at half the step, whose faster pairs answer a sharper blow."""
+    touches = run_contacts(done.plan.scene, done.striker, done.seat.greens, done.result.dt / 2)
+    return _told(seat_stress(replace(done, touches=touches)))
 
 
 def _with_its_bar(done: Round) -> PlateReedStress | None:
