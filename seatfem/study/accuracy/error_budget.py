@@ -16,6 +16,7 @@ from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
 from impact.march.motion import Discrete
 from impact.march.problem import ContactProblem
+from impact.progress import Progress, silent
 from impact.runs.budget import Budget, Values, changes, times, total
 from impact.runs.variations import AT_ONCE, NARROWER, Terms, Variation, budget_of, narrowed, ringing_on
 from impact.runs.variations import of_g as of_body
@@ -108,6 +109,7 @@ def error_budget(
     stress: ReedStress | None = None,
     reed: Solved | None = None,
     look: PlateLook | None = None,
+    progress: Progress = silent,
 ) -> Budget:
     """What mesh, reduction, time step, model and patch, and a computed striker, leave in the measures of ``result``.
 
@@ -132,7 +134,7 @@ def error_budget(
       ring at its end, and g larger by a misfit beyond the noise; its reduction has then no error of its own.
     - stopper: the same of one that is computed, with its patch, and of a beam its modes; twice as many of its arcs.
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``touches``, if wanted; ``look``:
-    at that of a plate in other runs.
+    at that of a plate in other runs; ``progress``: hears of each run.
     """
     result = touches.seat
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
@@ -152,7 +154,12 @@ def error_budget(
     def values_with_clock(record: RunRecord) -> Values:
         return {**values_of_record(record, like), CLOCK: last.time(record.blow)}
 
+    runs, count = 2 + sum(len(term) for terms in found.values() for term in terms or ()), 0
+
     def run(varied: ContactProblem, dt: float) -> Values:
+        nonlocal count
+        count += 1
+        progress("error budget", min(count / runs, 1.0))
         return values_with_clock(record_of(scene, varied, dt, flight, like, look=look))
 
     finer = _finer_step(scene, problem, touches, look)

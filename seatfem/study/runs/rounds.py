@@ -197,12 +197,13 @@ def _round(
             stress = stress_of(scene, striker, result.force, result.dt, lift, stopper=met, since=since)
     done = Round(plan, seat, striker, touches, stress, Budget({}, {}, ()), reed)
     if any_needs_stress(scene.accuracy.measures) and has_plate_stress(scene, striker):
+        progress("reed stress", 0.0)
         with watch("reed stress"):
             plate = plate_reed_stress(done, stress_since(touches, scene.accuracy.landing))
         done = replace(done, plate=plate, stress=None if plate is None else plate.found)
     with watch("error budget"):
         wanted_stress = done.stress if scene.needs_stress else None
-        left = error_budget(scene, method, seat, striker, touches, wanted_stress, reed, done.look)
+        left = error_budget(scene, method, seat, striker, touches, wanted_stress, reed, done.look, progress)
     landings = () if touches.landings is None else touches.landings.seat
     left = with_bars_of_measures(_at_least_planned(plan, left), landings)
     return replace(done, left=_with_recovery(left, done.plate))
