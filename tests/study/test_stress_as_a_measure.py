@@ -82,7 +82,7 @@ def number(summary: dict[str, object], key: str) -> float:
 
 
 def test_stress_of_a_ring_is_planned_and_has_a_bar_of_its_own(tmp_path: Path) -> None:
-    """The seat is a spring: what is left in the stress is mostly the plate's own, and finer parts of the lip change little."""
+    """The seat is a spring: what is left is mostly the plate's own, and finer parts of the lip change little."""
     summary = run(tmp_path, RING)
     name = "landing_peak_reed_stress_Pa"
     stress, bar = (number(summary, prefix + name) for prefix in ("", "error_bar_"))
