@@ -1,0 +1,1 @@
+"""What the program answers today, frozen: numbers of scenes, and the help of its verbs."""
