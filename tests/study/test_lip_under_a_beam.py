@@ -12,6 +12,7 @@ SCENE = """
 kind = "annular"
 bore_radius = "4 mm"
 lip_width = "1 mm"
+lip_edge_radius = "0 mm"
 material = "steel"
 [reed]
 kind = "cantilever"
