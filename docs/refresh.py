@@ -37,8 +37,7 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.measures import asked_name
-from seatfem.verification.case import Row
-from seatfem.verification.table import PROVIDERS, markdown_table, verification_table
+from seatfem.verify import Row, known_answers, verification_table
 
 ROOT = Path(__file__).resolve().parent.parent
 SLEEVE = ROOT / "examples" / "flapper_on_peek_sleeve.toml"
@@ -105,11 +104,32 @@ PREFACE = (
 )
 
 
+def markdown_table(rows: tuple[Row, ...]) -> str:
+    """Return the rows as a Markdown table; errors and tolerances are relative, ``order`` is the observed one."""
+    head = ("case", "quantity", "exact", "ours", "error", "tolerance", "order", "verdict", "source")
+    body = [
+        (
+            row.case,
+            row.quantity.replace("|", r"\|"),
+            f"{row.exact:.8g}",
+            f"{row.ours:.8g}",
+            f"{row.error:+.1e}",
+            f"{row.tolerance:.1e}",
+            "" if row.order is None else f"{row.order:.2f}",
+            "pass" if row.verdict else "FAIL",
+            row.source,
+        )
+        for row in rows
+    ]
+    lines = [head, tuple("---" for _ in head), *body]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
 def short_table(rows: tuple[Row, ...]) -> str:
     """One line a family of cases: their number, the row nearest to its tolerance."""
     lines = ["| cases | values | nearest to its limit | error | allowed | verdict |", "|---|---|---|---|---|---|"]
     remaining = list(rows)
-    for provider in PROVIDERS:
+    for provider in known_answers().PROVIDERS:
         members = [remaining.pop(0) for _ in provider()]
         worst = max(members, key=lambda row: abs(row.error) / row.tolerance)
         verdict = "pass" if all(row.verdict for row in members) else "FAIL"

@@ -20,11 +20,11 @@ GROUPS = {
     "seatfem": (
         *("units", "fields", "machine", "jobs", "structures", "pictures"),
         *(f"study/{room}" for room in ("scene", "impacts", "accuracy", "planning", "runs", "trade", "sweep")),
-        *("verification, doctor", "faces"),
+        *("verify, doctor", "faces"),
     ),
 }
 ROOMS = [(package, room) for package, rooms in GROUPS.items() for room in rooms]
-LEAVES = ("verification", "machine/doctor", "machine/calibration")
+LEAVES = ("verify", "machine/doctor", "machine/calibration")
 """What verbs alone import."""
 IMPORT = re.compile(r"^ *from ([\w.]+) import ", re.MULTILINE)
 CELL, LEFT, TOP = 19, 200, 120
@@ -81,7 +81,7 @@ def _place(parts: tuple[str, ...]) -> int | None:
     if package not in GROUPS or not inner or inner == ["__init__"]:
         return None
     if "/".join(inner).startswith(LEAVES):
-        return ROOMS.index((package, "verification, doctor"))
+        return ROOMS.index((package, "verify, doctor"))
     rooms = [(package, "/".join(inner[:2])), (package, inner[0]), (package, "small modules")]
     return next((ROOMS.index(room) for room in rooms if room in ROOMS), None)
 

@@ -25,6 +25,7 @@ __all__ = ["NAMES", "plot_energy", "plot_force", "plot_greens", "plot_motion"]
 
 NAMES = ("elastic seat", "spring of equal static stiffness")
 _Curve = tuple[ImpactResult, Array, str, str, Any]  # of a run: values, name, colour and line style
+SPIKES = 2.5  # times the largest mean: where forces of single steps leave the figure
 _COLOURS = (BLUE, ORANGE)
 _STYLES = ("solid", (0, (4, 2)))  # dashes above the solid curve: both stay visible where they coincide
 
@@ -60,12 +61,13 @@ def plot_force(
         figure.suptitle(title)
         grid = figure.add_gridspec(3, 2, height_ratios=[1.0, 1.4, 0.18 + 0.12 * len(runs)], width_ratios=[1.7, 1.0])
         whole, zoom, pulse = (figure.add_subplot(place) for place in (grid[0, :], grid[1, 0], grid[1, 1]))
+        leave = False
         for axes, window, heading in (
             (whole, (0.0, float(result.time[-1])), "Whole run"),
             (zoom, group, contact.capitalize()),
             (pulse, _pulse_window(result, filtered[0], group, filter_width), "Its highest pulse"),
         ):
-            _forces(axes, runs, filtered, window, names, filter_width)
+            leave |= _forces(axes, runs, filtered, window, names, filter_width)
             axes.set_ylabel(f"force [{unit}]")
             axes.set_title(heading)
             axes.yaxis.set_major_formatter(lambda value, _: f"{factor * value:g}")
@@ -73,7 +75,7 @@ def plot_force(
         rate = scaled(float(result.time[-1]), "s")[0]
         draw_marks(whole, marks, lambda mark: (rate * mark.peak_time, mark.peak))
         _mark(whole, group, float(result.time[-1]))
-        note = f"thin: each step, thick: mean over {1e6 * filter_width:g} µs"
+        note = f"thin: steps{' (cut off)' if leave else ''}, thick: {1e6 * filter_width:g} µs mean"
         zoom.set_title(note, loc="right", color=GREY, fontsize=8)
         whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
         _table(figure.add_subplot(grid[2, :]), runs, filtered, names, group if marks else None)
@@ -133,8 +135,16 @@ def plot_motion(
     return figure
 
 
-def plot_energy(result: ImpactResult, path: str | os.PathLike[str] | None = None, *, title: str = "Energy") -> Figure:
-    """The ledger: terms stacked up to the energy brought in, the same on a logarithmic scale, and what is left over.
+def plot_energy(
+    result: ImpactResult,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    title: str = "Energy",
+    targets: str = "seat",
+) -> Figure:
+    """Draw the ledger: terms stacked up to the energy brought in, the same on a logarithmic scale, and what is missing.
+
+    ``targets``: what the struck bodies are called, whose energies are one term.
 
     Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
 
@@ -145,7 +155,7 @@ def plot_energy(result: ImpactResult, path: str | os.PathLike[str] | None = None
     received = ["work on " if name in energy.by_work else "" for name in ("striker", "target")]
     terms = {
         f"{received[0]}reed": (energy.striker, BLUE),
-        f"{received[1]}seat": (energy.target, GREEN),
+        f"{received[1]}{targets}": (energy.target, GREEN),
         "contact law": (energy.contact, PURPLE),
         "damping": (energy.dissipated - energy.contact_loss, SKY),
         "lost in the contact": (energy.contact_loss, ORANGE),
@@ -238,18 +248,27 @@ def _forces(
     window: tuple[float, float],
     names: tuple[str, str],
     width: float,
-) -> None:
-    """Draw the forces of each step and their means over ``width`` [s], where the run holds all of these."""
+) -> bool:
+    """Draw the forces of each step and their means over ``width`` [s], where the run holds all of these.
+
+    Return whether forces of single steps leave the figure.
+    """
     rate, time_unit = scaled(window[1], "s")
+    raw, means = 0.0, 0.0
     for k, run in enumerate(runs):
         seen = _within(run, *window)
+        raw = max(raw, float(run.force[seen].max(initial=0.0)))
+        means = max(means, float(filtered[k][seen].max(initial=0.0)))
         time, order = rate * run.time[seen], 3 + 0.1 * k
         axes.plot(time, run.force[seen], color=_COLOURS[k], linewidth=0.5, alpha=0.55, zorder=2.9 - 0.1 * k)
         known = (run.time[seen] >= width / 2) & (run.time[seen] <= run.time[-1] - width / 2)  # whole means
         mean = np.where(known, filtered[k][seen], np.nan)
         axes.plot(time, mean, color=_COLOURS[k], linestyle=_STYLES[k], label=names[k], zorder=order)
     axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]")
-    axes.set_ylim(bottom=0.0)
+    top = SPIKES * means
+    leave = raw > top > 0
+    axes.set_ylim(0.0, top if leave else None)
+    return leave
 
 
 def _table(

@@ -124,7 +124,7 @@ def init(
 
 def verify(*, common: Common = COMMON) -> int:
     """Compare with exact solutions: case, exact value, ours, error, verdict."""
-    from seatfem.verification.table import verification_table, verification_table_view
+    from seatfem.verify import verification_table, verification_table_view
 
     with progress_of(common) as progress:
         rows = verification_table(progress)

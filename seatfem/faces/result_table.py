@@ -82,6 +82,10 @@ def _notes(summary: Mapping[str, object]) -> Iterator[str]:
         yield ANGLES
     if any(row.key == "line_force_peak_at_m" for row in shown):
         yield LENGTHS
+    if place := _most_stressed(summary):
+        yield place
+    if any(key in summary and f"spring_{key}" in summary for key in OF_EACH_STEP):
+        yield "raw: of single steps, not averaged; the spring's depends on the step"
     if any("± ?" in in_text(row.key, as_number(summary.get(row.key)), bar_of(summary, row.key), "") for row in shown):
         yield "± ?: uncertainty not known"
     if unknown := str(summary.get("error_unknown") or ""):
@@ -90,6 +94,15 @@ def _notes(summary: Mapping[str, object]) -> Iterator[str]:
     for key in asked(summary):
         if summary.get(key) is None and (landed or not key.startswith(LANDING)):
             yield f"{name_of(key, summary)}: asked for, but this run gives no value"
+
+
+def _most_stressed(summary: Mapping[str, object]) -> str:
+    """Return where the largest reed stress lies, and when; "" where none is known."""
+    spots = summary.get("reed_stress_hot_spots")
+    if not isinstance(spots, list) or not spots or not isinstance(spots[0], dict):
+        return ""
+    part, time = spots[0].get("part"), as_number(spots[0].get("time_s"))
+    return f"largest reed stress: {part}, at {duration(time)}" if isinstance(part, str) and time is not None else ""
 
 
 def _cells(summary: Mapping[str, object], row: Row) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 
+from seatfem import verify
 from seatfem.faces import cli, output, scene_verbs
 from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, INTERRUPTED, run_command
 from seatfem.faces.progress_bars import StageClock, progress_bars
@@ -29,7 +30,6 @@ from seatfem.machine.doctor import Check
 from seatfem.structures.shapes import GeometryError
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.scene import Scene
-from seatfem.verification import table
 
 ROOT = Path(__file__).parents[2]
 SPRING_SCENE = ROOT / "examples" / "flapper_on_spring.toml"
@@ -363,10 +363,7 @@ class Row:
 def test_verify_exit_codes(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], passed: bool, code: int, verdict: str
 ) -> None:
-    module = types.ModuleType("seatfem.verification.table")
-    module.verification_table = lambda progress: [Row(True), Row(passed)]  # type: ignore[attr-defined]
-    module.verification_table_view = table.verification_table_view  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "seatfem.verification.table", module)
+    monkeypatch.setattr(verify, "verification_table", lambda progress: [Row(True), Row(passed)])
     assert run_command(["verify"]) == code
     assert verdict in capsys.readouterr().out
 
@@ -378,7 +375,8 @@ def test_the_demo_scene_is_found_in_a_source_tree_and_in_a_wheel(
     shipped = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     included = shipped["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
     files = (cli.DEMO_SCENE, "suction_valve.csv", "strengths/invented_strip.toml", "strengths/invented_strip.csv")
-    assert included == {f"examples/{file}": f"seatfem/data/{file}" for file in files}
+    shown = {f"examples/{file}": f"seatfem/data/{file}" for file in files}
+    assert included == {**shown, "tests/known_answers": "seatfem/known_answers"}
     inside = tmp_path / "data" / cli.DEMO_SCENE
     inside.parent.mkdir()
     inside.write_text("")

@@ -11,8 +11,8 @@ from numpy.polynomial import Polynomial
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from seatfem.verification.half_space import RADIATION
-from seatfem.verification.table import verification_cases
+from seatfem.verify import verification_cases
+from tests.known_answers.half_space import RADIATION
 
 ENTRIES = json.loads(Path(__file__).with_name("own_cases.json").read_text())
 CASES = {(case.case, case.quantity): case for case in verification_cases()}

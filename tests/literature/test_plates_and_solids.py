@@ -12,9 +12,9 @@ from scipy.optimize import brentq
 from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 
 from seatfem.structures.model import Material
-from seatfem.verification.round_bars import bar_frequency
-from seatfem.verification.solids import bending_frequency, box_frequency, tube_widening
-from seatfem.verification.spheres import sphere_frequency
+from tests.known_answers.round_bars import bar_frequency
+from tests.known_answers.solids import bending_frequency, box_frequency, tube_widening
+from tests.known_answers.spheres import sphere_frequency
 
 ENTRIES = {entry["id"]: entry for entry in json.loads(Path(__file__).with_name("finite_elements.json").read_text())}
 NU = 0.3

@@ -9,8 +9,8 @@ import pytest
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.model import Material
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.verification.grids import box, hold, plane
-from seatfem.verification.table import verification_cases
+from seatfem.verify import verification_cases
+from tests.known_answers.grids import box, hold, plane
 
 FILES = ("half_space.json", "beams.json", "references.json", "finite_elements.json")
 REFERENCES = {entry["id"]: entry for f in FILES for entry in json.loads(Path(__file__).with_name(f).read_text())}

@@ -20,7 +20,7 @@ from seatfem.study.impacts.contact import RunError
 from seatfem.study.runs import pictures
 from seatfem.study.runs.pipeline import write_modes
 from seatfem.study.scene import load_scene
-from seatfem.verification.grids import section
+from tests.known_answers.grids import section
 
 RUN = '[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-2 m/s"\n[run]\nduration = "1 ms"\n'
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\n'

@@ -15,7 +15,7 @@ import skfem
 from numpy.typing import NDArray
 
 from seatfem.structures.model import Material
-from seatfem.verification.manufactured import RelativeErrors, Waves, relative_errors, stress
+from tests.known_answers.manufactured import RelativeErrors, Waves, relative_errors, stress
 
 Array = NDArray[np.float64]
 MATERIAL = Material(1.0, 0.3, 1.0)

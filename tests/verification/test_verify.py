@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from seatfem.verification.case import Case, Estimate, Row, carry_out, refined, richardson
-from seatfem.verification.table import markdown_table, verification_cases, verification_table
+from seatfem.verify import Row, carry_out, verification_cases, verification_table
+from tests.known_answers.limits import refined, richardson
 
 CASES = {f"{case.case}: {case.quantity}": case for case in verification_cases()}
 # elements against continua: how far the observed order may lie from that of theory, by a word of the case
@@ -89,16 +89,6 @@ def test_the_table_has_every_case_and_tells_progress() -> None:
     assert all(row.verdict for row in rows)
     assert heard == sorted(heard)
     assert (heard[0], heard[-1]) == (0.0, 1.0)
-
-
-def test_markdown_table_shows_verdicts() -> None:
-    good = carry_out(Case("spring", "k [N/m]", 2.0, 1e-6, "Hooke", lambda k: Estimate(2.0 * k, order=1.0)))
-    bad = carry_out(Case("spring", "k [N/m]", 2.0, 1e-6, "Hooke", Estimate), 1.0)
-    lines = markdown_table((good, bad)).splitlines()
-    assert len(lines) == 4
-    assert lines[2] == "| spring | k [N/m] | 2 | 2 | +0.0e+00 | 1.0e-06 | 1.00 | pass | Hooke |"
-    assert "| -5.0e-01 |" in lines[3]
-    assert "| FAIL |" in lines[3]
 
 
 def test_richardson_finds_limit_order_and_bounds_its_error() -> None:

@@ -13,11 +13,13 @@ from impact.advice import Advice
 from impact.after.measures import film_force_peak
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
-from impact.quantities import text
+from impact.quantities import percent, text
 from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
 
 SAMPLES: Final = 4096  # of a run, for the largest pressure
+POINTS: Final = 720  # around a lip
+COVERED: Final = 0.95  # of a lip, from which on a beam is taken to cover it
 THICKEST_GAS: Final = 1e-4
 """Viscosity [Pa s] above which a fluid is a liquid."""
 
@@ -57,6 +59,25 @@ def film_notes(scene: Scene, result: ImpactResult) -> tuple[str, ...]:
         f"contact.film: its mean pressure reaches {bars:.3g} bar. A gas, as viscosity = {keys.viscosity:g} Pa s says, "
         "would be compressed: the film's force is an upper bound, and the truth lies between this run and the one "
         "without the film (without_film_ in summary.json)",
+    )
+
+
+def covered_notes(scene: Scene) -> tuple[str, ...]:
+    """Return that a beam covers only a part of the lip that it strikes, which the model presses all around."""
+    reed, ring = scene.reed, scene.seat.struck_ring
+    at = reed.free_point if scene.contact.at is None else scene.contact.at
+    if ring is None or reed.reach is None or at is None:
+        return ()
+    angle = 2 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
+    along, across = at + ring[0] * np.cos(angle), ring[0] * np.sin(angle)
+    share = float(np.mean((along >= 0) & (along <= reed.reach) & (np.abs(across) <= reed.face.width / 2)))
+    if share >= COVERED:
+        return ()
+    outer, place = write_quantity(2 * ring[0] + ring[1], "length", 3), write_quantity(at, "length")
+    return (
+        f"the reed covers {percent(share, 2)} of the lip, {outer} wide, at contact.at = {place}; "
+        "this model presses all of it. A reed that closes a port reaches beyond its lip all around: make contact.at "
+        "smaller, or the reed wider",
     )
 
 

@@ -18,7 +18,7 @@ from seatfem.structures.estimates.mesh_size import ERRORS
 from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import check_length, check_step
 from seatfem.study.impacts.simpler import ONE_PORT
-from seatfem.study.impacts.validity import dishing_notes, stopper_notes, validity_advice
+from seatfem.study.impacts.validity import covered_notes, dishing_notes, stopper_notes, validity_advice
 from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision
@@ -172,6 +172,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
         )
     found.extend(stopper_notes(plan.scene))
     found.extend(dishing_notes(plan.scene))
+    found.extend(covered_notes(plan.scene))
     if seen.band is not None:
         found.append("mesh error of the reed: known after the run")
     elif plan.scene.reed.is_solved:

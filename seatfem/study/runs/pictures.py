@@ -79,10 +79,11 @@ def draw_run(
     """
     title, width = scene.title or "Impact", scene.run.filter_width
     marked: dict[str, Any] = {"filter_width": width, "title": title, "landings": landings}
+    struck = "seat" if scene.stopper is None else "seat and stopper"
     pictures: list[Picture] = [
         ("force.png", lambda path: plot_force(result, baseline, path, **marked)),
         ("motion.png", lambda path: plot_motion(result, baseline, path, crank=crank_of(scene), **marked)),
-        ("energy.png", lambda path: plot_energy(result, path, title=title)),
+        ("energy.png", lambda path: plot_energy(result, path, title=title, targets=struck)),
         _greens_picture(scene, method, seat),
         *more,
     ]

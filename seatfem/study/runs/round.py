@@ -22,7 +22,7 @@ from seatfem.study.accuracy.source_words import in_words as source_in_words
 from seatfem.study.impacts.measures import LIP, RECORD, STOPPER, STRIKER, is_of_a_landing
 from seatfem.study.impacts.plate_stress import PlateLook
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.impacts.validity import dishing_notes, film_notes, stopper_notes, validity_advice
+from seatfem.study.impacts.validity import covered_notes, dishing_notes, film_notes, stopper_notes, validity_advice
 from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP
 from seatfem.study.planning.plan import Plan
 from seatfem.study.scene import Scene
@@ -189,6 +189,7 @@ def remarks(done: Round) -> tuple[str, ...]:
         *film_notes(done.plan.scene, done.result),
         *stopper_notes(done.plan.scene),
         *dishing_notes(done.plan.scene),
+        *covered_notes(done.plan.scene),
     )
     return (*_empty(done), *_assumed_reed(done), *limits, *_advice(done), *notes, *_no_bar(done))
 

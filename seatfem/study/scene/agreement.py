@@ -106,7 +106,18 @@ def _bases_of_what_is_held(scene: Scene) -> None:
 
 
 def _contact_on_the_reed(scene: Scene) -> None:
-    scene.reed.check_contact(scene.contact.at)
+    reed, ring = scene.reed, scene.seat.struck_ring
+    reed.check_contact(scene.contact.at)
+    if ring is None or reed.reach is None or scene.contact.at is None:
+        return
+    outer = ring[0] + ring[1] / 2
+    if scene.contact.at < outer * (1 - 1e-9):
+        raise KeyProblem(
+            "contact.at",
+            f"the lip's middle is {write_quantity(scene.contact.at, 'length')} from the clamp, and the lip reaches "
+            f"{write_quantity(outer, 'length', 4)} from its middle, behind the clamp; make contact.at at least that, "
+            "or the lip smaller",
+        )
 
 
 def check_start(scene: Scene) -> None:

@@ -21,8 +21,10 @@ from seatfem.structures.model import Array, Material, SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes.bar import Bar
-from seatfem.verification.case import Case, Estimate, converged
-from seatfem.verification.grids import box, hold, plane, section
+from seatfem.verify import Case, Estimate
+
+from .grids import box, hold, plane, section
+from .limits import converged
 
 _NAFEMS = "NAFEMS, Selected Benchmarks for Natural Frequency Analysis"
 _SIDES = (1.0, 0.8, 0.6)

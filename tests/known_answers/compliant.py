@@ -11,7 +11,9 @@ import numpy as np
 import impact
 from impact.exact.contact_stress import HertzContact, hertz_circular, hertz_stiffness, reduced_modulus
 from impact.greens.modal import ModalGreens, Residual
-from seatfem.verification.case import Case, stepped
+from seatfem.verify import Case
+
+from .limits import stepped
 
 _YOUNG, _POISSON, _DENSITY = 200e9, 0.3, 7850.0
 _RADIUS, VELOCITY = 5e-3, 1.0

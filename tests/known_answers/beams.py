@@ -13,7 +13,7 @@ import impact
 from impact.beams.cantilever import Cantilever
 from impact.exact.rods import ExactRod
 from impact.greens.modal import ModalGreens, Residual
-from seatfem.verification.case import Case
+from seatfem.verify import Case
 
 _TEXTBOOK = "Blevins, Formulas for Natural Frequency and Mode Shape"
 _DUHAMEL = "modal superposition, 5000 modes"

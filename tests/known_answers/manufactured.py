@@ -14,8 +14,10 @@ import skfem
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.model import Array, Material
 from seatfem.structures.reduction.factorization import factorize
-from seatfem.verification.case import Case, converged
-from seatfem.verification.grids import box
+from seatfem.verify import Case
+
+from .grids import box
+from .limits import converged
 
 _CIARLET = "manufactured; Ciarlet, Finite Element Method for Elliptic Problems, ch. 3"
 _MATERIAL = Material(1.0, 0.3, 1.0)

@@ -11,9 +11,10 @@ from numpy.polynomial import Polynomial
 from scipy.optimize import brentq
 
 import impact
-from seatfem.verification.beams import REED
-from seatfem.verification.case import Case
-from seatfem.verification.compliant import rigid_seat
+from seatfem.verify import Case
+
+from .beams import REED
+from .compliant import rigid_seat
 
 _CLOSED = "closed form"
 _MODE = "closed form: one oscillator"

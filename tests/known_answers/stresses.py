@@ -21,7 +21,7 @@ from impact.exact.contact_stress import (
     tip_step_moment,
     tip_step_stress,
 )
-from seatfem.verification.case import Case
+from seatfem.verify import Case
 
 _JOHNSON = "Johnson, Contact Mechanics, ch. 3 and 4"
 _GOODIER = "Timoshenko & Goodier, Theory of Elasticity: load on a half-space"

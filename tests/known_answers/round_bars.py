@@ -12,8 +12,10 @@ from scipy.special import jv
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.model import Material, SecondOrderModel
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.verification.case import Case, converged, small_limit
-from seatfem.verification.grids import hold, plane, section, split
+from seatfem.verify import Case
+
+from .grids import hold, plane, section, split
+from .limits import converged, small_limit
 
 _POCHHAMMER = "Pochhammer 1876; Graff, Wave Motion in Elastic Solids, ch. 8"
 _RAYLEIGH = "Rayleigh 1885"

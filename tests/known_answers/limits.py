@@ -1,87 +1,18 @@
-"""What a verification case is, how its numbers carry their own tolerance, and the limits of computed sequences."""
+"""The limits of computed sequences, and the tolerance that they carry."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
 
+from seatfem.verify import Estimate
+
 Solve = Callable[[int, float], Sequence[float]]
 """Level n (1, 2, 4, ... times the coarsest) and the factor on a physical input -> all quantities of a problem."""
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A computed number, its absolute numerical uncertainty, observed and theoretical order of convergence if any."""
-
-    value: float
-    uncertainty: float = 0.0
-    order: float | None = None
-    theory: int | None = None
-
-
-@dataclass(frozen=True)
-class Case:
-    """A problem with a known answer.
-
-    Attributes:
-        case, quantity: what is solved, what is compared (with its unit; none: dimensionless).
-        exact: the known value.
-        rtol: relative accuracy claimed beyond the numerical uncertainty: of the known value, or of a fixed model.
-        source: of the known value.
-        compute: our value when one physical input is multiplied by the given coefficient; 1 is the case itself. A
-            plain number has no numerical uncertainty.
-    """
-
-    case: str
-    quantity: str
-    exact: float
-    rtol: float
-    source: str
-    compute: Callable[[float], Estimate | float]
-
-
-@dataclass(frozen=True)
-class Row:
-    """A case, carried out. ``error`` and ``tolerance`` are relative to ``exact``; ``order`` is the observed one.
-
-    ``theory`` is the order that it tends to.
-    """
-
-    case: str
-    quantity: str
-    exact: float
-    ours: float
-    error: float
-    tolerance: float
-    verdict: bool
-    source: str
-    order: float | None = None
-    theory: int | None = None
-
-
-def carry_out(case: Case, coefficient: float = 1.0) -> Row:
-    """Compute the case; ``verdict``: |error| <= tolerance = rtol + numerical uncertainty."""
-    found = case.compute(coefficient)
-    ours = found if isinstance(found, Estimate) else Estimate(found)
-    scale = abs(case.exact)
-    error, tolerance = (ours.value - case.exact) / scale, case.rtol + ours.uncertainty / scale
-    verdict = abs(error) <= tolerance
-    return Row(
-        case.case,
-        case.quantity,
-        case.exact,
-        ours.value,
-        error,
-        tolerance,
-        verdict,
-        case.source,
-        ours.order,
-        ours.theory,
-    )
 
 
 def richardson(solve: Callable[[int], float], steps: int, order: int) -> Estimate:

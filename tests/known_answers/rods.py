@@ -12,7 +12,9 @@ import impact
 from impact.after.stresses import rod_stress
 from impact.exact.rods import ExactRod
 from impact.greens.base import Array
-from seatfem.verification.case import Case, Estimate, stepped
+from seatfem.verify import Case, Estimate
+
+from .limits import stepped
 
 _GOODIER = "Timoshenko & Goodier, Theory of Elasticity: longitudinal impact of bars"
 _WAVES = "d'Alembert's waves"

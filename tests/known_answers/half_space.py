@@ -18,7 +18,9 @@ from impact.exact.half_space import (
     square_compliance,
 )
 from impact.greens.base import Array
-from seatfem.verification.case import Case, stepped
+from seatfem.verify import Case
+
+from .limits import stepped
 
 _JOHNSON = "Johnson, Contact Mechanics, ch. 3"
 _LOVE = "Love, Phil. Trans. A 228 (1929) 377"

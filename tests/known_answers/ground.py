@@ -18,9 +18,11 @@ from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.transient import march
 from seatfem.structures.rings import face_compliance, ring_borders, ring_names, with_fewer_rings
 from seatfem.structures.statics import spring_of
-from seatfem.verification.case import Case, Estimate, converged, recomputed, richardson
-from seatfem.verification.grids import box, section, split
-from seatfem.verification.half_space import unit_patch
+from seatfem.verify import Case, Estimate
+
+from .grids import box, section, split
+from .half_space import unit_patch
+from .limits import converged, recomputed, richardson
 
 _JOHNSON = "Johnson, Contact Mechanics, ch. 3"
 _LOVE = "Love, Phil. Trans. A 228 (1929) 377"
@@ -149,7 +151,7 @@ def rigid_face_cases() -> tuple[Case, ...]:
 
     @cache
     def compliance(young: float) -> Array:
-        """(8, 8) of the rings, at infinite depth; see `seatfem.verification.ground`."""
+        """(8, 8) of the rings, at infinite depth; see the docstring of the module."""
         one, two, four = (_rings(radius, young) for radius in (8.0, 16.0, 32.0))
         before, after = 2 * two - one, 2 * four - two
         return np.asarray(after + (after - before) / 7)

@@ -12,8 +12,10 @@ from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.model import Array, Material, SecondOrderModel
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.verification.case import Case, converged, small_limit
-from seatfem.verification.grids import Where, box, hold, plane, section
+from seatfem.verify import Case
+
+from .grids import Where, box, hold, plane, section
+from .limits import converged, small_limit
 
 _NAFEMS = "NAFEMS, Selected Benchmarks for Natural Frequency Analysis"
 _LEISSA = "Leissa, Vibration of Plates, NASA SP-160 (Bessel determinant)"

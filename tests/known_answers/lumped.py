@@ -9,9 +9,11 @@ import numpy as np
 
 import impact
 from impact.greens.modal import ModalGreens, Residual
-from seatfem.verification.case import Case, stepped
-from seatfem.verification.compliant import MASS, VELOCITY, plate_seat, rigid_seat, strike
-from seatfem.verification.rods import end_of_contact, first_impact
+from seatfem.verify import Case
+
+from .compliant import MASS, VELOCITY, plate_seat, rigid_seat, strike
+from .limits import stepped
+from .rods import end_of_contact, first_impact
 
 _HUNT = "Hunt & Crossley, J. Appl. Mech. 42 (1975) 440; the phase plane integrates"
 _PAD = "Schwager & Poeschel, Granular Matter 9 (2007) 465: no tension at the end of contact"

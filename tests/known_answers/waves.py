@@ -8,9 +8,11 @@ from collections.abc import Callable
 import numpy as np
 
 import impact
-from seatfem.verification.case import Case, stepped
-from seatfem.verification.compliant import rigid_seat
-from seatfem.verification.rods import end_of_contact, first_impact
+from seatfem.verify import Case
+
+from .compliant import rigid_seat
+from .limits import stepped
+from .rods import end_of_contact, first_impact
 
 _INTERVALS = "Saint-Venant & Flamant 1883: by intervals of 2 l/c"
 _RODS = "Saint-Venant 1867; Goldsmith, Impact: characteristics"

@@ -1,1 +1,0 @@
-"""Verification cases: problems with a known answer, each solved by the public functions."""

@@ -1,0 +1,51 @@
+"""A beam that strikes a lip: how much of the lip it covers, and a lip behind the clamp."""
+
+from pathlib import Path
+
+import pytest
+
+from seatfem.study.impacts.validity import covered_notes
+from seatfem.study.scene import Scene, SceneError, load_scene
+
+SCENE = """
+[seat]
+kind = "annular"
+bore_radius = "4 mm"
+lip_width = "1 mm"
+lip_edge_radius = "0 mm"
+material = "steel"
+[reed]
+kind = "cantilever"
+length = "30 mm"
+width = "{width} mm"
+thickness = "0.3 mm"
+material = "steel"
+release = {{ tip_deflection = "1 mm" }}
+[contact]
+at = "{at} mm"
+[run]
+duration = "1 ms"
+"""
+
+
+def scene(folder: Path, at: float, width: float = 12) -> Scene:
+    file = folder / "scene.toml"
+    file.write_text(SCENE.format(at=at, width=width), encoding="utf-8")
+    return load_scene(file)
+
+
+def test_a_lip_under_the_whole_reed_needs_no_note(tmp_path: Path) -> None:
+    assert covered_notes(scene(tmp_path, 24)) == ()
+
+
+@pytest.mark.parametrize(("at", "width", "share"), [(30, 12, "50 %"), (24, 4.5, "33 %")])
+def test_a_note_says_how_much_of_the_lip_is_covered(tmp_path: Path, at: float, width: float, share: str) -> None:
+    """A reed of half the lip's mean diameter covers 2/pi asin(1/2) = 1/3 of its circle."""
+    (note,) = covered_notes(scene(tmp_path, at, width))
+    assert f"covers {share} of the lip, 10 mm wide" in note
+
+
+def test_a_lip_behind_the_clamp_is_refused(tmp_path: Path) -> None:
+    scene(tmp_path, 5.0)
+    with pytest.raises(SceneError, match=r"contact.at: the lip's middle is 4.9 mm from the clamp.*5 mm.*behind"):
+        scene(tmp_path, 4.9)
