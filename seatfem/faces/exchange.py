@@ -169,7 +169,7 @@ FORMATS: Final[Mapping[str, Format]] = {
 
 
 def _scene_of(source: Path) -> Scene:
-    """A scene file's, or that which the folder of a run keeps, with the changes that were made to it."""
+    """Return the scene of a file, or the one that the folder of a run keeps, with the changes that were made to it."""
     if not source.is_dir():
         return load(source)
     path = source / SCENE_COPY

@@ -32,7 +32,7 @@ _NONE: Final = FieldInfo(default=None)
 
 
 def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
-    """Table of the scene and what was read in it, key by key as the file states them; the struck face of each body.
+    """Return the scene as rows (key, value), key by key as the file states them, with the struck face of each body.
 
     Raises:
         SceneError: a file that cannot be read, or has no such face.
@@ -73,7 +73,7 @@ def _rows(scene: Scene) -> Iterator[tuple[str, str]]:
 
 
 def _struck(body: Structure, along: Contact | Literal[False]) -> str:
-    """What is known of its struck face, and of a response that was measured, without any mesh."""
+    """Return what is known of a body's struck face, and of a response that was measured, without any mesh."""
     told = []
     if (ring := body.struck_ring) is not None:
         mean, width = (write_quantity(size, "length") for size in ring)
@@ -91,7 +91,7 @@ def _struck(body: Structure, along: Contact | Literal[False]) -> str:
 
 
 def _words(table: BaseModel, key: str = "") -> str:
-    """Its kind or name, then each key that the file states, in the order of docs/scene.md."""
+    """Return the kind or name of a table, then each key that the file states, in the order of docs/scene.md."""
     kind = kind_of(type(table)) if type(table).model_fields.get("kind", _NONE).is_required() else ""
     first = [getattr(table, "name", None) or kind.replace("_", " ")]
     told = []
@@ -144,7 +144,7 @@ def _several(values: tuple[Any, ...], field: FieldInfo, key: str) -> str:
 
 
 def _file(path: Path, key: str) -> str:
-    """Its name; of columns their number of rows and the range of each, of a file of strength what it holds."""
+    """Return a file's name; of columns their number of rows and ranges too, of a file of strength what it holds."""
     if key.rpartition(".")[2] in STRENGTHS:
         from seatfem.study.scene.load import load_table  # of scenes with a life only
         from seatfem.study.scene.strength import StrengthTable
@@ -156,7 +156,7 @@ def _file(path: Path, key: str) -> str:
 
 
 def _columns(path: Path) -> str:
-    """Rows, and under each head the range of its numbers; "" of a table without heads or of other cells."""
+    """Return the number of rows and the range of each column; "" for a table without heads or of other cells."""
     try:
         table = read_csv(path, ValueError)
         numbers = np.zeros((0, 0)) if table is None else table.numbers()

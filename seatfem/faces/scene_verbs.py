@@ -248,7 +248,7 @@ def modes(
 
 
 def demo_scene() -> Path:
-    """The demo's scene file, inside an installed package or a source tree."""
+    """Return the demo's scene file, inside an installed package or a source tree."""
     installed = Path(str(resources.files("seatfem"))) / "data" / DEMO_SCENE
     source = Path(__file__).parents[2] / "examples" / DEMO_SCENE
     return installed if installed.is_file() else source

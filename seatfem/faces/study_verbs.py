@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Work(Effort):
-    """What a study may take, by options."""
+    """Limits on what a study may take, as options."""
 
     workers: Annotated[
         int | None, Parameter(help="Processes that run scenes [default: one a core, as far as the memory does].")
@@ -125,7 +125,7 @@ def optimise(
 
 
 def study_ahead(path: Path) -> Ahead | SearchAhead | None:
-    """What a study would take; ``None`` of other files."""
+    """Return what a study would take; ``None`` for other files."""
     from seatfem.study.scene.load import has_table
 
     if not has_table(path, "vary"):

@@ -61,7 +61,7 @@ def changes_in(text: str) -> list[str]:
 
 
 def _placed(content: bytes, files: Collection[Path], home: Path) -> bytes:
-    """With whole paths in place of strings that name one of the ``files`` from ``home``."""
+    """Return the content with whole paths in place of strings that name one of the ``files`` from ``home``."""
 
     def whole(found: re.Match[str]) -> str:
         path = (home / found[0][1:-1]).resolve()

@@ -17,7 +17,7 @@ class ReportError(ValueError):
 
 
 def run_summary(folder: Path) -> dict[str, Any]:
-    """summary.json of a run. Raises `ReportError` of a folder that holds none, or one that is not whole."""
+    """Return summary.json of a run. Raises `ReportError` for a folder that holds none, or one that is not whole."""
     path = folder / SUMMARY_FILE
     if folder.is_file():
         raise ReportError(f"{folder}: is a file; give the folder of a run (seatfem run -o), as {folder.stem}-result")
@@ -37,5 +37,5 @@ def run_summary(folder: Path) -> dict[str, Any]:
 
 
 def text_of(path: Path) -> str:
-    """Of a file beside the results; "" where there is none."""
+    """Return the text of a file beside the results; "" where there is none."""
     return read_text(path, MOST_TEXT, ReportError) if path.is_file() else ""

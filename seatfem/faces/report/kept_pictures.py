@@ -45,7 +45,7 @@ STILLS: Final = ("landing.gif",)
 
 
 def kept_pictures(folder: Path) -> str:
-    """Those that the page does not hold otherwise, each with its caption; what is too large is named."""
+    """Return the pictures that the page does not hold otherwise, each with its caption; what is too large is named."""
     shown, left = [], MOST_OF_PICTURES
     files = sorted(file for pattern in ("*.png", "*.gif") for file in folder.glob(pattern) if not file.is_symlink())
     for file in sorted(files, key=lambda file: file.name in STILLS):

@@ -56,7 +56,7 @@ def write_report(folder: Path, path: Path) -> None:
 
 
 def report_page(folder: Path) -> str:
-    """The page as text; raises as `write_report`."""
+    """Return the page as text; raises as `write_report`."""
     summary = run_summary(folder)
     sections = list(_sections(folder, summary))
     links = "".join(f'<a href="#s{k}">{html.escape(title)}</a>' for k, (title, _) in enumerate(sections))
@@ -172,7 +172,7 @@ def _shares(summary: Mapping[str, Any]) -> dict[str, dict[str, float]]:
 
 
 def _plan(text: str) -> Iterator[tuple[str, str]]:
-    """What was read, which plans of earlier versions do not have, and what was chosen."""
+    """Yield what was read, which plans of earlier versions do not have, and what was chosen."""
     try:
         plan = json.loads(text)
         read = [[str(name), str(words)] for name, words in dict(plan.get("read", {})).items()]

@@ -11,7 +11,7 @@ from seatfem.faces.report.html_tables import html_rows
 
 
 def hot_spots(summary: Mapping[str, Any]) -> str:
-    """Stress, time, place and distance to the nearest sharp edge of each, the largest first; "" without any."""
+    """Return stress, time, place and distance to the nearest sharp edge of each hot spot, largest first, or ""."""
     found = summary.get("seat_stress_hot_spots")
     if not isinstance(found, list) or not found:
         return ""
