@@ -18,7 +18,7 @@ def answers(
     renew: int = NEVER,
     own_session: bool = False,
 ) -> Iterator[str | Lost]:
-    """The answer to each job, a line, in their order; from one worker at a time.
+    """Yield the answer to each job, a line, in their order; from one worker at a time.
 
     Args:
         jobs: lines.
@@ -31,7 +31,7 @@ def answers(
 
 @contextmanager
 def crew(program: Program, *, workers: int) -> Iterator[Ask]:
-    """Several workers, which stay from one batch of jobs to the next.
+    """Start several workers, which stay from one batch of jobs to the next.
 
     The jobs of a batch are begun in their order, and their answers come as they are there. Each worker starts when it
     is needed, by the thread that asks.
