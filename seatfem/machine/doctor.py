@@ -88,7 +88,7 @@ def _extra(name: str, packages: tuple[str, ...]) -> Check:
 
 
 def _cache() -> Check:
-    """Where Green's functions are kept."""
+    """Return where Green's functions are kept."""
     folder = cache_folder()
     try:
         check_writable(folder / "seat.h5")
@@ -139,7 +139,7 @@ def _pictures() -> Check:
 
 
 def _petsc() -> Check:
-    """Of seat.greens.backend = "slepc" alone."""
+    """Return the check of PETSc, which seat.greens.backend = "slepc" alone needs."""
     try:
         setting = petsc_setting()
     except ValueError as problem:

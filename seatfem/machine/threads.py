@@ -8,5 +8,5 @@ from seatfem.machine.rates import cores
 
 
 def threads() -> int:
-    """Cores that this process may use, at most as many as `NUMBA_NUM_THREADS` allows."""
+    """Return the number of cores that this process may use, at most as many as `NUMBA_NUM_THREADS` allows."""
     return max(1, int(min(cores(), numba.config.NUMBA_NUM_THREADS)))  # type: ignore[attr-defined]
