@@ -44,7 +44,7 @@ class Zone:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Where things lie on the sheet [inch].
+    """Places of the parts of a drawing on its sheet [inch].
 
     Attributes:
         scale: inch per metre along x and in plan.

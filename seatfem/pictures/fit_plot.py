@@ -107,7 +107,7 @@ def _mark(axes: Axes, low: float, high: float, seen: float | None) -> None:
 
 
 def _degrees(values: np.ndarray) -> np.ndarray:
-    """In -180 .. 180; without the strokes of jumps between these."""
+    """Return angles in -180 .. 180 deg, without the strokes of jumps between these."""
     found = np.asarray(np.degrees(np.angle(values)), dtype=float)
     jumps = np.flatnonzero(np.abs(np.diff(found)) > 180)
     found[jumps] = np.nan
@@ -115,7 +115,7 @@ def _degrees(values: np.ndarray) -> np.ndarray:
 
 
 def _misfit(fitted: ModalGreens | PoleGreens) -> str:
-    """What the fit says of itself."""
+    """Return what the fit states of its own errors."""
     fit = fitted.provenance.get("fit")
     if not isinstance(fit, dict) or not isinstance(value := fit.get("misfit_rms"), float):
         return ""

@@ -35,7 +35,7 @@ class Placed:
 
 @dataclass(frozen=True)
 class Action:
-    """What moves a body or loads it: its words, from where to where along x it acts [m], and which way.
+    """Load or motion of a body: its words, from where to where along x it acts [m], and which way.
 
     ``detail``: further words that are not in the picture.
     """
