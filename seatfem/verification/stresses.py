@@ -60,7 +60,7 @@ def _line() -> tuple[Case, Case]:
 def _hertz(
     name: str, exact: tuple[str, float, float], shear: ShearMaximum, load: Callable[[float], HertzContact]
 ) -> tuple[Case, Case]:
-    """The factor is on the force; p0 and the half-width, whose letter is given, are those of force 1."""
+    """Return the cases of Hertz; the factor is on the force; p0 and the half-width are those of force 1."""
     width, stress, depth = exact
     one = load(1.0)
     return (
@@ -79,7 +79,7 @@ def _hertz(
 
 
 def _disk() -> tuple[Case, Case]:
-    """The factor is on nu."""
+    """Return the cases of a disk load; the factor is on nu."""
 
     def shear(k: float) -> ShearMaximum:
         return disk_shear_maximum(poisson=_POISSON * k)
@@ -92,10 +92,10 @@ def _disk() -> tuple[Case, Case]:
 
 
 def _tip() -> tuple[Case, ...]:
-    """EI = rho A = v = 1 at t = 1 unless multiplied."""
+    """Return the cases of a beam's tip: EI = rho A = v = 1 at t = 1 unless multiplied."""
 
     def place(rigidity: float) -> float:
-        """Where the moment of the time 1 is largest; eta = x/sqrt(a t)."""
+        """Return where the moment of the time 1 is largest; eta = x/sqrt(a t)."""
         found = minimize_scalar(
             lambda x: -float(tip_step_moment(x / rigidity**0.25)), bounds=(1.0, 2.5), method="bounded",
             options={"xatol": 1e-9},
@@ -103,7 +103,7 @@ def _tip() -> tuple[Case, ...]:
         return float(found.x)
 
     def moment(rigidity: float) -> float:
-        """M = EI u'' over sqrt(EI rho A) of the rigidity 1."""
+        """Return M = EI u'' over sqrt(EI rho A) of the rigidity 1."""
         largest = float(tip_step_moment(place(rigidity) / rigidity**0.25))
         return math.sqrt(rigidity) * largest
 

@@ -66,7 +66,7 @@ def verification_table(progress: Progress = silent, cases: Sequence[Case] | None
 
 
 def markdown_table(rows: tuple[Row, ...]) -> str:
-    """The rows as a Markdown table; errors and tolerances are relative, ``order`` is the observed one."""
+    """Return the rows as a Markdown table; errors and tolerances are relative, ``order`` is the observed one."""
     head = ("case", "quantity", "exact", "ours", "error", "tolerance", "order", "verdict", "source")
     body = [
         (
@@ -87,7 +87,7 @@ def markdown_table(rows: tuple[Row, ...]) -> str:
 
 
 def verification_table_view(rows: Sequence[Row]) -> Table:
-    """Case, exact value, ours, error, verdict. Errors are relative."""
+    """Return a table of case, exact value, ours, error, verdict. Errors are relative."""
     table = Table("case", "quantity", "exact", "ours", "error", "allowed", "verdict")
     for row in rows:
         verdict = Text("pass") if row.verdict else Text("FAIL", style="red")
