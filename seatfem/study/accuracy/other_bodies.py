@@ -29,7 +29,7 @@ Parts = Mapping[str, Terms | None]
 
 
 def of_striker(scene: Scene, reed: Solved | None, problem: ContactProblem) -> Parts | None:
-    """Of a striker that was computed; ``None`` of others."""
+    """Return the errors that a computed striker leaves; ``None`` for others."""
     if reed is None:
         return None
     modes = scene.reed.meets_lips
@@ -37,7 +37,7 @@ def of_striker(scene: Scene, reed: Solved | None, problem: ContactProblem) -> Pa
 
 
 def of_stopper(scene: Scene, method: RunMethod, problem: ContactProblem) -> Parts | None:
-    """Of a stopper that is computed, the modes of one that is a beam, and its arcs; ``None`` of what is exact."""
+    """Return the errors of a computed stopper, of a beam's modes, and of its arcs; ``None`` for what is exact."""
     body = stopper_in(problem)
     if scene.stopper is None or body is None:
         return None
@@ -56,8 +56,8 @@ def of_stopper(scene: Scene, method: RunMethod, problem: ContactProblem) -> Part
 def _of_parts(
     scene: Scene, method: RunMethod, problem: ContactProblem, body: Body, solved: Solved | None
 ) -> Terms | None:
-    """What the parts change in which a stopper is met: `_beside` names those that they are compared with; ``None``
-    where the body is not known in these."""
+    """Return the variation of the parts in which a stopper is met: `_beside` names those that they are compared with;
+    ``None`` where the body is not known in these."""
     assert scene.stopper is not None
     division = scene.stopper.parts
     other, weight = _beside(division)
@@ -82,8 +82,8 @@ def _of_parts(
 
 
 def _beside(division: Division) -> tuple[Division, float]:
-    """The parts that others are compared with, and the share of what they change that is left: twice as many arcs, half
-    as many where no more can be; several rings in place of one or two, one in place of more."""
+    """Return the parts that others are compared with, and the share of what they change that is left: twice as many
+    arcs, half as many where no more can be; several rings in place of one or two, one in place of more."""
     other = parts_behind(division)
     if division.arcs == 1:
         return (Division(), left_by(division.rings)) if division.rings > 2 else (other, 1 + left_by(other.rings))
@@ -91,7 +91,7 @@ def _beside(division: Division) -> tuple[Division, float]:
 
 
 def _holds(greens: GreensFunction, division: Division) -> bool:
-    """Whether the parts of a patch make those of a coarser division."""
+    """Return whether the parts of a patch make those of a coarser division."""
     known = Division.of(greens)
     return known.arcs % division.arcs == 0 and known.rings % division.rings == 0
 
@@ -99,7 +99,7 @@ def _holds(greens: GreensFunction, division: Division) -> bool:
 def _of_solved(
     problem: ContactProblem, body: Body, solved: Solved, with_greens: Callable[[GreensFunction], Body], *, modes: bool
 ) -> Parts:
-    """Mesh, reduction and level; ``modes``: the highest are left out, too."""
+    """Return the errors of mesh, reduction and level; ``modes``: the highest are left out, too."""
     stated = solved.greens.error_estimate
     mesh = of_g(problem, body, stated.mesh)
     if solved.coarser is not None:
@@ -132,7 +132,7 @@ def with_other_modes(body: Body) -> Iterator[tuple[Body, float]]:
 
 
 def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:
-    """Numbers of reed modes that a run with ``n_modes`` is compared with, and how much of each change is left in it."""
+    """Return the numbers of reed modes to compare ``n_modes`` with, and how much of each change is left in it."""
     less = ((max(1, round(n_modes / FEWER)), 1.0), (max(1, round(n_modes / HALF)), 1 / 2))
     more = ((MANY, 1.0),) if n_modes < FEW else ()
     return tuple((number, weight) for number, weight in less + more if number != n_modes)
