@@ -1,4 +1,4 @@
-"""From a scene to what its drawing shows: bodies in their places, loads and motions in words, facts in a sentence."""
+"""From a scene to the layout of its drawing: bodies in their places, loads and motions in words, facts."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ STRESS: Final = "stress"
 
 @dataclass(frozen=True)
 class Lasting:
-    """What one run leaves of its bodies' life, as far as the scene asks for it.
+    """Life of the bodies of one run, as far as the scene asks for it.
 
     Attributes:
         bodies: the worst places of each, and by which strength.
@@ -44,20 +44,20 @@ class Lasting:
 
     @property
     def of_one_axis(self) -> tuple[Judged, Strength] | None:
-        """Of the body with the least margin over the design life."""
+        """Return the judgement of the body with the least margin over the design life."""
         found = [each for each in self.bodies if each[0].life is not None]
         return min(found, key=lambda each: each[0].life.margin if each[0].life else math.inf, default=None)
 
     @property
     def of_several_axes(self) -> tuple[Judged, Strength] | None:
-        """Of the body with the least margin by the criterion of several axes."""
+        """Return the judgement of the body with the least margin by the criterion of several axes."""
         found = [each for each in self.bodies if each[0].tensor_at is not None]
         return min(found, key=lambda each: each[0].tensor_margin or 0.0, default=None)
 
 
 def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = ()) -> Lasting:
-    """The life of the bodies under the block of stress of one run; tensors are judged on their critical planes, and by
-    the criterion of several axes where one is asked for."""
+    """Return the life of the bodies under the block of stress of one run; tensors are judged on their critical planes,
+    and by the criterion of several axes where one is asked for."""
     life = scene.life
     if life is None:
         return Lasting()
@@ -77,7 +77,7 @@ def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = (
 def of_beam(
     scene: Scene, striker: impact.Body, touches: Touches, stress: ReedStress | None
 ) -> Iterator[tuple[str, Array]]:
-    """Of a reed whose bending is known while it strikes, where its life is asked for; none of others."""
+    """Yield the histories of a reed whose bending is known while it strikes, where its life is asked for."""
     if scene.life is not None and scene.life.demand() is not None:
         for name, history in beam_histories(scene, striker, touches, stress):
             yield f"reed, {name}", history
@@ -86,8 +86,8 @@ def of_beam(
 def beam_histories(
     scene: Scene, striker: impact.Body, touches: Touches, stress: ReedStress | None, *, few: bool = False
 ) -> Iterator[tuple[str, Array]]:
-    """As `seatfem.structures.kinds.Structure.stress_histories`. ``stress``: the largest ones, whose places are among
-    them."""
+    """Yield histories as `seatfem.structures.kinds.Structure.stress_histories` does. ``stress``: the largest ones,
+    whose places are among them."""
     force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
     peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
     also = {peak.at for peak in peaks if peak is not None}
@@ -96,7 +96,7 @@ def beam_histories(
 
 
 def block_from(scene: Scene, touches: Touches) -> int:
-    """The step from which the block of stress is taken that repeats: the whole run, or the crank's last turn."""
+    """Return the step from which the block of stress is taken that repeats: the whole run, or the crank's last turn."""
     if scene.life is None or scene.life.block != "last cycle":
         return 0
     turn = turn_of(scene)
@@ -105,7 +105,7 @@ def block_from(scene: Scene, touches: Touches) -> int:
 
 
 def below_contact(scene: Scene, touches: Touches) -> Iterator[tuple[str, Array]]:
-    """Depths below a contact of Hertz with the stress there, where [life] asks for it."""
+    """Yield depths below a contact of Hertz with the stress there, where [life] asks for it."""
     life, stiffness = scene.life, scene.contact.law.of_a_sphere
     if life is not None and life.contact_modulus is not None and stiffness is not None:
         largest = float(touches.seat.solid.max())
@@ -113,7 +113,7 @@ def below_contact(scene: Scene, touches: Touches) -> Iterator[tuple[str, Array]]
 
 
 def life_keys(lasting: Lasting) -> dict[str, object]:
-    """For summary.json; ``None`` for a margin or a life without end."""
+    """Return the keys of the life for summary.json; ``None`` for a margin or a life without end."""
     keys: dict[str, object] = {}
     if (worst := lasting.of_one_axis) is not None and worst[0].life is not None:
         keys |= {
@@ -134,7 +134,7 @@ def life_keys(lasting: Lasting) -> dict[str, object]:
 
 
 def asked_keys(scene: Scene, lasting: Lasting, bars: Mapping[str, float]) -> dict[str, object]:
-    """What was asked of the life, by which numbers, and the error bars of its margins, those of the stress.
+    """Return what was asked of the life, by which numbers, and the error bars of its margins, those of the stress.
 
     Margins are inversely proportional to stress: `impact.life.places.left_of`.
 
@@ -172,12 +172,12 @@ def asked_keys(scene: Scene, lasting: Lasting, bars: Mapping[str, float]) -> dic
 
 
 def body_of(place: str) -> str:
-    """The body that a place is on."""
+    """Return the body that a place is on."""
     return place.split(",")[0]
 
 
 def life_notes(scene: Scene, lasting: Lasting) -> tuple[str, ...]:
-    """In sentences: what breaks at once, and a life that nothing closed on."""
+    """Return in sentences what breaks at once, and a life that nothing closed on."""
     worst = lasting.of_one_axis
     told = [] if worst is None or worst[0].life is None else [f"life: {advice}" for advice in worst[0].life.advice]
     if scene.life is not None and lasting.speed is None and scene.life.allowed_speed() is not None:

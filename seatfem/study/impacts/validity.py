@@ -25,7 +25,7 @@ THICKEST_GAS: Final = 1e-4
 def validity_advice(
     scene: Scene, seat: GreensFunction | None = None, reed: GreensFunction | None = None
 ) -> tuple[Advice, ...]:
-    """What the run answers beyond the limits of its theory or of its data."""
+    """Return advice on what the run answers beyond the limits of its theory or of its data."""
     found = [*scene.reed.limits(), *_misfits(scene, seat, reed)]
     for role, greens in (("seat", seat), ("reed", reed)):
         band = None if greens is None else fit_of(greens).highest
@@ -46,7 +46,7 @@ def validity_advice(
 
 
 def film_notes(scene: Scene, result: ImpactResult) -> tuple[str, ...]:
-    """That a gas would give way under the largest force of its film."""
+    """Return the note that a gas would give way under the largest force of its film."""
     if (keys := scene.contact.film) is None or keys.viscosity > THICKEST_GAS:
         return ()
     film = keys.of(scene.seat.struck_ring)
@@ -85,7 +85,7 @@ def dishing_notes(scene: Scene) -> tuple[str, ...]:
 
 
 def stopper_notes(scene: Scene) -> tuple[str, ...]:
-    """That no plan looks at a stopper that is computed or read."""
+    """Return the note that no plan looks at a stopper that is computed or read."""
     if scene.stopper is None or not scene.stopper.body.is_solved:
         return ()
     return (
@@ -96,7 +96,7 @@ def stopper_notes(scene: Scene) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Fit:
-    """What a fit to a measured response says of itself.
+    """Quality of a fit to a measured response, as the fit states it.
 
     Attributes:
         highest: line [Hz]; ``None`` of what is no fit.
