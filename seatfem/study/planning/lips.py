@@ -1,4 +1,4 @@
-"""In how many arcs a lip is divided, and in how many rings across: pre-runs with ever fewer arcs and more rings, of the
+"""Numbers of arcs and of rings across in which a lip is divided: pre-runs with ever fewer arcs and more rings, of the
 striker itself on a half-space."""
 
 from __future__ import annotations
@@ -54,12 +54,13 @@ class Arcs:
 
     @property
     def total(self) -> Changes:
-        """What arcs and rings leave together."""
+        """Return what arcs and rings leave together."""
         return total(self.left, self.across) if self.across else self.left
 
 
 def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Arcs | None:
-    """The lip in as many arcs as the accuracy asks for, or as the file states; ``None``: it is struck as a whole."""
+    """Return the lip in as many arcs as the accuracy asks for, or the file states; ``None``: it is struck as a
+    whole."""
     usual = stated_method(scene).ports
     if usual in (None, 1) or surrogate.exact or surrogate.patch is None:
         return None
@@ -82,8 +83,8 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
         return found[arcs]
 
     def left_by(arcs: int) -> Changes:
-        """What twice as many change, as the budget states it, and all that the most looked at do; of the most that can
-        be, what half as many change."""
+        """Return what twice as many change, as the budget states it, and all that the most looked at do; of the most
+        that can be, what half as many change."""
         if arcs == there.arcs:
             return times(OF_TWICE - 1, relative_changes(measures(arcs), measures(arcs // 2)))
         of_twice = times(OF_TWICE, relative_changes(measures(arcs), measures(2 * arcs)))
@@ -102,8 +103,8 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
 
 
 def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -> tuple[int, Changes]:
-    """How many rings across the arcs of ``scene``, as the file states or as few as leave `ACROSS_SHARE` of the target,
-    and what they leave, as the budget states it; nothing under a film, which knows no rings.
+    """Return how many rings across the arcs of ``scene``, as the file states or as few as leave `ACROSS_SHARE` of the
+    target, and what they leave, as the budget states it; nothing under a film, which knows no rings.
 
     ``bench``: of the same scene, whose window serves again.
     """
@@ -129,7 +130,7 @@ def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -
 
 
 def in_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes) -> Arcs:
-    """Twice as many, where what stands ``beside`` them uses up half of the target: then they may use up half as much.
+    """Return twice as many arcs, where what is ``beside`` uses up half of the target: they then may use half as much.
 
     ``scene``: with their number stated by the plan; ``surrogate``: of the whole lip.
     """
@@ -144,7 +145,7 @@ def in_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes
 
 
 def of_simpler(bench: Bench) -> Mapping[str, Changes]:
-    """What one port in place of the arcs, and a beam in place of the plate, change, relative, by the model's name.
+    """Return the relative change by one port in place of the arcs, and a beam in place of the plate, by name.
 
     The largest change counts at two steps, and on a seat that yields less: one may be small by accident. One port may
     be chosen (`one_port_in_place`). A beam is told alone: to know its error the plate must be computed, and that is
@@ -169,14 +170,14 @@ def of_simpler(bench: Bench) -> Mapping[str, Changes]:
 
 
 def rings_refused(scene: Scene) -> str:
-    """Why the arcs of a lip are not divided across unless the file says so; "" where nothing is against it."""
+    """Return why the arcs of a lip are not divided across unless the file says so; "" where nothing is against it."""
     if scene.life is not None and scene.life.contact_criterion:
         return "the life under a sphere's contact (life.contact_criterion) is computed without parts across the lip"
     return "" if scene.seat.has_rings else "the seat has no rings"
 
 
 def several_needed(scene: Scene) -> str:
-    """Why the lip needs several ports whatever one would change; "" where nothing is against one."""
+    """Return why the lip needs several ports whatever one would change; "" where nothing is against one."""
     names, contact = all_measures(), scene.contact
     if along := [name for name in scene.accuracy.measures if names[name].needs_line]:
         return f"{along[0]} needs lip segments"
@@ -188,7 +189,7 @@ def several_needed(scene: Scene) -> str:
 
 
 def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], beside: Changes) -> Changes | None:
-    """What one port in place of the ``arcs`` leaves, where it may be taken; ``None`` where it may not.
+    """Return what one port in place of the ``arcs`` leaves, where it may be taken; ``None`` where it may not.
 
     That is `DOUBT_OF_ONE_PORT` times what it changes, and what the arcs leave that it is compared with: at most
     `LIP_SHARE` of the target, and with what stands ``beside`` it the part of the target that plans aim at.
@@ -206,7 +207,7 @@ def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], 
 
 
 def surrogate_in_arcs(scene: Scene, surrogate: Surrogate) -> Surrogate:
-    """The surrogate of a seat whose lip is in the arcs that the scene states."""
+    """Return the surrogate of a seat whose lip is in the arcs that the scene states."""
     lip, whole, patch = lip_of(scene), surrogate.greens.modal, surrogate.patch
     assert lip is not None
     assert whole is not None
@@ -215,15 +216,15 @@ def surrogate_in_arcs(scene: Scene, surrogate: Surrogate) -> Surrogate:
 
 
 def in_parts(division: Division) -> str:
-    """A lip's arcs and rings in words."""
+    """Return a lip's arcs and rings in words."""
     return f"in {division.arcs} arcs" + (f" of {division.rings} parts across" if division.rings > 1 else "")
 
 
 def with_ports(scene: Scene, arcs: int) -> Scene:
-    """With its lip in so many, stated, each in as many rings as it has."""
+    """Return the scene with its lip in so many arcs, stated, each in as many rings as it has."""
     return with_parts(scene, Division(arcs, scene.contact.rings))
 
 
 def with_parts(scene: Scene, division: Division) -> Scene:
-    """With its lip in these parts, stated."""
+    """Return the scene with its lip in these parts, stated."""
     return as_stated(scene, stated_method(scene).along(scene, division.arcs, division.rings))

@@ -1,4 +1,4 @@
-"""From a scene to a plan: the cheapest model that meets the accuracy asked for."""
+"""The planner, from a scene to a plan: the cheapest model that meets the accuracy asked for."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def _alternatives(choices: Choices, decision: Decision, compiling: float, planni
 
 
 def _at_hand(decision: Decision, folder: Path | None, store: Store) -> tuple[RunMethod, str]:
-    """The method with the nearest seat computed before that is at least as fine, and where it is; "" if nowhere."""
+    """Return the method with the nearest seat on file that is at least as fine, and where it is; "" if nowhere."""
     seen = decision.seen
     if decision.seat.mesh is None or seen.patch is None:
         return decision.method, ""
@@ -123,7 +123,7 @@ def _at_hand(decision: Decision, folder: Path | None, store: Store) -> tuple[Run
 
 
 def _as_fine(decision: Decision) -> Iterator[RunMethod]:
-    """The seat wanted and those at least as fine in band, mesh and tolerance, the nearest of each first."""
+    """Yield methods with the seat wanted and those as fine in band, mesh and tolerance, the nearest of each first."""
     seen, seat = decision.seen, decision.seat.method
     band, mesh, tolerance = seat.bandwidth or 0.0, decision.seat.mesh or 0.0, seat.tolerance
     bands = () if is_given(seen.scene, BAND) else BANDS
@@ -147,7 +147,7 @@ def _holds_any(folder: Path) -> bool:
 
 
 def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
-    """Targets that are out of reach, and why; seats that nothing is known of; impacts that do not happen."""
+    """Return notes: targets out of reach, and why; seats that nothing is known of; impacts that do not happen."""
     found, seen = [], decision.seen
     target, surrogate = plan.scene.accuracy.target, seen.surrogate
     if wanted.seat != decision.seat:
@@ -195,7 +195,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
 
 
 def _hardly_counts(decision: Decision, target: float) -> tuple[str, ...]:
-    """Where a seat need not be computed at all."""
+    """Return a note where a seat need not be computed at all."""
     seen = decision.seen
     guessed = {name: safety(name) * seen.sensitivity.guessed[name] for name in seen.scene.accuracy.judged}
     if max(guessed.values(), default=0.0) > target:

@@ -1,4 +1,4 @@
-"""How many modes of a plate that strikes: pre-runs with ever more of them, as long as its theory holds."""
+"""Number of modes of a plate that strikes: pre-runs with ever more of them, as long as its theory holds."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class PlateBand:
 
 
 def in_a_band(scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress) -> PlateBand | None:
-    """The band that the accuracy asks for, or the file states, or the plate's theory ends with; ``None`` of a striker
-    that is no plate.
+    """Return the band that the accuracy asks for, or the file states, or the plate's theory ends with; ``None`` for a
+    striker that is no plate.
 
     ``seat``: what stands for it, undivided or in the scene's arcs.
     """

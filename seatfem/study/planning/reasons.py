@@ -51,7 +51,7 @@ COUPLED: Final = (
 
 
 def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Choice, ...]:
-    """Every key that matters, as ``method`` has it; ``at_hand``: where its seat is already."""
+    """Return every key that matters, as ``method`` has it; ``at_hand``: where its seat is already."""
     found: list[Choice] = []
     scene, of_the_mesh = decision.seen.scene, decision.level != "rod"
     for key, reason in _REASONS.items():
@@ -73,12 +73,12 @@ def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Cho
 
 
 def described(key: str, value: Any) -> str:
-    """A key's value with its unit."""
+    """Return a key's value with its unit."""
     return _UNITS.get(key, str)(value)
 
 
 def _history(decision: Decision, method: RunMethod) -> Choice:
-    """How the past is remembered, and over how many steps: what the run's own choice of an engine says of it."""
+    """Return how the past is remembered, and over how many steps: what the run's own choice of an engine says of it."""
     dt = decision.contact.dt
     count = decision.seen.scene.run.duration / dt
     steps, known = f"{_count(count)} steps", _poles(decision, method, dt, count)
@@ -107,7 +107,7 @@ def _history(decision: Decision, method: RunMethod) -> Choice:
 
 
 def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tuple[int | None, str] | None:
-    """(poles that the seat marches, or ``None`` and why it has step weights); ``None`` before it can be known."""
+    """Return (poles of the seat, or ``None`` and why it has step weights); ``None`` before it can be known."""
     scene, surrogate = decision.seen.scene, decision.seen.surrogate
     convolved = scene.seat.is_convolved
     if decision.level not in ("rod", "closed form"):
@@ -120,7 +120,7 @@ def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tu
 
 
 def _stand_in(poles: int | None) -> StepKernel:
-    """What the choice of an engine looks at: the number of poles, or that there are step weights."""
+    """Return what the choice of an engine looks at: the number of poles, or that there are step weights."""
     if poles is None:
         return StepKernel(None, np.zeros((1, 1, 1)), "step weights")
     zeros = np.zeros(poles)
@@ -128,7 +128,7 @@ def _stand_in(poles: int | None) -> StepKernel:
 
 
 def _of(decision: Decision, key: str) -> Changes:
-    """Of the measures asked for."""
+    """Return what a key changes in the measures asked for."""
     left = decision.changes.get(key, {})
     return {name: left[name] for name in decision.seen.scene.accuracy.judged if name in left}
 
@@ -142,7 +142,7 @@ def _most(changes: Changes) -> str:
 
 
 def _spoken(name: str) -> str:
-    """A measure in words, whichever landing it is of."""
+    """Return a measure in words, whichever landing it is of."""
     return short_words(name)
 
 
@@ -231,7 +231,7 @@ def _reed_band(decision: Decision, method: RunMethod) -> str:
 
 
 def _simpler(decision: Decision, model: str) -> str:
-    """What a simpler model of the striker would change in what is asked for."""
+    """Return what a simpler model of the striker would change in what is asked for."""
     there = decision.seen.simpler.get(model, {})
     asked = {name: there[name] for name in decision.seen.scene.accuracy.judged if name in there}
     return f"; {WORDS[model]} would be off by {_most(asked)}" if asked else ""
@@ -266,7 +266,7 @@ def _told_target(scene: Scene) -> bool:
 
 
 def _count(value: float) -> str:
-    """Two digits and the thousands apart."""
+    """Return a number of two digits with the thousands apart."""
     return f"{float(f'{value:.2g}'):,.0f}"
 
 

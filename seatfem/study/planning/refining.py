@@ -52,7 +52,7 @@ AGAIN: Final = (*OF_THE_SEAT, "contact", "reed stress", "error budget")
 
 
 def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None = None) -> Plan | None:
-    """``plan`` with what is behind ``source`` made finer, so that its share shrinks by about ``factor``.
+    """Return ``plan`` with what is behind ``source`` made finer, so that its share shrinks by about ``factor``.
 
     A level of modelling that leaves something out gives way to the next, and one port to arcs; else keys are made
     finer.
@@ -73,7 +73,7 @@ def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None
 
 
 def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None) -> Plan | None:
-    """``plan`` with the keys behind ``source`` made finer; ``None`` where the file states them or none can be finer."""
+    """Return ``plan`` with the keys behind ``source`` finer; ``None`` where the file states them or none can be."""
     factor = min(max(factor, LEAST_FINER), MOST_FINER)
     values = {
         key: _finer(plan, key, factor)
@@ -116,8 +116,8 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
 
 
 def _in_more_parts(plan: Plan, factor: float, machine: Machine | None) -> Plan | None:
-    """With more rings across the arcs of the lip, or twice as many arcs, by what is predicted to leave more; ``None``
-    where the file states that, or it is more than can be."""
+    """Return ``plan`` with more rings across the arcs of the lip, or twice as many arcs, by what is predicted to leave
+    more; ``None`` where the file states that, or it is more than can be."""
     division, asked = plan.method.seat.division, plan.scene.accuracy.judged
     more = {PORTS: Division(2 * division.arcs, division.rings)}
     if division.arcs > 1 and not rings_refused(plan.scene):
@@ -181,7 +181,7 @@ class RoundsAhead:
 
 
 def rounds_ahead(plan: Plan, machine: Machine | None = None) -> RoundsAhead:
-    """One where the predicted error meets the target; else as many as make it finer until it does, or time is up."""
+    """Return one round if the predicted error meets the target; else as many as it takes, or as time allows."""
     number, seconds, further = 1, plan.cost.seconds, _next(plan, machine)
     while not plan.meets_target and further is not None and number < MOST_ROUNDS and _again(further) <= LONGEST:
         plan, number, seconds = further, number + 1, seconds + _again(further)
@@ -190,8 +190,8 @@ def rounds_ahead(plan: Plan, machine: Machine | None = None) -> RoundsAhead:
 
 
 def _next(plan: Plan, machine: Machine | None) -> Plan | None:
-    """With the largest source of the largest error made smaller, or the next one that can be; ``None`` where one that
-    cannot is too large by itself."""
+    """Return ``plan`` with the largest source of the largest error made smaller, or the next one that can be; ``None``
+    where one that cannot is too large by itself."""
     worst = max(plan.error, key=lambda name: plan.error[name], default=None)
     if worst is None:
         return None

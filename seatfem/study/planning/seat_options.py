@@ -56,7 +56,7 @@ class SeatOption:
 
 
 def seat_options(seen: Seen, without: tuple[str, ...] = ()) -> tuple[SeatOption, ...]:
-    """Every level that describes the seat and is not among ``without``; each with every band, tolerance and mesh.
+    """Return every level that describes the seat, but those ``without``; each with every band, tolerance and mesh.
 
     Of finite elements, each also with every number of rings.
     """
@@ -73,7 +73,7 @@ def seat_options(seen: Seen, without: tuple[str, ...] = ()) -> tuple[SeatOption,
 
 
 def _left_by_modes(seen: Seen) -> Mapping[str, Changes]:
-    """What other numbers of modes of a seat that is a beam change, as the budget states it."""
+    """Return what other numbers of modes of a seat that is a beam change, as the budget states it."""
     seat, n_modes = seen.scene.seat, seen.stated.seat.n_modes
     if n_modes is None:
         return {}
@@ -85,7 +85,7 @@ def _left_by_modes(seen: Seen) -> Mapping[str, Changes]:
 
 
 def _left_by_rings(seen: Seen) -> Mapping[int, Changes]:
-    """What the patch leaves in every number of rings that may be taken: one where nothing is felt of it."""
+    """Return what the patch leaves in every number of rings that may be taken: one where its rings do not matter."""
     stated = is_given(seen.scene, RINGS) or seen.one_port is not None  # arcs, which it stands for, have no more
     given = (seen.stated.seat.rings or 1,) if stated else RING_NUMBERS
     chosen = given if seen.sensitivity.worst(seen.of_rings(1)) > 0 else given[:1]
@@ -93,7 +93,7 @@ def _left_by_rings(seen: Seen) -> Mapping[int, Changes]:
 
 
 def _divided(option: SeatOption, left: Mapping[int, Changes]) -> Iterator[SeatOption]:
-    """With the patch in every number of rings; the end of a rod stays plane, and files of matrices know no patch."""
+    """Yield the option with the patch in every number of rings; a rod's end stays plane, matrices know no patch."""
     if option.mesh is None or not left:
         yield option
         return
@@ -111,7 +111,7 @@ def _divided(option: SeatOption, left: Mapping[int, Changes]) -> Iterator[SeatOp
 
 
 def _levels(seen: Seen, without: tuple[str, ...]) -> Iterator[SeatOption]:
-    """A stated level alone; else a spring, a closed form that leaves something out, and waves by finite elements."""
+    """Yield a stated level alone; else a spring, a closed form that neglects something, waves by finite elements."""
     stated, waves = seen.stated.seat, seen.waves
     asked = stated.level if is_given(seen.scene, MODEL) else None
     why = waves.reason
@@ -126,14 +126,14 @@ def _levels(seen: Seen, without: tuple[str, ...]) -> Iterator[SeatOption]:
 
 
 def _spring(seen: Seen, seat: Method, found: WithoutWaves) -> Iterator[SeatOption]:
-    """The static compliance, by finite elements; waves are left out."""
+    """Yield the static compliance, by finite elements; waves are left out."""
     for error, mesh in _meshes(seen, seen.lowest_band):
         elements = _elements(seen, seat, seen.lowest_band, error)
         yield elements.option(found.words, seen.tolerances[0], {MODEL: found.left, **mesh})
 
 
 def _rod(seen: Seen, method: Method) -> Iterator[SeatOption]:
-    """A bar as a rod: lateral inertia and the clamped end are left out."""
+    """Yield a bar as a rod: lateral inertia and the clamped end are left out."""
     form, better = seen.scene.seat.closed_form(), seen.scene.seat.beyond("rod")
     if form is None or better is None:
         return
@@ -146,7 +146,7 @@ def _rod(seen: Seen, method: Method) -> Iterator[SeatOption]:
 
 
 def _waves(seen: Seen, seat: Method, why: str) -> Iterator[SeatOption]:
-    """Finite elements, reduced; no band is tried beyond one above which nothing counts, or modes are too many."""
+    """Yield finite elements, reduced; no band is tried beyond one above which nothing counts, or modes are too many."""
     for band in seen.bands:
         for error, mesh in _meshes(seen, band):
             elements = _elements(seen, seat, band, error)
@@ -161,7 +161,7 @@ def _waves(seen: Seen, seat: Method, why: str) -> Iterator[SeatOption]:
 
 
 def _meshes(seen: Seen, band: float) -> Iterator[tuple[float, Mapping[str, Changes]]]:
-    """Errors of g that meshes are made for, and what they leave in the measures where that is known beforehand."""
+    """Yield the errors of g that meshes are made for, and what they leave in the measures, if known beforehand."""
     if not seen.drawn:
         yield 0.0, {}
         return
@@ -190,12 +190,12 @@ class _Elements:
 
     @property
     def too_many_modes(self) -> bool:
-        """Whether those of a body in space, struck in arcs, would not be looked for."""
+        """Return whether the modes of a body in space, struck in arcs, would be too many to look for."""
         model = self.model
         return model is not None and not model.section and model.kept is not None and model.kept > MOST_MODES
 
     def option(self, why: str, tolerance: float, changes: Mapping[str, Changes]) -> SeatOption:
-        """With the cost for a tolerance."""
+        """Return the option with the cost for a tolerance."""
         method, band = replace(self.method, tolerance=tolerance), self.method.bandwidth or 0.0
         if self.model is None:
             seconds = REDUCTION * band * tolerance**TOLERANCE_POWER
