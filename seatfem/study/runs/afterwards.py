@@ -1,4 +1,4 @@
-"""What is looked at once the last round of a run is done: gas masses, stress in both bodies, their life, curves."""
+"""Looks at a run once its last round is done: gas masses, stress in both bodies, their life, curves."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Afterwards:
     files: tuple[Path, ...] = ()
 
     def pictures(self, done: Round) -> list[Picture]:
-        """Of all of it."""
+        """Return the pictures of all of it."""
         return [
             *stress_pictures(self.stress, done.plan.scene.title or "Stress in the seat", after_touch(done)),
             *spot_pictures(done, self.spots),
@@ -99,7 +99,7 @@ def afterwards(
     histories: bool,
     keep: Callable[[Mapping[str, object]], None],
 ) -> Afterwards:
-    """Of the last round.
+    """Look at the last round: its gas masses, stress, life and curves.
 
     Args:
         histories: whether those of stress are written.
@@ -144,8 +144,8 @@ def afterwards(
 
 
 def reed_front_keys(done: Round, found: ReedStress | None) -> dict[str, object]:
-    """The largest stress after the first touch over rho c_0 v of the reed, which a front in a slender beam's free end
-    bears 0.8445 of; nothing where it bears no stress that is known, ``None`` without a closing speed."""
+    """Return the largest stress after the first touch over rho c_0 v of the reed, of which a front in a slender beam's
+    free end bears 0.8445; nothing where it bears no stress that is known, ``None`` without a closing speed."""
     if found is None or found.after_contact is None:
         return {}
     face = done.plan.scene.reed.face
@@ -154,7 +154,7 @@ def reed_front_keys(done: Round, found: ReedStress | None) -> dict[str, object]:
 
 
 def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
-    """For summary.json: the keys that a beam's stress has, and the error bar."""
+    """Return for summary.json the keys that a beam's stress has, and the error bar."""
     if stress is None:
         return {}
     bar = None if math.isnan(stress.bar) else stress.bar

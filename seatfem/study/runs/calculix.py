@@ -47,8 +47,8 @@ behind by its time step, by some 1 % at the end of the pulse and more later: hal
 
 
 def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Iterator[Path | str]:
-    """The decks, our answers to them (CSV) and README.txt; a note of what is left out. Nothing is written before modes
-    and response are known.
+    """Write the decks, our answers to them (CSV) and README.txt; yield the files and a note of what is left out.
+    Nothing is written before modes and response are known.
 
     Raises:
         DeckError: a seat that is no mesh of ours. ModelError: elements or supports that decks do not have.
@@ -86,7 +86,7 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
 def _contact(
     plan: Plan, seat: DeckSeat, greens: GreensFunction, dt: float, folder: Path, progress: Progress
 ) -> tuple[str, Sequence[Path]]:
-    """The words about contact.inp, and its files. Raises `DeckError` and `ModelError` of what it cannot hold."""
+    """Write contact.inp; return the words about it, and its files. Raises `DeckError`, `ModelError` if it cannot."""
     mesh, files = "mesh.inp", list[Path]()
     if plan.scene.reed.meets_lips:
         check_landing(plan.scene)

@@ -59,7 +59,7 @@ contact.inp      *DYNAMIC, DIRECT: the reed, {cells} elements C3D20R (set STRIKE
 
 @dataclass(frozen=True)
 class ContactDeck:
-    """What is written: the deck's lines beyond the mesh, our answer by its columns, and the words about both."""
+    """Content of a deck: its lines beyond the mesh, our answer by its columns, and the words about both."""
 
     lines: Sequence[str]
     answer: dict[str, Array]
@@ -67,7 +67,7 @@ class ContactDeck:
 
 
 def of_mass(scene: Scene, seat: DeckSeat, greens: GreensFunction, dt: float) -> ContactDeck:
-    """A rigid mass in free flight. Raises `DeckError` and `ModelError` of what the deck cannot hold."""
+    """Return the deck of a rigid mass in free flight. Raises `DeckError`, `ModelError` for what no deck can hold."""
     mass, velocity = _mass(scene)
     _refuse(scene, {"contact.gap": scene.contact.gap, f"contact.{scene.contact.uneven}": scene.contact.uneven})
     stiffness, why = _stiffness(scene, seat.area, dt)
@@ -94,7 +94,7 @@ def check_landing(scene: Scene) -> None:
 
 
 def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
-    """A plate that lands on the whole seat. Raises as `of_mass`."""
+    """Return the deck of a plate that lands on the whole seat. Raises as `of_mass`."""
     scene, reed, lip = plan.scene, plan.scene.reed, seat.lip
     assert isinstance(reed, ThinPlate)
     check_patch(seat.deck)
@@ -107,7 +107,7 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
     above = 0.0 if lip is None else tilted(lip.line(), scene.contact.tilt, scene.contact.tilt_axis).min()
 
     def gap(points: Array) -> Array:
-        """Of the undeformed plate, at places from the lip's centre."""
+        """Return the gap of the undeformed plate, at places from the lip's centre."""
         return np.asarray(scene.contact.gap - above + tilted(points, scene.contact.tilt, scene.contact.tilt_axis))
 
     places = (lip or reed.own_lip).cells(*ACROSS)[0].reshape(-1, 2)
@@ -145,7 +145,7 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
 
 
 def _mass(scene: Scene) -> tuple[float, float]:
-    """Mass [kg] and velocity [m/s] of a rigid striker in free flight."""
+    """Return mass [kg] and velocity [m/s] of a rigid striker in free flight."""
     greens = scene.reed.closed_form()
     free = None if greens is None else greens.modal
     if free is None or free.omega.tolist() != [0.0]:
@@ -165,7 +165,7 @@ def _refuse(scene: Scene, also: dict[str, object]) -> None:
 
 
 def _stiffness(scene: Scene, area: float, dt: float) -> tuple[float, str]:
-    """Of the contact [Pa/m], and where it is from."""
+    """Return the stiffness of the contact [Pa/m], and where it is from."""
     law = scene.contact.law.law()
     if isinstance(law, impact.LinearSpring):
         return law.stiffness / area, "contact.law, over the patch's area"
@@ -178,7 +178,7 @@ def _stiffness(scene: Scene, area: float, dt: float) -> tuple[float, str]:
 
 
 def _yielding(problem: impact.ContactProblem, stiffness: float) -> impact.ContactProblem:
-    """With a spring in each contact, by the shares of its parts."""
+    """Return the problem with a spring in each contact, by the shares of its parts."""
     shares = Division.of(problem.target.greens).shares
     springs = (impact.LinearSpring(stiffness * float(share)) for share in shares)
     return replace(
@@ -188,14 +188,14 @@ def _yielding(problem: impact.ContactProblem, stiffness: float) -> impact.Contac
 
 
 def _moved(state: ModalState, omega: Array, time: Array) -> tuple[Array, Array]:
-    """(m, n) modal coordinates of free, undamped modes at times (n,), and their rates."""
+    """Return the modal coordinates (m, n) of free, undamped modes at times (n,), and their rates."""
     w, first, speed = omega[:, None], state.displacement[:, None], state.velocity[:, None]
     cosine, sine = oscillator.decaying_pair(time, w, np.zeros(1))
     return first * cosine + speed * sine, speed * cosine - w**2 * first * sine
 
 
 def _first_touch(scene: Scene, state: ModalState, omega: Array, shapes: Array, gaps: Array, dt: float) -> int:
-    """Number of the last step, before the start if need be, at which the plate is free of all places of the seat."""
+    """Return the last step, before the start if need be, at which the plate is free of all places of the seat."""
 
     def open_at(steps: Integers) -> NDArray[np.bool_]:
         moved, _ = _moved(state, omega, np.asarray(dt * steps, dtype=np.float64))
@@ -221,7 +221,7 @@ def _first_touch(scene: Scene, state: ModalState, omega: Array, shapes: Array, g
 
 
 def _ends(result: impact.ImpactResult, dt: float) -> float:
-    """How long the deck goes on [s], whole steps: until `LATER` times the first impact's duration."""
+    """Return how long the deck goes on [s], whole steps: until `LATER` times the first impact's duration."""
     groups = impact.measures.contact_groups(result)
     last = float(result.time[-1])
     ends = min(last, float(groups[0, 0] + LATER * np.diff(groups[0])[0])) if len(groups) else last

@@ -47,8 +47,8 @@ def left_in(
 
 
 def contact_margin_bar(done: Round, margin: float) -> float:
-    """Error bar of a margin below a contact of Hertz, whose stress is as the cube root of its largest force, by what is
-    left in that; ``inf`` where that is all of it."""
+    """Return the error bar of a margin below a contact of Hertz, whose stress is as the cube root of its largest force,
+    by what is left in that; ``inf`` where that is all of it."""
     left = left_in(done, lambda stepper: {"force": float(force_of(stepper).max())})
     share = left["force"] / float(done.result.force.max())
     return left_of(margin, 1 - (1 - share) ** (1 / 3) if share < 1 else 1.0)

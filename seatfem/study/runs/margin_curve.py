@@ -62,7 +62,7 @@ def _one_run(scene: Path | str, key: str, value: object, folder: Path, margin: s
 
 
 def _in_one_unit(key: str, values: Sequence[str | float]) -> tuple[list[float], str]:
-    """Sorted, each once."""
+    """Return the values sorted, each once, and their unit."""
     try:
         found = [number_and_unit(value) for value in values]
     except UnitError as error:

@@ -33,8 +33,8 @@ SHARE: Final = 0.3
 
 
 def margin_pictures(done: Round, stressed: Stressed | None) -> list[Picture]:
-    """margin_map.png, seat_margin.vtu and reed_margin.vtu, of what has a strength and stress in finite elements, where
-    [stress] is asked for, too."""
+    """Return margin_map.png, seat_margin.vtu and reed_margin.vtu, of what has a strength and stress in finite elements,
+    where [stress] is asked for, too."""
     life = done.plan.scene.life
     if stressed is None or life is None or done.plan.scene.stress is None:
         return []
@@ -51,8 +51,8 @@ def margin_pictures(done: Round, stressed: Stressed | None) -> list[Picture]:
 
 
 def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: int = 0, faces: bool = False) -> Array:
-    """(P,) factors on all stresses at which each point of a field uses up its design life, or reaches the limit of the
-    criterion of several axes where one is asked for; nan where the range is below `SHARE` of the largest.
+    """Return factors (P,) on all stresses at which each point of a field uses up its design life, or reaches the limit
+    of the criterion of several axes where one is asked for; nan where the range is below `SHARE` of the largest.
 
     Args:
         field, force, dt: as in `seatfem.structures.fields.recovery.histories`.
@@ -98,7 +98,7 @@ def _of_seat(done: Round, stressed: Stressed) -> MarginMap | None:
 
 
 def _of_ring(field: RingField, found: Array, mesh: Any, nodes: Array) -> MarginMap:
-    """Of (P,) margins at a field's points: drawn all around, as what fails first may be anywhere, at its angles."""
+    """Return the map of margins (P,) at a field's points: all around, as what fails first may be anywhere."""
     around = field.angles[0]
     skin = skin_of_section(mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)).spread()
     assert skin.angles is not None

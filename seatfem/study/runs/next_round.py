@@ -1,4 +1,4 @@
-"""What follows a round that misses its target: a finer plan within the limits, and its price."""
+"""The next round after one that misses its target: a finer plan within the limits, and its price."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ AFTER: Final = ("spring baseline", "files")  # of a round, as far off as its con
 
 @dataclass(frozen=True)
 class Limits:
-    """How far rounds may go.
+    """Limits on how far rounds may go.
 
     Attributes:
         rounds: at most so many.
@@ -66,7 +66,7 @@ class Limits:
 
 
 def paces(spent: Mapping[str, float], plan: Plan, before: Mapping[str, float]) -> Mapping[str, float]:
-    """Measured over predicted time of seat and contact; where this round has not computed one, as ``before``."""
+    """Return measured over predicted time of seat and contact; where this round has not computed one, as ``before``."""
     found = dict(before)
     for kind, stages in STAGES.items():
         predicted = sum(plan.cost.parts.get(stage, 0.0) for stage in stages)
@@ -77,13 +77,13 @@ def paces(spent: Mapping[str, float], plan: Plan, before: Mapping[str, float]) -
 
 
 def price(done: Round, plan: Plan) -> float:
-    """Predicted wall time [s] of one more round by ``plan``, as much off as the rounds so far were."""
+    """Return the predicted wall time [s] of one more round by ``plan``, as much off as the rounds so far were."""
     of = {**STAGES, "contact": (*STAGES["contact"], *AFTER)}
     return sum(done.paces.get(kind, 1.0) * sum(plan.cost.parts.get(stage, 0.0) for stage in of[kind]) for kind in of)
 
 
 def changed(done: Round, plan: Plan) -> str:
-    """What ``plan`` makes otherwise, in words."""
+    """Return in words what ``plan`` makes otherwise."""
     before = {choice.key: choice.value for choice in done.plan.choices}
     return ", ".join(
         f"{choice.key} {before[choice.key]} -> {choice.value}"
@@ -93,7 +93,7 @@ def changed(done: Round, plan: Plan) -> str:
 
 
 def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | None, str]:
-    """The refined plan, or why there is none; ``time_left``: of the time allowed [s]."""
+    """Return the refined plan, or why there is none; ``time_left``: of the time allowed [s]."""
     if limits.steady:
         done = replace(done, paces={})
     if done.number >= limits.rounds:
@@ -112,7 +112,7 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
 
 
 def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None, str]:
-    """For the sake of one measure: sources made smaller, one after the other, until their sum is what it may be.
+    """Return a finer plan for one measure: sources made smaller, one after the other, until their sum is small.
 
     The cheapest that suffices by itself, else that which brings most for its price; none by more than `MOST_FINER` at
     a time. One whose keys are stated, or at their end, stays.
@@ -148,7 +148,7 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
 
 
 def _stuck(done: Round, left: Mapping[str, float], allowed: float) -> str:
-    """Why nothing is made finer: one source that alone is too large and is at its end, or all that count."""
+    """Return why nothing is made finer: one source that alone is too large and is at its end, or all that count."""
     order = sorted((source for source in left if left[source] > RESERVE * allowed), key=lambda s: -left[s])
     alone = [source for source in order if left[source] > allowed and refine(done.plan, source) is None]
     if alone:
@@ -169,7 +169,7 @@ class _Step:
 def _steps(
     plan: Plan, measure: str, left: Mapping[str, float], before: Mapping[str, float], allowed: float
 ) -> list[_Step]:
-    """What can be made finer and counts, the largest first; none where one that is too large by itself cannot."""
+    """Return what can be made finer and counts, largest first; none where one that alone is too large cannot."""
     found: list[_Step] = []
     for source in sorted(left, key=lambda source: -left[source]):
         if left[source] <= RESERVE / 2 * allowed:
@@ -187,14 +187,14 @@ def _steps(
 
 
 def _smaller(plan: Plan, finer: Plan, source: str, measure: str) -> float:
-    """By which factor a source's share becomes, as predicted."""
+    """Return the predicted factor on a source's share."""
     shares = [{str(name): part[measure] for name, part in each.shares.items()} for each in (plan, finer)]
     now, then = (share.get(source, 0.0) for share in shares)
     return then / now if now > 0 else 1 / LEAST_FINER
 
 
 def _too_much(done: Round, plan: Plan, time_left: float) -> str:
-    """What of a further round would be too much; "" if nothing."""
+    """Return what of a further round would be too much; "" if nothing."""
     cost, there = plan.cost, available_memory()
     if cost.memory > MEMORY * there:
         return f"the next round would take {cost.memory / 1e9:.2g} GB, {there / 1e9:.2g} GB are available"

@@ -73,7 +73,7 @@ def run_scene(
     histories: bool = True,
     painter: Painter | None = None,
 ) -> RunOutcome:
-    """Everything: plan, seat, contact and its spring baseline, measures with their errors, files, then pictures.
+    """Run everything: plan, seat, contact and its spring baseline, measures with their errors, files, then pictures.
 
     The plan fills what the scene leaves open; the run measures the error left in it, and refines what dominates while
     the target of accuracy is missed. A seat computed before, in ``folder`` or in the store, is used again. The numbers
@@ -203,7 +203,7 @@ def _stiffness_bar(baseline: Baseline) -> dict[str, object]:
 
 
 def _write_gas(scene: Scene, done: Round, folder: Path) -> tuple[Path, ...]:
-    """gas.csv of a scene with gas."""
+    """Write gas.csv of a scene with gas."""
     if scene.gas is None:
         return ()
     path = folder / GAS_FILE
@@ -212,13 +212,13 @@ def _write_gas(scene: Scene, done: Round, folder: Path) -> tuple[Path, ...]:
 
 
 def _measured(scene: Scene, touches: Touches, stress: ReedStress | None) -> dict[str, object]:
-    """The keys of the seat and of the stopper."""
+    """Return the keys of the seat and of the stopper."""
     width = scene.run.filter_width
     return {**summarise(touches, width, stress, scene.accuracy.landing), **stopper_keys(touches, width)}
 
 
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:
-    """Only the seat's Green's function, as a run of the scene would plan it, written to ``path``."""
+    """Compute only the seat's Green's function, as a run of the scene would plan it, and write it to ``path``."""
     watch = Stopwatch()
     check_writable(path)
     with watch("plan"):
@@ -241,7 +241,7 @@ def write_modes(
     count: int | None = None,
     up_to_hz: float | None = None,
 ) -> RunOutcome:
-    """All natural modes of the seat [the 20 lowest]: modes.csv, pictures, one animation, and modes.vtu for ParaView."""
+    """Compute all modes of the seat [the 20 lowest]; write modes.csv, pictures, an animation, modes.vtu (ParaView)."""
     from seatfem.structures.natural_modes import Wanted  # of no run
 
     check_writable(folder / "modes.csv")

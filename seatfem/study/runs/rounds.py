@@ -61,7 +61,7 @@ def rounds(
     tell: Tell = untold,
     start: float | None = None,
 ) -> Iterator[Round]:
-    """Rounds of run, measured error and refinement, until the target is met or nothing more can be done.
+    """Yield rounds of run, measured error and refinement, until the target is met or nothing more can be done.
 
     What dominates the error is made finer; keys that the file states are left alone, and no round is begun that would
     take more than the ``limits`` or `MEMORY` by prediction, or more steps than can be stored. Where a finer round
@@ -112,7 +112,7 @@ class OutOfTime(RuntimeError):
 
 
 def _until(deadline: float, progress: Progress) -> Progress:
-    """``progress``, which ends the work that reports to it once the time is over."""
+    """Return ``progress``, which ends the work that reports to it once the time is over."""
 
     def listen(stage: str, done: float) -> None:
         if time.perf_counter() > deadline:
@@ -125,7 +125,7 @@ def _until(deadline: float, progress: Progress) -> Progress:
 def _measured(
     carried_out: Callable[..., Round], plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *more: Round
 ) -> Round:
-    """A round with its number, and what it took."""
+    """Return a round with its number, and what it took."""
     before = dict(watch.stages)
     done = carried_out(plan, folder, watch, progress, *more)
     spent = {stage: s - before.get(stage, 0.0) for stage, s in watch.stages.items() if s > before.get(stage, 0.0)}
@@ -141,7 +141,7 @@ def _impossible(problem: Exception) -> str:
 
 
 def _seat_again(done: Round, further: Plan, folder: Path) -> str:
-    """The seat of ``done`` on file where the round that failed may have written a finer one; if it cannot be, words."""
+    """Keep the seat of ``done`` on file, where a round that failed may have written a finer one; return why not."""
     if _seat_key(further) == (key := _seat_key(done.plan)):
         return ""
     try:
@@ -152,12 +152,12 @@ def _seat_again(done: Round, further: Plan, folder: Path) -> str:
 
 
 def _seat_key(plan: Plan) -> str:
-    """What the plan's seat is kept under."""
+    """Return what the plan's seat is kept under."""
     return key_of(plan.scene.seat, plan.method.seat)
 
 
 def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *, limits: Limits) -> Round:
-    """Where no Krylov space holds what was planned: at a looser tolerance, if none is stated; the bar tells."""
+    """Run the first round; at a looser tolerance, if none is stated, where no Krylov space holds what was planned."""
     for tolerance in LOOSER if plan.is_open(TOLERANCE) else ():
         try:
             return _round(plan, folder, watch, progress, limits=limits)
@@ -169,7 +169,7 @@ def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress,
 def _round(
     plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None, *, limits: Limits
 ) -> Round:
-    """``before``: the round whose seat serves again if nothing of it has become finer."""
+    """Run a round; ``before``: the round whose seat is used again if nothing of it has become finer."""
     scene, method = plan.scene, plan.method
     if before is not None and _seat_key(before.plan) == _seat_key(plan):
         seat = before.seat
@@ -220,7 +220,7 @@ def _with_recovery(left: Budget, plate: PlateReedStress | None) -> Budget:
 
 
 def _at_least_planned(plan: Plan, left: Budget) -> Budget:
-    """No less of step, model and lip than the plan's pre-runs say, which also know finer steps, more modes, and waves.
+    """Return the budget with no less of step, model and lip than the pre-runs of the plan say, which know more.
 
     A change between two steps may be small by accident, and a spring in place of the seat cannot tell of waves.
     """

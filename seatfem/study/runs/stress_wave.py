@@ -42,8 +42,8 @@ UNKNOWN: Final = "\ngrey: beside the contact and sharp corners"
 
 
 def wave_pictures(done: Round, stress: SeatStress | None) -> list[Picture]:
-    """stress_wave.gif, .png and .h5, seat_stress.pvd, and the same of a plate that strikes; none where no frames are
-    asked for, or nothing touches and no time is stated."""
+    """Return stress_wave.gif, .png and .h5, seat_stress.pvd, and the same of a plate that strikes; none where no frames
+    are asked for, or nothing touches and no time is stated."""
     asked, title = done.plan.scene.stress, done.plan.scene.title or "Stress wave"
     if stress is None or asked is None or not asked.frames:
         return []
@@ -70,7 +70,7 @@ def _keep(wave: StressWave, title: str, path: Path) -> None:
 
 
 def seat_wave(done: Round, stress: SeatStress) -> StressWave | None:
-    """Of the seat on the mesh of its stress."""
+    """Return the stress wave in the seat, on the mesh of its stress."""
     scene, body, model = done.plan.scene, done.plan.scene.seat, stress.model
     assert isinstance(body, Elastic)
     assert scene.stress is not None
@@ -102,8 +102,8 @@ def seat_wave(done: Round, stress: SeatStress) -> StressWave | None:
 
 
 def _around(done: Round, stress: SeatStress, skin: Skin, force: Array, steps: range) -> tuple[Array, Array]:
-    """(F, S) von Mises stress and (F, S, 3) displacements u_r, u_th, u_z of a body of revolution that is struck in
-    arcs, at each point of its skin: harmonic by harmonic, so that memory holds their sums at the times shown."""
+    """Return von Mises stress (F, S) and displacements (F, S, 3) u_r, u_th, u_z of a body of revolution that is struck
+    in arcs, at each point of its skin: harmonic by harmonic, so that memory holds their sums at the times shown."""
     assert stress.waves is not None
     assert skin.angles is not None
     nodes, which = np.unique(skin.nodes, return_inverse=True)
@@ -123,7 +123,7 @@ def _around(done: Round, stress: SeatStress, skin: Skin, force: Array, steps: ra
 
 
 def reed_wave(done: Round) -> StressWave | None:
-    """Of the plate that strikes; ``None`` of other reeds."""
+    """Return the stress wave in the plate that strikes; ``None`` for other reeds."""
     reed = done.plan.scene.reed
     if not isinstance(reed, ThinPlate) or done.striker.greens.modal is None:
         return None
@@ -154,13 +154,13 @@ def touch_of(done: Round) -> float:
 
 
 def after_touch(done: Round) -> tuple[float, float]:
-    """From the first touch on as long as the filter of its forces [s], in which stress depends on the time step."""
+    """Return the span [s] from the first touch on, as long as the filter, in which stress depends on the step."""
     touch = touch_of(done)
     return touch, touch + done.plan.scene.run.filter_width
 
 
 def _steps(done: Round, first: float, last: float) -> range:
-    """Numbers of the steps that are shown, each a multiple of the range's own step; none without a time."""
+    """Return the numbers of the steps that are shown, each a multiple of the range's own step; none without a time."""
     asked, dt = done.plan.scene.stress, done.result.dt
     assert asked is not None
     first, last = asked.frames_from or first, asked.frames_until or last
@@ -173,6 +173,6 @@ def _steps(done: Round, first: float, last: float) -> range:
 
 
 def rows_of(points: Array, among: Array) -> Array:
-    """Rows of ``among`` (n, d) that are the same as points (P, d)."""
+    """Return the rows of ``among`` (n, d) that are the same as points (P, d)."""
     place = {tuple(each): k for k, each in enumerate(among.tolist())}
     return np.array([place[tuple(each)] for each in points.tolist()])

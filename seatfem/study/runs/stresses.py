@@ -34,7 +34,7 @@ REED, SEAT, TENSION = "stress", "seat_stress", "seat_tension"
 
 
 def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | None, PlateReedStress | None]:
-    """In the seat, and in a plate that strikes, where the scene asks for them or for its life. Raises as `seat_stress`.
+    """Return the stress in the seat, and in a plate that strikes, if the scene needs them. Raises as `seat_stress`.
 
     What mesh and modes leave in the recovery is in their bars, and what is left in the force: its error budget again,
     with these stresses for measures. A stress in the seat that half the step changes by more than `RAW` follows the raw
@@ -126,7 +126,7 @@ def _in_the_reed(done: Round, field: StressField, forces: Forces) -> Values:
 
 
 def _told(seat: SeatStress | None) -> Values:
-    """The largest stresses in the seat."""
+    """Return the largest stresses in the seat."""
     if seat is None:
         return {}
     return {SEAT: float(seat.peak.von_mises.max()), TENSION: float(seat.peak.principal.max())}
