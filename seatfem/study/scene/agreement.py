@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def check_agreement(scene: Scene) -> None:
-    """Raises the first `KeyProblem`."""
+    """Raise the first `KeyProblem`."""
     for check in _CHECKS:
         check(scene)
 
@@ -45,7 +45,7 @@ def _gas_of_the_run(scene: Scene) -> None:
 
 
 def _in_their_roles(scene: Scene) -> None:
-    """What is struck is at rest, and what strikes moves."""
+    """Check that what is struck is at rest, and what strikes moves."""
     if scene.seat.motion:
         raise KeyProblem(
             f"seat.{scene.seat.motion}", "the struck body is at rest; remove the key, or use the body as the reed"
@@ -110,7 +110,7 @@ def _contact_on_the_reed(scene: Scene) -> None:
 
 
 def check_start(scene: Scene) -> None:
-    """The stopper meets the reed where it has a place, and not before the start; raises `KeyProblem`."""
+    """Check that the stopper meets the reed where it has a place, and not before the start; raises `KeyProblem`."""
     if (stopper := scene.stopper) is None:
         return
     scene.reed.check_contact(stopper.at, "stopper.at")

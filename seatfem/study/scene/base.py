@@ -65,7 +65,7 @@ displacement = "base.csv"
         return Record(kind, read_time_series(getattr(self, kind), kind, columns=columns, units=units))
 
     def motion(self) -> BaseMotion:
-        """As its file has it. Raises `TimeSeriesError`."""
+        """Return the base's motion as its file has it. Raises `TimeSeriesError`."""
         (kind,) = self._given
         return BaseMotion.of(self.record().course, kind)
 

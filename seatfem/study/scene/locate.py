@@ -24,14 +24,14 @@ _BARE: Final = re.compile(r"[^,\]}#\n]+")
 
 
 def key_lines(text: str) -> dict[KeyPath, int]:
-    """The line (from 1) of each key, e.g. {("seat",): 2, ("seat", "material", "young"): 5}."""
+    """Return the line (from 1) of each key, e.g. {("seat",): 2, ("seat", "material", "young"): 5}."""
     reader = _Reader(text)
     reader.document()
     return reader.lines
 
 
 def single(path: KeyPath) -> KeyPath:
-    """The same place with every dotted name in its parts, however it is quoted: ("vary", "reed.length") in three."""
+    """Return the place with every dotted name in parts, however quoted: ("vary", "reed.length") in three."""
     return tuple(part for each in path for part in (each.split(".") if isinstance(each, str) else [each]))
 
 

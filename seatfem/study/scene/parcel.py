@@ -19,7 +19,7 @@ _PLAIN: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
 
 
 def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any], dict[str, Path]]:
-    """A scene with some keys changed, for another computer: its place and changes there, and its files, by their names.
+    """Return a changed scene for another computer: its place and changes there, and its files by their names.
 
     Files that a file is read with (decks that it includes, the HDF5 of an .xdmf, the curve of a strength) travel under
     their own names, which stand in it. Raises `SceneError` of what is wrong with the scene, and of such names that are
@@ -46,12 +46,12 @@ def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any],
 
 
 def files_of(scene: Scene) -> set[Path]:
-    """All files that a scene names, by their whole paths."""
+    """Return all files that a scene names, by their whole paths."""
     return {path for _, path in _files(scene.model_dump(by_alias=True))}
 
 
 def _files(table: Any, key: str = "") -> Iterator[tuple[str, Path]]:
-    """By dotted key."""
+    """Yield the files by dotted key."""
     if isinstance(table, Path):
         yield key, table
     parts = table.items() if isinstance(table, Mapping) else enumerate(table) if isinstance(table, list | tuple) else ()
@@ -60,7 +60,7 @@ def _files(table: Any, key: str = "") -> Iterator[tuple[str, Path]]:
 
 
 def _with(file: Path, *, strength: bool) -> list[Path]:
-    """What is read with it."""
+    """Return the files that are read with it."""
     from seatfem.structures.formats.meshio_files import all_files  # for load time
 
     if strength:
@@ -69,8 +69,8 @@ def _with(file: Path, *, strength: bool) -> list[Path]:
 
 
 def by_content(scene: Scene, known: dict[Path, object] | None = None) -> dict[str, Any]:
-    """What a scene asks for, its title left out; in place of every file a hash of its content and of that of all files
-    it is read with. ``known``: those by path, each of which is read once."""
+    """Return what a scene asks for, its title left out; in place of every file a hash of its content and of that of all
+    files it is read with. ``known``: those by path, each of which is read once."""
     hashes = {} if known is None else known
 
     def told(asked: Any, key: str) -> Any:

@@ -44,7 +44,7 @@ WITHIN: Final = 8.0  # times that and part of it, where a factor is taken for th
 
 @dataclass(frozen=True)
 class DrawnClamp:
-    """What is clamped of a reed: two points on the line [m], and the table, with the direction of what lies beyond."""
+    """Clamp of a drawn reed: two points on the line [m], and the table, with the direction of what lies beyond."""
 
     table: Any
     ends: tuple[Vector, Vector]

@@ -71,6 +71,6 @@ def misplaced(scene: Scene) -> Iterator[Finding]:
 
 
 def _fine(loop: Array) -> Array:
-    """A loop with points between its corners."""
+    """Return a loop with points between its corners."""
     shares = np.arange(8)[:, None] / 8
     return np.asarray((loop[:, None] + shares * (np.roll(loop, -1, axis=0) - loop)[:, None]).reshape(-1, 2))
