@@ -53,7 +53,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Cases:
-    """Makes the cases of a study, one after another.
+    """Builder of the cases of a study, one after another.
 
     Attributes:
         study, rounds: of all of them.
@@ -69,7 +69,7 @@ class Cases:
     files: dict[Path, object] = field(default_factory=dict)
 
     def case(self, number: int, changed: Changes) -> Case:
-        """The scene with these values. Raises `SceneError` or `RunError` of what is wrong with it."""
+        """Return the scene with these values. Raises `SceneError` or `RunError` for what is wrong with it."""
         scene = load_scene(self.study.scene, changed)
         check_step(scene)
         asked = by_content(scene, self.files)
@@ -94,7 +94,7 @@ def cases_of(
     numbers: Collection[int] | None = None,
     progress: Progress = silent,
 ) -> list[Case]:
-    """All scenes of the study, or those with such ``changes``, or with these ``numbers`` from 1.
+    """Return all scenes of the study, or those with such ``changes``, or with these ``numbers`` from 1.
 
     Args:
         rounds: of refinement that each may take.
@@ -128,7 +128,7 @@ def cases_of(
 
 
 def key_of_case(case: Case, *way: str) -> str:
-    """The key of a case that is carried out in another way."""
+    """Return the key of a case that is carried out in another way."""
     return content_key({"scene": case.key, "way": list(way)})[:32]
 
 
@@ -143,7 +143,7 @@ def _problems(error: SceneError | RunError, study: Study) -> tuple[Problem, ...]
 
 
 def _in_the_study(problem: Problem, changed: Changes, which: str) -> Problem:
-    """A problem of a key that varies, with its value, at its place in the study; others as they are in the scene."""
+    """Return a problem of a key that varies, with its value, at its place in the study; others as in the scene."""
     touching = [key for key in changed if _within(problem.key, key) or _within(key, problem.key)]
     if not touching:
         varied = ", ".join(f"{key} = {value!r}" for key, value in changed.items())
@@ -163,7 +163,7 @@ def _with_others(problem: Problem, others: int) -> Problem:
 
 
 def columns_of(cases: list[Case], study: Study) -> Mapping[str, list[object]]:
-    """The values of each key by scene: numbers in the unit of the key, else as they are."""
+    """Return the values of each key by scene: numbers in the unit of the key, else as they are."""
     found: dict[str, list[object]] = {}
     for key, variation in study.vary.items():
         texts = isinstance(variation, Listed) and not variation.numbers()

@@ -29,11 +29,11 @@ class Constraint:
         return f"{self.measure} {'>=' if self.sign > 0 else '<='} {self.limit:g}"
 
     def margin(self, value: float) -> float:
-        """By how much the limit is kept, in the unit of the measure; negative where it is not."""
+        """Return by how much the limit is kept, in the unit of the measure; negative where it is not."""
         return self.sign * (value - self.limit)
 
     def holds(self, margin: float, bar: float) -> bool:
-        """Up to the error bar of the measure; up to `LOOSE` of the limit where it has none (nan)."""
+        """Return whether the limit is kept up to the measure's error bar, or up to `LOOSE` of it without one (nan)."""
         return margin >= -(bar if math.isfinite(bar) else LOOSE * abs(self.limit))
 
 
@@ -64,22 +64,22 @@ class Optimise(Table):
 
     @property
     def measure(self) -> str:
-        """What is optimised."""
+        """Return the measure that is optimised."""
         return self.minimise or self.maximise or ""
 
     @property
     def sign(self) -> float:
-        """1 where less is better, else -1."""
+        """Return 1 where less is better, else -1."""
         return 1.0 if self.minimise else -1.0
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
-        """All limits."""
+        """Return all limits."""
         return self.subject_to
 
     @property
     def measures(self) -> tuple[str, ...]:
-        """All that are asked for, each once."""
+        """Return all measures that are asked for, each once."""
         return tuple(dict.fromkeys((self.measure, *(each.measure for each in self.constraints))))
 
     @model_validator(mode="after")
@@ -89,7 +89,7 @@ class Optimise(Table):
         return self
 
     def check_keys(self, count: int) -> None:
-        """Raises `KeyProblem` where the evaluations do not do for a quadratic model in so many keys."""
+        """Raise `KeyProblem` where the evaluations do not do for a quadratic model in so many keys."""
         if self.most < 2 * count + 3:
             raise KeyProblem(
                 "optimise.most", f"{self.most} evaluations are too few for {count} keys: at least {2 * count + 3}"

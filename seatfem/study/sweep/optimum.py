@@ -43,7 +43,7 @@ def run_optimum(
     progress: Progress = silent,
     tell: Tell = untold,
 ) -> Optimum:
-    """The scene whose measure is least or greatest within limits; optimum.json, optimum.csv, search.csv in ``folder``.
+    """Find the scene with the least or greatest measure within limits; write optimum.json, optimum.csv, search.csv.
 
     A third of the evaluations is a Latin hypercube, in all workers; from its best point COBYQA goes on. What it finds
     is carried out at the scene's own target; by what the measures differ there those of the search are shifted, and it
@@ -131,7 +131,7 @@ def optimise(
     rounds: int = MOST_ROUNDS,
     cluster: str | None = None,
 ) -> Optimum:
-    """The best scene of a study file with a table [optimise] (docs/studies.md).
+    """Find the best scene of a study file with a table [optimise] (docs/studies.md).
 
         found = seatfem.optimise("study.toml"); found.in_words(); found.as_json()["keys"]
 
@@ -146,27 +146,28 @@ def optimise(
 
 @dataclass(frozen=True)
 class SearchAhead:
-    """What an optimisation would take: its search, and the scenes that confirm it."""
+    """Prediction of what an optimisation would take: its search, and the scenes that confirm it."""
 
     search: Ahead
     target: Ahead
 
     def workers(self) -> int:
-        """As many as either could use."""
+        """Return as many workers as either could use."""
         return min(self.search.workers(), self.target.workers())
 
     def as_json(self) -> str:
-        """Both, and the time of all with one worker: one scene follows from the other."""
+        """Return both as JSON, and the time of all with one worker: one scene follows from the other."""
         parts = {"search": json.loads(self.search.as_json()), "confirmation": json.loads(self.target.as_json())}
         return json.dumps({**parts, "time_s": self.search.seconds() + self.target.seconds()}, indent=1)
 
     def in_words(self, workers: int) -> str:
-        """One line."""
+        """Return it in one line."""
         return f"search: at most {self.search.in_words(1)}; then at the target: {self.target.in_words(1)}"
 
 
 def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) -> SearchAhead:
-    """Of a study with [optimise], by its lowest, middle and highest values. Raises `SceneError` of what is wrong."""
+    """Return the prediction for a study with [optimise], by its lowest, middle and highest values. Raises
+    `SceneError`."""
     goal = goal_of(study)
     points = [(share,) * len(study.vary) for share in (0.0, 0.5, 1.0)]
 

@@ -30,7 +30,7 @@ NOTES: Final = "notes"
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a scene.
+    """Summary of a scene, or why there is none.
 
     Attributes:
         state: "done"; "missed": done, its target of accuracy missed; "stopped" at the limit of time; "failed".
@@ -55,7 +55,7 @@ class Outcome:
 
     @property
     def has_numbers(self) -> bool:
-        """Whether the scene was carried out."""
+        """Return whether the scene was carried out."""
         return self.state in ("done", "missed")
 
 
@@ -69,7 +69,7 @@ def carry_out(
     once: bool = False,
     stress: bool = True,
 ) -> Outcome:
-    """The scene at ``path`` with some keys changed; files go to a folder that is removed. Whatever fails is the
+    """Run the scene at ``path`` with some keys changed; files go to a folder that is removed. Whatever fails is the
     outcome.
 
     Args:

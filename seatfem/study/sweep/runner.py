@@ -38,7 +38,7 @@ class StudyError(ValueError):
 
 
 def check_effort(effort: Effort) -> int | None:
-    """How many scenes are to run at once; None where that is open.
+    """Return how many scenes are to run at once; None where that is open.
 
     Raises:
         StudyError: options out of range.
@@ -59,7 +59,7 @@ def check_effort(effort: Effort) -> int | None:
 
 @contextmanager
 def folder_of_ours(folder: Path) -> Iterator[Path]:
-    """The journal in a folder that can be written to and that no other study is at work in.
+    """Yield the journal in a folder that can be written to and that no other study is at work in.
 
     Raises:
         OutputError, StudyError: it is not so.
@@ -86,7 +86,7 @@ def run_cases(
     progress: Progress = silent,
     heard: Callable[[Outcome], None] = lambda _: None,
 ) -> dict[str, Outcome]:
-    """Outcomes by the cases' keys. Those ``known`` are not computed again; new ones go to the ``journal`` at once.
+    """Return outcomes by the cases' keys. Those ``known`` are not computed again; new ones go to the ``journal``.
 
     Args:
         scene: its file.
@@ -127,18 +127,18 @@ def run_cases(
 
 
 def _turn(case: Case) -> tuple[bool, int]:
-    """Those with the same may be carried out at the same time, the lowest first."""
+    """Return the turn of a case: those with the same may be carried out at the same time, the lowest first."""
     return case.way == "beside", len(case.guides)
 
 
 def crew_of(workers: int, cluster: str | None = None) -> AbstractContextManager[Ask]:
-    """So many workers for `run_cases`, one call or several; or those of the cluster at an address."""
+    """Start so many workers for `run_cases`, one call or several; or take those of the cluster at an address."""
     program = Program(WORKER, renew=RENEW, own_session=True, environment=ONE_THREAD)
     return crew(program, workers=workers) if cluster is None else cluster_crew(cluster, program, _packed)
 
 
 def _packed(line: str) -> Parcel:
-    """A job with all files of its scene."""
+    """Return a job with all files of its scene."""
     job = json.loads(line)
     place, changed, files = packed(Path(job["path"]), job["changed"])
     return Parcel(json.dumps(job | {"path": place, "changed": changed}), files)
@@ -147,7 +147,7 @@ def _packed(line: str) -> Parcel:
 def _job(
     scene: Path, bundle: Sequence[Case], rounds: int, found: Mapping[str, Outcome], wanted: Mapping[str, Case]
 ) -> str:
-    """A line for the worker; those of the first scenes with the seat that met their target show how to begin."""
+    """Return a line for the worker; those of the first scenes with the seat that met their target show how to begin."""
     case = bundle[0]
     guides = [found[key] for key in case.guides if key in found]
     start = chosen([each.start for each in guides if each.start])
@@ -159,18 +159,18 @@ def _job(
 
 
 def _read(answer: str) -> list[Outcome]:
-    """Of one scene, or of several side by side."""
+    """Return the outcomes of one scene, or of several side by side."""
     told = json.loads(answer)
     return [Outcome(**each) for each in (told if isinstance(told, list) else [told])]
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:
-    """Outcomes by key. A line that a kill cut short, or that is none of ours, is skipped."""
+    """Return outcomes by key. A line that a kill cut short, or that is none of ours, is skipped."""
     return lines.outcomes(path, "key", lambda changed, outcome: Outcome(**outcome))
 
 
 def append(path: Path, case: Case, outcome: Outcome) -> None:
-    """One more line, on file at once."""
+    """Append one more line, on file at once."""
     lines.append(path, {"key": case.key, "changed": case.changed, "outcome": asdict(outcome)})
 
 

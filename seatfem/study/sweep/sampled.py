@@ -45,14 +45,14 @@ PRESSED_ON: Final = ("pressed_on_time_s", "pressed_on_largest_load_N")
 
 
 def settings(scene: Scene) -> Changes:
-    """What is changed in all scenes of such a study, besides what varies: the target, and one port for the contact."""
+    """Return what is changed in all scenes of such a study, besides what varies: the target, and one port."""
     one_port = {RINGS: scene.seat.is_meshed, PORTS: lip_of(scene) is not None}
     ports = {key: 1 for key, there in one_port.items() if there and not is_given(scene, key)}
     return {"accuracy.target": TIGHTER * scene.accuracy.target, **ports}
 
 
 def divided(study: Study, cases: list[Case], scene: Scene, measures: Sequence[str]) -> list[Case]:
-    """The cases: the first as they are, the sample in one round, the others to be marched side by side.
+    """Return the cases: the first as they are, the sample in one round, the others to be marched side by side.
 
     Raises `SceneError` of a ``scene``, the first of them, that is marched by itself, and of measures that take a run
     in full.
@@ -71,7 +71,7 @@ def divided(study: Study, cases: list[Case], scene: Scene, measures: Sequence[st
 
 
 def _needs(measures: Sequence[str]) -> tuple[str, ...]:
-    """What these keys of summary.json take beside the force."""
+    """Return what these keys of summary.json take beside the force."""
     every = all_measures().values()
     moved = [key for each in every if each.needs_displacement for key in _keys(each)]
     stressed = [key for each in every if each.needs_stress for key in _keys(each)]
@@ -85,7 +85,7 @@ def _keys(measure: Measure) -> tuple[str, ...]:
 
 
 def _sample(study: Study, cases: list[Case]) -> set[int]:
-    """Places of the scenes that run in full, besides the first."""
+    """Return the places of the scenes that run in full, besides the first."""
     numbers = [np.asarray(column, dtype=float) for column in columns_of(cases, study).values()]
     unit = np.array([(n - n.min()) / np.ptp(n) for n in numbers if np.ptp(n) > 0]).reshape(-1, len(cases))
     found = {int(place) for place in np.linspace(0, len(cases) - 1, LEAST).round()}
@@ -96,12 +96,12 @@ def _sample(study: Study, cases: list[Case]) -> set[int]:
 
 
 def is_own(outcome: Outcome) -> bool:
-    """Whether a scene has been run in full."""
+    """Return whether a scene has been run in full."""
     return "accuracy_met" in outcome.summary or not outcome.has_numbers
 
 
 def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> dict[str, Outcome]:
-    """The outcomes, those marched side by side with the bars of the sample, all by the target of the study's scene.
+    """Return the outcomes, those marched side by side with the sample's bars, by the target of the study's scene.
 
     A measure that is zero has none, nor has a scene that did not land or was cut off: none of the sample is like it,
     and no target is asked of it. Nor has one of which a scene of the sample has none, nor has any where such a scene
@@ -140,7 +140,7 @@ def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Seq
 
 
 def _share(summary: Mapping[str, object], name: str) -> float:
-    """The relative bar; infinite where it is not known."""
+    """Return the relative bar; infinite where it is not known."""
     value, bar = summary.get(name), summary.get(BAR + name)
     known = isinstance(value, int | float) and isinstance(bar, int | float)
     return abs(float(bar) / float(value)) if known and value else math.inf  # type: ignore[arg-type]

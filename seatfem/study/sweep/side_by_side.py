@@ -52,7 +52,7 @@ def side_by_side(
     start: Mapping[str, Any],
     needs: Collection[str],
 ) -> list[Outcome]:
-    """The scenes at ``path`` with each of the ``others`` changed besides ``changed``.
+    """Return the outcomes of the scenes at ``path`` with each of the ``others`` changed besides ``changed``.
 
     ``start``: what they are planned by. ``needs``: "stress", "displacement", where these are asked for. Those that
     cannot be marched beside the scene with ``changed`` alone are carried out by themselves, with their error bars.
@@ -78,7 +78,7 @@ def side_by_side(
 def _marched(
     path: Path, changed: Changes, others: Sequence[Changes], start: Mapping[str, Any], needs: Collection[str]
 ) -> list[dict[str, Any] | None]:
-    """A summary of each; ``None`` of those that cannot be marched so."""
+    """Return a summary of each; ``None`` for those that cannot be marched so."""
     base = load_scene(path, changed)
     plan = begun(base, start, as_it_is=True)
     if plan is None:
@@ -110,7 +110,7 @@ def _problem(scene: Scene, plan: Plan, target: Body) -> ContactProblem:
 
 
 def _beside(base: ContactProblem, scene: Scene, plan: Plan) -> _Scene | None:
-    """The scene, if it differs from that of ``base`` by its gap, velocity and size of its initial state alone."""
+    """Return the scene, if only its gap, velocity and size of its initial state differ from those of ``base``."""
     problem = _problem(scene, plan, base.target)
     own, there = problem.striker, base.striker
     if len(problem.contacts) > 1 or problem.contacts[0].law != base.contacts[0].law or not _alike(own, there):
@@ -125,7 +125,7 @@ def _beside(base: ContactProblem, scene: Scene, plan: Plan) -> _Scene | None:
 
 
 def _alike(one: Body, other: Body) -> bool:
-    """Whether two bodies have the same modes, and both an initial state or none."""
+    """Return whether two bodies have the same modes, and both an initial state or none."""
     first, second = one.greens.modal, other.greens.modal
     if first is None or second is None or (one.state is None) != (other.state is None):
         return False
@@ -133,7 +133,7 @@ def _alike(one: Body, other: Body) -> bool:
 
 
 def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Collection[str]) -> dict[str, Any]:
-    """As far as summary.json has the same."""
+    """Return the summary as far as summary.json has the same."""
     assert batch.force is not None
     assert batch.gap is not None
     force, problem, width = batch.force[place], each.problem, each.scene.run.filter_width
@@ -158,7 +158,7 @@ def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Col
 
 
 def _displacement(target: Body, force: Array, dt: float) -> Array:
-    """(n + 1,) of the seat's patch [m]."""
+    """Return the displacement (n + 1,) of the seat's patch [m]."""
     discrete = Discrete.of(target, dt, len(force) - 1)
     moved = mean_displacement(discrete, -force[None, 1:], Division.of(target.greens).shares)
     return moved if target.base is None else moved + target.carried(np.asarray(dt * np.arange(len(moved))))

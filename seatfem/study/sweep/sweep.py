@@ -48,7 +48,7 @@ def run_study(
     progress: Progress = silent,
     tell: Tell = untold,
 ) -> StudyTable:
-    """Every scene of a study, and its table in study.csv (study.parquet where pyarrow is there).
+    """Run every scene of a study, and write its table in study.csv (study.parquet where pyarrow is there).
 
     Outcomes go to a journal in ``folder`` one by one and are taken from there: a study that was stopped at any moment
     goes on where it was, with the same numbers. Scenes that fail stand in the table with their message.
@@ -107,7 +107,7 @@ def run_study(
 def scenes_of(
     study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None, progress: Progress = silent
 ) -> tuple[list[Case], Scene, Measures]:
-    """All scenes of a study as they are going to be carried out, the first of them, and the measures asked for.
+    """Return all scenes of a study as they are going to be carried out, the first of them, and the measures asked for.
 
     Raises `SceneError` of what is wrong; ``file``: of the study, for messages.
     """
@@ -139,7 +139,7 @@ def sweep(
     cluster: str | None = None,
     progress: Progress = silent,
 ) -> Any:
-    """A study as a table: a pandas DataFrame where pandas is there, else lists by the names of the columns.
+    """Run a study; return its table: a pandas DataFrame if pandas is there, else lists by names of columns.
 
         seatfem.sweep("scene.toml", {"contact.gap": ["0 mm", "0.1 mm"], "reed.n_modes": [10, 20]})
 
