@@ -63,10 +63,10 @@ def _with_line(text: str, key: str, scene: Path) -> str:
     from seatfem.study.scene.problems import Problem
 
     try:
-        found = located(SceneError((Problem(None, 0, "", text, tuple(key.split("."))),)), scene)
+        error = located(SceneError((Problem(None, 0, "", text, tuple(key.split("."))),)), scene)
     except SceneError:  # of the file itself
         return text
-    return str(found) if found.problems[0].line and "\n" not in text else text
+    return str(error) if error.problems[0].line and "\n" not in text else text
 
 
 def clipped(text: str) -> str:

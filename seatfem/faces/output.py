@@ -128,9 +128,9 @@ def tell(outcome: RunOutcome, common: Common, more: Sequence[Path] = ()) -> None
         return
     from seatfem.faces.tables import time_line
 
-    told = lines()
+    terminal = lines()
     for message in outcome.messages:
-        told.print(f"note: {message}")
+        terminal.print(f"note: {message}")
     for file in (*outcome.files, *more):
-        told.print(f"wrote {file}")
-    told.print(f"time: {time_line(outcome.stages)}")
+        terminal.print(f"wrote {file}")
+    terminal.print(f"time: {time_line(outcome.stages)}")

@@ -75,8 +75,8 @@ def _axes(made: Moving) -> str:
 def _thinned(made: Moving, most: int) -> Moving:
     """Return every second frame, every third ..., until they fit."""
     each = len(made.points) * (6 + 2 * (made.values is not None))
-    left = max(each, most - 12 * (len(made.points) + len(made.triangles)))
-    stride = math.ceil(each * len(made.labels) / left)
+    room = max(each, most - 12 * (len(made.points) + len(made.triangles)))
+    stride = math.ceil(each * len(made.labels) / room)
     if stride == 1:
         return made
     kept = slice(None, None, stride)

@@ -178,8 +178,8 @@ class _Along:
 
 def _pressed(runs: Sequence[ImpactResult]) -> tuple[int, int]:
     """Return the first step at which any of them is pressed, and the one after the last; all steps where none is."""
-    found = np.concatenate([np.flatnonzero(np.abs(run.force).reshape(len(run.time), -1).sum(axis=1)) for run in runs])
-    return (int(found.min()), int(found.max()) + 1) if len(found) else (0, len(runs[0].time))
+    steps = np.concatenate([np.flatnonzero(np.abs(run.force).reshape(len(run.time), -1).sum(axis=1)) for run in runs])
+    return (int(steps.min()), int(steps.max()) + 1) if len(steps) else (0, len(runs[0].time))
 
 
 def _empty(along: str) -> Figure:
@@ -201,8 +201,8 @@ def _envelope(values: Array) -> NDArray[np.int64]:
         return np.arange(len(values), dtype=np.int64)
     edges = np.linspace(0, len(values), MOST // 2 + 1).astype(np.int64)
     bins = [(low, values[low:high]) for low, high in itertools.pairwise(edges)]
-    found = [low + int(pick) for low, part in bins for pick in (part.argmin(), part.argmax())]
-    return np.unique(np.array([0, *found, len(values) - 1], dtype=np.int64))
+    kept = [low + int(pick) for low, part in bins for pick in (part.argmin(), part.argmax())]
+    return np.unique(np.array([0, *kept, len(values) - 1], dtype=np.int64))
 
 
 def _short(values: Array) -> list[Any]:
@@ -212,5 +212,5 @@ def _short(values: Array) -> list[Any]:
 
 
 def _largest(runs: Mapping[str, ImpactResult], name: str) -> float:
-    found: Sequence[float] = [float(np.abs(getattr(runs[key], name)).max()) for key in LINES if key in runs]
-    return max(found, default=0.0)
+    peaks: Sequence[float] = [float(np.abs(getattr(runs[key], name)).max()) for key in LINES if key in runs]
+    return max(peaks, default=0.0)

@@ -22,7 +22,7 @@ def run_summary(folder: Path) -> dict[str, Any]:
     if folder.is_file():
         raise ReportError(f"{folder}: is a file; give the folder of a run (seatfem run -o), as {folder.stem}-result")
     try:
-        found = json.loads(read_text(path, MOST_TEXT, ReportError))
+        summary = json.loads(read_text(path, MOST_TEXT, ReportError))
     except FileNotFoundError:
         raise ReportError(f"{folder}: holds no {SUMMARY_FILE}; give the folder of a run (seatfem run -o)") from None
     except ValueError as error:
@@ -31,9 +31,9 @@ def run_summary(folder: Path) -> dict[str, Any]:
             if isinstance(error, ReportError)
             else ReportError(f"{path}: is no JSON ({error}); run the scene again")
         ) from None
-    if not isinstance(found, dict) or "impulse_Ns" not in found:
+    if not isinstance(summary, dict) or "impulse_Ns" not in summary:
         raise ReportError(f"{path}: is no summary of a run; give the folder of a run (seatfem run -o)")
-    return found
+    return summary
 
 
 def text_of(path: Path) -> str:
