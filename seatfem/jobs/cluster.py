@@ -120,12 +120,12 @@ def _settle(client: Client, address: str) -> None:
     except Exception as error:  # of a worker that has no, or another, seatfem, whatever that raises
         with suppress(Exception):
             client.unregister_worker_plugin(name=name_of(version))
-        told = (
+        reason = (
             str(error)
             if isinstance(error, OtherVersionError)
             else f"a worker there has no seatfem, install it: {_first(error)}"
         )
-        raise ClusterError(f"--cluster {address}: {told}") from None
+        raise ClusterError(f"--cluster {address}: {reason}") from None
 
 
 @contextmanager
@@ -162,7 +162,7 @@ def _asked(
         f"--cluster {address}: the scheduler is gone; run the same command again, it goes on where it was"
     )
     version, study, begun = code_version(), uuid4().hex, time.monotonic()
-    asked: dict[Future[Any], tuple[int, Parcel]] = {}
+    pending: dict[Future[Any], tuple[int, Parcel]] = {}
     coming = as_completed(loop=client.loop)
 
     def arrived(futures: Sequence[Future[Any]]) -> Iterator[tuple[int, str | Lost]]:
@@ -172,12 +172,14 @@ def _asked(
         except (OSError, RuntimeError, CancelledError):  # of a client that is closed, too
             raise gone from None
         for future in futures:
-            number, parcel = asked.pop(future)
+            number, parcel = pending.pop(future)
             if future in answers:
                 yield number, _at_home(answers[future], parcel)
             elif future.status == "error" and isinstance(problem := future.exception(), KilledWorker):
-                told = f"{problem.allowed_failures + 1} workers were lost that had this job, last {problem.last_worker}"
-                yield number, Lost(False, None, told, time.monotonic() - begun)
+                reason = (
+                    f"{problem.allowed_failures + 1} workers were lost that had this job, last {problem.last_worker}"
+                )
+                yield number, Lost(False, None, reason, time.monotonic() - begun)
             elif future.status == "error":
                 raise ClusterError(f"--cluster {address}: {_first(future.exception())}; run it without --cluster")
             else:
@@ -189,7 +191,7 @@ def _asked(
             data = {name: _sent(client, path, files) for name, path in parcel.files.items()}
             task = Task(program, parcel.line, limit, version)
             future = client.submit(carried_out, task, data, key=f"seatfem-{study}-{number}", pure=False)
-            asked[future] = number, parcel
+            pending[future] = number, parcel
             coming.add(future)
             if coming.has_ready():
                 yield from arrived(coming.next_batch(block=False))
@@ -197,7 +199,7 @@ def _asked(
             yield from arrived(batch)
     finally:
         with suppress(Exception):  # the scheduler may be gone
-            client.cancel(list(asked), force=True)
+            client.cancel(list(pending), force=True)
 
 
 def _check_size(parcel: Parcel) -> None:

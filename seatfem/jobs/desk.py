@@ -39,11 +39,11 @@ class Lost:
 
     def in_words(self) -> str:
         """Return how a worker ended, and the last that it said."""
-        told = self.log.strip().splitlines() or ["no message"]
+        lines = self.log.strip().splitlines() or ["no message"]
         by = "with its computer" if self.code is None else f"exit code {self.code}"
         if self.code is not None and -self.code in set(signal.Signals):
             by = f"signal {signal.Signals(-self.code).name}"
-        return f"the process died ({by}): {told[-1]}"
+        return f"the process died ({by}): {lines[-1]}"
 
 
 Ask = Callable[[Sequence[str], float], Iterator[tuple[int, str | Lost]]]

@@ -62,10 +62,10 @@ def outcomes(path: Path, key: str, made: Callable[..., T], **same: object) -> di
 
     Lines in which a field of ``same`` is another (the version of the code) are passed, as are those that do not fit.
     """
-    found: dict[str, T] = {}
+    results: dict[str, T] = {}
     for entry in entries(path):
         with suppress(KeyError, TypeError):
             name = entry.pop(key)
             if isinstance(name, str) and all(entry.pop(field) == value for field, value in same.items()):
-                found[name] = made(**entry)
-    return found
+                results[name] = made(**entry)
+    return results

@@ -48,9 +48,9 @@ class Task:
 
 def check_version(wanted: str, place: str) -> None:
     """Raise `OtherVersionError` if this computer has another version than the ``wanted`` one."""
-    if (here := code_version()) != wanted:
+    if (own := code_version()) != wanted:
         raise OtherVersionError(
-            f"worker {place} has version {here} of seatfem, this computer {wanted}: install the same sources on both, "
+            f"worker {place} has version {own} of seatfem, this computer {wanted}: install the same sources on both, "
             "and start the worker again"
         )
 

@@ -37,7 +37,7 @@ def end_with_parent(parent: str = "", take: Callable[[bytes], None] = lambda _: 
 
 def lines_from_parent() -> Iterator[str]:
     """Yield the lines that the parent writes, as they come, after `end_with_parent`. They end with the process."""
-    found: queue.SimpleQueue[str] = queue.SimpleQueue()
+    received: queue.SimpleQueue[str] = queue.SimpleQueue()
     begun = bytearray()
 
     def take(data: bytes) -> None:
@@ -45,10 +45,10 @@ def lines_from_parent() -> Iterator[str]:
         *lines, rest = bytes(begun).split(b"\n")
         begun[:] = rest
         for line in lines:
-            found.put(line.decode("utf-8"))
+            received.put(line.decode("utf-8"))
 
     end_with_parent(take=take)
-    return iter(found.get, None)
+    return iter(received.get, None)
 
 
 def answer_lines(reply: Callable[[str], str]) -> None:
