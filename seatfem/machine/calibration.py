@@ -71,13 +71,13 @@ def calibrate(progress: Progress = silent) -> Machine:
         progress(stage, 1.0)
 
     add("program start", _start(default))
-    meshes, found = _meshing()
-    add("meshing", found)
-    models, found = _assembly(meshes)
-    add("assembly", found)
+    meshes, measured = _meshing()
+    add("meshing", measured)
+    models, measured = _assembly(meshes)
+    add("assembly", measured)
     add("reduction", _reduction(models, default))
-    result, found = _contact()
-    add("contact", found)
+    result, measured = _contact()
+    add("contact", measured)
     with private_folder("calibration") as folder:
         add("files", _files(result, folder))
         add("pictures", _pictures(result, meshes, models, folder, default))
@@ -92,8 +92,8 @@ def _time(work: Callable[[], object], repeats: int = 2) -> float:
 def _once(work: Callable[[], Made]) -> tuple[Made, float]:
     """Return what the work made, and its time [s]."""
     wall, processor = perf_counter(), _processor()
-    made = work()
-    return made, min(perf_counter() - wall, _processor() - processor)
+    result = work()
+    return result, min(perf_counter() - wall, _processor() - processor)
 
 
 def _processor() -> float:

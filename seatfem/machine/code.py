@@ -26,8 +26,8 @@ VARIABLE: Final = "SEATFEM_STORE"
 @cache
 def code_version(without: tuple[str, ...] = ()) -> str:
     """Return a hash of the sources of both packages, but those ``without``; of the version where there are none."""
-    found = (find_spec(package) for package in ("impact", "seatfem"))
-    return hash_of([Path(spec.origin).parent for spec in found if spec is not None and spec.origin], without)
+    specs = (find_spec(package) for package in ("impact", "seatfem"))
+    return hash_of([Path(spec.origin).parent for spec in specs if spec is not None and spec.origin], without)
 
 
 def numerics_version() -> str:
@@ -53,7 +53,7 @@ def sources_from_elsewhere(*classes: type) -> list[str]:
 
 def hash_of(packages: list[Path], without: tuple[str, ...] = ()) -> str:
     """Return the hash of all Python files in some folders, by their names and contents."""
-    digest, found = sha256(), False
+    digest, has_files = sha256(), False
     for package in packages:
         for folder, inner, files in os.walk(package):
             place = Path(folder).relative_to(package.parent).as_posix()
@@ -63,16 +63,16 @@ def hash_of(packages: list[Path], without: tuple[str, ...] = ()) -> str:
                     digest.update(f"{place}/{name}\n".encode())
                     with open(os.path.join(folder, name), "rb") as file:
                         digest.update(file.read())
-                    found = True
-    if not found:
+                    has_files = True
+    if not has_files:
         digest.update(metadata.version("seatfem").encode())
     return digest.hexdigest()[:16]
 
 
 def cache_folder() -> Path:
     """Return the folder of the environment variable SEATFEM_STORE, or the user's cache (XDG_CACHE_HOME)."""
-    if given := os.environ.get(VARIABLE):
-        return Path(given)
+    if folder := os.environ.get(VARIABLE):
+        return Path(folder)
     if cache := os.environ.get("XDG_CACHE_HOME"):
         return Path(cache) / "seatfem" / "greens"
     try:

@@ -87,8 +87,8 @@ def _number(name: str, usual: int) -> int:
 def _tried(python: str) -> tuple[bool, str]:
     """Return whether the ranks' program finds its libraries there, and what it says."""
     try:
-        done = subprocess.run([python, str(SCRIPT)], capture_output=True, text=True, timeout=_PROBE, check=False)
+        result = subprocess.run([python, str(SCRIPT)], capture_output=True, text=True, timeout=_PROBE, check=False)
     except (OSError, subprocess.TimeoutExpired) as problem:
         return False, str(problem)
-    lines = (done.stdout if done.returncode == 0 else done.stderr).strip().splitlines()
-    return done.returncode == 0, (lines or [f"exit code {done.returncode}"])[-1]
+    lines = (result.stdout if result.returncode == 0 else result.stderr).strip().splitlines()
+    return result.returncode == 0, (lines or [f"exit code {result.returncode}"])[-1]
