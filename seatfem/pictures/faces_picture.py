@@ -97,18 +97,18 @@ class _Scene:
 
     def shots(self) -> list[_Shot]:
         """Return views until every face that some view shows is shown; then what is within."""
-        found = [self._shot(VIEWS[0], None, ""), self._shot(VIEWS[1], None, "")]
+        shots = [self._shot(VIEWS[0], None, ""), self._shot(VIEWS[1], None, "")]
         for view in VIEWS[2:]:
-            if len(found) == MOST_VIEWS or not self._poor(found, LEGIBLE):
+            if len(shots) == MOST_VIEWS or not self._poor(shots, LEGIBLE):
                 break
             shot = self._shot(view, None, "")
-            if any(shot.pixels(face) >= LEGIBLE for face in self._poor(found, LEGIBLE)):
-                found.append(shot)
-        if hidden := self._poor(found, LEAST):
-            found.append(self._shot(VIEWS[0], hidden, "within"))
-            if self._poor(found, LEAST):
-                found.append(self._shot(VIEWS[1], self._poor(found, LEAST), "within, from the other side"))
-        return found
+            if any(shot.pixels(face) >= LEGIBLE for face in self._poor(shots, LEGIBLE)):
+                shots.append(shot)
+        if hidden := self._poor(shots, LEAST):
+            shots.append(self._shot(VIEWS[0], hidden, "within"))
+            if self._poor(shots, LEAST):
+                shots.append(self._shot(VIEWS[1], self._poor(shots, LEAST), "within, from the other side"))
+        return shots
 
     def _poor(self, shots: Sequence[_Shot], pixels: int) -> list[int]:
         """Return the faces that no shot shows with so many pixels."""

@@ -117,8 +117,8 @@ def moving_modes(
     largest = np.array([float(np.linalg.norm(shape, axis=1).max()) or 1.0 for shape in shapes])
     masses = None if frequency is None else largest**-2.0
     scaled = np.array(shapes) / largest[:, None, None]
-    made = Moving(title, skin.points, skin.triangles, scaled, tuple(labels))
-    return replace(made, frequency=frequency, modal_mass=masses)
+    motion = Moving(title, skin.points, skin.triangles, scaled, tuple(labels))
+    return replace(motion, frequency=frequency, modal_mass=masses)
 
 
 def moving_wave(wave: StressWave, title: str) -> Moving:
@@ -194,7 +194,7 @@ def load_moving(path: str | os.PathLike[str]) -> Moving:
             values = np.where(steps < UNTOLD, low + (high - low) * steps / (UNTOLD - 1), np.nan)
         each = {name: finite_array(file, name) if name in file else None for name in OF_FRAMES}
         labels = tuple(str(label) for label in about["labels"])
-        found = Moving(
+        motion = Moving(
             str(about["title"]),
             np.asarray(file["points"][...], dtype=float),
             np.asarray(file["triangles"][...], dtype=np.int64),
@@ -212,15 +212,15 @@ def load_moving(path: str | os.PathLike[str]) -> Moving:
             each["modal_mass"],
         )
     try:
-        found.check()
+        motion.check()
     except PictureError as problem:
         raise StorageError(f"{Path(path)}: damaged: {problem}; compute it again") from problem
-    numbers = (found.points, found.displacement, np.array([low, high, largest]))
-    if not all((np.abs(each) < BEYOND).all() for each in numbers) or not largest > 0 or found.size <= 0:
+    numbers = (motion.points, motion.displacement, np.array([low, high, largest]))
+    if not all((np.abs(each) < BEYOND).all() for each in numbers) or not largest > 0 or motion.size <= 0:
         raise StorageError(
             f"{Path(path)}: damaged: numbers beyond {BEYOND:g} or not finite, or no size; compute it again"
         )
-    return found
+    return motion
 
 
 def moving_bodies(folder: Path) -> dict[str, Moving]:

@@ -57,5 +57,7 @@ def write_frames(
         with whole_file(file) as temporary:
             body.save(temporary)
         entries.append(f'    <DataSet timestep="{float(moment):.9g}" part="0" file="{path.stem}/{file.name}"/>\n')
-    told = f'<VTKFile type="Collection" version="0.1">\n  <Collection>\n{"".join(entries)}  </Collection>\n</VTKFile>\n'
-    write_whole(path, f'<?xml version="1.0"?>\n{told}'.encode())
+    collection = (
+        f'<VTKFile type="Collection" version="0.1">\n  <Collection>\n{"".join(entries)}  </Collection>\n</VTKFile>\n'
+    )
+    write_whole(path, f'<?xml version="1.0"?>\n{collection}'.encode())

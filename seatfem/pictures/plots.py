@@ -201,13 +201,13 @@ def _visible_facets(mesh: Any, kept: NDArray[np.bool_], groups: tuple[str, ...])
     first, second = mesh.f2t
     outer = second < 0
     shown = np.where(outer, kept[first], kept[first] != kept[second])
-    found = {"inside": np.flatnonzero(shown & ~outer)}
+    visible = {"inside": np.flatnonzero(shown & ~outer)}
     rest = shown & outer
     for name in groups:
         facets = np.asarray(mesh.boundaries.get(name, np.zeros(0)), dtype=np.int64)
-        found[name] = facets[shown[facets]]
+        visible[name] = facets[shown[facets]]
         rest[facets] = False
-    return {**found, "surface": np.flatnonzero(rest)}
+    return {**visible, "surface": np.flatnonzero(rest)}
 
 
 class _Body:

@@ -116,10 +116,10 @@ def _outline(place: Axes, mesh: Any, sites: Array, values: Array, scale: Any) ->
     ends = mesh.p[:, mesh.facets[:, facets]].transpose(2, 1, 0)
     curved = mesh.doflocs.shape[1] > mesh.nvertices
     middle = mesh.doflocs[:, mesh.dofs.facet_dofs[0, facets]].T if curved else ends.mean(axis=1)
-    told, on_middle = _told(sites, values, ends.reshape(-1, 2)).reshape(-1, 2), _told(sites, values, middle)
-    on_middle = np.where(np.isfinite(on_middle), on_middle, told.mean(axis=1))
+    at_ends, on_middle = _told(sites, values, ends.reshape(-1, 2)).reshape(-1, 2), _told(sites, values, middle)
+    on_middle = np.where(np.isfinite(on_middle), on_middle, at_ends.mean(axis=1))
     halves = np.concatenate([np.stack([ends[:, k], middle], axis=1) for k in (0, 1)])
-    heights = np.concatenate([np.stack([told[:, k], on_middle], axis=1) for k in (0, 1)])
+    heights = np.concatenate([np.stack([at_ends[:, k], on_middle], axis=1) for k in (0, 1)])
     place.add_collection(LineCollection(list(1e3 * halves), colors=UNTOLD, linewidths=3.5, zorder=1))
     share = np.linspace(0.0, 1.0, 6)[:, None, None]
     pieces = 1e3 * ((1 - share) * halves[:, 0] + share * halves[:, 1])
