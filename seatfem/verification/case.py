@@ -65,8 +65,8 @@ class Row:
 
 def carry_out(case: Case, coefficient: float = 1.0) -> Row:
     """Compute the case; ``verdict``: |error| <= tolerance = rtol + numerical uncertainty."""
-    found = case.compute(coefficient)
-    ours = found if isinstance(found, Estimate) else Estimate(found)
+    result = case.compute(coefficient)
+    ours = result if isinstance(result, Estimate) else Estimate(result)
     scale = abs(case.exact)
     error, tolerance = (ours.value - case.exact) / scale, case.rtol + ours.uncertainty / scale
     verdict = abs(error) <= tolerance
@@ -166,10 +166,10 @@ def recomputed(coarse: Callable[[float], float], limit: Callable[[], Estimate]) 
     once = cache(limit)
 
     def compute(coefficient: float) -> Estimate:
-        found = once()
+        estimate = once()
         if coefficient == 1.0:
-            return found
+            return estimate
         factor = coarse(coefficient) / coarse(1.0)
-        return replace(found, value=found.value * factor, uncertainty=found.uncertainty * abs(factor))
+        return replace(estimate, value=estimate.value * factor, uncertainty=estimate.uncertainty * abs(factor))
 
     return compute

@@ -96,11 +96,11 @@ def _tip() -> tuple[Case, ...]:
 
     def place(rigidity: float) -> float:
         """Return where the moment of the time 1 is largest; eta = x/sqrt(a t)."""
-        found = minimize_scalar(
+        result = minimize_scalar(
             lambda x: -float(tip_step_moment(x / rigidity**0.25)), bounds=(1.0, 2.5), method="bounded",
             options={"xatol": 1e-9},
         )  # fmt: skip
-        return float(found.x)
+        return float(result.x)
 
     def moment(rigidity: float) -> float:
         """Return M = EI u'' over sqrt(EI rho A) of the rigidity 1."""

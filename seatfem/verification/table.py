@@ -58,8 +58,8 @@ def verification_table(progress: Progress = silent, cases: Sequence[Case] | None
     """Carry out every case, or those given."""
     cases = verification_cases() if cases is None else cases
     rows = []
-    for done, case in enumerate(cases):
-        progress("verifying", done / len(cases))
+    for number, case in enumerate(cases):
+        progress("verifying", number / len(cases))
         rows.append(carry_out(case))
     progress("verifying", 1.0)
     return tuple(rows)
