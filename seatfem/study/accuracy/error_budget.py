@@ -138,7 +138,7 @@ def error_budget(
     """
     result = touches.seat
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
-    found, unknown = sources_of(scene, method, seat, problem, reed)
+    sources, unknown = sources_of(scene, method, seat, problem, reed)
 
     known: dict[tuple[int, float], tuple[impact.Body, Discrete]] = {}  # with the body, whose id is not taken again then
 
@@ -154,7 +154,7 @@ def error_budget(
     def values_with_clock(record: RunRecord) -> Values:
         return {**values_of_record(record, like), CLOCK: last.time(record.blow)}
 
-    runs, count = 2 + sum(len(term) for terms in found.values() for term in terms or ()), 0
+    runs, count = 2 + sum(len(term) for terms in sources.values() for term in terms or ()), 0
 
     def run(varied: ContactProblem, dt: float) -> Values:
         nonlocal count
@@ -167,17 +167,17 @@ def error_budget(
         finer = times(2.0, changes(values_of_record(own, like), run(problem, result.dt / 2)))
     at_once = _at_once(len(result.force) * len(problem.contacts))
     values = values_with_clock(own)
-    left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer, threads=at_once)
-    left = _with_end(scene, problem, left, result.dt, like)
-    names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP, RECORD) if name in found))
-    known_parts = {str(s): left.parts[s] for s in names if s in left.parts}
-    floors = {source: least for source, least in FLOORS.items() if found.get(source)}
+    budget = budget_of(run, problem, values, result.dt, sources, filter_width=width, finer=finer, threads=at_once)
+    budget = _with_end(scene, problem, budget, result.dt, like)
+    names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP, RECORD) if name in sources))
+    known_parts = {str(s): budget.parts[s] for s in names if s in budget.parts}
+    floors = {source: least for source, least in FLOORS.items() if sources.get(source)}
     if method.seat.level == "spring":
         floors["model"] = FLOOR_OF_SPRING
-    left = with_floors(Budget(left.values, known_parts, (*names, *unknown)), floors)
+    budget = with_floors(Budget(budget.values, known_parts, (*names, *unknown)), floors)
     if scene.reed.meets_lips and Division.of(seat.greens).arcs > 1:
-        left = with_share(left, "model", WITHIN_PARTS)  # no number of parts makes it smaller
-    return with_cut_landings(with_jumps(left, blow), like)
+        budget = with_share(budget, "model", WITHIN_PARTS)  # no number of parts makes it smaller
+    return with_cut_landings(with_jumps(budget, blow), like)
 
 
 def with_cut_landings(left: Budget, landings: Landings | None) -> Budget:
@@ -285,22 +285,22 @@ def sources_of(
 ) -> tuple[dict[str, Terms | None], tuple[str, ...]]:
     """Return the variations behind `error_budget` by source, and what is not known of striker and stopper; ``problem``:
     what was run."""
-    found: dict[str, Terms | None] = {
+    sources: dict[str, Terms | None] = {
         "mesh": _of_mesh(scene, seat, problem),
         "reduction": _of_reduction(scene, seat, problem),
         "model": _of_model(scene, method, seat, problem),
         "patch": _of_patch(scene, method, seat, problem),
     }
     if chooses_one_port(scene, method):
-        found[LIP] = _of_one_port(scene, method, seat, problem)
+        sources[LIP] = _of_one_port(scene, method, seat, problem)
     if draws := scene.seat.draws():
-        found["reduction"], found[RECORD] = (), _of_record(scene, seat, problem, draws)
+        sources["reduction"], sources[RECORD] = (), _of_record(scene, seat, problem, draws)
     beside = {STRIKER: of_striker(scene, reed, problem), STOPPER: of_stopper(scene, method, problem)}
     for name, parts in beside.items():
         if parts is not None:
-            found[name] = [term for terms in parts.values() for term in terms or ()]
+            sources[name] = [term for terms in parts.values() for term in terms or ()]
     listed = [(name, part, terms) for name, parts in beside.items() for part, terms in (parts or {}).items()]
-    return found, tuple(f"{name}'s {part}" for name, part, terms in listed if terms is None)
+    return sources, tuple(f"{name}'s {part}" for name, part, terms in listed if terms is None)
 
 
 def _finer_step(
@@ -321,8 +321,8 @@ def _finer_step(
     if window.duration > SHORT * scene.run.duration:
         return None
     bench = Bench(scene, seat, window, None, stopper_of(scene), striker, look)
-    here, finer = (bench.measures(dt=dt) for dt in (result.dt, result.dt / 2))
-    return times(2.0, changes(here, finer))
+    own, finer = (bench.measures(dt=dt) for dt in (result.dt, result.dt / 2))
+    return times(2.0, changes(own, finer))
 
 
 def _of_mesh(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms | None:
@@ -434,11 +434,11 @@ def of_rings_across(scene: Scene, method: RunMethod, seat: Solved, problem: Cont
         return ()
     if lip is None or whole is None or surrogate.patch is None:
         return None
-    many, there = on_its_patch(whole, lip, surrogate.patch), Division(arcs, most)
-    plate = _greens_along(scene, method, there) if scene.reed.meets_lips else None
+    many, finest = on_its_patch(whole, lip, surrogate.patch), Division(arcs, most)
+    plate = _greens_along(scene, method, finest) if scene.reed.meets_lips else None
 
     def struck(division: Division) -> ContactProblem:
-        striker = problem.striker if plate is None else striker_of(scene, greens=parts_joined(plate, there, division))
+        striker = problem.striker if plate is None else striker_of(scene, greens=parts_joined(plate, finest, division))
         return problem_of(scene, striker, impact.Body(divided_less(many, division)), stopper_in(problem))
 
     return ((Variation(struck(Division(arcs, rings)), weight, struck(Division(arcs, division.rings))),),)

@@ -63,21 +63,21 @@ def _of_parts(
     other, weight = _beside(division)
     if solved is None:  # springs side by side, or a body that moves as a whole
         springs = len(body.greens.ports) > 1
-        here, there = body.greens, bed(other, 1 / face_compliance(body.greens)) if springs else body.greens
+        own, other_greens = body.greens, bed(other, 1 / face_compliance(body.greens)) if springs else body.greens
     else:
         models = [each for each in (solved.in_rings, solved.greens) if each is not None]
         model = next((each for each in models if _holds(each, division) and _holds(each, other)), None)
         if model is None:
             return () if solved.plane else None
-        here, there = divided_less(model, division), divided_less(model, other)
+        own, other_greens = divided_less(model, division), divided_less(model, other)
     stopper = scene.stopper.model_copy(update={"arcs": other.arcs, "rings": other.rings})
     changed, striker = scene.model_copy(update={"stopper": stopper}), problem.striker
     if scene.reed.meets_lips and (lip := behind_the_reed(scene)) is not None:
         how = replace(method.reed, behind=replace(lip, arcs=other.arcs, rings=other.rings))  # type: ignore[type-var]
         reed = solved_striker(changed, method=how, mesh_error=False)
         striker = striker_of(changed, greens=None if reed is None else reed.greens)
-    same = problem if here is body.greens else with_body(problem, body, replace(body, greens=here))
-    varied = problem_of(changed, striker, problem.target, replace(body, greens=there))
+    same = problem if own is body.greens else with_body(problem, body, replace(body, greens=own))
+    varied = problem_of(changed, striker, problem.target, replace(body, greens=other_greens))
     return ((Variation(varied, weight, same),),)
 
 

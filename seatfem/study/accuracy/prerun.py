@@ -91,10 +91,10 @@ def stand_in_of(scene: Scene, progress: Progress = silent) -> GreensFunction | N
     if scene.reed.meets_lips and (solved := solved_striker(scene, progress, mesh_error=False)) is not None:
         return solved.greens
     with in_role("reed", scene.reed):
-        found = scene.reed.stand_in(scene.run.duration, scene.seat.face)
-    if found is None and (solved := solved_striker(scene, progress)) is not None:
+        greens = scene.reed.stand_in(scene.run.duration, scene.seat.face)
+    if greens is None and (solved := solved_striker(scene, progress)) is not None:
         return solved.greens
-    return found
+    return greens
 
 
 def first_look(
@@ -141,8 +141,8 @@ def window_of(
     groups = measures.merged(dt * measures.closed_steps(force))
     if len(groups) == 0:
         return Window(0.0, min(scene.run.duration, longest), 0)
-    asked = scene.accuracy.landing
-    judged = None if asked == "run" else judged_landing(landings, asked)
+    choice = scene.accuracy.landing
+    judged = None if choice == "run" else judged_landing(landings, choice)
     peak = dt * int(np.argmax(averaged(force, dt, width, MOVING_AVERAGE))) if judged is None else judged.peak_time
     carrying = int(np.searchsorted(groups[:, 0], peak + width, side="right")) - 1
     first = float(groups[0, 0])
@@ -202,7 +202,7 @@ class Bench:
 
     def measures(self, *, dt: float, n_modes: int | None = None, seat: GreensFunction | None = None) -> Values:
         """Return the measures in the window [SI]; expensive ones only if the scene asks for them."""
-        asked, landing = self.scene.accuracy.measures, self.scene.accuracy.landing
+        wanted, landing = self.scene.accuracy.measures, self.scene.accuracy.landing
         striker, target = self._striker(dt, n_modes), self._target(dt, self.seat if seat is None else seat)
         stoppers = self._beyond(dt)
         problem = problem_of(self.scene, striker.body, target.body, *(each.body for each in stoppers))
@@ -213,11 +213,11 @@ class Bench:
                 self.scene,
                 stepper,
                 self._landings(stepper),
-                displacement=any_needs_displacement(asked),
-                stress=self._look(dt) if any_needs_stress(asked) else None,
+                displacement=any_needs_displacement(wanted),
+                stress=self._look(dt) if any_needs_stress(wanted) else None,
             )
         )
-        names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *asked}]
+        names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *wanted}]
         prefixes = {HARDEST, PREFIXES[landing]}
         never = dict.fromkeys((prefix + name for name in names for prefix in prefixes), 0.0)
         return {**never, **values}

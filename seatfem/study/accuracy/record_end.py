@@ -72,11 +72,11 @@ def with_end(left: Budget, beyond: Blow, duration: float, off: float) -> Budget:
     if not any(CLOCK in part for part in left.parts.values()):
         return left
     as_it_ends = _until(beyond, duration)
-    here, like = values_of(as_it_ends), as_it_ends.landings
+    values, like = values_of(as_it_ends), as_it_ends.landings
     others = (values_of(_until(beyond, duration + by), like) for by in (-off, off))
     cut: Values = dict.fromkeys(left.values, 0.0)
     for other in others:
-        cut = larger(cut, {**cut, **changes(here, other)})
+        cut = larger(cut, {**cut, **changes(values, other)})
     source = max(left.parts, key=lambda name: left.parts[name].get(CLOCK, 0.0))
     return replace(left, parts={**left.parts, source: total(left.parts[source], {**cut, CLOCK: 0.0})})
 

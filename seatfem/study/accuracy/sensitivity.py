@@ -108,10 +108,10 @@ class Sensitivity:
 
     def of_modes(self, n_modes: int) -> Changes:
         """Return what other numbers of modes of the reed than ``n_modes`` change, as the budget sees it."""
-        found: Changes = dict.fromkeys(self.base, 0.0)
+        change: Changes = dict.fromkeys(self.base, 0.0)
         for number, weight in other_modes(n_modes):
-            found = larger(found, times(weight, self._between_modes(number, n_modes)))
-        return found
+            change = larger(change, times(weight, self._between_modes(number, n_modes)))
+        return change
 
     @cached_property
     def modes(self) -> tuple[Rung, ...]:
@@ -129,11 +129,11 @@ class Sensitivity:
         """Return the change by other modes, with the seat and with one that yields less: both decide what a mode
         does."""
         seats = [1.0] if self.exact else [1.0, STIFFER]
-        found: Changes = dict.fromkeys(self.base, 0.0)
+        change: Changes = dict.fromkeys(self.base, 0.0)
         for factor in seats:
             runs = (self._with_modes(n, factor) for n in (n_modes, other))
-            found = larger(found, relative_changes(*runs))
-        return times(1.0 if self.exact else REED_MARGIN, found)
+            change = larger(change, relative_changes(*runs))
+        return times(1.0 if self.exact else REED_MARGIN, change)
 
     def _with_modes(self, n_modes: int, factor: float) -> Values:
         if (n_modes, factor) not in self._runs:
@@ -160,8 +160,8 @@ class Sensitivity:
         shorter = self.bench.affordable(dt / MUCH_SHORTER)
         if shorter > dt / 2:
             return self.of_step(dt)
-        left = dt / (dt - shorter)  # the march is of first order
-        return larger(self.of_step(dt), times(left, self._between_steps(dt, shorter)))
+        share = dt / (dt - shorter)  # the march is of first order
+        return larger(self.of_step(dt), times(share, self._between_steps(dt, shorter)))
 
     def _with_step(self, dt: float) -> Values:
         if dt not in self._steps:
@@ -200,8 +200,8 @@ class Sensitivity:
             if seat is None or not np.any(seat.omega > 2 * math.pi * NARROWER ** (rung - 1)):
                 self._rungs[rung] = dict.fromkeys(self.base, 0.0)
             else:
-                here, below = self._up_to(NARROWER**rung), self._up_to(NARROWER ** (rung - 1))
-                change = larger(relative_changes(here, below), relative_changes(self.base, here))
+                own, below = self._up_to(NARROWER**rung), self._up_to(NARROWER ** (rung - 1))
+                change = larger(relative_changes(own, below), relative_changes(self.base, own))
                 self._rungs[rung] = larger(change, self._above(rung + 1))
         return self._rungs[rung]
 
@@ -266,7 +266,7 @@ class Sensitivity:
 
 def no_better_than_finer(rungs: tuple[Rung, ...]) -> tuple[Rung, ...]:
     """Return the rungs from coarse to fine, none better than a finer one: a small change may be an accident."""
-    found: list[Rung] = []
+    capped: list[Rung] = []
     for rung in reversed(rungs):
-        found.append(Rung(rung.value, larger(rung.changes, found[-1].changes)) if found else rung)
-    return tuple(reversed(found))
+        capped.append(Rung(rung.value, larger(rung.changes, capped[-1].changes)) if capped else rung)
+    return tuple(reversed(capped))
