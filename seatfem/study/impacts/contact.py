@@ -178,8 +178,8 @@ class _Asked:
 @lru_cache(maxsize=6)
 def _solved(asked: _Asked) -> Solved:
     cache = Cache(None) if asked.structure.is_kept else None
-    told = asked.progress
-    return build(asked.structure, asked.method, asked.duration, cache, progress=told, mesh_error=asked.mesh_error)
+    progress = asked.progress
+    return build(asked.structure, asked.method, asked.duration, cache, progress=progress, mesh_error=asked.mesh_error)
 
 
 def stress_of(
@@ -258,7 +258,7 @@ def problem_of(
         target, parts = on_its_base(scene, "stopper", target), scene.stopper.parts
         beyond = len(striker.greens.ports) - 1 if scene.has_two_places else 0
         for k, (name, share) in enumerate(zip(parts.names, parts.shares, strict=True)):
-            here = STOPPER + name
+            port = STOPPER + name
             contacts.append(
                 impact.Contact(
                     target,
@@ -266,7 +266,7 @@ def problem_of(
                     gap=float(above[k]),
                     law=scene.stopper.law.law(float(share)),
                     side=-1,
-                    striker_port=here if here in striker.greens.ports else beyond,
+                    striker_port=port if port in striker.greens.ports else beyond,
                 )
             )
     check_start(scene, striker, contacts)
@@ -353,8 +353,8 @@ def blow_of_march(
         displacement: whether with that of the seat.
         stress: the look at the reed's; ``None``: it is not looked at.
     """
-    prepared, asked, force = stepper.prepared, scene.accuracy.landing, force_of(stepper)
-    judged = judged_landing(landings, asked, like)
+    prepared, choice, force = stepper.prepared, scene.accuracy.landing, force_of(stepper)
+    judged = judged_landing(landings, choice, like)
     since = None if judged is None or stress is None else judged.start
     stresses = None if stress is None else stress(stepper, since)
     return Blow(
@@ -366,7 +366,7 @@ def blow_of_march(
         line=line_of(scene, prepared.problem, parts_of(stepper)),
         film=film_of(stepper),
         landings=landings,
-        asked=asked,
+        asked=choice,
         stress_since=since,
     )
 

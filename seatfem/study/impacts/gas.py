@@ -118,7 +118,7 @@ def gas_keys(scene: Scene, touches: Touches, run: GasRun) -> dict[str, object]:
     speed = (lift[:-1] - lift[1:]) / dt
     stops = np.zeros(0) if touches.stopper is None else contact_groups(touches.stopper)[:, 0] / dt
     valve, side = run.drive.valve, run.drive.side
-    found: dict[str, object] = {
+    keys: dict[str, object] = {
         "gas_valve": side,
         "gas_cycles": scene.run.duration / turn,
         "gas_opening_deg": [degrees(s[0]) if len(s) else None for s in by_cycle(rises)],
@@ -135,9 +135,9 @@ def gas_keys(scene: Scene, touches: Touches, run: GasRun) -> dict[str, object]:
     }
     if run.volume is not None:
         residual = run.history.energy_residual(run.drive.gas.k, run.volume)
-        found |= {"gas_mass_residual": run.history.mass_residual(side)}
-        found |= {"gas_energy_residual": residual}
-    return found
+        keys |= {"gas_mass_residual": run.history.mass_residual(side)}
+        keys |= {"gas_energy_residual": residual}
+    return keys
 
 
 def cycles_of(scene: Scene) -> int:

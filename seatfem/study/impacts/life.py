@@ -45,14 +45,14 @@ class Lasting:
     @property
     def of_one_axis(self) -> tuple[Judged, Strength] | None:
         """Return the judgement of the body with the least margin over the design life."""
-        found = [each for each in self.bodies if each[0].life is not None]
-        return min(found, key=lambda each: each[0].life.margin if each[0].life else math.inf, default=None)
+        candidates = [each for each in self.bodies if each[0].life is not None]
+        return min(candidates, key=lambda each: each[0].life.margin if each[0].life else math.inf, default=None)
 
     @property
     def of_several_axes(self) -> tuple[Judged, Strength] | None:
         """Return the judgement of the body with the least margin by the criterion of several axes."""
-        found = [each for each in self.bodies if each[0].tensor_at is not None]
-        return min(found, key=lambda each: each[0].tensor_margin or 0.0, default=None)
+        candidates = [each for each in self.bodies if each[0].tensor_at is not None]
+        return min(candidates, key=lambda each: each[0].tensor_margin or 0.0, default=None)
 
 
 def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = ()) -> Lasting:
@@ -67,8 +67,8 @@ def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = (
     for demand, histories in ((life.demand(), reed), (life.demand("seat"), seat)):
         if demand is not None and life.of_bending:
             block = ((name, each[first:]) for name, each in histories)
-            found = judged(on_planes(block, tensors=demand.several_axes is not None), demand)
-            bodies.append((found, demand.strength))
+            judgement = judged(on_planes(block, tensors=demand.several_axes is not None), demand)
+            bodies.append((judgement, demand.strength))
     contact = life.demand("contact")
     below = None if contact is None else (judged(below_contact(scene, touches), contact), contact.strength)
     return Lasting(tuple(bodies), below, speed)
@@ -122,11 +122,11 @@ def life_keys(lasting: Lasting) -> dict[str, object]:
             "life_damage_per_cycle": _finite(worst[0].life.damage),
             "life_at": worst[0].at,
         }
-    for name, found in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
-        if found is not None and found[0].tensor_margin is not None:
+    for name, judgement in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
+        if judgement is not None and judgement[0].tensor_margin is not None:
             keys |= {
-                f"life_{name}_margin": _finite(found[0].tensor_margin),
-                f"life_{name}_at": found[0].tensor_at,
+                f"life_{name}_margin": _finite(judgement[0].tensor_margin),
+                f"life_{name}_at": judgement[0].tensor_at,
             }
     if lasting.speed is not None:
         keys |= {"life_speed_margin": _finite(lasting.speed.margin), "life_speed_m_per_s": lasting.speed.speed}
@@ -145,12 +145,12 @@ def asked_keys(scene: Scene, lasting: Lasting, bars: Mapping[str, float]) -> dic
     keys: dict[str, object] = {}
     if scene.life is None:
         return keys
-    for name, found in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
-        if found is not None:
+    for name, judgement in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
+        if judgement is not None:
             criterion = scene.life.multiaxial if name == "multiaxial" else scene.life.contact_criterion
             keys[f"life_{name}_criterion"] = criterion
-            keys[f"life_{name}_cycles"] = found[1].limit_cycles
-            keys["life_strength_source"] = found[1].source
+            keys[f"life_{name}_cycles"] = judgement[1].limit_cycles
+            keys["life_strength_source"] = judgement[1].source
 
     def bar(margin: float, place: str | None) -> float | None:
         return _finite(left_of(margin, bars.get(body_of(place or ""), math.inf)))
@@ -179,10 +179,10 @@ def body_of(place: str) -> str:
 def life_notes(scene: Scene, lasting: Lasting) -> tuple[str, ...]:
     """Return in sentences what breaks at once, and a life that nothing closed on."""
     worst = lasting.of_one_axis
-    told = [] if worst is None or worst[0].life is None else [f"life: {advice}" for advice in worst[0].life.advice]
+    notes = [] if worst is None or worst[0].life is None else [f"life: {advice}" for advice in worst[0].life.advice]
     if scene.life is not None and lasting.speed is None and scene.life.allowed_speed() is not None:
-        told.append("life: nothing closed within run.duration, so there is no speed to compare with the allowed one")
-    return tuple(told)
+        notes.append("life: nothing closed within run.duration, so there is no speed to compare with the allowed one")
+    return tuple(notes)
 
 
 def _finite(value: float) -> float | None:

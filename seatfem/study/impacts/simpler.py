@@ -31,14 +31,14 @@ def simpler_models(scene: Scene, striker: impact.Body, seat: GreensFunction, dt:
     `BEAM`: what stands for the plate as a beam, where it knows one; none under the loads and with the stopper of a
     scene.
     """
-    division, found = Division.of(seat), {}
+    division, results = Division.of(seat), {}
     if scene.contact.film is not None:
         contact = scene.contact.model_copy(update={"film": None})
-        found[WITHOUT_FILM] = run_contacts(scene.model_copy(update={"contact": contact}), striker, seat, dt)
+        results[WITHOUT_FILM] = run_contacts(scene.model_copy(update={"contact": contact}), striker, seat, dt)
     if division.arcs > 1:
         for name, body in simpler_bodies(scene, striker, division):
-            found[name] = run_contacts(scene, body, as_a_whole(seat), dt)
-    return found
+            results[name] = run_contacts(scene, body, as_a_whole(seat), dt)
+    return results
 
 
 def simpler_keys(found: Mapping[str, Touches], filter_width: float) -> dict[str, object]:

@@ -26,12 +26,12 @@ def validity_advice(
     scene: Scene, seat: GreensFunction | None = None, reed: GreensFunction | None = None
 ) -> tuple[Advice, ...]:
     """Return advice on what the run answers beyond the limits of its theory or of its data."""
-    found = [*scene.reed.limits(), *_misfits(scene, seat, reed)]
+    advice = [*scene.reed.limits(), *_misfits(scene, seat, reed)]
     for role, greens in (("seat", seat), ("reed", reed)):
         band = None if greens is None else fit_of(greens).highest
         if band is None or scene.run.filter_width >= 1 / band:
             continue
-        found.append(
+        advice.append(
             Advice(
                 "1/run.filter_width over the measured band",
                 1 / (scene.run.filter_width * band),
@@ -42,7 +42,7 @@ def validity_advice(
                 f"use run.filter_width >= {write_quantity(1 / band, 'time', 3)}, or measure to higher frequencies",
             )
         )
-    return tuple(found)
+    return tuple(advice)
 
 
 def film_notes(scene: Scene, result: ImpactResult) -> tuple[str, ...]:
