@@ -65,8 +65,8 @@ class WithoutWaves:
 def without_waves(seen: Seen) -> WithoutWaves:
     """Return what statics in place of the waves of a drawn seat change, by its surrogate; where that leaves open
     whether they are enough for the target, by a coarse real seat, if that is cheap."""
-    asked, doubt = seen.sensitivity.asked, DOUBT if seen.arcs is None else DOUBT_OF_ARCS
-    guess = WithoutWaves(seen.sensitivity.spring, doubt, asked)
+    measures, doubt = seen.sensitivity.asked, DOUBT if seen.arcs is None else DOUBT_OF_ARCS
+    guess = WithoutWaves(seen.sensitivity.spring, doubt, measures)
     if not _leaves_open(seen, guess):
         return guess
     method = coarse_method(seen)
@@ -76,7 +76,7 @@ def without_waves(seen: Seen) -> WithoutWaves:
         seat = seat_of(seen.scene, Cache(None, seen.store), method=method, mesh_error=False)
     except IMPOSSIBLE:
         return guess
-    return WithoutWaves(changes_on(seen, seat.greens), DOUBT_OF_COARSE, asked, measured=True)
+    return WithoutWaves(changes_on(seen, seat.greens), DOUBT_OF_COARSE, measures, measured=True)
 
 
 def coarse_method(seen: Seen) -> Method:

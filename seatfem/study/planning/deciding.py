@@ -49,16 +49,16 @@ class Decision:
     def shares(self) -> Mapping[Source, Changes]:
         """Return the relative errors by source."""
         parts: dict[Source, Changes] = {}
-        for key, left in self.changes.items():
+        for key, errors in self.changes.items():
             before = parts.get(BEHIND[key], {})
-            parts[BEHIND[key]] = {name: value + before.get(name, 0.0) for name, value in left.items()}
+            parts[BEHIND[key]] = {name: value + before.get(name, 0.0) for name, value in errors.items()}
         return parts
 
     @property
     def error(self) -> Mapping[str, float]:
         """Return the predicted bar of each measure, relative, as `seatfem.study.accuracy.error_budget` states it."""
-        parts, asked = self.shares.values(), self.seen.scene.accuracy.judged
-        return {name: safety(name) * sum(part[name] for part in parts) for name in asked}
+        parts, judged = self.shares.values(), self.seen.scene.accuracy.judged
+        return {name: safety(name) * sum(part[name] for part in parts) for name in judged}
 
     @property
     def method(self) -> RunMethod:
@@ -133,8 +133,8 @@ class Choices:
     def _levels_fit(self, target: float) -> NDArray[np.bool_]:
         """Return (seats,) whether what the level leaves out alone is within a target."""
         measures = self.seen.scene.accuracy.judged
-        left = _left([{MODEL: o.changes[MODEL]} if MODEL in o.changes else {} for o in self.seats], measures)
-        return np.asarray((left * [safety(name) for name in measures] <= target).all(axis=1))
+        errors = _left([{MODEL: o.changes[MODEL]} if MODEL in o.changes else {} for o in self.seats], measures)
+        return np.asarray((errors * [safety(name) for name in measures] <= target).all(axis=1))
 
     @cached_property
     def _static(self) -> NDArray[np.bool_]:
@@ -151,5 +151,5 @@ class Choices:
 
 def _left(changes: Sequence[Mapping[str, Changes]], measures: Sequence[str]) -> Array:
     """Return the sum over the keys (options, measures)."""
-    rows = [[sum(left[name] for left in option.values()) for name in measures] for option in changes]
+    rows = [[sum(errors[name] for errors in option.values()) for name in measures] for option in changes]
     return np.array(rows, dtype=np.float64).reshape(len(changes), len(measures))

@@ -72,34 +72,34 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
     most = most if stated else lip.whole(most)
     finest = with_ports(scene, parts_behind(Division(most, scene.contact.rings)).arcs)
     seat = surrogate_in_arcs(finest, surrogate).greens
-    striker, there = stand_in_of(finest, progress), Division.of(seat)
+    striker, division = stand_in_of(finest, progress), Division.of(seat)
     bench = Bench(finest, seat, first_look(finest, seat, striker, stopper), striker, stopper)
     dt = bench.affordable(scene.run.filter_width / COARSE)
-    found: dict[int, Mapping[str, float]] = {}
+    known: dict[int, Mapping[str, float]] = {}
 
     def measures(arcs: int) -> Mapping[str, float]:
-        if arcs not in found:
-            found[arcs] = bench.divided(Division(arcs, there.rings)).measures(dt=dt)
-        return found[arcs]
+        if arcs not in known:
+            known[arcs] = bench.divided(Division(arcs, division.rings)).measures(dt=dt)
+        return known[arcs]
 
     def left_by(arcs: int) -> Changes:
         """Return what twice as many change, as the budget states it, and all that the most looked at do; of the most
         that can be, what half as many change."""
-        if arcs == there.arcs:
+        if arcs == division.arcs:
             return times(OF_TWICE - 1, relative_changes(measures(arcs), measures(arcs // 2)))
         of_twice = times(OF_TWICE, relative_changes(measures(arcs), measures(2 * arcs)))
-        return larger(of_twice, relative_changes(measures(arcs), measures(there.arcs)))
+        return larger(of_twice, relative_changes(measures(arcs), measures(division.arcs)))
 
     chosen, aim = most, ARCS_SHARE * scene.accuracy.target
     while not stated and chosen // 2 >= FEWEST_ARCS and lip.whole(chosen // 2) == chosen // 2:
-        left = left_by(chosen // 2)
-        if any(safety(name) * left[name] > aim for name in scene.accuracy.judged):
+        errors = left_by(chosen // 2)
+        if any(safety(name) * errors[name] > aim for name in scene.accuracy.judged):
             break
         chosen //= 2
     arcs = left_by(chosen)
     rings, across = _rings_across(with_parts(scene, Division(chosen, scene.contact.rings)), surrogate, bench, dt)
-    here = with_parts(scene, Division(chosen, rings))
-    return Arcs(here, surrogate_in_arcs(here, surrogate), arcs, across)
+    divided = with_parts(scene, Division(chosen, rings))
+    return Arcs(divided, surrogate_in_arcs(divided, surrogate), arcs, across)
 
 
 def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -> tuple[int, Changes]:
@@ -108,25 +108,25 @@ def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -
 
     ``bench``: of the same scene, whose window serves again.
     """
-    given, accuracy = scene.contact.rings, scene.accuracy
+    stated, accuracy = scene.contact.rings, scene.accuracy
     if scene.contact.film is not None:
-        return given, {}
-    division = Division(stated_method(scene).ports or 1, given)
-    arcs, left = arcs_behind_rings(scene, division), dict[int, Changes]()
-    for rings in (given,) if is_given(scene, RINGS) or rings_refused(scene) else ACROSS:
+        return stated, {}
+    division = Division(stated_method(scene).ports or 1, stated)
+    arcs, errors = arcs_behind_rings(scene, division), dict[int, Changes]()
+    for rings in (stated,) if is_given(scene, RINGS) or rings_refused(scene) else ACROSS:
         finer, weight = across_behind(rings)
-        if division.arcs * rings > MOST_CHOSEN and rings > ACROSS[1] and left:
+        if division.arcs * rings > MOST_CHOSEN and rings > ACROSS[1] and errors:
             break
-        there = Division(arcs, max(rings, finer))
-        looked_at = with_parts(scene, there)
+        parts = Division(arcs, max(rings, finer))
+        looked_at = with_parts(scene, parts)
         seat, striker = surrogate_in_arcs(looked_at, surrogate).greens, stand_in_of(looked_at)
         every = Bench(looked_at, seat, bench.window, striker, bench.stopper)
         few, many = (every.divided(Division(arcs, number)).measures(dt=dt) for number in (rings, finer))
-        left[rings] = times(weight, relative_changes(few, many))
-        if all(safety(name) * left[rings][name] <= ACROSS_SHARE * accuracy.target for name in accuracy.judged):
+        errors[rings] = times(weight, relative_changes(few, many))
+        if all(safety(name) * errors[rings][name] <= ACROSS_SHARE * accuracy.target for name in accuracy.judged):
             break
-    chosen = max(left)
-    return chosen, left[chosen]
+    chosen = max(errors)
+    return chosen, errors[chosen]
 
 
 def in_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes) -> Arcs:
@@ -134,9 +134,9 @@ def in_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes
 
     ``scene``: with their number stated by the plan; ``surrogate``: of the whole lip.
     """
-    target, asked = scene.accuracy.target, scene.accuracy.judged
-    full = any(safety(name) * beside[name] > target / 2 for name in asked)
-    few = any(safety(name) * arcs.left[name] > ARCS_SHARE / 2 * target for name in asked)
+    target, measures = scene.accuracy.target, scene.accuracy.judged
+    full = any(safety(name) * beside[name] > target / 2 for name in measures)
+    few = any(safety(name) * arcs.left[name] > ARCS_SHARE / 2 * target for name in measures)
     twice = 2 * (stated_method(scene).ports or 1)
     if not (full and few) or twice * scene.contact.rings > MOST_CHOSEN:
         return replace(arcs, scene=scene)
@@ -158,15 +158,15 @@ def of_simpler(bench: Bench) -> Mapping[str, Changes]:
     dt, start = scene.run.filter_width / COARSE, bench.window.start
     longest = min(scene.run.duration - start, MOST_STEPS * dt)  # a beam stays longer than the plate does
     bench = replace(bench, window=replace(bench.window, duration=longest))
-    benches, found = {name: replace(bench, other=body) for name, body in bodies}, dict[str, Changes]()
+    benches, largest = {name: replace(bench, other=body) for name, body in bodies}, dict[str, Changes]()
     for step, yields in ((2 * dt, 1.0), (dt, 1.0), (dt, STIFFER)):
         seat = bench.seat if yields == 1.0 else bench.seat.scaled(yields)
-        here, whole = bench.measures(dt=step, seat=seat), as_a_whole(seat)
+        own, whole = bench.measures(dt=step, seat=seat), as_a_whole(seat)
         for name, other in benches.items():
-            there = other.measures(dt=step, seat=whole)
-            change = relative_changes({m: here[m] for m in here if m in there}, there)
-            found[name] = larger(change, found.get(name, change))
-    return found
+            simple = other.measures(dt=step, seat=whole)
+            change = relative_changes({m: own[m] for m in own if m in simple}, simple)
+            largest[name] = larger(change, largest.get(name, change))
+    return largest
 
 
 def rings_refused(scene: Scene) -> str:
@@ -197,13 +197,13 @@ def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], 
     if is_given(scene, PORTS) or ONE_PORT not in simpler or several_needed(scene):
         return None
     change = times(DOUBT_OF_ONE_PORT, simpler[ONE_PORT])
-    left = total(change, {name: arcs.total[name] for name in change})
+    errors = total(change, {name: arcs.total[name] for name in change})
     target = scene.accuracy.target
     for name in scene.accuracy.judged:
-        bar = safety(name) * left[name]
+        bar = safety(name) * errors[name]
         if bar > LIP_SHARE * target or bar + safety(name) * beside.get(name, 0.0) > AIM * target:
             return None
-    return left
+    return errors
 
 
 def surrogate_in_arcs(scene: Scene, surrogate: Surrogate) -> Surrogate:

@@ -66,10 +66,10 @@ def seat_options(seen: Seen, without: tuple[str, ...] = ()) -> tuple[SeatOption,
     if seen.arcs is not None:
         parts = {PORTS: seen.arcs.left} | ({RINGS: seen.arcs.across} if seen.arcs.across else {})
         return tuple(replace(option, changes={**option.changes, **parts}) for option in waves)
-    left = _left_by_rings(seen) if seen.patch is not None else {}
+    errors = _left_by_rings(seen) if seen.patch is not None else {}
     if seen.one_port is not None:
         waves = (replace(option, changes={**option.changes, ONE_PORT: seen.one_port}) for option in waves)
-    return tuple(divided for option in waves for divided in _divided(option, left))
+    return tuple(divided for option in waves for divided in _divided(option, errors))
 
 
 def _left_by_modes(seen: Seen) -> Mapping[str, Changes]:
@@ -77,18 +77,18 @@ def _left_by_modes(seen: Seen) -> Mapping[str, Changes]:
     seat, n_modes = seen.scene.seat, seen.stated.seat.n_modes
     if n_modes is None:
         return {}
-    here, found = seat.body(None, n_modes).greens, dict.fromkeys(seen.sensitivity.base, 0.0)
+    own, errors = seat.body(None, n_modes).greens, dict.fromkeys(seen.sensitivity.base, 0.0)
     for number, weight in other_modes(n_modes):
-        change = seen.sensitivity.between(here, seat.body(None, number).greens)
-        found = {name: max(value, weight * change[name]) for name, value in found.items()}
-    return {SEAT_MODES: found}
+        change = seen.sensitivity.between(own, seat.body(None, number).greens)
+        errors = {name: max(value, weight * change[name]) for name, value in errors.items()}
+    return {SEAT_MODES: errors}
 
 
 def _left_by_rings(seen: Seen) -> Mapping[int, Changes]:
     """Return what the patch leaves in every number of rings that may be taken: one where its rings do not matter."""
     stated = is_given(seen.scene, RINGS) or seen.one_port is not None  # arcs, which it stands for, have no more
-    given = (seen.stated.seat.rings or 1,) if stated else RING_NUMBERS
-    chosen = given if seen.sensitivity.worst(seen.of_rings(1)) > 0 else given[:1]
+    numbers = (seen.stated.seat.rings or 1,) if stated else RING_NUMBERS
+    chosen = numbers if seen.sensitivity.worst(seen.of_rings(1)) > 0 else numbers[:1]
     return {rings: seen.of_rings(rings) for rings in chosen}
 
 
@@ -113,15 +113,15 @@ def _divided(option: SeatOption, left: Mapping[int, Changes]) -> Iterator[SeatOp
 def _levels(seen: Seen, without: tuple[str, ...]) -> Iterator[SeatOption]:
     """Yield a stated level alone; else a spring, a closed form that neglects something, waves by finite elements."""
     stated, waves = seen.stated.seat, seen.waves
-    asked = stated.level if is_given(seen.scene, MODEL) else None
+    level = stated.level if is_given(seen.scene, MODEL) else None
     why = waves.reason
-    if asked in (None, "spring") and "spring" not in without:
+    if level in (None, "spring") and "spring" not in without:
         spring = without_waves(seen)
         yield from _spring(seen, replace(stated, level="spring"), spring)
         why = f"{why}; {spring.words}{CHEAPER if spring.enough(seen.scene.accuracy.target) else ''}"
-    if asked in (None, "rod") and "rod" not in without:
+    if level in (None, "rod") and "rod" not in without:
         yield from _rod(seen, replace(stated, level="rod"))
-    if asked not in ("spring", "rod"):
+    if level not in ("spring", "rod"):
         yield from _waves(seen, replace(stated, level=waves.level), why)
 
 
@@ -138,11 +138,11 @@ def _rod(seen: Seen, method: Method) -> Iterator[SeatOption]:
     if form is None or better is None:
         return
     inertia, end = seen.sensitivity.between(form, better), seen.per_g(seen.scene.seat.form_error)
-    left = {name: value + end[name] for name, value in inertia.items()}
-    name = max(seen.sensitivity.asked, key=lambda measure: left[measure])
+    errors = {name: value + end[name] for name, value in inertia.items()}
+    name = max(seen.sensitivity.asked, key=lambda measure: errors[measure])
     words = short_words(name)
-    why = f"a rod, without lateral inertia and the clamped end, is off by {percent(left[name])} in {words}"
-    yield SeatOption(method, why, {MODEL: left})
+    why = f"a rod, without lateral inertia and the clamped end, is off by {percent(errors[name])} in {words}"
+    yield SeatOption(method, why, {MODEL: errors})
 
 
 def _waves(seen: Seen, seat: Method, why: str) -> Iterator[SeatOption]:
@@ -154,8 +154,8 @@ def _waves(seen: Seen, seat: Method, why: str) -> Iterator[SeatOption]:
                 return
             for tolerance in seen.tolerances:
                 reach = band * max(1.0, FEWER_POLES * highest_pole(elements.model, tolerance))
-                left = {BAND: seen.sensitivity.above(reach), TOLERANCE: seen.per_g(tolerance), **mesh}
-                yield elements.option(why, tolerance, left)
+                errors = {BAND: seen.sensitivity.above(reach), TOLERANCE: seen.per_g(tolerance), **mesh}
+                yield elements.option(why, tolerance, errors)
         if seen.sensitivity.worst(seen.sensitivity.above(band)) <= seen.sensitivity.finest:
             return
 
@@ -172,8 +172,8 @@ def _meshes(seen: Seen, band: float) -> Iterator[tuple[float, Mapping[str, Chang
         sizes = seen.sizes(band, error)
         if sizes != before:
             assert seen.patch is not None
-            left = mesh_error(seen.patch, band, sizes, seen.stated.seat.order)
-            yield error, {SIZE: seen.per_g((MESH_BAR if seen.arcs is None else MESH_BAR_OF_ARCS) * left)}
+            of_mesh = mesh_error(seen.patch, band, sizes, seen.stated.seat.order)
+            yield error, {SIZE: seen.per_g((MESH_BAR if seen.arcs is None else MESH_BAR_OF_ARCS) * of_mesh)}
         before = sizes
 
 

@@ -92,22 +92,22 @@ class Seen:
             stopper = Body(scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens)
         arcs = in_some_arcs(scene, surrogate, stopper, progress)
         whole = surrogate
-        asked, surrogate = (scene, whole) if arcs is None else (arcs.scene, arcs.surrogate)
-        band = in_a_band(asked, surrogate.greens, stopper, progress)
+        looked_at, surrogate = (scene, whole) if arcs is None else (arcs.scene, arcs.surrogate)
+        band = in_a_band(looked_at, surrogate.greens, stopper, progress)
         if band is not None:
-            asked = band.scene
+            looked_at = band.scene
             if arcs is not None and not is_given(scene, PORTS):
-                arcs = in_more_arcs(asked, whole, arcs, band.left)
-                asked, surrogate = arcs.scene, arcs.surrogate
-        bench = _bench(asked, surrogate, stopper, progress)
+                arcs = in_more_arcs(looked_at, whole, arcs, band.left)
+                looked_at, surrogate = arcs.scene, arcs.surrogate
+        bench = _bench(looked_at, surrogate, stopper, progress)
         simpler, one_port = of_simpler(bench), None
         if arcs is not None and band is not None and ONE_PORT not in without:
             one_port = one_port_in_place(scene, arcs, simpler, band.left)
         if one_port is not None:
-            arcs, asked, surrogate = None, with_parts(asked, Division(1, scene.contact.rings)), whole
-            bench = _bench(asked, surrogate, stopper, progress)
+            arcs, looked_at, surrogate = None, with_parts(looked_at, Division(1, scene.contact.rings)), whole
+            bench = _bench(looked_at, surrogate, stopper, progress)
         sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact)
-        method = stated_method(asked)
+        method = stated_method(looked_at)
         kept = Store.default() if store is None else store
         return Seen(scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port, kept)
 
@@ -129,10 +129,10 @@ class Seen:
     @property
     def waves(self) -> Applicability:
         """Return how much of the seat is modelled where its waves count."""
-        found = self.scene.seat.level(0.0)
-        if self.stated.seat.lip is not None and found.level == "sector":
+        level = self.scene.seat.level(0.0)
+        if self.stated.seat.lip is not None and level.level == "sector":
             return Applicability("3d", True, 0.0, "struck along a lip: no sectors are alike")
-        return found
+        return level
 
     @property
     def lowest_band(self) -> float:

@@ -69,8 +69,8 @@ def _modes(seen: Seen) -> Iterator[Rung | None]:
 
 
 def _option(seen: Seen, step: Rung, modes: Rung | None, closed: bool) -> ContactOption:
-    left = _known_to_a_step(seen, step)
-    changes = {STEP: left} if modes is None else {STEP: left, MODES: modes.changes}
+    errors = _known_to_a_step(seen, step)
+    changes = {STEP: errors} if modes is None else {STEP: errors, MODES: modes.changes}
     if seen.band is not None:
         changes[REED_BAND] = seen.band.left
     number = None if modes is None else round(modes.value)
