@@ -127,11 +127,11 @@ def afterwards(
         return Afterwards(keys, stress, spots, files=files)
     with watch("life"):
         stressed = Stressed.of(done, stress, plate, of_reed)
-        here = lives(done, stressed, done.touches, done.stress, progress)
-        there = lives(done, stressed, baseline.touches, baseline.stress, progress, with_seat=False)
-    keys |= run_keys(done, stressed, here, there)
-    if here.below is not None and here.below[0].tensor_margin is not None:
-        bar = contact_margin_bar(done, here.below[0].tensor_margin)
+        life = lives(done, stressed, done.touches, done.stress, progress)
+        life_at_spring = lives(done, stressed, baseline.touches, baseline.stress, progress, with_seat=False)
+    keys |= run_keys(done, stressed, life, life_at_spring)
+    if life.below is not None and life.below[0].tensor_margin is not None:
+        bar = contact_margin_bar(done, life.below[0].tensor_margin)
         keys |= {"error_bar_life_contact_margin": bar if math.isfinite(bar) else None}
     keep(keys)
     with watch("life curves"):
@@ -140,7 +140,7 @@ def afterwards(
         written = write_curves(curves, folder)
     keys |= curve_keys(curves)
     keep(keys)
-    return Afterwards(keys, stress, spots, stressed, here, curves, (*files, *written))
+    return Afterwards(keys, stress, spots, stressed, life, curves, (*files, *written))
 
 
 def reed_front_keys(done: Round, found: ReedStress | None) -> dict[str, object]:

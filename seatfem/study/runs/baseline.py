@@ -68,13 +68,13 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
     if done.touches.line is not None or scene.contact.film is not None:
         with watch("simpler models"):
             simpler = simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
-    left, bar = None, None
+    errors, bar = None, None
     if draws := scene.seat.draws():
         with watch("spring baseline"):
             others = [static_stiffness(draw) for draw in draws]
-            left = _left_by_record(done, touches, stress, stiffness, others)
+            errors = _left_by_record(done, touches, stress, stiffness, others)
             bar = SAFETY * OF_DRAWS * max(abs(other - stiffness) for other in others)
-    return Baseline(done.result, stiffness, touches, stress, simpler, left, bar)
+    return Baseline(done.result, stiffness, touches, stress, simpler, errors, bar)
 
 
 def _left_by_record(

@@ -75,15 +75,15 @@ def of_mass(scene: Scene, seat: DeckSeat, greens: GreensFunction, dt: float) -> 
     problem = impact.ContactProblem(impact.rigid_mass(mass=mass, velocity=velocity), contacts=[touch])
     result = impact.solve(problem, dt=dt / FINER, duration=min(scene.run.duration, MOST_STEPS * dt))
     duration = _ends(result, dt)
-    there = slice(0, round(duration / result.dt) + 1, FINER)
+    steps = slice(0, round(duration / result.dt) + 1, FINER)
     speeds = velocity + np.cumsum(result.force) * result.dt / mass
     answer = {
-        "time [s]": result.time[there],
-        "velocity of the striker [m/s]": speeds[there],
-        "force [N]": result.force[there],
+        "time [s]": result.time[steps],
+        "velocity of the striker [m/s]": speeds[steps],
+        "force [N]": result.force[steps],
     }
-    told = MASS.format(mass=mass, velocity=velocity, stiffness=stiffness, why=why)
-    return ContactDeck(list(mass_contact(seat.deck, mass, velocity, stiffness, duration, dt)), answer, told)
+    words = MASS.format(mass=mass, velocity=velocity, stiffness=stiffness, why=why)
+    return ContactDeck(list(mass_contact(seat.deck, mass, velocity, stiffness, duration, dt)), answer, words)
 
 
 def check_landing(scene: Scene) -> None:
@@ -131,17 +131,17 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
     duration = min(scene.run.duration - dt * first, MOST_STEPS * dt)
     result = as_one(impact.solve(problem, dt=dt / FINER, duration=duration), Division.of(ours).shares)
     duration = _ends(result, dt)
-    there = slice(0, round(duration / result.dt) + 1, FINER)
+    steps = slice(0, round(duration / result.dt) + 1, FINER)
     answer = {
-        "time [s]": result.time[there],
-        "force [N]": result.force[there],
-        f"force, mean over {1e6 * width:g} us [N]": impact.measures.filtered_force(result, width)[there],
+        "time [s]": result.time[steps],
+        "force [N]": result.force[steps],
+        f"force, mean over {1e6 * width:g} us [N]": impact.measures.filtered_force(result, width)[steps],
     }
-    told = PLATE.format(
+    words = PLATE.format(
         mesh=mesh, cells=len(plate.mesh.cells), stiffness=stiffness, why=why, start=dt * first,
         ports=len(problem.contacts), modes=len(omega), band=CUTOFF * plate.sheet.bandwidth,
     )  # fmt: skip
-    return ContactDeck(list(plate_contact(seat.deck, layer, stiffness, duration, dt)), answer, told)
+    return ContactDeck(list(plate_contact(seat.deck, layer, stiffness, duration, dt)), answer, words)
 
 
 def _mass(scene: Scene) -> tuple[float, float]:
@@ -160,8 +160,8 @@ def _refuse(scene: Scene, also: dict[str, object]) -> None:
     """Raise of what a deck has no place for."""
     parts = {"stopper": scene.stopper, "load": scene.load, "base": scene.base, "gas": scene.gas, "spring": scene.spring}
     contact = {"contact.film": scene.contact.film, "contact.preload": scene.contact.preload}
-    if there := [key for key, value in {**parts, **contact, **also}.items() if value]:
-        raise DeckError(f"{there[0]}: has no place in the deck of an impact; remove it for the comparison")
+    if keys := [key for key, value in {**parts, **contact, **also}.items() if value]:
+        raise DeckError(f"{keys[0]}: has no place in the deck of an impact; remove it for the comparison")
 
 
 def _stiffness(scene: Scene, area: float, dt: float) -> tuple[float, str]:
@@ -207,8 +207,8 @@ def _first_touch(scene: Scene, state: ModalState, omega: Array, shapes: Array, g
         steps = np.arange(first, min(first + AT_ONCE, last) + 1)
         ends = open_at(steps if forwards else -steps) != forwards
         if ends.any():
-            there = int(steps[ends.argmax()])
-            return there - 1 if forwards else -there
+            step = int(steps[ends.argmax()])
+            return step - 1 if forwards else -step
     if forwards:
         raise DeckError(
             f"reed: it does not reach the seat within run.duration = {scene.run.duration:g} s by itself; release it "

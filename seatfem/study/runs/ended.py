@@ -64,7 +64,7 @@ def told(plan: Plan) -> dict[str, Any]:
         "shares": {str(source): dict(part) for source, part in plan.shares.items()},
         "notes": [note for note in plan.notes if note != NOTE],
         "without": list(plan.without),
-        "parts": {key: dict(left) for key, left in plan.parts.items()},
+        "parts": {key: dict(errors) for key, errors in plan.parts.items()},
     }
 
 

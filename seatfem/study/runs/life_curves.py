@@ -76,13 +76,13 @@ def traced(
     """
     from scipy.optimize import brentq  # takes long to load, and few runs trace a curve
 
-    found: dict[float, tuple[float, float | None]] = {}
+    known: dict[float, tuple[float, float | None]] = {}
 
     def excess(value: float) -> float:
         """Return log(margin)."""
-        if value not in found:
-            found[value] = run(value)
-        spare = found[value][0]
+        if value not in known:
+            known[value] = run(value)
+        spare = known[value][0]
         return min(max(math.log(spare), -FARTHEST), FARTHEST) if spare > 0 else -FARTHEST
 
     for low, high in pairwise(values):
@@ -90,8 +90,8 @@ def traced(
             near = NEAR * max(abs(low), abs(high)) / 2
             brentq(excess, low, high, xtol=near, rtol=NEAR / 2, maxiter=most, disp=False)
             break
-    points = sorted(found)
-    margins, bars = zip(*(found[value] for value in points), strict=True)
+    points = sorted(known)
+    margins, bars = zip(*(known[value] for value in points), strict=True)
     around = ((low, high) for low, high in pairwise(points) if excess(low) * excess(high) <= 0)
     allowed = next((low + (high - low) * _share(excess(low), excess(high)) for low, high in around), None)
     return MarginCurve(key, unit, tuple(points), margins, bars, allowed, margin)
@@ -141,8 +141,8 @@ def again(done: Round, name: str, value: float) -> Round:
 
 def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: float) -> tuple[float, float | None]:
     start, (unit, factor) = time.perf_counter(), UNITS[name]
-    there = again(done, name, value / factor)
-    worst = lives(there, stressed, there.touches, there.stress).of_one_axis
+    other = again(done, name, value / factor)
+    worst = lives(other, stressed, other.touches, other.stress).of_one_axis
     margin, bar, at = math.inf, math.inf, "no place"
     if worst is not None and worst[0].life is not None:
         margin, at = worst[0].life.margin, worst[0].at or at
@@ -155,8 +155,8 @@ def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: fl
 def curve_keys(curves: Sequence[MarginCurve]) -> Mapping[str, object]:
     """Return for summary.json the value that each curve allows; ``None`` where it does not reach a margin of 1."""
     named = {"speed": ("speed_m_per_s", 1.0), "tilt": ("tilt_deg", 1.0), "lift": ("lift_m", 1e-3)}
-    told = ((*named[curve.key], curve.allowed) for curve in curves)
-    return {f"life_allowed_{name}": None if value is None else scale * value for name, scale, value in told}
+    limits = ((*named[curve.key], curve.allowed) for curve in curves)
+    return {f"life_allowed_{name}": None if value is None else scale * value for name, scale, value in limits}
 
 
 def write_curves(curves: Sequence[MarginCurve], folder: Path) -> tuple[Path, ...]:

@@ -91,9 +91,9 @@ def _judged(
     beam, plate = of_beam(scene, done.striker, touches, stress), stressed.reed
     reed = beam if plate is None else _of_plate(done, plate, touches)
     seat = () if stressed.seat is None or not with_seat else _of_seat(done, stressed.seat, touches)
-    found = lasting(scene, touches, reed, seat)
+    life = lasting(scene, touches, reed, seat)
     progress("life", 1.0)
-    return found
+    return life
 
 
 def run_keys(done: Round, stressed: Stressed, here: Lasting, there: Lasting) -> dict[str, object]:
@@ -133,8 +133,8 @@ def _of_seat(done: Round, seat: SeatStress, touches: Touches) -> Histories:
     force, dt = force_by_port(done, touches), touches.seat.dt
     ranges = mises_range(seat.field, force, dt, since=block_from(done.plan.scene, touches))
     surface = seat.field.at(hottest(ranges, np.full(len(ranges), "surface"), OF_SEAT))
-    for found in (surface, seat.of_points):
-        for point, stress in zip(found.points, tensor_histories(found, force, dt), strict=True):
+    for field in (surface, seat.of_points):
+        for point, stress in zip(field.points, tensor_histories(field, force, dt), strict=True):
             yield f"seat, {_millimetres(point)}", stress
 
 

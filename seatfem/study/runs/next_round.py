@@ -67,13 +67,13 @@ class Limits:
 
 def paces(spent: Mapping[str, float], plan: Plan, before: Mapping[str, float]) -> Mapping[str, float]:
     """Return measured over predicted time of seat and contact; where this round has not computed one, as ``before``."""
-    found = dict(before)
+    ratios = dict(before)
     for kind, stages in STAGES.items():
         predicted = sum(plan.cost.parts.get(stage, 0.0) for stage in stages)
         measured = sum(spent.get(stage, 0.0) for stage in stages)
         if predicted >= TELLING and measured > 0:
-            found[kind] = min(max(measured / predicted, 1 / MOST_OFF), MOST_OFF)
-    return found
+            ratios[kind] = min(max(measured / predicted, 1 / MOST_OFF), MOST_OFF)
+    return ratios
 
 
 def price(done: Round, plan: Plan) -> float:
@@ -98,12 +98,12 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
         done = replace(done, paces={})
     if done.number >= limits.rounds:
         return None, f"{limits.rounds} round{'s'[: limits.rounds > 1]} at most"
-    accuracy, left, landings = done.plan.scene.accuracy, done.left, done.touches.landings
+    accuracy, budget, landings = done.plan.scene.accuracy, done.left, done.touches.landings
     if accuracy.landing != "run" and landings is not None and landings.status == "cut off":
         return None, CUT_OFF
-    missing = [name for name in done.judged if left.relative(name) > accuracy.target]
+    missing = [name for name in done.judged if budget.relative(name) > accuracy.target]
     reasons = []
-    for measure in sorted(missing, key=lambda name: -left.relative(name)):
+    for measure in sorted(missing, key=lambda name: -budget.relative(name)):
         further, why = _finer_in(done, measure, time_left)
         if further is not None:
             return further, ""
@@ -123,24 +123,24 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
     plan, whole = done.plan, abs(done.left.values[measure])
     shares = {source: part[measure] for source, part in done.left.parts.items()}
     before = {source: share if math.isfinite(share) else whole for source, share in shares.items()}
-    left = dict(before)
-    while sum(left.values()) > allowed:
-        steps = _steps(plan, measure, left, before, allowed)
+    remaining = dict(before)
+    while sum(remaining.values()) > allowed:
+        steps = _steps(plan, measure, remaining, before, allowed)
         if plan.method.ports is not None:  # a wider band has modes that ask for a finer mesh: nothing else may do first
             steps = [step for step in steps if step.source != "reduction"] or (steps if plan == done.plan else [])
         if not steps:
             break
-        enough = [step for step in steps if sum(left.values()) - left[step.source] + step.leaves <= allowed]
+        enough = [step for step in steps if sum(remaining.values()) - remaining[step.source] + step.leaves <= allowed]
         cost = {step.source: max(price(done, step.plan), LEAST_PRICE) for step in steps}
         if enough:
             step = min(enough, key=lambda step: cost[step.source])
         else:
-            step = max(steps, key=lambda step: (left[step.source] - step.leaves) / cost[step.source])
-        plan, left[step.source] = step.plan, step.leaves
+            step = max(steps, key=lambda step: (remaining[step.source] - step.leaves) / cost[step.source])
+        plan, remaining[step.source] = step.plan, step.leaves
         if plan.without != done.plan.without:  # another level, and a plan of its own
             break
     if plan == done.plan:
-        return None, _stuck(done, left, allowed)
+        return None, _stuck(done, remaining, allowed)
     kept = plan.method.seat == done.plan.method.seat
     plan = replace(plan, cost=predict_cost(plan.scene, plan.method, kept=kept), kept=kept)
     why = _too_much(done, plan, time_left)
@@ -170,7 +170,7 @@ def _steps(
     plan: Plan, measure: str, left: Mapping[str, float], before: Mapping[str, float], allowed: float
 ) -> list[_Step]:
     """Return what can be made finer and counts, largest first; none where one that alone is too large cannot."""
-    found: list[_Step] = []
+    steps: list[_Step] = []
     for source in sorted(left, key=lambda source: -left[source]):
         if left[source] <= RESERVE / 2 * allowed:
             break
@@ -180,10 +180,10 @@ def _steps(
             continue
         finer = refine(plan, source, min(max(left[source] / room, LEAST_FINER), most))
         if finer is not None:
-            found.append(_Step(source, finer, left[source] * _smaller(plan, finer, source, measure)))
+            steps.append(_Step(source, finer, left[source] * _smaller(plan, finer, source, measure)))
         elif left[source] > allowed:
             return []
-    return found
+    return steps
 
 
 def _smaller(plan: Plan, finer: Plan, source: str, measure: str) -> float:
@@ -195,9 +195,9 @@ def _smaller(plan: Plan, finer: Plan, source: str, measure: str) -> float:
 
 def _too_much(done: Round, plan: Plan, time_left: float) -> str:
     """Return what of a further round would be too much; "" if nothing."""
-    cost, there = plan.cost, available_memory()
-    if cost.memory > MEMORY * there:
-        return f"the next round would take {cost.memory / 1e9:.2g} GB, {there / 1e9:.2g} GB are available"
+    cost, available = plan.cost, available_memory()
+    if cost.memory > MEMORY * available:
+        return f"the next round would take {cost.memory / 1e9:.2g} GB, {available / 1e9:.2g} GB are available"
     seconds = price(done, plan)
     if seconds > time_left:
         return (

@@ -139,10 +139,10 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
     response, fitted = scene.seat.measured(), seat.greens.modal or seat.greens.pole_sum
     if response is not None and fitted is not None:
         width = scene.run.filter_width
-        found: list[Picture] = [("fit.png", lambda path: plot_fit(response, fitted, path, width=width))]
+        drawn: list[Picture] = [("fit.png", lambda path: plot_fit(response, fitted, path, width=width))]
         if len(tried := scene.seat.tried_poles()) > 1:
-            found.append(("stabilisation.png", partial(plot_stabilisation, response, tried)))
-        return found
+            drawn.append(("stabilisation.png", partial(plot_stabilisation, response, tried)))
+        return drawn
     if seat.model is None or seat.mesh is None:
         return []
     pictures: list[Picture] = [("mesh.png", mesh_picture(seat.mesh))]
@@ -168,10 +168,10 @@ def _kept_modes(seat: Solved) -> list[tuple[int, Mode]]:
 
     assert seat.modes is not None
     diameters = 0 if isinstance(seat.mesh, MeridianMesh) else None
-    found = zip(seat.modes.frequencies_hz[:SHOWN], seat.modes.residuals, seat.modes.shapes.T, strict=False)
+    triples = zip(seat.modes.frequencies_hz[:SHOWN], seat.modes.residuals, seat.modes.shapes.T, strict=False)
     return [
         (number, Mode(float(frequency), float(residual), None, diameters, "", seat.model, shape))
-        for number, (frequency, residual, shape) in enumerate(found, start=1)
+        for number, (frequency, residual, shape) in enumerate(triples, start=1)
     ]
 
 
@@ -201,11 +201,11 @@ def _shapes(seat: Solved, count: int) -> tuple[CellGrid, list[Array]]:
     """Return the grid and the mode shapes in space, whatever the level of modelling."""
     assert seat.model is not None
     assert seat.modes is not None
-    found = [seat.model.expand(seat.modes.shapes[:, k]) for k in range(count)]
+    shapes = [seat.model.expand(seat.modes.shapes[:, k]) for k in range(count)]
     if not isinstance(seat.mesh, MeridianMesh):
-        return CellGrid.of_model(seat.model), found
+        return CellGrid.of_model(seat.model), shapes
     body = revolve(seat.model)
-    return body.grid, [body.shape(amplitudes, 0) for amplitudes in found]
+    return body.grid, [body.shape(amplitudes, 0) for amplitudes in shapes]
 
 
 def draw_all(

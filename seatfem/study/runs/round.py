@@ -126,10 +126,10 @@ class Round:
 def missed(done: Round) -> tuple[str, ...]:
     """Return what misses the target, by how much, because of what; and why the run stopped short."""
     target = done.plan.scene.accuracy.target
-    found = []
+    sentences = []
     for name in done.judged:
         if math.isinf(bar := done.left.relative(name)):
-            found.append(f"{spoken(name)} has no known uncertainty: {UNKNOWN}")
+            sentences.append(f"{spoken(name)} has no known uncertainty: {UNKNOWN}")
         elif bar > target:
             source = done.left.dominant(name)
             remedy = REMEDIES.get(source, "")
@@ -137,13 +137,15 @@ def missed(done: Round) -> tuple[str, ...]:
                 remedy = f"divide the lip by more {_parts_behind(done.plan, name)}"
             if source == "model" and (modes := _modes_kept(done.plan)):
                 remedy = f"keep more {' or '.join(modes)}"
-            found.append(
+            sentences.append(
                 f"{spoken(name)} has an uncertainty of {percent(bar)}, above accuracy.target = {percent(target)}; "
                 f"largest part: {source_in_words(source)}; {remedy}"
             )
-    if found and done.stopped:
-        found.append(f"stopped short of the target after {done.number} round{'s'[: done.number > 1]}: {done.stopped}")
-    return tuple(found)
+    if sentences and done.stopped:
+        sentences.append(
+            f"stopped short of the target after {done.number} round{'s'[: done.number > 1]}: {done.stopped}"
+        )
+    return tuple(sentences)
 
 
 def _parts_behind(plan: Plan, measure: str) -> str:
@@ -159,8 +161,8 @@ def _modes_kept(plan: Plan) -> list[str]:
 
 def in_words(done: Round) -> str:
     """Return the bar of each measure asked for, time and memory, in words."""
-    accuracy, left = done.plan.scene.accuracy, done.left
-    each = ((short_words(name), left.relative(name)) for name in done.judged)
+    accuracy, budget = done.plan.scene.accuracy, done.left
+    each = ((short_words(name), budget.relative(name)) for name in done.judged)
     bars = ", ".join(f"{words} {f'+-{percent(bar)}' if math.isfinite(bar) else 'not known'}" for words, bar in each)
     memory = "" if math.isnan(done.memory) else f", {done.memory / 1e9:.2g} GB"
     if done.met is None:
@@ -209,7 +211,7 @@ def _assumed_reed(done: Round) -> tuple[str, ...]:
 def _advice(done: Round) -> tuple[str, ...]:
     """Return advice on the run, in keys of the scene; none about a chosen step with an error within the target."""
     measured = done.met is True and not done.plan.is_given(STEP)
-    narrower, told = NARROWER if done.plan.scene.stopper is None else OF_EITHER, []
+    narrower, sentences = NARROWER if done.plan.scene.stopper is None else OF_EITHER, []
     for advice in done.result.advice:
         of_the_step = "dt <=" in advice.remedy
         if not (measured and of_the_step):
@@ -217,8 +219,8 @@ def _advice(done: Round) -> tuple[str, ...]:
             remedy = _STEP.sub(lambda word: f"{STEP} <= {write_quantity(float(word[1]), 'time', 2)}", advice.remedy)
             remedy = remedy.replace("fewer modes", _fewer_modes(done.plan.scene) if of_reed else narrower)
             name = _NAMES.get(advice.name, advice.name)
-            told.append(str(replace(advice, name=name, remedy=remedy)))
-    return tuple(told)
+            sentences.append(str(replace(advice, name=name, remedy=remedy)))
+    return tuple(sentences)
 
 
 def _fewer_modes(scene: Scene) -> str:

@@ -99,32 +99,32 @@ class SeatMesh:
     def named(self) -> Sites:
         """Return the places of ``stress.points``. Raises `SceneError` for those off the seat, or at a singular edge."""
         assert self.plan.scene.stress is not None
-        made, wanted = elements_of(self.mesh), self.plan.scene.stress.points
+        elements, wanted = elements_of(self.mesh), self.plan.scene.stress.points
         own, problems = self._own(np.array(wanted).reshape(-1, 3)), []
         close = near(own, self.singular, self.distance)
         for number, point in enumerate(wanted):
-            path, told = ("stress", "points", number), ""
+            path, message = ("stress", "points", number), ""
             try:
-                at_points(made, own[[number]])
+                at_points(elements, own[[number]])
             except ModelError:
-                surface = on_surface(made).points
+                surface = on_surface(elements).points
                 away = np.linalg.norm(surface - own[number], axis=1)
                 node = _in_mm(surface[int(away.argmin())])
-                told = (
+                message = (
                     f"{_in_mm(point)} mm lies off the seat: its nearest node, at {node} mm"
                     f"{' in (r, z)' if self.flat else ''}, is {1e3 * away.min():.3g} mm away; name a point in the "
                     "seat or on its surface, in its own coordinates"
                 )
-            if close[number] and not told:
-                told = (
+            if close[number] and not message:
+                message = (
                     f"{_in_mm(point)} mm is within stress.distance = {1e3 * self.distance:.4g} mm of an edge where "
                     "elastic stress has no limit: move the point away, round the edge, or lower stress.distance"
                 )
-            if told:
-                problems.append(Problem(None, 0, f"stress.points.{number}", told, path))
+            if message:
+                problems.append(Problem(None, 0, f"stress.points.{number}", message, path))
         if problems:
             raise SceneError(tuple(problems))
-        return at_points(made, own)
+        return at_points(elements, own)
 
     @property
     def flat(self) -> bool:
@@ -143,13 +143,13 @@ class SeatMesh:
             model = self.model
             response = self._response(model, done, VECTORS + MORE * (len(model.ports) - 1))
             return [self._both(model, response, sites) for sites, _ in places]
-        found: list[list[tuple[Harmonic, Harmonic]]] = [[] for _ in places]
+        by_place: list[list[tuple[Harmonic, Harmonic]]] = [[] for _ in places]
         for n, model, response, mixing in self.harmonics(done, waves):
-            for each, (sites, _) in zip(found, places, strict=True):
+            for each, (sites, _) in zip(by_place, places, strict=True):
                 one, two = self._both(model, response, sites, harmonic=n)
                 each.append((Harmonic(n, one, mixing), Harmonic(n, two, mixing)))
         both = []
-        for each, (sites, turns) in zip(found, places, strict=True):
+        for each, (sites, turns) in zip(by_place, places, strict=True):
             angles = np.broadcast_to(turns, (len(sites), turns.shape[-1]))
             full, less = (RingField(sites.points, angles, of) for of in zip(*each, strict=True))
             both.append((full, less))

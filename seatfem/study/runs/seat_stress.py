@@ -125,21 +125,21 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     named = [(fine.named(), np.arctan2(points[:, 1], points[:, 0])[:, None])] if len(points) else []
     where = (fine.surface(), np.zeros(1) if waves is None else waves.angles) if scene.stress.surface else named[0]
     (field, fewer), *of_points = fine.fields(done, [where, *named], waves)
-    found = largest(field, force, dt).after_contact
-    worst = int(found.von_mises.argmax())
-    both = field.at(np.array([worst, int(found.principal.argmax())]))
-    others = [fewer.at(np.array([worst, int(found.principal.argmax())])), *_without(both)]
-    bars = np.sum([np.abs(_both(largest(other, force, dt).after_contact) - _both(found)) for other in others], axis=0)
+    peaks = largest(field, force, dt).after_contact
+    worst = int(peaks.von_mises.argmax())
+    both = field.at(np.array([worst, int(peaks.principal.argmax())]))
+    others = [fewer.at(np.array([worst, int(peaks.principal.argmax())])), *_without(both)]
+    bars = np.sum([np.abs(_both(largest(other, force, dt).after_contact) - _both(peaks)) for other in others], axis=0)
     if coarser is None:
         bars = bars * math.nan
     else:
         coarse = SeatMesh(done.plan, coarser)
         places = coarse.surface() if scene.stress.surface else coarse.named()
-        ((there, _),) = coarse.fields(done, [(places, where[1])], waves)
+        ((coarse_field, _),) = coarse.fields(done, [(places, where[1])], waves)
         weight = MESH_SAFETY / (refinement_of(fine.mesh, coarse.mesh) - 1)
-        other = largest(there, force, dt).after_contact
-        pairs = ((found.von_mises, other.von_mises), (found.principal, other.principal))
-        bars += max(left_by_mesh(field.points, own, there.points, theirs, weight) for own, theirs in pairs)
+        other = largest(coarse_field, force, dt).after_contact
+        pairs = ((peaks.von_mises, other.von_mises), (peaks.principal, other.principal))
+        bars += max(left_by_mesh(field.points, own, coarse_field.points, theirs, weight) for own, theirs in pairs)
     named_fields = [each for each, _ in of_points]
     kept = [*named_fields, both.at(np.array([0]))]
     singular = edge_distances(where[0].points, fine.singular)
@@ -153,14 +153,14 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
         np.arange(len(field.points)) % angles == worst % angles,
         np.repeat(singular, angles),
         np.repeat(near(where[0].points, fine.struck, scene.stress.apart), angles),
-        local_maxima(field.points, found.von_mises, scene.stress.apart, least=LEAST_SPOT)[:MOST_SPOTS],
-        found,
+        local_maxima(field.points, peaks.von_mises, scene.stress.apart, least=LEAST_SPOT)[:MOST_SPOTS],
+        peaks,
         float(bars[0]),
         float(bars[1]),
         done.result.time,
         points,
         np.concatenate([histories(each, force, dt) for each in kept]),
-        at_time(field, force, dt, round(found.von_mises_time[worst] / dt)),
+        at_time(field, force, dt, round(peaks.von_mises_time[worst] / dt)),
         _front(done),
         field,
         named_fields[0] if named_fields else field.at(np.zeros(0, dtype=np.int64)),

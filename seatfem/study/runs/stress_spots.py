@@ -104,15 +104,15 @@ class Spots:
         named = 0 if seat is None else len(seat.points)
         stride = math.ceil(6 * (MOST_SHOWN + named) * len(done.result.time) / MOST_NUMBERS)
         own = _of_plate(done, plate, stride) if plate is not None else _of_beam(done, stride)
-        there, others = ((), ()) if seat is None else _of_seat(done, seat, stride)
-        return Spots((*(history.spot for history in own), *there), (*own, *others), done.result.time[::stride])
+        of_seat, others = ((), ()) if seat is None else _of_seat(done, seat, stride)
+        return Spots((*(history.spot for history in own), *of_seat), (*own, *others), done.result.time[::stride])
 
 
 def spot_keys(spots: Spots) -> dict[str, object]:
     """Return for summary.json the lists of both bodies, as far as they have any."""
-    found: dict[str, object] = {}
+    keys: dict[str, object] = {}
     for body in _FILES:
-        told = [
+        rows = [
             {
                 "von_mises_Pa": spot.value,
                 "time_s": spot.time,
@@ -125,9 +125,9 @@ def spot_keys(spots: Spots) -> dict[str, object]:
             for spot in spots.all
             if spot.body == body
         ]
-        if told:
-            found[f"{body}_stress_hot_spots"] = told
-    return found
+        if rows:
+            keys[f"{body}_stress_hot_spots"] = rows
+    return keys
 
 
 def write_spots(spots: Spots, folder: Path, *, courses: bool = True) -> tuple[Path, ...]:
@@ -164,13 +164,13 @@ def load_histories(path: Path) -> tuple[Array, dict[str, Array]]:
     with opened(path, "stress") as file:
         if sum(group["stress"].size for key, group in file.items() if key != "time") > 2 * MOST_NUMBERS:
             raise StorageError(f"{path}: claims more numbers than a run writes; compute it again")
-        found = {
+        courses = {
             f"{group.attrs['name']}, {name}": values
             for key, group in file.items()
             if key != "time"
             for name, values in zip(json.loads(group.attrs["components"]), finite_array(group, "stress"), strict=True)
         }
-        return finite_array(file, "time"), found
+        return finite_array(file, "time"), courses
 
 
 def spot_pictures(done: Round, spots: Spots) -> list[Picture]:
@@ -192,15 +192,15 @@ def _of_beam(done: Round, stride: int) -> list[History]:
     places = at if isinstance(at, tuple) else () if at is None else (at,)
     worst = (stress.after_contact or stress.initial).at
     known = {f"{1e3 * worst:.4g} mm from the root": worst, **dict(zip(("contact", "stopper"), places, strict=False))}
-    known["root"], found = 0.0, []
+    known["root"], kept = 0.0, []
     for name, course in beam_histories(scene, done.striker, done.touches, stress, few=True):
         place, _, face = name.partition(", face ")
         if face == "towards the seat" and place in known:
             k = _since(done, np.abs(course), touch)
             time, where = float(done.result.time[k]), np.array([known[place]])
             spot = Spot.of("reed", place, where, math.inf, time, course[k : k + 1], COMPONENTS)
-            found.append(History(spot, COMPONENTS[:1], course[None, ::stride]))
-    return _foremost(found)
+            kept.append(History(spot, COMPONENTS[:1], course[None, ::stride]))
+    return _foremost(kept)
 
 
 def _of_plate(done: Round, plate: PlatePeaks, stride: int) -> list[History]:
@@ -211,12 +211,12 @@ def _of_plate(done: Round, plate: PlatePeaks, stride: int) -> list[History]:
     chosen = np.array([which[peak.von_mises[which].argmax()] for which in own])
     some, force, dt = plate.field.at(chosen), plate_pushes(done, done.touches), done.result.dt
     times, edges = peak.von_mises_time[chosen], edge_distances(some.points, singular_of_plate(done))
-    states, found = at_own_times(some, force, dt, np.round(times / dt).astype(np.int64)), []
+    states, kept = at_own_times(some, force, dt, np.round(times / dt).astype(np.int64)), []
     for k, course in enumerate(histories(some, force, dt, stride)):
         part, edge, time = str(parts[chosen[k]]), float(edges[k]), float(times[k])
         spot = Spot.of("reed", part, some.points[k], edge, time, states[k], COMPONENTS)
-        found.append(History(spot, COMPONENTS, course))
-    return _foremost(found)
+        kept.append(History(spot, COMPONENTS, course))
+    return _foremost(kept)
 
 
 def _of_seat(done: Round, seat: SeatStress, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
@@ -231,12 +231,12 @@ def _of_seat(done: Round, seat: SeatStress, stride: int) -> tuple[tuple[Spot, ..
     )
     first = np.sort(np.unique(parts, return_index=True)[1])
     courses = histories(own.at(first), force, dt, stride)
-    found = [History(spots[k], names, course) for k, course in zip(first, courses, strict=True)]
+    kept = [History(spots[k], names, course) for k, course in zip(first, courses, strict=True)]
     for point, course in zip(seat.named_places, seat.named[:-1], strict=True):
         k = _since(done, von_mises(course.T), touch_of(done))
         spot = Spot.of("seat", "named", point, math.inf, float(done.result.time[k]), course[:, k], names)
-        found.append(History(spot, names, course[:, ::stride]))
-    return spots, tuple(found)
+        kept.append(History(spot, names, course[:, ::stride]))
+    return spots, tuple(kept)
 
 
 def _since(done: Round, size: Array, touch: float) -> int:

@@ -209,12 +209,12 @@ def _line_keys(line: Line | None, dt: float, width: float) -> dict[str, object]:
         "line_force_peak": line_force_peak(line.force[1:], dt, width, line.length, line.share, line.pieces)[1],
         "line_impulse_peak": line_impulse_peak(line.force[1:], dt, line.length, line.share, line.pieces)[1],
     }
-    length, found, touched = float(line.lengths.sum()), {}, bool(pressed.any())
+    length, keys, touched = float(line.lengths.sum()), {}, bool(pressed.any())
     for name, place in places.items():
-        found[f"{name}_at_deg"] = line.degrees_at(place) if touched else None
-        found[f"{name}_at_m"] = place * length if touched else None
+        keys[f"{name}_at_deg"] = line.degrees_at(place) if touched else None
+        keys[f"{name}_at_m"] = place * length if touched else None
     middles = np.cumsum(line.lengths) - line.lengths / 2
-    return found | {
+    return keys | {
         "ports": line.force.shape[1],
         "lip_length_m": length,
         "line_force_arc_m": line.share * length,
@@ -254,31 +254,31 @@ def stopper_keys(touches: Touches, filter_width: float) -> dict[str, object]:
 
 def stopper_face_keys(stopper: Stopper) -> dict[str, object]:
     """Return which face of the stopper is met, and in how many arcs, where it is divided."""
-    found: dict[str, object] = {"stopper_kind": stopper.body.kind}
+    keys: dict[str, object] = {"stopper_kind": stopper.body.kind}
     if stopper.parts == Division():
-        return found
-    return found | {"stopper_arcs": stopper.parts.arcs, "stopper_tilt_deg": math.degrees(stopper.tilt)}
+        return keys
+    return keys | {"stopper_arcs": stopper.parts.arcs, "stopper_tilt_deg": math.degrees(stopper.tilt)}
 
 
 def _restitution(result: ImpactResult, group: int = 0) -> float | None:
     """Return the restitution; ``None`` where it is not defined: no contact, one that is not over, no approach."""
     try:
-        found = measures.restitution(result, group=group)
+        value = measures.restitution(result, group=group)
     except measures.MeasureError:
         return None
-    return found if math.isfinite(found) else None
+    return value if math.isfinite(value) else None
 
 
 def regime_keys(striker: Body, seat: GreensFunction, result: ImpactResult) -> dict[str, object]:
     """Return the regime of the impact, in one line and in numbers; ``None`` for a number without meaning."""
-    found = regime(striker, Body(seat), result)
-    return {"regime": in_words(found)} | {
+    numbers = regime(striker, Body(seat), result)
+    return {"regime": in_words(numbers)} | {
         f"regime_{name}": value if math.isfinite(value) else None
         for name, value in (
-            ("mass_ratio", found.mass_ratio),
-            ("round_trips_per_contact", found.round_trips_per_contact),
-            ("zener_lambda", found.zener_lambda),
-            ("predicted_peak_error", found.predicted_peak_error),
+            ("mass_ratio", numbers.mass_ratio),
+            ("round_trips_per_contact", numbers.round_trips_per_contact),
+            ("zener_lambda", numbers.zener_lambda),
+            ("predicted_peak_error", numbers.predicted_peak_error),
         )
     }
 
