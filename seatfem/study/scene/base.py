@@ -43,15 +43,15 @@ displacement = "base.csv"
 
     @model_validator(mode="after")
     def _one_of_three(self, info: ValidationInfo) -> Self:
-        if len(given := self._given) != 1:
-            words = f"{' and '.join(given)} are given" if given else "nothing says how it moves"
-            raise KeyProblem(given[1] if given else "displacement", f"{words}: give exactly one of {', '.join(KINDS)}")
+        if len(keys := self._given) != 1:
+            words = f"{' and '.join(keys)} are given" if keys else "nothing says how it moves"
+            raise KeyProblem(keys[1] if keys else "displacement", f"{words}: give exactly one of {', '.join(KINDS)}")
         if (info.context or {}).get("unread"):
             return self
         try:
             self.record()
         except TimeSeriesError as error:
-            raise KeyProblem(given[0], str(error)) from None
+            raise KeyProblem(keys[0], str(error)) from None
         return self
 
     @property

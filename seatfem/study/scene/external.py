@@ -90,9 +90,9 @@ area = "80 mm^2"
 
     @model_validator(mode="after")
     def _one_of_all(self) -> Self:
-        if len(given := [key for key in ACTING if getattr(self, key) is not None]) != 1:
-            words = f"{' and '.join(given)} are given" if given else "nothing acts"
-            raise KeyProblem(given[1] if given else ACTING[0], f"{words}: give exactly one of {', '.join(ACTING)}")
+        if len(keys := [key for key in ACTING if getattr(self, key) is not None]) != 1:
+            words = f"{' and '.join(keys)} are given" if keys else "nothing acts"
+            raise KeyProblem(keys[1] if keys else ACTING[0], f"{words}: give exactly one of {', '.join(ACTING)}")
         if (self.area is None) != (self.pressure is None):
             missing = self.pressure is not None
             raise KeyProblem(

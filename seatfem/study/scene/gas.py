@@ -173,7 +173,7 @@ port_diameter = "12 mm"
 
     @model_validator(mode="after")
     def _computed_or_prescribed(self) -> Self:
-        given = [key for key in OF_THE_CRANK if getattr(self, key) is not None]
+        keys = [key for key in OF_THE_CRANK if getattr(self, key) is not None]
         if self.cylinder_pressure is not None:
             if unused := [key for key in (*OF_THE_CRANK, *BESIDE) if getattr(self, key) is not None]:
                 raise KeyProblem(unused[0], "cylinder_pressure prescribes the pressure; keep one of the two")
@@ -182,8 +182,8 @@ port_diameter = "12 mm"
             raise KeyProblem(
                 "units" if self.columns is None else "columns", "there is no cylinder_pressure; remove the key"
             )
-        elif len(given) < len(OF_THE_CRANK):
-            missing = next(key for key in OF_THE_CRANK if key not in given)
+        elif len(keys) < len(OF_THE_CRANK):
+            missing = next(key for key in OF_THE_CRANK if key not in keys)
             words = type(self).model_fields[missing].description
             raise KeyProblem(missing, f"required key is missing: {words}; or give cylinder_pressure")
         else:
@@ -239,7 +239,7 @@ port_diameter = "12 mm"
             named = table is not None and table.column_of("time", ("time",), {}) is not None
             by_time = "time" in columns or (named and "angle" not in columns)
             rpm, start = None if by_time else self.rpm, math.degrees(self.angle)
-            found = read_time_series(
+            series = read_time_series(
                 path,
                 "pressure",
                 outside="hold",
@@ -251,12 +251,12 @@ port_diameter = "12 mm"
             )
         except TimeSeriesError as problem:
             raise KeyProblem("cylinder_pressure", str(problem)) from None
-        if (least := float(found.value.min())) <= 0:
+        if (least := float(series.value.min())) <= 0:
             raise KeyProblem(
                 "cylinder_pressure",
                 f"{path}: {write_quantity(least, 'pressure')}: pressures are absolute, they must be above 0 Pa",
             )
-        return found
+        return series
 
     @property
     def turn(self) -> float:

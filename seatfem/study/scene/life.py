@@ -128,7 +128,7 @@ source = "report, page"
         from impact.life.places import Demand
 
         file = "seat_strength" if of == "seat" else "strength"
-        bends, asked = of != "contact", "contact_criterion" if of == "contact" else "multiaxial"
+        bends, criterion_key = of != "contact", "contact_criterion" if of == "contact" else "multiaxial"
         if not (self.of_bending if bends else self.contact_criterion) or (strength := self.measured(file)) is None:
             return None
         key, judge, axes = file, None, None
@@ -139,8 +139,8 @@ source = "report, page"
                 judge = mean_stress(self.criterion, strength)
                 key = "survival"
                 curve.stress(self.blocks, self.survival)
-            if criterion := getattr(self, asked):
-                key = asked
+            if criterion := getattr(self, criterion_key):
+                key = criterion_key
                 axes = multiaxial(criterion, strength)
         except LifeError as problem:
             raise KeyProblem(key, f"{problem} ({file}: {getattr(self, file).name})") from None

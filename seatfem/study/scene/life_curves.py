@@ -34,10 +34,10 @@ class Curves(Table):
 
     @model_validator(mode="after")
     def _two_each(self) -> Self:
-        asked = {name: getattr(self, name) for name in UNITS if getattr(self, name)}
-        if not asked:
+        curves = {name: getattr(self, name) for name in UNITS if getattr(self, name)}
+        if not curves:
             raise KeyProblem("speed", "no curve is asked for: give speed, tilt or lift, or remove the table")
-        for name, values in asked.items():
+        for name, values in curves.items():
             if len(set(values)) < 2:
                 raise KeyProblem(name, f"a curve needs two values or more, not {len(set(values))}")
         return self
@@ -49,9 +49,9 @@ class Curves(Table):
     @property
     def runs(self) -> tuple[int, int]:
         """Return the number of runs that all curves take, at least and at most."""
-        asked = dict(self.asked())
-        least = sum(map(len, asked.values()))
-        return least, least + OF_A_CURVE * len(asked)
+        curves = dict(self.asked())
+        least = sum(map(len, curves.values()))
+        return least, least + OF_A_CURVE * len(curves)
 
     def check(self, scene: Scene) -> None:
         """Raise `KeyProblem` for a value that the scene cannot have."""

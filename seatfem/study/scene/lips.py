@@ -46,10 +46,10 @@ def lip_of(scene: Scene, ports: int | None = None, rings: int | None = None) -> 
     as_it_states = scene.contact.ports is None and (scene.reed.states_contact or scene.seat.struck_ring is None)
     if arcs == 1 and (as_it_states or not scene.reed.meets_lips):
         return None
-    found = scene.seat.lip(arcs, rings)
+    lip = scene.seat.lip(arcs, rings)
     stated = ports or scene.contact.ports
-    if stated or found is None or arcs == 1 or (whole := found.whole(arcs)) == arcs:
-        return found
+    if stated or lip is None or arcs == 1 or (whole := lip.whole(arcs)) == arcs:
+        return lip
     return scene.seat.lip(whole, rings)
 
 
@@ -86,9 +86,9 @@ def stopper_lip(scene: Scene) -> AnyLip | None:
     """
     if scene.stopper is None or (parts := scene.stopper.parts) == Division():
         return None
-    found = scene.stopper.body.lip(parts.arcs, parts.rings)
+    lip = scene.stopper.body.lip(parts.arcs, parts.rings)
     own: AnyLip | None = getattr(scene.reed, "own_lip", None)
-    return replace(own, arcs=parts.arcs, rings=parts.rings) if found is None and own is not None else found  # type: ignore[type-var]
+    return replace(own, arcs=parts.arcs, rings=parts.rings) if lip is None and own is not None else lip  # type: ignore[type-var]
 
 
 def behind_the_reed(scene: Scene) -> AnyLip | None:

@@ -111,8 +111,8 @@ def _read(path: Path) -> str:
 
 
 def _parse(text: str, path: Path) -> dict[str, Any]:
-    if found := _DEEP_KEY.search(text):
-        line = text.count("\n", 0, found.start()) + 1
+    if deep_key := _DEEP_KEY.search(text):
+        line = text.count("\n", 0, deep_key.start()) + 1
         raise SceneError((Problem(path, line, "", f"a key of more than {DEEPEST} parts; use at most four"),))
     try:
         return tomllib.loads(text)

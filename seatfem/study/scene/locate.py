@@ -43,7 +43,7 @@ class _Reader:
     ends: list[int] = field(init=False)  # of lines
 
     def __post_init__(self) -> None:
-        self.ends = [found.start() for found in re.finditer("\n", self.text)]
+        self.ends = [newline.start() for newline in re.finditer("\n", self.text)]
 
     def document(self) -> None:
         table: KeyPath = ()

@@ -207,10 +207,10 @@ class ContactDuration(Measure):
         steps = measures.closed_steps(solid[1:])
         if not len(steps):
             return 0.0
-        done = np.concatenate([[0.0], np.cumsum(solid[1:])])
-        borne = np.diff(done[steps])[:, 0]
+        impulse = np.concatenate([[0.0], np.cumsum(solid[1:])])
+        borne = np.diff(impulse[steps])[:, 0]
         raw, off = blow.dt * steps, min(OPENING, OF_IMPULSE * share)
-        kept = raw[borne > min(share * done[-1], float(borne.max()) / 2)]
+        kept = raw[borne > min(share * impulse[-1], float(borne.max()) / 2)]
         others = (_first(kept), *(_first(raw, measures.MERGE * (1 + by)) for by in (-off, off)))
         return max(abs(other - _first(raw)) for other in others)
 
@@ -386,9 +386,9 @@ def values_of(blow: Blow, like: Sequence[Landing] | None = None) -> dict[str, fl
     one that has no partner is infinite.
     """
     values = {name: each.of(blow) for name, each in all_measures().items() if each.is_known(blow)}
-    asked = blow.landings if like is None else like
-    partners = dict(zip(asked, pair_landings(asked, blow.landings), strict=True)) if like is not None else {}
-    for prefix, wanted in judged_landings(asked).items():
+    reference = blow.landings if like is None else like
+    partners = dict(zip(reference, pair_landings(reference, blow.landings), strict=True)) if like is not None else {}
+    for prefix, wanted in judged_landings(reference).items():
         if prefix == FIRST and blow.asked != "first":
             continue
         partner = wanted if like is None else partners[wanted]
@@ -409,8 +409,8 @@ def in_words(name: str) -> str:
 def short_words(name: str) -> str:
     """Return what a value of a run is in words, its key and which landing it is of left out."""
     prefix, measure = _parted(name)
-    found = all_measures()[measure]
-    return (prefix and found.landing_words) or found.words
+    entry = all_measures()[measure]
+    return (prefix and entry.landing_words) or entry.words
 
 
 def label_of(key: str) -> str:

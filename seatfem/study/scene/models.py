@@ -84,8 +84,8 @@ class Scene(Table):
     @property
     def bodies(self) -> Mapping[str, Structure]:
         """Return the bodies that take part, by the names of their tables."""
-        found = {"seat": self.seat, "reed": self.reed}
-        return found if self.stopper is None else {**found, "stopper": self.stopper.body}
+        bodies = {"seat": self.seat, "reed": self.reed}
+        return bodies if self.stopper is None else {**bodies, "stopper": self.stopper.body}
 
     @property
     def contact_at(self) -> float | tuple[float, float] | None:
@@ -93,9 +93,9 @@ class Scene(Table):
         at = self.contact.at
         if self.stopper is None or self.stopper.at is None:
             return at
-        here = self.reed.free_point if at is None else at
-        assert here is not None
-        return at if self.stopper.at == here else (here, self.stopper.at)
+        place = self.reed.free_point if at is None else at
+        assert place is not None
+        return at if self.stopper.at == place else (place, self.stopper.at)
 
     @property
     def has_two_places(self) -> bool:

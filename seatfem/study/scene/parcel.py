@@ -26,12 +26,12 @@ def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any],
     not plain.
     """
     files = {"0/input.toml": path}
-    there = dict(changed)
+    renamed = dict(changed)
     for number, (key, file) in enumerate(_files(load_scene(path, changed).model_dump(by_alias=True)), start=1):
         suffix = _SUFFIX.search(file.name)
         name = f"{number}/input{suffix[0] if suffix else ''}"
         files[name] = file
-        there[key] = f"{FILES}/{name}"
+        renamed[key] = f"{FILES}/{name}"
         for other in _with(file, strength=key.startswith("life.")):
             half = other.stem == file.stem and file.suffix.lower() in (".ele", ".node")
             inner = f"input{other.suffix}" if half else other.name
@@ -42,7 +42,7 @@ def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any],
                 )
                 raise SceneError((Problem(path, 0, key, text),))
             files[f"{number}/{inner}"] = other
-    return f"{FILES}/0/input.toml", there, files
+    return f"{FILES}/0/input.toml", renamed, files
 
 
 def files_of(scene: Scene) -> set[Path]:
@@ -73,16 +73,16 @@ def by_content(scene: Scene, known: dict[Path, object] | None = None) -> dict[st
     files it is read with. ``known``: those by path, each of which is read once."""
     hashes = {} if known is None else known
 
-    def told(asked: Any, key: str) -> Any:
+    def hashed(asked: Any, key: str) -> Any:
         if isinstance(asked, Mapping):
-            return {name: told(value, f"{key}{name}.") for name, value in asked.items()}
+            return {name: hashed(value, f"{key}{name}.") for name, value in asked.items()}
         if isinstance(asked, list | tuple):
-            return [told(value, key) for value in asked]
+            return [hashed(value, key) for value in asked]
         if not isinstance(asked, Path):
             return asked
         if asked not in hashes:
             hashes[asked] = content_key({"files": [asked, *_with(asked, strength=key.startswith("life."))]})
         return hashes[asked]
 
-    asked: dict[str, Any] = told(scene.model_dump(exclude={"title"}, exclude_unset=True), "")
-    return asked
+    content: dict[str, Any] = hashed(scene.model_dump(exclude={"title"}, exclude_unset=True), "")
+    return content

@@ -40,8 +40,8 @@ class Problem:
         if self.file is None:
             return f"{self.key}: {self.message}"
         place = f"{self.file}:{self.line}" if self.line else str(self.file)
-        told = f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
-        return _LINE_END.sub(r"\\n", told)
+        text = f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
+        return _LINE_END.sub(r"\\n", text)
 
 
 _LIMITS: Final = {
@@ -65,13 +65,13 @@ def explain(
     error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], file: Path, lines: Mapping[KeyPath, int]
 ) -> tuple[Problem, ...]:
     """Return pydantic's findings in the words of scene files, in the order of the file; of a crowd the first `MOST`."""
-    found = [_Place.of(details, model, lines) for details in error.errors(include_url=False)]
-    found = [place for place in found if not _follows(place, found)]
-    found.sort(key=lambda place: place.line)
-    problems = [Problem(file, place.line, place.key, _message(place, data)) for place in found[:MOST]]
-    if len(found) > MOST:
+    places = [_Place.of(details, model, lines) for details in error.errors(include_url=False)]
+    places = [place for place in places if not _follows(place, places)]
+    places.sort(key=lambda place: place.line)
+    problems = [Problem(file, place.line, place.key, _message(place, data)) for place in places[:MOST]]
+    if len(places) > MOST:
         problems.append(
-            Problem(file, found[MOST].line, "", f"{len(found) - MOST} more problems from here on; mend these first")
+            Problem(file, places[MOST].line, "", f"{len(places) - MOST} more problems from here on; mend these first")
         )
     return tuple(problems)
 
@@ -127,7 +127,7 @@ def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int:
 def _message(place: _Place, data: Mapping[str, Any]) -> str:
     details, path = place.details, place.path
     context = details.get("ctx", {})
-    written = _written(data, path) if (found := _written(data, single(path))) is None else found
+    written = _written(data, path) if (stated := _written(data, single(path))) is None else stated
     match details["type"]:
         case "extra_forbidden":
             close = _did_you_mean(str(path[-1]), list(place.known))

@@ -46,8 +46,8 @@ class _AsWritten(GenerateJsonSchema):
         rules = []
         for name in kinds:
             meant = [kinds[name], *(kinds[other] for other in kinds if name in also.get(other, ()))]
-            asked = {"properties": {"kind": {"const": name}}, "required": ["kind"]}
-            rules.append({"if": asked, "then": {"anyOf": meant}})
+            condition = {"properties": {"kind": {"const": name}}, "required": ["kind"]}
+            rules.append({"if": condition, "then": {"anyOf": meant}})
         return {"type": ["object", "string"], "properties": {"kind": {"enum": list(kinds)}}, "allOf": rules}
 
 
@@ -57,19 +57,19 @@ def scene_schema() -> dict[str, Any]:
     Editors check the names of keys, options and kinds of values by it; what is missing, units, ranges and what depends
     on several keys are checked by the program alone. A [stopper] is checked for nothing: its keys are those of a body.
     """
-    made = schema_of(Scene, "seatfem scene")
-    for name, table in made["$defs"].items():
-        made["$defs"][name] = {**table, "additionalProperties": True} if name == Stopper.__name__ else table
+    schema = schema_of(Scene, "seatfem scene")
+    for name, table in schema["$defs"].items():
+        schema["$defs"][name] = {**table, "additionalProperties": True} if name == Stopper.__name__ else table
     for table in kinds_of():
-        if table.also and table.__name__ in made["$defs"]:
-            made["$defs"][table.__name__]["properties"]["kind"] = {"enum": [kind_of(table), *table.also]}
-    return made
+        if table.also and table.__name__ in schema["$defs"]:
+            schema["$defs"][table.__name__]["properties"]["kind"] = {"enum": [kind_of(table), *table.also]}
+    return schema
 
 
 def schema_of(table: type[BaseModel], title: str) -> dict[str, Any]:
     """Return the schema of a file that holds ``table``, as its values are written there."""
-    made = _as_in_a_file(table.model_json_schema(schema_generator=_AsWritten))
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": title, **made}
+    schema = _as_in_a_file(table.model_json_schema(schema_generator=_AsWritten))
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": title, **schema}
 
 
 def schema_text(schema: Mapping[str, Any]) -> str:

@@ -78,10 +78,10 @@ def _begun(kind: type[Structure], motion: str = "") -> Mapping[str, Any]:
 
 def _body(role: str, kind: type[Structure], stated: Stated) -> list[str]:
     words = textwrap.wrap((kind.__doc__ or "").replace("`", ""), WIDE - 2)
-    given = {key: value for key, value in stated[role].items() if key != "kind"}
+    values = {key: value for key, value in stated[role].items() if key != "kind"}
     moving = kind.model_construct().moved_by if role == "seat" else ()
     head = [f"[{role}]", *(f"# {line}" for line in words), f'kind = "{kind_of(kind)}"']
-    return [*head, *table_lines(kind, given, leave=("kind", *moving), of=role, beside=stated), ""]
+    return [*head, *table_lines(kind, values, leave=("kind", *moving), of=role, beside=stated), ""]
 
 
 def table_lines(
@@ -156,9 +156,13 @@ def _example(field: FieldInfo) -> str:
         return default.strip("`")
     if field.examples and isinstance(field.examples[0], str):
         return as_toml(field.examples[0])
-    told = holds(field)
-    found = re.findall("`([^`]+)`", told)
-    return found[0] if found else _SPOKEN.get(told, f"[{_SPOKEN.get(told.removeprefix('list of ').rstrip('s'), '')}]")
+    words = holds(field)
+    examples = re.findall("`([^`]+)`", words)
+    return (
+        examples[0]
+        if examples
+        else _SPOKEN.get(words, f"[{_SPOKEN.get(words.removeprefix('list of ').rstrip('s'), '')}]")
+    )
 
 
 def _is_table(field: FieldInfo) -> bool:
