@@ -87,9 +87,9 @@ def ahead_of_many(study: Study, file: Path | None = None) -> Ahead:
     count = study.number_of_scenes
     drawn = np.random.default_rng(study.seed).choice(count, LOOKED_AT, replace=False) + 1
     cases = cases_of(study, file=file, numbers=frozenset(drawn.tolist()))
-    found = ahead(study.scene, cases)
-    times = count / len(cases) if 2 * found.seats > len(cases) else 1.0  # few seats come again and again
-    return replace(found, scenes=count, seats=round(times * found.seats), looked_at=len(cases))
+    sample = ahead(study.scene, cases)
+    times = count / len(cases) if 2 * sample.seats > len(cases) else 1.0  # few seats come again and again
+    return replace(sample, scenes=count, seats=round(times * sample.seats), looked_at=len(cases))
 
 
 def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:

@@ -76,12 +76,14 @@ class Optimum:
     def table(self, of: Sequence[Found]) -> StudyTable:
         """Return a row for each point: values, measures, error bars, the margin of each limit, what became of it."""
         measures = tuple(dict.fromkeys((*self.goal.measures, *self.study.outputs.asked())))
-        found = table_of(self.study, [each.case for each in of], {each.case.key: each.outcome for each in of}, measures)
+        results = table_of(
+            self.study, [each.case for each in of], {each.case.key: each.outcome for each in of}, measures
+        )
         margins = {
             f"margin of {each}": [None if math.isnan(m := each.margin(one.value(each.measure))) else m for one in of]
             for each in self.goal.constraints
         }
-        return replace(found, columns={**found.columns, **margins})
+        return replace(results, columns={**results.columns, **margins})
 
     def as_json(self) -> dict[str, Any]:
         """Return the best point, how it stands to the limits, and how it was found."""

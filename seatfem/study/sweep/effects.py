@@ -57,7 +57,7 @@ def main_effect(table: StudyTable, parameter: str, measure: str) -> Effect:
     """Return the effect by each value of the parameter, or for many values by groups of neighbours."""
     known = _known(table, measure)
     y = table.values(measure)[known]
-    column = [value for value, there in zip(table.columns[parameter], known, strict=True) if there]
+    column = [value for value, counts in zip(table.columns[parameter], known, strict=True) if counts]
     text = table.is_text(parameter)
     values = np.array(column, dtype=object if text else float)
     levels = list(dict.fromkeys(column)) if text else sorted(set(column))  # type: ignore[type-var]
@@ -116,13 +116,13 @@ def sobol_indices(table: StudyTable) -> list[Indices]:
     count, keys = table.study.number, len(table.parameters)
     if table.study.design != "sobol_indices" or count is None:
         return []
-    found = []
+    indices = []
     for measure in told(table):
         blocks = table.values(measure).reshape(keys + 2, count)
         whole = np.isfinite(blocks).all(axis=0)
         if whole.sum() > 2:
-            found.append(saltelli(blocks[0, whole], blocks[1, whole], blocks[2:, whole], measure, table.study.seed))
-    return found
+            indices.append(saltelli(blocks[0, whole], blocks[1, whole], blocks[2:, whole], measure, table.study.seed))
+    return indices
 
 
 def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed: int = 0) -> Indices:
@@ -148,7 +148,7 @@ def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed:
         return np.array([*one, *every])
 
     numbers = np.arange(samples.shape[1])
-    here = indices(numbers)
+    own = indices(numbers)
     spread = bootstrap(
         (numbers,), indices, n_resamples=RESAMPLES, confidence_level=CONFIDENCE, method="percentile",
         rng=np.random.default_rng(seed), vectorized=True,
@@ -156,7 +156,7 @@ def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed:
     low, high = np.asarray(spread.low), np.asarray(spread.high)
     keys = len(mixed)
     return Indices(
-        measure, here[:keys], here[keys:], np.array([low[:keys], high[:keys]]), np.array([low[keys:], high[keys:]]),
+        measure, own[:keys], own[keys:], np.array([low[:keys], high[:keys]]), np.array([low[keys:], high[keys:]]),
         len(numbers),
     )  # fmt: skip
 
@@ -207,7 +207,7 @@ def tolerance_bands(table: StudyTable) -> list[Band]:
     """Return the bands of every measure with at least `ENOUGH` scenes; none for designs that draw nothing."""
     from scipy.stats import quantile_test  # takes long to load
 
-    found = []
+    bands = []
     for measure in told(table):
         rows = drawn_rows(table) & _known(table, measure)
         sample = np.sort(table.values(measure)[rows])
@@ -219,21 +219,21 @@ def tolerance_bands(table: StudyTable) -> list[Band]:
             interval = np.array([test.confidence_interval(CONFIDENCE) for test in tests], dtype=float).T
         bars = table.numbers(f"error_bar_{measure}")[rows]
         bar = float(np.max(bars)) if np.isfinite(bars).all() else float("nan")
-        found.append(Band(measure, sample, np.percentile(sample, PERCENTILES), interval, bar))
-    return found
+        bands.append(Band(measure, sample, np.percentile(sample, PERCENTILES), interval, bar))
+    return bands
 
 
 def bands_columns(bands: Sequence[Band]) -> Columns:
     """Return the bands as a table."""
-    found: dict[str, list[object]] = {
+    columns: dict[str, list[object]] = {
         "measure": [band.measure for band in bands],
         "scenes": [len(band.sample) for band in bands],
     }
     for k, share in enumerate(PERCENTILES):
-        found[f"p{share:g}"] = [float(band.at[k]) for band in bands]
-        found[f"p{share:g}_low"] = [float(band.interval[0, k]) for band in bands]
-        found[f"p{share:g}_high"] = [float(band.interval[1, k]) for band in bands]
-    return found | {"largest_error_bar": [band.bar for band in bands]}
+        columns[f"p{share:g}"] = [float(band.at[k]) for band in bands]
+        columns[f"p{share:g}_low"] = [float(band.interval[0, k]) for band in bands]
+        columns[f"p{share:g}_high"] = [float(band.interval[1, k]) for band in bands]
+    return columns | {"largest_error_bar": [band.bar for band in bands]}
 
 
 def front(table: StudyTable) -> list[int]:

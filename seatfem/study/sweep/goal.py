@@ -38,17 +38,17 @@ class Constraint:
 
 
 def _constraint(text: object) -> Constraint:
-    found = _CONSTRAINT.fullmatch(text) if isinstance(text, str) else None
+    parts = _CONSTRAINT.fullmatch(text) if isinstance(text, str) else None
     try:
-        limit = float(found[3]) if found else math.nan
+        limit = float(parts[3]) if parts else math.nan
     except ValueError:
         limit = math.nan
-    if found is None or not math.isfinite(limit):
+    if parts is None or not math.isfinite(limit):
         raise ValueError(
             f"{str(text)[:80]!r} cannot be read; write a key of summary.json, <= or >=, and a number in SI units, as "
             "in 'life_margin >= 1.2' or 'impulse_Ns <= 2e-3'"
         )
-    return Constraint(found[1], 1.0 if found[2] == ">=" else -1.0, limit)
+    return Constraint(parts[1], 1.0 if parts[2] == ">=" else -1.0, limit)
 
 
 class Optimise(Table):

@@ -74,21 +74,21 @@ def run_optimum(
             for outcome in [known[case.key] for case in cases if case.key in known][:1]:
                 heard(outcome)
             once = replace(effort, retry=False)  # those of this very search
-            found = run_cases(study.scene, cases, journal, known, about=about, effort=once, ask=ask, heard=heard)
-            known.update(found)
+            outcomes = run_cases(study.scene, cases, journal, known, about=about, effort=once, ask=ask, heard=heard)
+            known.update(outcomes)
             about.clear()
             progress(STAGE, min(1.0, (len(search.found) + len(target.found) + 1) / (goal.most + CONFIRMED)))
-            return found
+            return outcomes
 
         search = Level(study, Cases(study, rounds), _coarse(study), carry_out)
         target = Level(study, Cases(study, rounds), {}, carry_out)
         _search(search, target, goal)
     confirmed = sorted(target.found.values(), key=lambda each: (violation(each, goal), rank(each, goal, {})[1]))
-    found = Optimum(study, tuple(search.found.values()), tuple(confirmed))
-    write_csv(folder / "search.csv", found.table(found.searched).columns)
-    write_csv(folder / "optimum.csv", found.table(found.confirmed).columns)
-    write_whole(folder / "optimum.json", (json.dumps(found.as_json(), indent=1) + "\n").encode("utf-8"))
-    return found
+    optimum = Optimum(study, tuple(search.found.values()), tuple(confirmed))
+    write_csv(folder / "search.csv", optimum.table(optimum.searched).columns)
+    write_csv(folder / "optimum.csv", optimum.table(optimum.confirmed).columns)
+    write_whole(folder / "optimum.json", (json.dumps(optimum.as_json(), indent=1) + "\n").encode("utf-8"))
+    return optimum
 
 
 def _search(search: Level, target: Level, goal: Optimise) -> None:
@@ -96,18 +96,18 @@ def _search(search: Level, target: Level, goal: Optimise) -> None:
     model = 2 * keys + 1  # points of a first quadratic model
     search.at(first_points(keys, max(1, min(goal.most // 3, goal.most - model)), search.study.seed))
     shift: Shift = {}
-    for left in range(CONFIRMED, 0, -1):
+    for turns in range(CONFIRMED, 0, -1):
         spare = goal.most - len(search.found)
-        part = max(model, 2 * spare // 3 if left == CONFIRMED else spare // left)
+        part = max(model, 2 * spare // 3 if turns == CONFIRMED else spare // turns)
         if spare >= model:
-            improve(search, goal, shift, RADIUS if left == CONFIRMED else AGAIN, len(search.found) + min(part, spare))
+            improve(search, goal, shift, RADIUS if turns == CONFIRMED else AGAIN, len(search.found) + min(part, spare))
         ranked = sorted(search.found.values(), key=lambda each: rank(each, goal, shift))
         if math.isinf(rank(ranked[0], goal, shift)[0]):
             first = ranked[0].outcome
             statuses = [each.outcome.summary.get(STATUS, LANDED) for each in search.found.values()]
-            told = first.message or left_out_in_words(statuses) or f"{', '.join(goal.measures)}: not known"
+            message = first.message or left_out_in_words(statuses) or f"{', '.join(goal.measures)}: not known"
             raise StudyError(
-                f"optimise: none of {len(ranked)} scenes has the numbers that are asked for; the first: {told}"
+                f"optimise: none of {len(ranked)} scenes has the numbers that are asked for; the first: {message}"
             )
         for each in ranked:
             if math.isfinite(rank(each, goal, shift)[0]) and all(
@@ -173,13 +173,13 @@ def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
 
     def price(accuracy: Changes, scenes: int) -> Ahead:
         cases = cases_of(study, rounds, file, [{**changes_at(study, point), **accuracy} for point in points])
-        found = ahead(study.scene, cases)
-        return replace(found, scenes=scenes, seats=scenes if found.seats > 1 else found.seats)
+        prediction = ahead(study.scene, cases)
+        return replace(prediction, scenes=scenes, seats=scenes if prediction.seats > 1 else prediction.seats)
 
     target = price({}, CONFIRMED)  # first: its messages are of the scene as it is
-    asked = load_scene(study.scene, changes_at(study, points[1])).accuracy.target
-    if goal.coarse < asked:
-        words = f"{goal.coarse:g} is finer than the scene's accuracy.target, {asked:g}; raise one or lower the other"
+    finest = load_scene(study.scene, changes_at(study, points[1])).accuracy.target
+    if goal.coarse < finest:
+        words = f"{goal.coarse:g} is finer than the scene's accuracy.target, {finest:g}; raise one or lower the other"
         wrong = SceneError((Problem(None, 0, "optimise.coarse", words, ("optimise", "coarse")),))
         raise wrong if file is None else located(wrong, file)
     return SearchAhead(price(_coarse(study), goal.most), target)

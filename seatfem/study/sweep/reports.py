@@ -20,8 +20,8 @@ Report = tuple[str, Columns | None, Callable[[Path], None]]
 
 def reports_of(table: StudyTable) -> Iterator[Report]:
     """Yield all reports that are meaningful."""
-    if found := effects.main_effects(table):
-        yield "main_effects", effects.effects_columns(found), partial(charts.draw_effects, table, found)
+    if main := effects.main_effects(table):
+        yield "main_effects", effects.effects_columns(main), partial(charts.draw_effects, table, main)
     if indices := effects.sobol_indices(table):
         columns = effects.indices_columns(table, indices)
         yield "sobol_indices", columns, partial(charts.draw_indices, table, indices)

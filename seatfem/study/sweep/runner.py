@@ -97,14 +97,14 @@ def run_cases(
         heard: hears of each new outcome once it is on file; what it raises ends the study.
     """
     wanted = {case.key: case for case in cases}
-    found = {key: known[key] for key in wanted if key in known and not _again(known[key], effort)}
-    pending = [case for key, case in wanted.items() if key not in found]
+    results = {key: known[key] for key in wanted if key in known and not _again(known[key], effort)}
+    pending = [case for key, case in wanted.items() if key not in results]
     if pending and about:
         lines.append(journal, {"study": about})
-    progress(STAGE, len(found) / len(wanted))
+    progress(STAGE, len(results) / len(wanted))
 
     def carry_out(pending: list[list[Case]], attempt: int = 1) -> None:
-        died, jobs = [], [_job(scene, bundle, effort.rounds, found, wanted) for bundle in pending]
+        died, jobs = [], [_job(scene, bundle, effort.rounds, results, wanted) for bundle in pending]
         for number, answer in ask(jobs, effort.limit * max(map(len, pending))):
             bundle = pending[number]
             if isinstance(answer, Lost) and not answer.hung and attempt < TRIES:
@@ -113,9 +113,9 @@ def run_cases(
             outcomes = [_lost(answer, effort.limit)] * len(bundle) if isinstance(answer, Lost) else _read(answer)
             for case, outcome in zip(bundle, outcomes, strict=True):
                 append(journal, case, outcome)
-                found[case.key] = outcome
+                results[case.key] = outcome
                 heard(outcome)
-            progress(STAGE, len(found) / len(wanted))
+            progress(STAGE, len(results) / len(wanted))
         if died:
             carry_out(died, attempt + 1)
 
@@ -123,7 +123,7 @@ def run_cases(
         now = [case for case in pending if _turn(case) == (beside, guides)]
         size = SIDE_BY_SIDE if beside else 1
         carry_out([now[first : first + size] for first in range(0, len(now), size)])
-    return found
+    return results
 
 
 def _turn(case: Case) -> tuple[bool, int]:
@@ -160,8 +160,8 @@ def _job(
 
 def _read(answer: str) -> list[Outcome]:
     """Return the outcomes of one scene, or of several side by side."""
-    told = json.loads(answer)
-    return [Outcome(**each) for each in (told if isinstance(told, list) else [told])]
+    entries = json.loads(answer)
+    return [Outcome(**each) for each in (entries if isinstance(entries, list) else [entries])]
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:

@@ -66,20 +66,20 @@ class Level:
 
     def at(self, points: Sequence[Point]) -> list[Found]:
         """Return what was found at points; new ones are carried out. A scene that cannot be is an outcome, too."""
-        made: dict[Point, Case] = {}
+        new: dict[Point, Case] = {}
         for point in dict.fromkeys(points):
             if point in self.found:
                 continue
-            number, changed = len(self.found) + len(made) + 1, changes_at(self.study, point) | dict(self.accuracy)
+            number, changed = len(self.found) + len(new) + 1, changes_at(self.study, point) | dict(self.accuracy)
             try:
-                made[point] = self.cases.case(number, changed)
+                new[point] = self.cases.case(number, changed)
             except (SceneError, RunError) as error:
                 case = Case(number, changed, f"no scene {number}")
                 self.found[point] = Found(point, case, Outcome("failed", str(error), 0.0))
-        if made:
+        if new:
             earlier = [each.case for each in self.found.values() if each.case.leads or each.case.guides]
-            outcomes = self.carry_out([*earlier, *made.values()])
-            self.found |= {point: Found(point, case, outcomes[case.key]) for point, case in made.items()}
+            outcomes = self.carry_out([*earlier, *new.values()])
+            self.found |= {point: Found(point, case, outcomes[case.key]) for point, case in new.items()}
         return [self.found[point] for point in points]
 
 

@@ -86,13 +86,13 @@ def run_study(
 
         for outcome in [each for each in known.values() if each.has_numbers][:1]:
             heard(outcome)
-        left = list({case.key: case for case in cases if case.key not in known}.values())
-        if left:
-            predicted = ahead(study.scene, left)
+        pending = list({case.key: case for case in cases if case.key not in known}.values())
+        if pending:
+            predicted = ahead(study.scene, pending)
             workers = workers or predicted.workers()
             tell(predicted.in_words(workers))
         if known:
-            tell(f"{len(cases) - len(left)} of {len(cases)} scenes are in {journal} already")
+            tell(f"{len(cases) - len(pending)} of {len(cases)} scenes are in {journal} already")
         about = study.model_dump(mode="json", by_alias=True)
         with crew_of(workers or 1, effort.cluster) as ask:
             outcomes = run_cases(
@@ -165,13 +165,13 @@ def sweep(
         SceneError, StudyError, OutputError: as `run_study`.
     """
     values = {key: each.tolist() if isinstance(each, np.ndarray) else each for key, each in vary.items()}
-    given = {"scene": str(scene), "vary": values, "design": design, "seed": seed, "limit": limit}
-    given |= {"error_bars": error_bars}
-    given |= {"outputs": {"measures": list(measures)}, **({} if number is None else {"number": number})}
+    content = {"scene": str(scene), "vary": values, "design": design, "seed": seed, "limit": limit}
+    content |= {"error_bars": error_bars}
+    content |= {"outputs": {"measures": list(measures)}, **({} if number is None else {"number": number})}
     try:
-        study = Study.model_validate(given, context={"folder": Path()})
+        study = Study.model_validate(content, context={"folder": Path()})
     except ValidationError as error:
-        raise SceneError(explain(error, Study, given, Path(scene), {})) from None
+        raise SceneError(explain(error, Study, content, Path(scene), {})) from None
     for package in ("pyarrow", "pandas"):  # pandas imports the other one
         is_usable(package)
     with ExitStack() as ours:

@@ -86,8 +86,8 @@ class StudyTable:
     @property
     def left_out(self) -> NDArray[np.bool_]:
         """Return (scenes,) carried out, and left out of what follows from a measure that is asked for."""
-        asked = [name for name in self.measures if needs_landing(name)]
-        return self.has_numbers & ~self.has_landed if asked else np.zeros(len(self), dtype=np.bool_)
+        needing = [name for name in self.measures if needs_landing(name)]
+        return self.has_numbers & ~self.has_landed if needing else np.zeros(len(self), dtype=np.bool_)
 
     def left_out_in_words(self) -> str:
         """Return how many scenes did not land or were cut off, and so count for nothing; "" of none."""
@@ -98,13 +98,13 @@ class StudyTable:
 
     def ranges(self) -> list[str]:
         """Return the least, mean and largest of each measure that is a number, over the scenes that count [SI]."""
-        told = []
+        lines = []
         for name in self.measures:
             values = self.values(name)
             values = values[np.isfinite(values)]
             if values.size and not name.startswith(BAR):
-                told.append(f"{name}: {values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}")
-        return told
+                lines.append(f"{name}: {values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}")
+        return lines
 
     def unanswered(self) -> tuple[str, ...]:
         """Return the measures that are empty in all scenes that count for them."""
@@ -163,22 +163,22 @@ def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], m
     """Return the table, one row for each case."""
     if study.error_bars == "sampled":
         outcomes = judged(cases, outcomes, measures)
-    found = [outcomes[case.key] for case in cases]
+    results = [outcomes[case.key] for case in cases]
     parameters = columns_of(cases, study)
     columns: dict[str, list[object]] = {"scene": [case.number for case in cases], **parameters}
     for name in measures:
-        columns[name] = [outcome.summary.get(name) for outcome in found]
-        bars: list[object] = [outcome.summary.get(BAR + name) for outcome in found]
+        columns[name] = [outcome.summary.get(name) for outcome in results]
+        bars: list[object] = [outcome.summary.get(BAR + name) for outcome in results]
         if any(bar is not None for bar in bars):
             columns[BAR + name] = bars
     if study.error_bars == "sampled":
-        columns["error_bars"] = ["own" if is_own(outcome) else "sampled" for outcome in found]
-    if any(STATUS in outcome.summary for outcome in found):
-        columns[STATUS] = [outcome.summary.get(STATUS) for outcome in found]
-    columns["status"] = [outcome.state for outcome in found]
-    columns["wall_time_s"] = [outcome.wall for outcome in found]
-    columns["message"] = [" ".join(outcome.message.split()) for outcome in found]
-    columns[NOTES] = [" ".join(str(outcome.summary.get(NOTES) or "").split()) for outcome in found]
+        columns["error_bars"] = ["own" if is_own(outcome) else "sampled" for outcome in results]
+    if any(STATUS in outcome.summary for outcome in results):
+        columns[STATUS] = [outcome.summary.get(STATUS) for outcome in results]
+    columns["status"] = [outcome.state for outcome in results]
+    columns["wall_time_s"] = [outcome.wall for outcome in results]
+    columns["message"] = [" ".join(outcome.message.split()) for outcome in results]
+    columns[NOTES] = [" ".join(str(outcome.summary.get(NOTES) or "").split()) for outcome in results]
     return StudyTable(study, tuple(parameters), tuple(measures), columns)
 
 

@@ -86,10 +86,10 @@ class Listed(Variation):
     def numbers(self) -> list[tuple[float, str]]:
         """Return the numbers of all values in one unit; none where one is something else."""
         try:
-            found = [_quantity(value) for value in self.values]
+            quantities = [_quantity(value) for value in self.values]
         except ValueError:
             return []
-        return found if len({unit for _, unit in found}) == 1 else []
+        return quantities if len({unit for _, unit in quantities}) == 1 else []
 
     def levels(self, keys: str) -> tuple[Value, ...]:
         return self.values
@@ -192,8 +192,8 @@ class TruncatedNormal(Normal):
         return self._below(self.high[0]) - self._below(self.low[0])
 
     def at(self, share: float) -> Value:
-        found = self.mean[0] + self.deviation[0] * _normal(self._below(self.low[0]) + share * self._inside())
-        return self.written(min(max(found, self.low[0]), self.high[0]))
+        value = self.mean[0] + self.deviation[0] * _normal(self._below(self.low[0]) + share * self._inside())
+        return self.written(min(max(value, self.low[0]), self.high[0]))
 
 
 class LogNormal(Variation):
