@@ -153,9 +153,9 @@ def _legend(trade: Trade) -> Sequence[Any]:
     for name, marker, size in _MARKS:
         if name in trade.outcomes:
             outcome = trade.outcomes[name]
-            there = outcome.state == "done"
-            words = name if there else f"{name}: {outcome.reason[:60]}"
-            mark = handle(words, marker, "#F0E442" if there else "white", size - 2)
-            mark.set_markeredgecolor("black" if there else GREY)
+            ended = outcome.state == "done"
+            words = name if ended else f"{name}: {outcome.reason[:60]}"
+            mark = handle(words, marker, "#F0E442" if ended else "white", size - 2)
+            mark.set_markeredgecolor("black" if ended else GREY)
             handles.append(mark)
     return handles

@@ -93,8 +93,8 @@ def centre_of(scene: Scene) -> Centre:
     stated = stated_method(scene).seat
     if not seat.is_reduced:
         return Centre(n_modes=n_modes)
-    given = stated.bandwidth if is_given(scene, BAND) else None
-    bandwidth = given or BAND_PER_FILTER / scene.run.filter_width
+    band = stated.bandwidth if is_given(scene, BAND) else None
+    bandwidth = band or BAND_PER_FILTER / scene.run.filter_width
     if not seat.is_drawn:
         return Centre(bandwidth=bandwidth, tolerance=stated.tolerance, n_modes=n_modes)
     level = next(a.level for a in seat.levels() if a.applies and a.error == 0.0)
@@ -159,11 +159,11 @@ def _diagonals(scene: Scene, centre: Centre, depth: int) -> Iterator[Point]:
         return
     for k in (-1, 0):
         yield replace(_rung(replace(centre, level=None), "spring", k), name=_name("spring, statics", k))
-    for found in scene.seat.levels():
-        if found.applies and found.error > 0:  # a closed form: nothing to refine
-            yield Point(found.level, found.level, "diagonal", {**centre.settings(), "seat.model": found.level})
-        elif found.applies and found.level != centre.level and centre.ports is None:  # no other is struck along a lip
-            yield from _chain(replace(centre, level=found.level), -depth, -1)
+    for model in scene.seat.levels():
+        if model.applies and model.error > 0:  # a closed form: nothing to refine
+            yield Point(model.level, model.level, "diagonal", {**centre.settings(), "seat.model": model.level})
+        elif model.applies and model.level != centre.level and centre.ports is None:  # no other is struck along a lip
+            yield from _chain(replace(centre, level=model.level), -depth, -1)
     yield from _chain(centre, -depth, 0)
 
 

@@ -52,26 +52,26 @@ def run_points(
     if cluster is not None:
         _carry_out_there(scene, points, journal, time_limit, dict(known or {}), cluster)
     version, on_file = code_version(), read_journal(journal)
-    found = dict(known or {})
+    outcomes = dict(known or {})
     for number, point in enumerate(points, start=1):
         key = _key(scene, point, version)
         outcome = on_file.get(key)
         if outcome is None or _may_end_now(outcome, time_limit):
-            outcome = _obstacle(point, found, time_limit) or run_point(scene, point, time_limit)
+            outcome = _obstacle(point, outcomes, time_limit) or run_point(scene, point, time_limit)
             append(journal, key, point, outcome)
-        found[point.name] = outcome
+        outcomes[point.name] = outcome
         progress("fidelity ladder", number / len(points))
-    return found
+    return outcomes
 
 
 def _carry_out_there(
     scene: Path, points: Sequence[Point], journal: Path, limit: float, found: dict[str, Outcome], cluster: str
 ) -> None:
     """Carry out those of the points that can be tried, and write them to the journal."""
-    version, on_file, left = code_version(), read_journal(journal), list(points)
+    version, on_file, waiting = code_version(), read_journal(journal), list(points)
     with cluster_crew(cluster, PROGRAM, _packed) as ask:
-        while ready := [p for p in left if p.after not in {other.name for other in left} - {p.name}]:
-            left = [point for point in left if point not in ready]
+        while ready := [p for p in waiting if p.after not in {other.name for other in waiting} - {p.name}]:
+            waiting = [point for point in waiting if point not in ready]
             pending = []
             for point in ready:
                 outcome = on_file.get(_key(scene, point, version))

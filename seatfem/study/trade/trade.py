@@ -188,8 +188,8 @@ class _Runs:
     def check_landed(self, names: Sequence[str]) -> None:
         """Raise `TradeError` where the scene asks for a landing, and each of these points that ended has none."""
         ended = [each for name in names if (each := self.found.get(name)) is not None and each.state == "done"]
-        asked = self.scene.accuracy.judged
-        if ended and not any(_answers(each, asked) for each in ended):
+        judged = self.scene.accuracy.judged
+        if ended and not any(_answers(each, judged) for each in ended):
             why = left_out_in_words((each.about[STATUS] for each in ended), "points")
             raise TradeError(
                 f"{self.path}: no landing to compare: {why}; lengthen run.duration = "
