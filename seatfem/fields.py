@@ -49,13 +49,13 @@ def of_same_names(made: type[Made], *tables: Table, **others: object) -> Made:
     ``others``: fields that are called or written otherwise. A key that is ``None`` leaves the field's own default.
     """
     names = {field.name for field in fields(made)}
-    found: dict[str, Any] = {
+    values: dict[str, Any] = {
         key: value
         for table in reversed(tables)
         for key in names & type(table).model_fields.keys()
         if (value := getattr(table, key)) is not None
     }
-    return made(**found | others)
+    return made(**values | others)
 
 
 AnyTable = TypeVar("AnyTable", bound=Table)
@@ -70,10 +70,10 @@ def kind_of(table: type[BaseModel]) -> str:
 
 def kinds_below(base: type[AnyTable]) -> tuple[type[AnyTable], ...]:
     """Return every subclass with a kind, however deep, in the order of their definition."""
-    found: list[type[AnyTable]] = []
+    kinds: list[type[AnyTable]] = []
     for each in base.__subclasses__():
-        found += [*([each] if kind_of(each) else []), *kinds_below(each)]
-    return tuple(dict.fromkeys(found))
+        kinds += [*([each] if kind_of(each) else []), *kinds_below(each)]
+    return tuple(dict.fromkeys(kinds))
 
 
 def kinds_in_words(kinds: Iterable[type[BaseModel]]) -> str:

@@ -85,12 +85,12 @@ class RunMethod:
 
     def replaced(self, values: Mapping[str, object]) -> RunMethod:
         """Return the method with other ``values`` at dotted keys of `FIELDS`."""
-        found = self
+        method = self
         for key, value in values.items():
             first, *rest = FIELDS[key]
             change: dict[str, Any] = {rest[0]: value} if rest else {first: value}
-            found = replace(found, **({first: replace(getattr(found, first), **change)} if rest else change))
-        return found
+            method = replace(method, **({first: replace(getattr(method, first), **change)} if rest else change))
+        return method
 
 
 def chooses_one_port(scene: Scene, method: RunMethod) -> bool:
