@@ -1,4 +1,4 @@
-"""What the verbs share: options, exit codes, consoles, progress bars; how a scene is read and told what was done."""
+"""Parts that the verbs share: options, exit codes, consoles, progress bars; reading a scene and reporting a run."""
 
 from __future__ import annotations
 

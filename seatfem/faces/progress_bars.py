@@ -1,4 +1,4 @@
-"""Shows how far long work is: one bar per stage on a terminal, plain lines elsewhere, a log, or nothing when quiet."""
+"""Display of progress: one bar per stage on a terminal, plain lines elsewhere, a log, or nothing when quiet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was read of a scene, with units and the ranges of its records: a wrong column or unit shows before computing."""
+"""Values read of a scene, with units and the ranges of its records: a wrong column or unit shows before computing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run means, in sentences: whether anything landed, whether a spring would be enough in place of the seat."""
+"""Meaning of a run, in sentences: whether anything landed, whether a spring would be enough in place of the seat."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was done so far, on file: JSON lines, each written at once, so that a stopped job goes on where it was."""
+"""Journals of finished work: JSON lines, each written at once, so that a stopped job goes on where it was."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Being asked to end (SIGTERM, SIGHUP) ends a program as Ctrl-C does: everything is tidied up on the way out."""
+"""Signals that ask a program to end (SIGTERM, SIGHUP) end it as Ctrl-C does: everything is tidied up on the way out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is installed, what is missing, and the exact command that mends it."""
+"""Checks of what is installed and what is missing, with the exact command that mends it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much memory a computation may take here: the least of what the machine has left and what its limits leave.
+"""Memory that a computation may take here: the least of what the machine has left and what its limits leave.
 
 A container's limit is that of a control group, which /proc/meminfo does not know; a batch system's or a shell's
 (``ulimit -v``) is that of the process's address space.

@@ -1,4 +1,4 @@
-"""Where PETSc, SLEPc and MPI are: an interpreter of their own, and what starts programs on several ranks."""
+"""PETSc, SLEPc and MPI: an interpreter of their own, and what starts programs on several ranks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How fast this computer is: rates measured by `seatfem doctor --calibrate`, or those of a common one."""
+"""Speed of this computer: rates measured by `seatfem doctor --calibrate`, or those of a common one."""
 
 from __future__ import annotations
 

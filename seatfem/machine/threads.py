@@ -1,4 +1,4 @@
-"""How many threads compiled code may use."""
+"""Number of threads that compiled code may use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the views of a scene lie on the sheet of its drawing, in inches, and by what heights are exaggerated."""
+"""Places of the views of a scene on the sheet of its drawing, in inches, and how much heights are exaggerated."""
 
 from __future__ import annotations
 

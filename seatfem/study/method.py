@@ -1,4 +1,4 @@
-"""How a scene is computed: what a plan chooses and a run carries out. The scene itself is what is asked.
+"""Methods: how a scene is computed, which a plan chooses and a run carries out. The scene itself is what is asked.
 
 A method has a value for each of `FIELDS`, the keys of a scene that say how and not what. What the file states is never
 touched; what it leaves open stands in the method alone.

@@ -50,7 +50,7 @@ PROVIDERS: tuple[Callable[[], tuple[Case, ...]], ...] = (
 
 
 def verification_cases() -> tuple[Case, ...]:
-    """All cases of all providers."""
+    """Return all cases of all providers."""
     return tuple(case for provider in PROVIDERS for case in provider())
 
 

@@ -1,4 +1,4 @@
-"""What was asked, and how it was planned, kept beside the results of a run."""
+"""Copies of the scene and of its plan, kept beside the results of a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a run was computed, by what, and how it is computed again."""
+"""Provenance of a run: what computed it, and how it is computed again."""
 
 from __future__ import annotations
 

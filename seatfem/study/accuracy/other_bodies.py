@@ -1,4 +1,4 @@
-"""What a striker that was computed, and a stopper, leave in the measures of a run."""
+"""Errors that a computed striker, and a stopper, leave in the measures of a run."""
 
 from __future__ import annotations
 

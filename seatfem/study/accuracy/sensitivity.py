@@ -1,4 +1,4 @@
-"""How much each open key moves the measures: pre-runs with one thing changed at a time.
+"""Effect of each open key on the measures: pre-runs with one thing changed at a time.
 
 Each number is the relative change of a measure that the error budget of the run will see, so that a plan predicts the
 bar that the run will state: longer steps, fewer reed modes, the seat's highest modes left out, and g larger by a few

@@ -1,4 +1,4 @@
-"""From a scene to the layout of its drawing: bodies in their places, loads and motions in words, facts."""
+"""The layout of a scene's drawing: bodies in their places, loads and motions in words, facts in a sentence."""
 
 from __future__ import annotations
 

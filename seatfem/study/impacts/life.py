@@ -1,4 +1,4 @@
-"""How long the bodies of a run live: histories of stress, judged as [life] asks, whatever they were computed by."""
+"""Life of the bodies of a run: histories of stress, judged as [life] asks, whatever they were computed by."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a striker begins outside what it is to strike."""
+"""Check that a striker begins outside what it is to strike."""
 
 from __future__ import annotations
 

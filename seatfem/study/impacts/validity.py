@@ -1,4 +1,4 @@
-"""Where the theory or the data behind a scene end: large deflections, filters beyond a measured band, stoppers."""
+"""Limits of the theory or the data behind a scene: large deflections, filters beyond a measured band, stoppers."""
 
 from __future__ import annotations
 

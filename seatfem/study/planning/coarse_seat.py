@@ -1,4 +1,4 @@
-"""What a spring in place of a seat leaves out: guessed from its surrogate, or measured on a coarse real seat."""
+"""Errors of a spring in place of a seat: guessed from its surrogate, or measured on a coarse real seat."""
 
 from __future__ import annotations
 

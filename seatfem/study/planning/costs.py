@@ -1,4 +1,4 @@
-"""What a run will cost: time by stage and peak memory, without meshing or assembling anything."""
+"""Costs of a run: time by stage and peak memory, predicted without meshing or assembling anything."""
 
 from __future__ import annotations
 

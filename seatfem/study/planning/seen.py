@@ -1,4 +1,4 @@
-"""What the planner knows of a scene before it chooses, and the ladders that it chooses from."""
+"""Knowledge of the planner about a scene before it chooses, and the ladders that it chooses from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the tables of a scene agree with each other: what one of them asks of another."""
+"""Checks that the tables of a scene agree with each other: what one of them asks of another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""On which line of a TOML text does each key stand? tomllib does not tell.
+"""Lines on which the keys of a TOML text are written, which tomllib does not report.
 
 The text is known to be valid TOML (tomllib has read it), so this reader only follows its structure.
 """

@@ -1,4 +1,4 @@
-"""Whether the bodies of a scene can meet as they lie: the reed above what it is to strike."""
+"""Check that the bodies of a scene can meet as they lie: the reed above what it is to strike."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with a scene, in words: all of it at once, each with file, line and key."""
+"""Problems of a scene, in words: all of them at once, each with file, line and key."""
 
 from __future__ import annotations
 

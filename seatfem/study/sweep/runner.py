@@ -1,4 +1,4 @@
-"""Carries out the scenes of a study in workers, each outcome on file at once: one that was stopped goes on there."""
+"""Runner of the scenes of a study in workers, each outcome on file at once: one that was stopped goes on there."""
 
 from __future__ import annotations
 

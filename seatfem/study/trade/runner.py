@@ -1,4 +1,4 @@
-"""Carries out points, each in a process of its own: on one thread, with an empty store, within a time limit.
+"""Runner of points, each in a process of its own: on one thread, with an empty store, within a time limit.
 
 Outcomes are on file at once, one JSON line each: a ladder that was stopped goes on where it was.
 """
