@@ -44,36 +44,36 @@ class Table(BaseModel):
 
 
 def of_same_names(made: type[Made], *tables: Table, **others: object) -> Made:
-    """A dataclass whose fields take the values of the keys of the same names, in the first table that has one.
+    """Return a dataclass whose fields take the values of the keys of the same names, in the first table that has one.
 
     ``others``: fields that are called or written otherwise. A key that is ``None`` leaves the field's own default.
     """
     names = {field.name for field in fields(made)}
-    found: dict[str, Any] = {
+    values: dict[str, Any] = {
         key: value
         for table in reversed(tables)
         for key in names & type(table).model_fields.keys()
         if (value := getattr(table, key)) is not None
     }
-    return made(**found | others)
+    return made(**values | others)
 
 
 AnyTable = TypeVar("AnyTable", bound=Table)
 
 
 def kind_of(table: type[BaseModel]) -> str:
-    """The name of a table among others in its place, its ``kind: Literal["name"]``; "" of what has none."""
+    """Return the name of a table among others in its place, its ``kind: Literal["name"]``; "" where it has none."""
     field = table.model_fields.get("kind")
     annotation = None if field is None else field.annotation
     return str(get_args(annotation)[0]) if get_origin(annotation) is Literal else ""
 
 
 def kinds_below(base: type[AnyTable]) -> tuple[type[AnyTable], ...]:
-    """Every subclass with a kind, however deep, in the order of their definition."""
-    found: list[type[AnyTable]] = []
+    """Return every subclass with a kind, however deep, in the order of their definition."""
+    kinds: list[type[AnyTable]] = []
     for each in base.__subclasses__():
-        found += [*([each] if kind_of(each) else []), *kinds_below(each)]
-    return tuple(dict.fromkeys(found))
+        kinds += [*([each] if kind_of(each) else []), *kinds_below(each)]
+    return tuple(dict.fromkeys(kinds))
 
 
 def kinds_in_words(kinds: Iterable[type[BaseModel]]) -> str:
@@ -91,7 +91,7 @@ def by_group(kinds: Iterable[type[BaseModel]]) -> dict[str, list[type[BaseModel]
 
 
 def one_of(kinds: tuple[type[Table], ...]) -> Any:
-    """The annotation of a key that holds one of these tables, told apart by their ``kind``, and what is ``also``."""
+    """Return the annotation of a key that holds one of these tables, by their ``kind``, and what is ``also``."""
 
     def as_meant(given: object) -> object:
         if not isinstance(given, Mapping) or not isinstance(kind := given.get("kind"), str):
@@ -103,13 +103,13 @@ def one_of(kinds: tuple[type[Table], ...]) -> Any:
 
 
 def default(written: object, description: str, example: object = None) -> Any:
-    """A field's default, and an example, as a user would write them in the file; the default is read like any value."""
+    """Return a field's default, and an example, as a user writes them; the default is read like any value."""
     return Field(written, description=description, examples=None if example is None else [example])
 
 
 @dataclass(frozen=True)
 class ReadQuantity:
-    """Reads a string with a unit. Refuses bare numbers, which nobody can know the meaning of, and insane ones.
+    """Reader of a string with a unit. Refuses bare numbers, which nobody can know the meaning of, and insane ones.
 
     The ranges keep every product of a few values far from overflow.
     """
@@ -130,7 +130,7 @@ class ReadQuantity:
 
 
 def read_number(value: object) -> float:
-    """Reads 0.1 or "10 %"."""
+    """Read a number such as 0.1 or "10 %"."""
     if isinstance(value, str):
         return parse_fraction(value)
     if isinstance(value, int | float) and not isinstance(value, bool):
@@ -148,7 +148,7 @@ def read_rpm(value: object) -> float:
 
 
 def read_temperature(value: object) -> float:
-    """Reads "120 degC" or "393 K"."""
+    """Read a temperature such as "120 degC" or "393 K" [K]."""
     text = value.strip() if isinstance(value, str) and "%" not in value else ""
     for unit, zero in (("degC", 273.15), ("K", 0.0)):
         if text.endswith(unit):
@@ -163,7 +163,7 @@ def _cited(value: str) -> str:
 
 
 def _towards_the_seat(value: float) -> float:
-    """Velocities are along the normal that points from the seat to the striker: towards the seat they are negative."""
+    """Return a velocity towards the seat: negative, as the normal points from the seat to the striker [m/s]."""
     if value < 0.0:
         return value
     if value == 0.0:
@@ -174,7 +174,7 @@ def _towards_the_seat(value: float) -> float:
 
 
 def _open(value: float) -> float:
-    """Openings of contacts: bodies that overlap before anything happens are no start; a preload is stated as one."""
+    """Return the opening of a contact [m]: bodies that overlap are no start; a preload is stated as one."""
     if value >= 0.0:
         return value
     raise ValueError(
@@ -184,8 +184,8 @@ def _open(value: float) -> float:
 
 
 def _existing_file(value: Path, info: ValidationInfo) -> Path:
-    """Relative paths start at the folder of the scene file, the validation context's "folder"; with "unread" its files
-    are yet to be made."""
+    """Return the path of a file that exists. Relative paths start at the folder of the scene file, the validation
+    context's "folder"; with "unread" its files are yet to be made."""
     context = info.context or {}
     path: Path = context.get("folder", Path()) / value
     if context.get("unread"):

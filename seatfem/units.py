@@ -140,7 +140,7 @@ _OTHER_NAMES: Final = (
 
 
 def parse_quantity(text: str, dimension: str) -> float:
-    """The SI value of `text`, a number and a unit such as "25.4 mm".
+    """Return the SI value of `text`, a number and a unit such as "25.4 mm".
 
     dimension: a name in `DIMENSIONS`.
     Raises `UnitError` (ValueError) where the text is no number with a unit, or has another dimension. A decimal comma,
@@ -182,7 +182,7 @@ def write_quantity(value: float, dimension: str, digits: int = 5) -> str:
 
 
 def parse_fraction(text: str) -> float:
-    """A pure number, "0.1" or "10 %" -> 0.1. Raises `UnitError`."""
+    """Return the value of a pure number, "0.1" or "10 %" -> 0.1. Raises `UnitError`."""
     match = re.fullmatch(rf"({_NUMBER.pattern})\s*(%?)", _bounded(text))
     if match is None:
         raise UnitError(f"{text!r} is not a pure number; write 0.1 or '10 %'")
@@ -190,7 +190,7 @@ def parse_fraction(text: str) -> float:
 
 
 def number_and_unit(value: str | float) -> tuple[float, str]:
-    """As they are written, the unit as it stands: "0.3 mm" -> (0.3, "mm"), 0.1 -> (0.1, ""). Raises `UnitError`."""
+    """Return number and unit as they are written: "0.3 mm" -> (0.3, "mm"), 0.1 -> (0.1, ""). Raises `UnitError`."""
     text = _bounded(str(value))
     match = _NUMBER.match(text)
     if match is None:
@@ -199,7 +199,7 @@ def number_and_unit(value: str | float) -> tuple[float, str]:
 
 
 def _bounded(text: str) -> str:
-    """Without blanks around it."""
+    """Return the text without blanks around it."""
     stripped = text.strip()
     if len(stripped) > LONGEST:
         raise UnitError(f"{stripped[:20] + ' ...'!r} has {len(stripped)} characters; a quantity has at most {LONGEST}")
@@ -224,7 +224,7 @@ def _split(text: str, wanted: Dimension) -> tuple[Decimal, str]:
 
 
 def _in_si(text: str, unit: str, wanted: Dimension) -> Decimal:
-    """One ``unit`` in the SI unit of the dimension."""
+    """Return one ``unit`` in the SI unit of the dimension."""
     usual = wanted.usual.get(_POWER.sub("^", unit))
     if usual is not None:
         return Decimal(usual)
@@ -254,7 +254,7 @@ def _is_of(unit: pint.Unit, wanted: Dimension) -> bool:
 
 
 def _base_names(unit: pint.Unit) -> list[str]:
-    """The names a unit is made of, without prefixes: kilohertz -> hertz."""
+    """Return the names a unit is made of, without prefixes: kilohertz -> hertz."""
     return [_registry().parse_unit_name(name)[0][1] for name, _ in unit._units.items()]
 
 
@@ -284,7 +284,7 @@ def _factor(unit: str, si: str) -> Decimal:
 
 @cache
 def _registry() -> pint.UnitRegistry[Decimal]:
-    """Decimal factors: "25.4 mm" becomes the float nearest to 0.0254, not the product of two rounded floats."""
+    """Return a registry with decimal factors: "25.4 mm" is the float nearest to 0.0254, not a rounded product."""
     import pint
 
     return pint.UnitRegistry(non_int_type=Decimal)

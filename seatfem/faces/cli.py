@@ -80,7 +80,7 @@ def completion(shell: Literal["bash", "zsh", "fish"], /) -> int:
 
 
 def main() -> None:
-    """Entry point of the console script.
+    """Run the command line: the entry point of the console script.
 
     Dense products here are small, and OpenBLAS takes three times the processor time on two threads, unless the user has
     asked for them; before numpy is there, which reads this once. Factorizations keep their threads.

@@ -21,7 +21,7 @@ def _is_ours(error: Exception) -> bool:
 
 
 def in_words(error: Exception) -> str:
-    """What a user can do about it; of what is no fault of the user's, that it is a bug."""
+    """Return what a user can do about an error; an error that is no fault of the user's is called a bug."""
     from impact.files.atomic import FULL
     from seatfem.machine.packages import broken_package
 
@@ -39,8 +39,8 @@ def in_words(error: Exception) -> str:
 
 
 def placed(error: Exception, arguments: Sequence[str]) -> str:
-    """In words; the scene's name stands in front of what the contact solver says, which knows no scenes, and the lines
-    of its keys in front of what is wrong with the files that it names."""
+    """Return `in_words` of an error, with the scene's name before what the contact solver says, which knows no scenes,
+    and with the lines of the keys before what is wrong with the files that the scene names."""
     scenes = [Path(word) for word in arguments if word.endswith(".toml")]
     if scenes and type(error).__name__ == "SceneError":
         from seatfem.study.scene import SceneError, located
@@ -57,20 +57,20 @@ def placed(error: Exception, arguments: Sequence[str]) -> str:
 
 
 def _with_line(text: str, key: str, scene: Path) -> str:
-    """With the line of the key, or of its table, that a message of one line begins with; without, of a file that has
-    neither."""
+    """Return the text with the line of the key, or of its table, that a message of one line begins with; unchanged if
+    the file has neither."""
     from seatfem.study.scene import SceneError, located
     from seatfem.study.scene.problems import Problem
 
     try:
-        found = located(SceneError((Problem(None, 0, "", text, tuple(key.split("."))),)), scene)
+        error = located(SceneError((Problem(None, 0, "", text, tuple(key.split("."))),)), scene)
     except SceneError:  # of the file itself
         return text
-    return str(found) if found.problems[0].line and "\n" not in text else text
+    return str(error) if error.problems[0].line and "\n" not in text else text
 
 
 def clipped(text: str) -> str:
-    """A broken file's own words may be a million characters long."""
+    """Return the text cut to a readable length: a broken file's own words may be a million characters long."""
     lines = [
         line if len(line) <= WIDEST else f"{line[: WIDEST // 2]} ... {line[-WIDEST // 2 :]}"
         for line in text.split("\n")
@@ -80,6 +80,6 @@ def clipped(text: str) -> str:
 
 
 def code_of(error: Exception) -> int:
-    """The exit code of a command that ended with it."""
+    """Return the exit code of a command that ended with this error."""
     bad_input = isinstance(error, FileNotFoundError) or (_is_ours(error) and isinstance(error, ValueError))
     return BAD_INPUT if bad_input else FAILED

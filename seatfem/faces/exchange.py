@@ -112,20 +112,20 @@ def _as_uff(source: Path, output: Path, progress: Progress) -> Written:
         yield output / "receptance.uff"
     if not modes.is_file():
         return
-    found = load_moving(modes)
-    if found.frequency is None or found.modal_mass is None:
+    motion = load_moving(modes)
+    if motion.frequency is None or motion.modal_mass is None:
         yield f"no modes.uff: {modes} does not know its frequencies; write it again (seatfem modes -o)"
         return
-    write_modes_uff(found.points, found.displacement, found.frequency, found.modal_mass, output / "modes.uff")
+    write_modes_uff(motion.points, motion.displacement, motion.frequency, motion.modal_mass, output / "modes.uff")
     yield output / "modes.uff"
 
 
 def _as_vtk(source: Path, output: Path, progress: Progress) -> Written:
-    there = [name for name in KEPT if (source / name).is_file()]
-    if not there:
+    names = [name for name in KEPT if (source / name).is_file()]
+    if not names:
         remedies = "; ".join(f"{name}: {how}" for name, how in SOURCES.items())
         raise ExportError(f"{source}: holds no motion, none of {', '.join(KEPT)} ({remedies})")
-    for name in there:
+    for name in names:
         path = output / f"{Path(name).stem}_motion.pvd"
         write_moving(load_moving(source / name), path)
         yield path
@@ -169,7 +169,7 @@ FORMATS: Final[Mapping[str, Format]] = {
 
 
 def _scene_of(source: Path) -> Scene:
-    """A scene file's, or that which the folder of a run keeps, with the changes that were made to it."""
+    """Return the scene of a file, or the one that the folder of a run keeps, with the changes that were made to it."""
     if not source.is_dir():
         return load(source)
     path = source / SCENE_COPY

@@ -18,7 +18,7 @@ UNITS = ("", "", "mm^2", "mm", "", "mm", "red, green, blue", "", "")
 
 
 def faces_table(part: Part) -> Table:
-    """One row a face; columns that hold nothing are left out."""
+    """Return a table of one row a face; columns that hold nothing are left out."""
     rows = [_cells(face) for face in part.faces]
     shown = [column for column in range(len(COLUMNS)) if any(row[column] for row in rows)]
     table = Table(*(_heading(COLUMNS[column], UNITS[column]) for column in shown))
@@ -28,7 +28,7 @@ def faces_table(part: Part) -> Table:
 
 
 def faces_csv(part: Part) -> str:
-    """The same as comma-separated values, all columns."""
+    """Return the same as comma-separated values, all columns."""
     page = io.StringIO()
     writer = csv.writer(page, lineterminator="\n")
     writer.writerow([f"{name} [{unit}]" if unit else name for name, unit in zip(COLUMNS, UNITS, strict=True)])
@@ -70,5 +70,5 @@ def _radius(face: FoundFace) -> str:
 
 
 def _triple(values: Sequence[float], zero: float) -> str:
-    """Round-off counts as zero."""
+    """Return three values as text; round-off counts as zero."""
     return ", ".join(f"{value:.4g}" if abs(value) > zero else "0" for value in values)

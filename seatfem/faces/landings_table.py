@@ -33,8 +33,8 @@ Records = Sequence[Mapping[str, object]]
 
 def landings_of(summary: Mapping[str, object]) -> Records:
     """Return the records of the landings, the largest force above the static load first; none of runs without them."""
-    found = summary.get("landings")
-    records = [each for each in found if isinstance(each, Mapping)] if isinstance(found, list) else []
+    landings = summary.get("landings")
+    records = [each for each in landings if isinstance(each, Mapping)] if isinstance(landings, list) else []
     return sorted(records, key=lambda each: -(as_number(each.get("excess_peak_force_N")) or 0.0))
 
 

@@ -50,25 +50,25 @@ def faces(
         gap = str(problem)  # the table is told all the same
     with progress_of(common) as progress:
         progress("reading the part", 0.0)
-        found = part_of_scene(part) if part.suffix.lower() == ".toml" else open_part(part, unit)
+        geometry = part_of_scene(part) if part.suffix.lower() == ".toml" else open_part(part, unit)
         progress("reading the part", 1.0)
     if path.suffix.lower() == ".csv":
         with whole_file(path) as temporary:
-            temporary.write_text(faces_csv(found), encoding="utf-8")
+            temporary.write_text(faces_csv(geometry), encoding="utf-8")
     else:
-        gap = gap or gap_of(lambda file: draw_faces(found, file), path)
+        gap = gap or gap_of(lambda file: draw_faces(geometry, file), path)
     if common.quiet:
         return FAILED if gap and output else DONE
-    console().print(faces_table(found))
-    told = lines()
-    if len(found.regions) > 1:
-        told.print(f"solids: {', '.join(found.regions)}")
-    how = "contact = { number = 7 } or { numbers = [7, 9] }" if found.numbered else "the names of groups"
-    told.print(f"scenes select by {how}, and as docs/scene.md says")
-    for note in (*found.notes, *filter(None, [gap])):
-        told.print(f"note: {note}")
+    console().print(faces_table(geometry))
+    terminal = lines()
+    if len(geometry.regions) > 1:
+        terminal.print(f"solids: {', '.join(geometry.regions)}")
+    how = "contact = { number = 7 } or { numbers = [7, 9] }" if geometry.numbered else "the names of groups"
+    terminal.print(f"scenes select by {how}, and as docs/scene.md says")
+    for note in (*geometry.notes, *filter(None, [gap])):
+        terminal.print(f"note: {note}")
     if not gap:
-        told.print(f"wrote {path}")
+        terminal.print(f"wrote {path}")
     return FAILED if gap and output else DONE
 
 

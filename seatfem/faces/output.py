@@ -1,4 +1,4 @@
-"""What the verbs share: options, exit codes, consoles, progress bars; how a scene is read and told what was done."""
+"""Parts that the verbs share: options, exit codes, consoles, progress bars; reading a scene and reporting a run."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class ChangeError(ValueError):
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Common:
-    """What every verb understands."""
+    """Options that every verb understands."""
 
     quiet: Annotated[bool, Parameter(negative="", help="Print nothing but errors.")] = False
     verbose: Annotated[bool, Parameter(negative="", help="Log each tenth of each stage: date, memory, time.")] = False
@@ -69,7 +69,7 @@ COMMON: Final = Common()
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Effort:
-    """What a run may take."""
+    """Limits on what a run may take."""
 
     no_pictures: Annotated[bool, Parameter(negative="", help="Numbers and files only.")] = False
     max_time: Annotated[
@@ -86,32 +86,32 @@ WHOLE: Final = Effort()
 
 
 def console(*, highlight: bool = True) -> Console:
-    """For tables: as wide as the terminal; in a file or a pipe as wide as no number is cut."""
+    """Return a console for tables: as wide as the terminal; in a file or a pipe as wide as no number is cut."""
     terminal = Console(markup=False, highlight=highlight)
     return terminal if terminal.is_terminal else Console(width=200, markup=False, highlight=highlight)
 
 
 def lines(*, stderr: bool = False, quiet: bool = False) -> Console:
-    """For sentences, one a line, as they are: what a file says, and [uff], is no markup."""
+    """Return a console for sentences, one a line, as they are: what a file says, and [uff], is no markup."""
     return Console(stderr=stderr, quiet=quiet, soft_wrap=True, highlight=False, markup=False)
 
 
 def progress_of(common: Common, console: Console | None = None) -> AbstractContextManager[Progress]:
-    """Bars on the ``console``, by default that of errors; none where the verb is to be quiet."""
+    """Return progress bars on the ``console``, by default that of errors; none where the verb is to be quiet."""
     from seatfem.faces.progress_bars import progress_bars
 
     return progress_bars(console or lines(stderr=True), quiet=common.quiet, verbose=common.verbose)
 
 
 def load(path: Path, changes: Sequence[str] = ()) -> Scene:
-    """The scene with ``changes`` made to it, as --set has them."""
+    """Return the scene with ``changes`` made to it, as --set has them."""
     from seatfem.study.scene import load_scene
 
     return load_scene(path, dict(changed(each) for each in changes))
 
 
 def changed(given: str) -> tuple[str, object]:
-    """The dotted key and the value of one --set; what is no TOML value is text. Raises `ChangeError` without a key."""
+    """Return dotted key and value of one --set; what is no TOML value is text. Raises `ChangeError` without a key."""
     key, equals, text = given.partition("=")
     key, text = key.strip(), text.strip()
     if not equals or not key or not text:
@@ -123,14 +123,14 @@ def changed(given: str) -> tuple[str, object]:
 
 
 def tell(outcome: RunOutcome, common: Common, more: Sequence[Path] = ()) -> None:
-    """What is worth knowing, what was written, and where the time went."""
+    """Print what is worth knowing, what was written, and where the time went."""
     if common.quiet:
         return
     from seatfem.faces.tables import time_line
 
-    told = lines()
+    terminal = lines()
     for message in outcome.messages:
-        told.print(f"note: {message}")
+        terminal.print(f"note: {message}")
     for file in (*outcome.files, *more):
-        told.print(f"wrote {file}")
-    told.print(f"time: {time_line(outcome.stages)}")
+        terminal.print(f"wrote {file}")
+    terminal.print(f"time: {time_line(outcome.stages)}")

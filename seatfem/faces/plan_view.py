@@ -45,7 +45,7 @@ def costs_table(plan: Plan) -> Table:
 
 
 def rounds_line(plan: Plan) -> str:
-    """How many rounds of refinement are expected, what they take, and the price of one more."""
+    """Return how many rounds of refinement are expected, what they take, and the price of one more."""
     ahead = rounds_ahead(plan)
     more = (
         ""
@@ -76,13 +76,13 @@ def judged_line(plan: Plan) -> str:
 
 
 def stages_line(parts: Mapping[str, float]) -> str:
-    """Predicted seconds by stage, the longest first."""
+    """Return the predicted seconds by stage, the longest first."""
     longest = sorted(parts.items(), key=lambda item: -item[1])
     return ", ".join(f"{STAGES.get(stage, stage)} {in_time(seconds)}" for stage, seconds in longest if seconds >= 0.05)
 
 
 def plan_json(plan: Plan) -> str:
-    """One JSON object; times in s, memory in bytes, errors relative, ``scene`` in SI units with every key filled.
+    """Return a JSON object; times in s, memory in bytes, errors relative, ``scene`` in SI units with all keys filled.
 
     A number that is not finite, such as the error of a measure that is zero, is null.
     """

@@ -1,4 +1,4 @@
-"""Shows how far long work is: one bar per stage on a terminal, plain lines elsewhere, a log, or nothing when quiet."""
+"""Display of progress: one bar per stage on a terminal, plain lines elsewhere, a log, or nothing when quiet."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def _lines(console: Console) -> Show:
 
 
 def _log(console: Console) -> Show:
-    """A dated line at each tenth of a stage, with the memory that this process holds."""
+    """Return a display that prints a dated line at each tenth of a stage, with the memory that this process holds."""
     shown: dict[str, int] = {}
 
     def show(stage: str, done: float, seconds: float) -> None:

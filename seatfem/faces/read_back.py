@@ -1,4 +1,4 @@
-"""What was read of a scene, with units and the ranges of its records: a wrong column or unit shows before computing."""
+"""Values read of a scene, with units and the ranges of its records: a wrong column or unit shows before computing."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _NONE: Final = FieldInfo(default=None)
 
 
 def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
-    """Table of the scene and what was read in it, key by key as the file states them; the struck face of each body.
+    """Return the scene as rows (key, value), key by key as the file states them, with the struck face of each body.
 
     Raises:
         SceneError: a file that cannot be read, or has no such face.
@@ -62,8 +62,8 @@ def _files_in(value: object) -> Iterator[Path]:
 
 def _rows(scene: Scene) -> Iterator[tuple[str, str]]:
     for key in type(scene).model_fields:
-        found = getattr(scene, key)
-        tables = found if isinstance(found, tuple) else (found,)
+        value = getattr(scene, key)
+        tables = value if isinstance(value, tuple) else (value,)
         for number, table in enumerate(tables, start=1):
             if key in HOW or not isinstance(table, BaseModel) or not (words := _words(table, key)):
                 continue
@@ -73,28 +73,28 @@ def _rows(scene: Scene) -> Iterator[tuple[str, str]]:
 
 
 def _struck(body: Structure, along: Contact | Literal[False]) -> str:
-    """What is known of its struck face, and of a response that was measured, without any mesh."""
-    told = []
+    """Return what is known of a body's struck face, and of a response that was measured, without any mesh."""
+    facts = []
     if (ring := body.struck_ring) is not None:
         mean, width = (write_quantity(size, "length") for size in ring)
-        told.append(f"flat ring, mean radius {mean}, width {width}")
+        facts.append(f"flat ring, mean radius {mean}, width {width}")
     elif along and along.along_a_lip and (lip := body.lip()) is not None:
-        told.append(f"lip {write_quantity(lip.length, 'length')} long")
+        facts.append(f"lip {write_quantity(lip.length, 'length')} long")
     if (patch := body.patch()) is not None:
         about, digits = ("", 5) if ring else ("about ", 2)  # of coarse flat triangles
         area, width = write_quantity(patch.area, "area", digits), write_quantity(patch.width, "length", digits)
-        told.append(f"area {about}{area}, narrowest width {about}{width}")
+        facts.append(f"area {about}{area}, narrowest width {about}{width}")
     if (response := body.measured()) is not None:
         first, last = (write_quantity(float(f), "frequency") for f in (response.frequency[0], response.frequency[-1]))
-        told.append(f"response at {len(response.frequency)} frequencies, {first} to {last}")
-    return "; ".join(told)
+        facts.append(f"response at {len(response.frequency)} frequencies, {first} to {last}")
+    return "; ".join(facts)
 
 
 def _words(table: BaseModel, key: str = "") -> str:
-    """Its kind or name, then each key that the file states, in the order of docs/scene.md."""
+    """Return the kind or name of a table, then each key that the file states, in the order of docs/scene.md."""
     kind = kind_of(type(table)) if type(table).model_fields.get("kind", _NONE).is_required() else ""
     first = [getattr(table, "name", None) or kind.replace("_", " ")]
-    told = []
+    facts = []
     for name, field in type(table).model_fields.items():
         value = getattr(table, name)
         if name not in table.model_fields_set or name in NOT_SHOWN or value is None or value in ((), {}, ""):
@@ -104,10 +104,10 @@ def _words(table: BaseModel, key: str = "") -> str:
         elif name == kind and not isinstance(value, BaseModel):
             first.append(_value(value, field, f"{key}.{name}"))
         else:
-            told.append(f"{name.replace('_', ' ')} {_value(value, field, f'{key}.{name}')}")
+            facts.append(f"{name.replace('_', ' ')} {_value(value, field, f'{key}.{name}')}")
     if isinstance(table, Recorded) and (record := table.record()) is not None:
-        told.append(_understood(record))
-    return ", ".join(filter(None, (" ".join(filter(None, first)), *told)))
+        facts.append(_understood(record))
+    return ", ".join(filter(None, (" ".join(filter(None, first)), *facts)))
 
 
 def _understood(record: Record) -> str:
@@ -138,13 +138,13 @@ def _value(value: object, field: FieldInfo, key: str) -> str:
 
 def _several(values: tuple[Any, ...], field: FieldInfo, key: str) -> str:
     if len(values) <= SHOWN or not all(isinstance(each, float) for each in values):
-        told = ", ".join(_value(each, field, key) for each in values[:SHOWN])
-        return f"[{told}{f', ... {len(values)} in all' if len(values) > SHOWN else ''}]"
+        text = ", ".join(_value(each, field, key) for each in values[:SHOWN])
+        return f"[{text}{f', ... {len(values)} in all' if len(values) > SHOWN else ''}]"
     return f"{len(values)} from {_value(min(values), field, key)} to {_value(max(values), field, key)}"
 
 
 def _file(path: Path, key: str) -> str:
-    """Its name; of columns their number of rows and the range of each, of a file of strength what it holds."""
+    """Return a file's name; of columns their number of rows and ranges too, of a file of strength what it holds."""
     if key.rpartition(".")[2] in STRENGTHS:
         from seatfem.study.scene.load import load_table  # of scenes with a life only
         from seatfem.study.scene.strength import StrengthTable
@@ -156,7 +156,7 @@ def _file(path: Path, key: str) -> str:
 
 
 def _columns(path: Path) -> str:
-    """Rows, and under each head the range of its numbers; "" of a table without heads or of other cells."""
+    """Return the number of rows and the range of each column; "" for a table without heads or of other cells."""
     try:
         table = read_csv(path, ValueError)
         numbers = np.zeros((0, 0)) if table is None else table.numbers()

@@ -51,8 +51,8 @@ def result_table(summary: Mapping[str, object]) -> Table:
         table.add_row(_heading(group, summary), style=style or "bold")
         for row in rows:
             table.add_row(f" {words_of(row, summary)}", *_cells(_last_cycle(summary, row), row), style=style)
-    if (left := as_number(summary.get("energy_residual"))) is not None:
-        table.add_row(" energy balance error", percent(left), style="dim")
+    if (residual := as_number(summary.get("energy_residual"))) is not None:
+        table.add_row(" energy balance error", percent(residual), style="dim")
     table.caption = "\n".join(_notes(summary)) or None
     return table
 
@@ -68,8 +68,8 @@ def _last_cycle(summary: Mapping[str, object], row: Row) -> Mapping[str, object]
     """Return the summary with the last of a list of numbers, one for each cycle of a gas, in its place."""
     if row.group != "gas":
         return summary
-    told = {name: summary[name] for name in (row.key, f"error_bar_{row.key}") if name in summary}
-    return {name: value[-1] if isinstance(value, list) and value else value for name, value in told.items()}
+    values = {name: summary[name] for name in (row.key, f"error_bar_{row.key}") if name in summary}
+    return {name: value[-1] if isinstance(value, list) and value else value for name, value in values.items()}
 
 
 def _notes(summary: Mapping[str, object]) -> Iterator[str]:

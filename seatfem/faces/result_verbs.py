@@ -53,10 +53,10 @@ def view(
 
     path = output or folder / "report.html"
     write_report(folder, path)
-    told = lines(quiet=common.quiet)
-    told.print(f"wrote {path}")
+    terminal = lines(quiet=common.quiet)
+    terminal.print(f"wrote {path}")
     if not no_browser and not open_in_browser(path):
-        told.print(f"no browser opens here; open {path.resolve()} in one")
+        terminal.print(f"no browser opens here; open {path.resolve()} in one")
     return DONE
 
 
@@ -78,9 +78,9 @@ def export(
     """
     from seatfem.faces.exchange import export as write
 
-    told = lines(quiet=common.quiet)
+    terminal = lines(quiet=common.quiet)
     with progress_of(common) as progress:
         written = write(source, to, output, progress)
     for each in written:
-        told.print(f"wrote {each}" if isinstance(each, Path) else f"note: {each}")
+        terminal.print(f"wrote {each}" if isinstance(each, Path) else f"note: {each}")
     return DONE

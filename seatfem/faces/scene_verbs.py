@@ -174,19 +174,19 @@ def trade(
 
     folder = output or Path(f"{scene.stem}-trade")
     with progress_of(common) as progress:
-        found = measure_trade(
+        result = measure_trade(
             scene, folder / "trade.jsonl", quick=quick, time_limit=limit, cluster=cluster, progress=progress
         )
     files = [folder / "trade.csv", folder / "trade.json"]
-    write_trade(found, *files)
-    told = lines(quiet=common.quiet)
-    told.print(in_words(found))
-    if gap := gap_of(lambda path: draw_trade(found, path), folder / "trade.png"):
-        told.print(f"note: {gap}")
+    write_trade(result, *files)
+    terminal = lines(quiet=common.quiet)
+    terminal.print(in_words(result))
+    if gap := gap_of(lambda path: draw_trade(result, path), folder / "trade.png"):
+        terminal.print(f"note: {gap}")
     else:
         files.append(folder / "trade.png")
     for file in files:
-        told.print(f"wrote {file}")
+        terminal.print(f"wrote {file}")
     return DONE
 
 
@@ -248,7 +248,7 @@ def modes(
 
 
 def demo_scene() -> Path:
-    """The demo's scene file, inside an installed package or a source tree."""
+    """Return the demo's scene file, inside an installed package or a source tree."""
     installed = Path(str(resources.files("seatfem"))) / "data" / DEMO_SCENE
     source = Path(__file__).parents[2] / "examples" / DEMO_SCENE
     return installed if installed.is_file() else source

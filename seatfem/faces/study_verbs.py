@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Work(Effort):
-    """What a study may take, by options."""
+    """Limits on what a study may take, as options."""
 
     workers: Annotated[
         int | None, Parameter(help="Processes that run scenes [default: one a core, as far as the memory does].")
@@ -62,22 +62,22 @@ def sweep(
     from seatfem.study.sweep.study import load_study
     from seatfem.study.sweep.sweep import PARQUET, TABLE, run_study
 
-    asked = load_study(study)
-    folder, told = output or Path(f"{study.stem}-sweep"), lines(quiet=common.quiet)
+    definition = load_study(study)
+    folder, terminal = output or Path(f"{study.stem}-sweep"), lines(quiet=common.quiet)
     spoken = lines(stderr=True, quiet=common.quiet)
     with progress_of(common) as progress:
-        table = run_study(asked, folder, work, file=study, progress=progress, tell=spoken.print)
+        table = run_study(definition, folder, work, file=study, progress=progress, tell=spoken.print)
     files, gaps = write_reports(table, folder, pictures=not work.no_pictures)
     states = list(table.columns["status"])
     counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
-    told.print(f"{asked.heading}: {len(table)} scenes, {counts}")
+    terminal.print(f"{definition.heading}: {len(table)} scenes, {counts}")
     out = table.left_out_in_words()
     for words in (*([out] if out else []), *table.ranges(), *table.empty_in_words(), *table.failures()):
-        told.print(words)
+        terminal.print(words)
     for gap in gaps:
-        told.print(f"note: {gap}")
+        terminal.print(f"note: {gap}")
     for file in (folder / TABLE, *filter(Path.exists, [folder / PARQUET]), *files):
-        told.print(f"wrote {file}")
+        terminal.print(f"wrote {file}")
     return DONE if table.has_numbers.all() and not table.unanswered() else FAILED
 
 
@@ -100,32 +100,32 @@ def optimise(
     from seatfem.study.sweep.optimum import run_optimum
     from seatfem.study.sweep.study import load_study
 
-    asked = load_study(study)
-    folder, told = output or Path(f"{study.stem}-optimum"), lines(quiet=common.quiet)
+    definition = load_study(study)
+    folder, terminal = output or Path(f"{study.stem}-optimum"), lines(quiet=common.quiet)
     spoken = lines(stderr=True, quiet=common.quiet)
     with progress_of(common) as progress:
-        found = run_optimum(asked, folder, work, file=study, progress=progress, tell=spoken.print)
-    numbers = found.as_json()
+        optimum = run_optimum(definition, folder, work, file=study, progress=progress, tell=spoken.print)
+    numbers = optimum.as_json()
     counts = f"{numbers['searched']} scenes searched, {numbers['failed']} failed, {numbers['confirmed']} confirmed"
-    told.print(f"{asked.heading}: {counts}")
+    terminal.print(f"{definition.heading}: {counts}")
     if numbers["left_out"]:
-        told.print(numbers["left_out"])
-    for words in found.table(found.searched).failures():
-        told.print(words)
-    told.print(found.in_words())
+        terminal.print(numbers["left_out"])
+    for words in optimum.table(optimum.searched).failures():
+        terminal.print(words)
+    terminal.print(optimum.in_words())
     files = [folder / name for name in ("optimum.json", "optimum.csv", "search.csv")]
     if not work.no_pictures:
-        gap = draw_search(found, picture := folder / "search.png")
+        gap = draw_search(optimum, picture := folder / "search.png")
         files += [] if gap else [picture]
         if gap:
-            told.print(f"note: {gap}")
+            terminal.print(f"note: {gap}")
     for file in files:
-        told.print(f"wrote {file}")
-    return DONE if found.is_met else FAILED
+        terminal.print(f"wrote {file}")
+    return DONE if optimum.is_met else FAILED
 
 
 def study_ahead(path: Path) -> Ahead | SearchAhead | None:
-    """What a study would take; ``None`` of other files."""
+    """Return what a study would take; ``None`` for other files."""
     from seatfem.study.scene.load import has_table
 
     if not has_table(path, "vary"):

@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 
 def time_line(seconds: Mapping[str, float]) -> str:
-    """Where the time went, the longest stage first, in one line."""
+    """Return where the time went, the longest stage first, in one line."""
     longest_first = sorted(seconds.items(), key=lambda item: -item[1])
     return ", ".join(f"{STAGES.get(stage, stage)} {spent:.1f} s" for stage, spent in longest_first if spent >= 0.05)
 
 
 def modes_table(modes: Sequence[Mode]) -> Table:
-    """Number, frequency, nodal diameters of a body of revolution, and the port's share of each mode."""
+    """Return a table of the modes: number, frequency, nodal diameters of a body of revolution, the port's share."""
     revolved = any(mode.diameters is not None for mode in modes)
     table = Table("mode", "frequency", *(["nodal diameters"] if revolved else []), "share of the contact's compliance")
     for number, mode in enumerate(modes, start=1):
@@ -48,7 +48,7 @@ def kinds_table() -> Table:
 
 
 def doctor_table(checks: Sequence[Check]) -> Table:
-    """What is there, and how to mend what is not."""
+    """Return a table of what is installed, and how to mend what is not."""
     table = Table("", "", "state", "remedy")
     for check in checks:
         state = Text("ok") if check.ok else Text(*(("missing", "red") if check.required else ("gap", "yellow")))
@@ -57,7 +57,7 @@ def doctor_table(checks: Sequence[Check]) -> Table:
 
 
 def rates_table(measured: Mapping[str, float], default: Mapping[str, float]) -> Table:
-    """Seconds for a unit of each kind of work on this computer, and over the default ones."""
+    """Return a table of the seconds for a unit of each kind of work on this computer, and over the default ones."""
     table = Table("work", "here (s)", "over default")
     for name, seconds in measured.items():
         table.add_row(name.replace("_", " "), f"{seconds:.2g}", f"{seconds / default[name]:.2g}")

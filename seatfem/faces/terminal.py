@@ -22,21 +22,21 @@ _UNSEEN: Final = re.compile(
 
 
 def visible(text: str) -> str:
-    """The text with every character that is not seen as itself written as an escape; tabs and line ends stay."""
+    """Return the text with every character that is not seen as itself written as an escape; tabs and line ends stay."""
     return _UNSEEN.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
 
 
 class Console(RichConsole):
-    """As rich's, for texts that come from anywhere."""
+    """rich's console, for texts that come from anywhere."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**{"markup": False, "emoji": False} | options)
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """As rich's, of what `visible` makes of the text, so that tables leave room for it."""
+        """Render, as rich does, what `visible` makes of the text, so that tables leave room for it."""
         return super().render_str(visible(text), **options)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
-        """As rich's; what it has not made itself is made visible."""
+        """Render as rich does, and make visible what rich has not made itself."""
         for text, style, control in super().render(renderable, options):
             yield Segment(text if control else visible(text), style, control)

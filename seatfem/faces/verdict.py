@@ -1,4 +1,4 @@
-"""What a run means, in sentences: whether anything landed, whether a spring would be enough in place of the seat."""
+"""Meaning of a run, in sentences: whether anything landed, whether a spring would be enough in place of the seat."""
 
 from __future__ import annotations
 
@@ -125,13 +125,13 @@ def judged_words(summary: Mapping[str, object]) -> str:
 
 def simpler(summary: Mapping[str, object]) -> str:
     """Return what simpler models would say of a contact with a film or along a lip, in one line; "" of others."""
-    told: list[str] = []
+    results: list[str] = []
     for words, name in (("without the film", "without_film"), ("single contact point", "one_port"), ("beam", "beam")):
         peak, impulse = (as_number(summary.get(f"{name}_{key}")) for key in ("filtered_peak_force_N", "impulse_Ns"))
         if peak is not None and impulse is not None:
-            told.append(f"{words} {in_units(peak, 'N')} and {in_units(impulse, 'N s')}")
+            results.append(f"{words} {in_units(peak, 'N')} and {in_units(impulse, 'N s')}")
     over = duration(summary.get("filter_width_s"))
-    return f"simpler models: {', '.join(told)} (peak, {over} mean, and impulse of the whole run)" if told else ""
+    return f"simpler models: {', '.join(results)} (peak, {over} mean, and impulse of the whole run)" if results else ""
 
 
 def lasting(summary: Mapping[str, object]) -> str:
@@ -139,7 +139,7 @@ def lasting(summary: Mapping[str, object]) -> str:
 
     What the summary does not hold, as that of an earlier version, is left out of the sentences.
     """
-    told = []
+    sentences = []
     if "life_margin" in summary:
         margin, cycles = as_number(summary["life_margin"]), as_number(summary.get("life_cycles"))
         wanted, share = (as_number(summary.get(f"life_{key}")) for key in ("design_cycles", "survival"))
@@ -151,13 +151,13 @@ def lasting(summary: Mapping[str, object]) -> str:
         if bar is not None and margin is not None and not is_known("life_margin", margin, bar):
             more += " (not known)"
         if margin is None:
-            told.append(f"no multiple of the stress uses up the life of {asked_for}")
+            sentences.append(f"no multiple of the stress uses up the life of {asked_for}")
         elif margin >= 1:
-            told.append(f"the {body} endures {asked_for} even with {in_digits(margin)}{more} times the stress")
+            sentences.append(f"the {body} endures {asked_for} even with {in_digits(margin)}{more} times the stress")
         else:
             lived = "at once" if cycles is None else f"after {in_digits(cycles)} of {asked_for}"
-            told.append(f"the {body} fails {lived}; it would endure {in_digits(margin)}{more} of the stress")
-        told[-1] += _in_brackets(summary, "life_at", "life_criterion", "life_strength_source")
+            sentences.append(f"the {body} fails {lived}; it would endure {in_digits(margin)}{more} of the stress")
+        sentences[-1] += _in_brackets(summary, "life_at", "life_criterion", "life_strength_source")
     for name in ("multiaxial", "contact"):
         if (margin := as_number(summary.get(f"life_{name}_margin"))) is None:
             continue
@@ -165,13 +165,13 @@ def lasting(summary: Mapping[str, object]) -> str:
         through = "the cycles of the two limits" if wanted is None else f"{in_digits(wanted)} cycles"
         body = name if name == "contact" else _body_at(summary, f"life_{name}_at")
         by = _in_brackets(summary, f"life_{name}_at", f"life_{name}_criterion", "life_strength_source")
-        told.append(f"the {body} endures {through} with {in_digits(margin)} times the stress{by}")
+        sentences.append(f"the {body} endures {through} with {in_digits(margin)} times the stress{by}")
     speed, closing, limit = (as_number(summary.get(f"life_speed_{key}")) for key in OF_SPEED)
     if speed and closing is not None and limit is not None:
         share_of_limit = f"{in_digits(1 / speed)} of the {in_digits(limit)} m/s allowed"
         by = _in_brackets(summary, "life_speed_source")
-        told.append(f"it closes at {in_digits(closing)} m/s, {share_of_limit}{by}")
-    return f"fatigue: {'; '.join(told)}".replace("\n", "\\n") if told else ""
+        sentences.append(f"it closes at {in_digits(closing)} m/s, {share_of_limit}{by}")
+    return f"fatigue: {'; '.join(sentences)}".replace("\n", "\\n") if sentences else ""
 
 
 def _body_at(summary: Mapping[str, object], key: str) -> str:
@@ -195,13 +195,15 @@ def _comparison(summary: Mapping[str, object]) -> str:
         return "The seat is a spring: it is its own baseline."
     if summary.get("plan_seat_level") == "spring":
         return _by_plan(summary)
-    found = [d for key in asked(summary) if (d := difference(summary, key)) is not None]
-    usual = [key_of(name) for name in ("filtered_peak", "impulse")] if not found else []
-    found = found or [d for key in usual if (d := difference(summary, key)) is not None]
-    counted = sorted((d for d in found if d.bars > 1 and _is_known(summary, d.key)), key=lambda d: -abs(d.relative))
+    differences = [d for key in asked(summary) if (d := difference(summary, key)) is not None]
+    usual = [key_of(name) for name in ("filtered_peak", "impulse")] if not differences else []
+    differences = differences or [d for key in usual if (d := difference(summary, key)) is not None]
+    counted = sorted(
+        (d for d in differences if d.bars > 1 and _is_known(summary, d.key)), key=lambda d: -abs(d.relative)
+    )
     if counted:
         return " ".join(_instead(summary, each) for each in counted)
-    return _alike(summary, found) if found else ""
+    return _alike(summary, differences) if differences else ""
 
 
 def _is_known(summary: Mapping[str, object], key: str) -> bool:

@@ -18,7 +18,7 @@ def answers(
     renew: int = NEVER,
     own_session: bool = False,
 ) -> Iterator[str | Lost]:
-    """The answer to each job, a line, in their order; from one worker at a time.
+    """Yield the answer to each job, a line, in their order; from one worker at a time.
 
     Args:
         jobs: lines.
@@ -31,7 +31,7 @@ def answers(
 
 @contextmanager
 def crew(program: Program, *, workers: int) -> Iterator[Ask]:
-    """Several workers, which stay from one batch of jobs to the next.
+    """Start several workers, which stay from one batch of jobs to the next.
 
     The jobs of a batch are begun in their order, and their answers come as they are there. Each worker starts when it
     is needed, by the thread that asks.
@@ -43,20 +43,20 @@ def crew(program: Program, *, workers: int) -> Iterator[Ask]:
             ours.callback(desk.end)
 
         def ask(jobs: Sequence[str], limit: float) -> Iterator[tuple[int, str | Lost]]:
-            waiting, asked = iter(enumerate(jobs)), dict[Future[str | Lost], tuple[Desk, int]]()
+            waiting, pending = iter(enumerate(jobs)), dict[Future[str | Lost], tuple[Desk, int]]()
 
             def hand_out(desk: Desk) -> None:
                 for number, job in waiting:
                     desk.start()
-                    asked[threads.submit(desk.answer, job, limit)] = desk, number
+                    pending[threads.submit(desk.answer, job, limit)] = desk, number
                     return
 
             for desk in desks:
                 hand_out(desk)
-            while asked:
-                ended, _ = wait(asked, return_when=FIRST_COMPLETED)
+            while pending:
+                ended, _ = wait(pending, return_when=FIRST_COMPLETED)
                 for future in ended:
-                    desk, number = asked.pop(future)
+                    desk, number = pending.pop(future)
                     answer = future.result()
                     desk.renewed(answer)
                     yield number, answer

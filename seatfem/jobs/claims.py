@@ -41,7 +41,7 @@ def claimed(path: Path, patience: float) -> Iterator[bool]:
 
 
 def _locked(path: Path, deadline: float) -> int | None:
-    """The descriptor that holds the lock; ``None`` after the deadline."""
+    """Return the descriptor that holds the lock; ``None`` after the deadline."""
     if sys.platform == "win32":
         raise OSError("no locks")
     while True:

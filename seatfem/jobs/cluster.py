@@ -49,7 +49,7 @@ Pack = Callable[[str], Parcel]
 
 
 def check_address(address: str) -> None:
-    """Raises `ClusterError` of what is no address of a scheduler."""
+    """Raise `ClusterError` if the text is no address of a scheduler."""
     try:
         parts = urlsplit(address)
         good = parts.scheme in ("tcp", "tls") and parts.hostname and parts.port and "@" not in parts.netloc
@@ -65,7 +65,7 @@ def check_address(address: str) -> None:
 
 @contextmanager
 def _client(address: str) -> Iterator[Client]:
-    """Connected; raises `ClusterError`."""
+    """Yield a client that is connected to the scheduler; raises `ClusterError`."""
     check_address(address)
     if find_spec("distributed") is None:
         raise ClusterError(f"--cluster {address}: needs dask; install with: pip install 'seatfem[cluster]'")
@@ -97,7 +97,8 @@ def _client(address: str) -> Iterator[Client]:
 
 
 def threads_of(address: str) -> int:
-    """How many jobs the cluster does at once. Raises `ClusterError`, also without workers, or of another version."""
+    """Return how many jobs the cluster does at once. Raises `ClusterError`, also without workers, or of another
+    version."""
     with _client(address) as client:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
@@ -110,7 +111,7 @@ def threads_of(address: str) -> int:
 
 
 def _settle(client: Client, address: str) -> None:
-    """Desks at all workers, those that are still to come too."""
+    """Put desks on all workers, those that are still to come too."""
     from seatfem.jobs.remote import Desks, OtherVersionError, name_of
 
     version = code_version()
@@ -119,17 +120,17 @@ def _settle(client: Client, address: str) -> None:
     except Exception as error:  # of a worker that has no, or another, seatfem, whatever that raises
         with suppress(Exception):
             client.unregister_worker_plugin(name=name_of(version))
-        told = (
+        reason = (
             str(error)
             if isinstance(error, OtherVersionError)
             else f"a worker there has no seatfem, install it: {_first(error)}"
         )
-        raise ClusterError(f"--cluster {address}: {told}") from None
+        raise ClusterError(f"--cluster {address}: {reason}") from None
 
 
 @contextmanager
 def cluster_crew(address: str, program: Program, pack: Pack) -> Iterator[Ask]:
-    """As `seatfem.jobs.batch.crew`, by the threads of the workers of the cluster whose scheduler is at ``address``.
+    """Start `seatfem.jobs.batch.crew` on the threads of the workers of the cluster whose scheduler is at ``address``.
 
     A worker that is lost costs nothing: dask gives its jobs to others, each up to three times
     (``distributed.scheduler.allowed-failures``); then the job is `Lost`. Each job runs in a process of its own beside
@@ -161,7 +162,7 @@ def _asked(
         f"--cluster {address}: the scheduler is gone; run the same command again, it goes on where it was"
     )
     version, study, begun = code_version(), uuid4().hex, time.monotonic()
-    asked: dict[Future[Any], tuple[int, Parcel]] = {}
+    pending: dict[Future[Any], tuple[int, Parcel]] = {}
     coming = as_completed(loop=client.loop)
 
     def arrived(futures: Sequence[Future[Any]]) -> Iterator[tuple[int, str | Lost]]:
@@ -171,12 +172,14 @@ def _asked(
         except (OSError, RuntimeError, CancelledError):  # of a client that is closed, too
             raise gone from None
         for future in futures:
-            number, parcel = asked.pop(future)
+            number, parcel = pending.pop(future)
             if future in answers:
                 yield number, _at_home(answers[future], parcel)
             elif future.status == "error" and isinstance(problem := future.exception(), KilledWorker):
-                told = f"{problem.allowed_failures + 1} workers were lost that had this job, last {problem.last_worker}"
-                yield number, Lost(False, None, told, time.monotonic() - begun)
+                reason = (
+                    f"{problem.allowed_failures + 1} workers were lost that had this job, last {problem.last_worker}"
+                )
+                yield number, Lost(False, None, reason, time.monotonic() - begun)
             elif future.status == "error":
                 raise ClusterError(f"--cluster {address}: {_first(future.exception())}; run it without --cluster")
             else:
@@ -188,7 +191,7 @@ def _asked(
             data = {name: _sent(client, path, files) for name, path in parcel.files.items()}
             task = Task(program, parcel.line, limit, version)
             future = client.submit(carried_out, task, data, key=f"seatfem-{study}-{number}", pure=False)
-            asked[future] = number, parcel
+            pending[future] = number, parcel
             coming.add(future)
             if coming.has_ready():
                 yield from arrived(coming.next_batch(block=False))
@@ -196,7 +199,7 @@ def _asked(
             yield from arrived(batch)
     finally:
         with suppress(Exception):  # the scheduler may be gone
-            client.cancel(list(asked), force=True)
+            client.cancel(list(pending), force=True)
 
 
 def _check_size(parcel: Parcel) -> None:
@@ -209,7 +212,7 @@ def _check_size(parcel: Parcel) -> None:
 
 
 def _sent(client: Client, path: Path, files: dict[Path, Future[bytes]]) -> Future[bytes]:
-    """A file on its way, once."""
+    """Send a file once, and return its future."""
     from seatfem.jobs.remote import kept
 
     if path not in files:
@@ -220,7 +223,7 @@ def _sent(client: Client, path: Path, files: dict[Path, Future[bytes]]) -> Futur
 
 
 def _at_home(answer: str | Lost, parcel: Parcel) -> str | Lost:
-    """With the names that the files have here."""
+    """Return the answer with the names that the files have here."""
     if isinstance(answer, Lost):
         return replace(answer, log=_renamed(answer.log, parcel))
     return _renamed(answer, parcel)
@@ -233,5 +236,5 @@ def _renamed(text: str, parcel: Parcel) -> str:
 
 
 def _first(error: BaseException | None) -> str:
-    """The first line that an error has to say."""
+    """Return the first line of an error's message."""
     return (str(error).strip().splitlines() or [type(error).__name__])[0]

@@ -38,12 +38,12 @@ class Lost:
     seconds: float
 
     def in_words(self) -> str:
-        """How a worker ended, and the last that it said."""
-        told = self.log.strip().splitlines() or ["no message"]
+        """Return how a worker ended, and the last that it said."""
+        lines = self.log.strip().splitlines() or ["no message"]
         by = "with its computer" if self.code is None else f"exit code {self.code}"
         if self.code is not None and -self.code in set(signal.Signals):
             by = f"signal {signal.Signals(-self.code).name}"
-        return f"the process died ({by}): {told[-1]}"
+        return f"the process died ({by}): {lines[-1]}"
 
 
 Ask = Callable[[Sequence[str], float], Iterator[tuple[int, str | Lost]]]
@@ -55,7 +55,7 @@ Ask = Callable[[Sequence[str], float], Iterator[tuple[int, str | Lost]]]
 
 @dataclass(frozen=True)
 class Program:
-    """What workers run: `python -m module arguments`, which calls `answer_lines`.
+    """Program that workers run: `python -m module arguments`, which calls `answer_lines`.
 
     Attributes:
         renew: answers after which another worker takes over.
@@ -81,7 +81,7 @@ class Desk:
     done: int = 0
 
     def start(self) -> None:
-        """A worker, where there is none."""
+        """Start a worker, where there is none."""
         if self.worker is None:
             program, own = self.program, self.folder / "own"
             shutil.rmtree(own, ignore_errors=True)
@@ -94,7 +94,7 @@ class Desk:
             self.done = 0
 
     def answer(self, job: str, limit: float) -> str | Lost:
-        """Of the worker, which is there."""
+        """Return the answer of the worker, which has to be running."""
         assert self.worker is not None
         worker, begun, hung = self.worker, time.monotonic(), False
         try:
@@ -109,12 +109,12 @@ class Desk:
         return Lost(hung, code, log, time.monotonic() - begun)
 
     def renewed(self, answer: str | Lost) -> None:
-        """Another worker takes over where this one has lost its job, or has answered often enough."""
+        """Start another worker where this one has lost its job, or has answered often enough."""
         if isinstance(answer, Lost) or self.done >= self.program.renew:
             self.end()
 
     def end(self) -> None:
-        """The worker, whatever it does."""
+        """End the worker, whatever it does."""
         worker, self.worker = self.worker, None
         if worker is not None:
             worker.end()

@@ -25,7 +25,7 @@ LOCK: Final = "owner.lock"
 
 @contextmanager
 def private_folder(purpose: str) -> Iterator[Path]:
-    """A new folder for this user alone, removed with all it holds when the block ends; what others left is swept."""
+    """Make a folder for this user alone, removed with all it holds when the block ends; what others left is swept."""
     sweep()
     folder = Path(tempfile.mkdtemp(prefix=f"{PREFIX}{purpose}-"))
     lock = _locked(folder)
@@ -51,7 +51,7 @@ def sweep(among: Path | None = None) -> tuple[Path, ...]:
 
 
 def _locked(folder: Path) -> int:
-    """The descriptor of the folder's lock. It gets its name once it is locked: a free lock is a dead owner's."""
+    """Return the descriptor of the folder's lock. It gets its name once it is locked: a free lock is a dead owner's."""
     final = folder / LOCK
     new = final if sys.platform == "win32" else folder / "new.lock"
     lock = os.open(new, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
@@ -73,7 +73,7 @@ def _owned(status: os.stat_result) -> bool:
 
 
 def _removed(folder: Path) -> bool:
-    """Whether nobody holds the lock and the folder is gone."""
+    """Remove a folder whose lock nobody holds, and return whether it is gone."""
     path = folder / LOCK
     if sys.platform == "win32":
         try:

@@ -1,4 +1,4 @@
-"""What was done so far, on file: JSON lines, each written at once, so that a stopped job goes on where it was."""
+"""Journals of finished work: JSON lines, each written at once, so that a stopped job goes on where it was."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ MOST: Final = 1024 * MB
 
 
 class JournalError(ValueError):
-    """What is in a journal's place is none."""
+    """The file in a journal's place is none."""
 
 
 def append(path: Path, entry: Mapping[str, object]) -> None:
-    """One more line, by a single write, so that several programs may share a journal.
+    """Append one more line, by a single write, so that several programs may share a journal.
 
     After a line that was cut short it begins on a new one. Raises `OSError` with the name of the file, also where that
     is a link: what it leads to is another's.
@@ -44,7 +44,7 @@ def _no_link(path: str, flags: int) -> int:
 
 
 def entries(path: Path) -> Iterator[dict[str, Any]]:
-    """The lines that are whole; those that a kill cut short, or that are no JSON objects, are passed.
+    """Yield the lines that are whole; those that a kill cut short, or that are no JSON objects, are passed.
 
     Raises `JournalError` of what is no regular file of up to `MOST` bytes.
     """
@@ -58,14 +58,14 @@ def entries(path: Path) -> Iterator[dict[str, Any]]:
 
 
 def outcomes(path: Path, key: str, made: Callable[..., T], **same: object) -> dict[str, T]:
-    """What a journal holds by the names under ``key``: ``made`` of the other fields of each line.
+    """Return what a journal holds by the names under ``key``: ``made`` of the other fields of each line.
 
     Lines in which a field of ``same`` is another (the version of the code) are passed, as are those that do not fit.
     """
-    found: dict[str, T] = {}
+    results: dict[str, T] = {}
     for entry in entries(path):
         with suppress(KeyError, TypeError):
             name = entry.pop(key)
             if isinstance(name, str) and all(entry.pop(field) == value for field, value in same.items()):
-                found[name] = made(**entry)
-    return found
+                results[name] = made(**entry)
+    return results

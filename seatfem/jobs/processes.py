@@ -47,7 +47,7 @@ def start_worker(
 
 
 def end_worker(process: subprocess.Popen[str]) -> None:
-    """Nothing is left of a worker; nor, where it has a session of its own, of what it has started."""
+    """End a worker and, where it has a session of its own, all that it has started."""
     if process.poll() is None:
         with suppress(ProcessLookupError, PermissionError, AttributeError):
             if os.getpgid(process.pid) == process.pid:
@@ -58,7 +58,7 @@ def end_worker(process: subprocess.Popen[str]) -> None:
 
 
 def started_by() -> str:
-    """What a worker is told of its parent.
+    """Return the id of this process, by which a worker knows its parent.
 
     "" where another than the main thread starts it: Linux takes the end of that thread for the parent's.
     """
@@ -99,7 +99,7 @@ class LineWorker:
         self.end()
 
     def ask(self, line: str, most: float) -> str:
-        """Its answer; "" where it has ended instead. Raises `TimeoutError` after ``most`` seconds."""
+        """Return the answer to a line; "" where it has ended instead. Raises `TimeoutError` after ``most`` seconds."""
         assert self._process.stdin is not None
         with suppress(BrokenPipeError):
             self._process.stdin.write(line + "\n")
@@ -107,13 +107,13 @@ class LineWorker:
         return self._answer(most)
 
     def code(self) -> int | None:
-        """Its exit code, negative for a signal; None while it runs. One that closed its answers is waited for."""
+        """Return its exit code, negative for a signal; None while it runs. Wait for one that closed its answers."""
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(1.0)
         return self._process.returncode
 
     def finish(self, patience: float) -> None:
-        """It is told that nothing more is asked, and may end by itself within ``patience`` seconds."""
+        """Close its input, and let it end by itself within ``patience`` seconds."""
         assert self._process.stdin is not None
         with suppress(BrokenPipeError):
             self._process.stdin.close()
@@ -121,7 +121,7 @@ class LineWorker:
             self._process.wait(patience)
 
     def end(self) -> None:
-        """At once, whatever it does."""
+        """End it at once, whatever it does."""
         end_worker(self._process)
 
     def _answer(self, most: float | None) -> str:

@@ -1,4 +1,4 @@
-"""In a worker: another program in its place, which ends with the parent as the worker would.
+"""Another program in a worker's place, which ends with the parent as the worker would.
 
 The kernel's signal stays set from one program to the next; what the program is told of modules is what the user says.
 """

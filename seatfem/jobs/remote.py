@@ -1,4 +1,4 @@
-"""On a worker of dask: jobs are answered by processes as on one's own computer, from files that travel with them.
+"""The dask worker's side of a cluster: jobs are answered by processes, from files that travel with them.
 
 Loaded by workers of `distributed` and by `seatfem.jobs.cluster`; needs the extra [cluster].
 """
@@ -47,10 +47,10 @@ class Task:
 
 
 def check_version(wanted: str, place: str) -> None:
-    """Raises `OtherVersionError`."""
-    if (here := code_version()) != wanted:
+    """Raise `OtherVersionError` if this computer has another version than the ``wanted`` one."""
+    if (own := code_version()) != wanted:
         raise OtherVersionError(
-            f"worker {place} has version {here} of seatfem, this computer {wanted}: install the same sources on both, "
+            f"worker {place} has version {own} of seatfem, this computer {wanted}: install the same sources on both, "
             "and start the worker again"
         )
 
@@ -67,7 +67,7 @@ class Desks(WorkerPlugin):
         self.version = version
 
     def setup(self, worker: Worker) -> None:
-        """Raises `OtherVersionError` where the sources differ: dask hands that to the client."""
+        """Raise `OtherVersionError` where the sources differ: dask hands that to the client."""
         check_version(self.version, worker.address)
         self.lock = threading.Lock()
         self.free: dict[Desk, threading.Timer] = {}
@@ -77,7 +77,7 @@ class Desks(WorkerPlugin):
         self.made = 0
 
     def teardown(self, worker: Worker) -> None:
-        """Nothing is left of them."""
+        """End all desks, and remove what they have left."""
         if "lock" not in vars(self):  # refused
             return
         with self.lock:
@@ -90,14 +90,14 @@ class Desks(WorkerPlugin):
             self.ours.close()
 
     def transition(self, key: object, start: object, finish: object, **_: object) -> None:
-        """Called by dask as its tasks change."""
+        """End the desk whose task dask has ended; dask calls this as its tasks change."""
         if finish in ENDED and "lock" in vars(self):
             with self.lock:
                 if (desk := self.busy.get(key)) is not None:
                     threading.Thread(target=desk.end, daemon=True).start()
 
     def answer(self, key: object, task: Task, files: Mapping[str, bytes]) -> str | Lost:
-        """Of a free desk of the task's program, or a new one."""
+        """Return the answer of a free desk of the task's program, or of a new one."""
         with self.lock:
             desk = next((each for each in self.free if each.program == task.program), None)
             if desk is not None:
@@ -129,7 +129,7 @@ class Desks(WorkerPlugin):
 
 
 def unpacked(files: Mapping[str, bytes], folder: Path) -> str:
-    """The folder, as JSON has it in strings, with these files and no others. Raises `ValueError` of unsafe names."""
+    """Unpack these files alone; return the folder, as JSON has it in strings. Raises `ValueError` for unsafe names."""
     for name in files:
         if not _NAME.fullmatch(name):
             raise ValueError(f"{name!r} must be a number, / and a plain name")
@@ -144,7 +144,7 @@ def unpacked(files: Mapping[str, bytes], folder: Path) -> str:
 
 
 def carried_out(task: Task, files: Mapping[str, bytes]) -> str | Lost:
-    """What dask calls, in one of the threads of a worker."""
+    """Return the answer to a task; dask calls it, in one of the threads of a worker."""
     worker = get_worker()
     check_version(task.version, worker.address)  # one that joined after the client had asked
     desks = worker.plugins[name_of(task.version)]
@@ -153,10 +153,10 @@ def carried_out(task: Task, files: Mapping[str, bytes]) -> str | Lost:
 
 
 def kept(data: bytes) -> bytes:
-    """A file as a task of its own: dask computes it again where the worker that holds it is lost."""
+    """Return a file as a task of its own: dask computes it again where the worker that holds it is lost."""
     return data
 
 
 def name_of(version: str) -> str:
-    """Of the desks, among dask's plugins."""
+    """Return the name of the desks among dask's plugins."""
     return f"seatfem {version}"

@@ -1,4 +1,4 @@
-"""Being asked to end (SIGTERM, SIGHUP) ends a program as Ctrl-C does: everything is tidied up on the way out."""
+"""Signals that ask a program to end (SIGTERM, SIGHUP) end it as Ctrl-C does: everything is tidied up on the way out."""
 
 from __future__ import annotations
 
@@ -46,5 +46,5 @@ def ended_by_signals() -> Iterator[None]:
 
 
 def exit_code(stopped: KeyboardInterrupt) -> int:
-    """128 + the number of the signal, as shells have it: 130 for Ctrl-C, 143 for SIGTERM, 129 for SIGHUP."""
+    """Return 128 + the number of the signal, as shells have it: 130 for Ctrl-C, 143 for SIGTERM, 129 for SIGHUP."""
     return 128 + (stopped.number if isinstance(stopped, Terminated) else signal.SIGINT)

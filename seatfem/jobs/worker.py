@@ -1,4 +1,4 @@
-"""In a worker: `python -m seatfem.jobs.worker MODULE ARGUMENTS` runs a module in a process that ends with its parent.
+"""Worker: `python -m seatfem.jobs.worker MODULE ARGUMENTS` runs a module in a process that ends with its parent.
 
 Two ways at once. The first works everywhere: a worker's standard input (or `multiprocessing`'s own pipe) is held open
 by its parent alone, and a thread of the worker ends it when that closes. The second is the Linux kernel's: it kills the
@@ -26,7 +26,7 @@ _PR_SET_PDEATHSIG: Final = 1
 
 
 def end_with_parent(parent: str = "", take: Callable[[bytes], None] = lambda _: None) -> None:
-    """From now on this process ends when its parent does; called by the module that a worker runs, first of all.
+    """End this process, from now on, when its parent ends; called by the module that a worker runs, first of all.
 
     ``take`` receives what the parent writes to the standard input; workers of `multiprocessing` have none, and give as
     ``parent`` what `started_by` said there.
@@ -36,8 +36,8 @@ def end_with_parent(parent: str = "", take: Callable[[bytes], None] = lambda _: 
 
 
 def lines_from_parent() -> Iterator[str]:
-    """As `end_with_parent`; the lines that the parent writes, as they come. They end with the process."""
-    found: queue.SimpleQueue[str] = queue.SimpleQueue()
+    """Yield the lines that the parent writes, as they come, after `end_with_parent`. They end with the process."""
+    received: queue.SimpleQueue[str] = queue.SimpleQueue()
     begun = bytearray()
 
     def take(data: bytes) -> None:
@@ -45,10 +45,10 @@ def lines_from_parent() -> Iterator[str]:
         *lines, rest = bytes(begun).split(b"\n")
         begun[:] = rest
         for line in lines:
-            found.put(line.decode("utf-8"))
+            received.put(line.decode("utf-8"))
 
     end_with_parent(take=take)
-    return iter(found.get, None)
+    return iter(received.get, None)
 
 
 def answer_lines(reply: Callable[[str], str]) -> None:

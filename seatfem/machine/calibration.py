@@ -57,7 +57,7 @@ Made = TypeVar("Made")
 
 
 def calibrate(progress: Progress = silent) -> Machine:
-    """The rates of this computer. What cannot be drawn keeps its default.
+    """Return the rates of this computer. What cannot be drawn keeps its default.
 
     Raises:
         MeshingError: gmsh does not run.
@@ -71,13 +71,13 @@ def calibrate(progress: Progress = silent) -> Machine:
         progress(stage, 1.0)
 
     add("program start", _start(default))
-    meshes, found = _meshing()
-    add("meshing", found)
-    models, found = _assembly(meshes)
-    add("assembly", found)
+    meshes, measured = _meshing()
+    add("meshing", measured)
+    models, measured = _assembly(meshes)
+    add("assembly", measured)
     add("reduction", _reduction(models, default))
-    result, found = _contact()
-    add("contact", found)
+    result, measured = _contact()
+    add("contact", measured)
     with private_folder("calibration") as folder:
         add("files", _files(result, folder))
         add("pictures", _pictures(result, meshes, models, folder, default))
@@ -85,19 +85,19 @@ def calibrate(progress: Progress = silent) -> Machine:
 
 
 def _time(work: Callable[[], object], repeats: int = 2) -> float:
-    """The shortest of a few runs [s]."""
+    """Return the shortest time of a few runs [s]."""
     return min(_once(work)[1] for _ in range(repeats))
 
 
 def _once(work: Callable[[], Made]) -> tuple[Made, float]:
-    """What it made, and its time [s]."""
+    """Return what the work made, and its time [s]."""
     wall, processor = perf_counter(), _processor()
-    made = work()
-    return made, min(perf_counter() - wall, _processor() - processor)
+    result = work()
+    return result, min(perf_counter() - wall, _processor() - processor)
 
 
 def _processor() -> float:
-    """Processor time [s] of this process and of those that it waited for."""
+    """Return the processor time [s] of this process and of those that it waited for."""
     return process_time() + sum(os.times()[2:4])
 
 
@@ -189,7 +189,7 @@ def _pictures(
     folder: Path,
     default: Machine,
 ) -> Rates:
-    """Of curves and of bodies, drawn as a run draws them; the defaults where this computer cannot."""
+    """Return the rates of curves and of bodies, drawn as a run draws them; the defaults where this computer cannot."""
     try:
         plot_force(result, result, folder / "force.png", filter_width=1e-6)
         sheet = _time(lambda: plot_force(result, result, folder / "force.png", filter_width=1e-6))

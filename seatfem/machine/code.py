@@ -26,23 +26,23 @@ VARIABLE: Final = "SEATFEM_STORE"
 
 @cache
 def code_version(without: tuple[str, ...] = ()) -> str:
-    """A hash of the sources of both packages, those ``without`` left out; of the version where there are no sources."""
-    found = (find_spec(package) for package in ("impact", "seatfem"))
-    return hash_of([Path(spec.origin).parent for spec in found if spec is not None and spec.origin], without)
+    """Return a hash of the sources of both packages, but those ``without``; of the version where there are none."""
+    specs = (find_spec(package) for package in ("impact", "seatfem"))
+    return hash_of([Path(spec.origin).parent for spec in specs if spec is not None and spec.origin], without)
 
 
 def numerics_version() -> str:
-    """Of all that Green's functions are computed with."""
+    """Return a hash of all sources that Green's functions are computed with."""
     return code_version(NOT_NUMERICS)
 
 
 def is_ours(made: type) -> bool:
-    """Whether a class is of either package."""
+    """Return whether a class is of either package."""
     return made.__module__.partition(".")[0] in ("impact", "seatfem")
 
 
 def sources_from_elsewhere(*classes: type) -> list[str]:
-    """Hashes of the files that classes from elsewhere are written in, with those that they derive from.
+    """Return hashes of the files that classes from elsewhere are written in, with those that they derive from.
 
     What our own classes derive from counts not at all, and what a file imports counts not either.
     """
@@ -53,8 +53,8 @@ def sources_from_elsewhere(*classes: type) -> list[str]:
 
 
 def hash_of(packages: list[Path], without: tuple[str, ...] = ()) -> str:
-    """The hash of all Python files in some folders, by their names and contents."""
-    digest, found = sha256(), False
+    """Return the hash of all Python files in some folders, by their names and contents."""
+    digest, has_files = sha256(), False
     for package in packages:
         for folder, inner, files in os.walk(package):
             place = Path(folder).relative_to(package.parent).as_posix()
@@ -64,16 +64,16 @@ def hash_of(packages: list[Path], without: tuple[str, ...] = ()) -> str:
                     digest.update(f"{place}/{name}\n".encode())
                     with open(os.path.join(folder, name), "rb") as file:
                         digest.update(file.read())
-                    found = True
-    if not found:
+                    has_files = True
+    if not has_files:
         digest.update(metadata.version("seatfem").encode())
     return digest.hexdigest()[:16]
 
 
 def cache_folder() -> Path:
-    """The folder of the environment variable SEATFEM_STORE, or the user's cache (XDG_CACHE_HOME)."""
-    if given := os.environ.get(VARIABLE):
-        return Path(given)
+    """Return the folder of the environment variable SEATFEM_STORE, or the user's cache (XDG_CACHE_HOME)."""
+    if folder := os.environ.get(VARIABLE):
+        return Path(folder)
     if cache := os.environ.get("XDG_CACHE_HOME"):
         return Path(cache) / "seatfem" / "greens"
     try:

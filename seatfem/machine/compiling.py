@@ -1,4 +1,4 @@
-"""What compiling takes on a machine where the program runs for the first time."""
+"""Time that compiling takes on a machine where the program runs for the first time."""
 
 from __future__ import annotations
 
@@ -14,5 +14,5 @@ EACH: Final = 2.7  # time of its compilation over that of the program's start: 1
 
 
 def compilation(rates: Machine) -> float:
-    """Of the marches that are not on file [s]."""
+    """Return the time to compile the marches that are not on file [s]."""
     return EACH * rates.start * sum(not on_file(march) for march in MARCHES)

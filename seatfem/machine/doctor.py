@@ -1,4 +1,4 @@
-"""What is installed, what is missing, and the exact command that mends it."""
+"""Checks of what is installed and what is missing, with the exact command that mends it."""
 
 from __future__ import annotations
 
@@ -82,13 +82,13 @@ def _library(name: str) -> Check:
 def _extra(name: str, packages: tuple[str, ...]) -> Check:
     versions = {package: _version(package) for package in packages}
     absent = [package for package, version in versions.items() if version is None]
-    there = ", ".join(f"{package} {version}" for package, version in versions.items())
-    told = f"not installed: {', '.join(absent)}" if absent else there
-    return Check(f"extra {name}", not absent, told, f"pip install 'seatfem[{name}]'", required=False)
+    installed = ", ".join(f"{package} {version}" for package, version in versions.items())
+    detail = f"not installed: {', '.join(absent)}" if absent else installed
+    return Check(f"extra {name}", not absent, detail, f"pip install 'seatfem[{name}]'", required=False)
 
 
 def _cache() -> Check:
-    """Where Green's functions are kept."""
+    """Return where Green's functions are kept."""
     folder = cache_folder()
     try:
         check_writable(folder / "seat.h5")
@@ -139,7 +139,7 @@ def _pictures() -> Check:
 
 
 def _petsc() -> Check:
-    """Of seat.greens.backend = "slepc" alone."""
+    """Return the check of PETSc, which seat.greens.backend = "slepc" alone needs."""
     try:
         setting = petsc_setting()
     except ValueError as problem:
@@ -151,13 +151,13 @@ def _petsc() -> Check:
 def _try(code: str) -> tuple[bool, str]:
     """Run code in another interpreter: (success, its output or what went wrong)."""
     try:
-        done = subprocess.run(
+        result = subprocess.run(
             [sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=PROBE_TIMEOUT, check=False
         )
     except subprocess.TimeoutExpired:
         return False, f"no answer within {PROBE_TIMEOUT:g} s"
-    if done.returncode == 0:
-        return True, (done.stdout.strip().splitlines() or [""])[-1]
-    if done.returncode < 0:
-        return False, f"crashed (signal {-done.returncode})"
-    return False, (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
+    if result.returncode == 0:
+        return True, (result.stdout.strip().splitlines() or [""])[-1]
+    if result.returncode < 0:
+        return False, f"crashed (signal {-result.returncode})"
+    return False, (result.stderr.strip().splitlines() or [f"exit code {result.returncode}"])[-1]

@@ -31,14 +31,14 @@ class MissingLibraryError(RuntimeError):
 
 
 def missing_packages(libraries: Mapping[str, str]) -> tuple[str, ...]:
-    """The packages (values) whose library (key) cannot be loaded. Always empty outside Linux, where wheels differ."""
+    """Return the packages (values) whose library (key) cannot be loaded. Empty outside Linux, where wheels differ."""
     if sys.platform != "linux":
         return ()
     return tuple(package for library, package in libraries.items() if not _loads(library))
 
 
 def apt_command(packages: tuple[str, ...]) -> str:
-    """The command that installs system packages on Debian and Ubuntu."""
+    """Return the command that installs system packages on Debian and Ubuntu."""
     return f"apt-get install --no-install-recommends {' '.join(packages)}"
 
 
@@ -49,7 +49,7 @@ def require_gmsh_libraries() -> None:
 
 
 def picture_library_gap() -> str | None:
-    """Why pictures cannot be made, and the command that mends it; None where they can.
+    """Return why pictures cannot be made, and the command that mends it; None where they can.
 
     Call it before importing vtk or pyvista: without libEGL or OSMesa, VTK ends the process instead of raising.
     """
@@ -62,7 +62,7 @@ def picture_library_gap() -> str | None:
 
 
 def select_offscreen_window() -> None:
-    """Tell VTK to draw with OSMesa where libEGL is missing. Call it before importing vtk or pyvista."""
+    """Make VTK draw with OSMesa where libEGL is missing. Call it before importing vtk or pyvista."""
     if missing_packages(EGL) and _osmesa():
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", _OSMESA_WINDOW)
 

@@ -1,4 +1,4 @@
-"""How much memory a computation may take here: the least of what the machine has left and what its limits leave.
+"""Memory that a computation may take here: the least of what the machine has left and what its limits leave.
 
 A container's limit is that of a control group, which /proc/meminfo does not know; a batch system's or a shell's
 (``ulimit -v``) is that of the process's address space.
@@ -27,7 +27,7 @@ _LIMITS: Final = {
 
 
 def available_memory(root: Path = ROOT) -> float:
-    """Bytes that can be had without swapping and within all limits; infinite where the system tells nothing.
+    """Return the bytes that can be had without swapping and within all limits; infinite where none are reported.
 
     ``root``: of the files /proc and /sys in which Linux tells about control groups.
     """
@@ -35,7 +35,7 @@ def available_memory(root: Path = ROOT) -> float:
 
 
 def peak_memory() -> float:
-    """Largest resident memory of this process so far [bytes]; on Linux from /proc, where it is this program's own."""
+    """Return the largest resident memory of this process so far [bytes]; on Linux from /proc: this program's own."""
     try:
         status = Path("/proc/self/status").read_text(encoding="ascii")
         return 1024.0 * int(status.partition("VmHWM:")[2].split()[0])
@@ -54,7 +54,7 @@ def _of_the_machine() -> float:
 
 
 def _of_the_address_space() -> float:
-    """RLIMIT_AS less what is mapped; infinite where there is no limit."""
+    """Return RLIMIT_AS less what is mapped [bytes]; infinite where there is no limit."""
     if sys.platform == "win32":
         return math.inf
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
@@ -64,7 +64,7 @@ def _of_the_address_space() -> float:
 
 
 def _of_control_groups(root: Path) -> Iterator[float]:
-    """What each group that this process is in leaves: its own, and those around it, whose limits hold as well.
+    """Yield what each group of this process leaves [bytes]: its own, and those around it, whose limits hold too.
 
     A container may name its group as the host does and see it mounted as the top: groups that are not there are passed.
     """
@@ -81,7 +81,7 @@ def _of_control_groups(root: Path) -> Iterator[float]:
 
 
 def _left(group: Path, limits: tuple[str, ...], use: str, cached: str) -> float:
-    """The group's limit less its use; what of the use are files only cached is given back when it is needed."""
+    """Return the group's limit less its use [bytes]; files that are only cached are given back when needed."""
     limit = min((_number(group / name) for name in limits), default=math.inf)
     if math.isinf(limit):
         return math.inf
@@ -90,7 +90,7 @@ def _left(group: Path, limits: tuple[str, ...], use: str, cached: str) -> float:
 
 
 def _number(file: Path) -> float:
-    """Bytes that a file states; infinite for "max", or where it is not there."""
+    """Return the bytes that a file states; infinite for "max", or where it is not there."""
     with suppress(OSError, ValueError):
         return float(file.read_text(encoding="ascii").strip().replace("max", "inf"))
     return math.inf

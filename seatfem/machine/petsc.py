@@ -1,4 +1,4 @@
-"""Where PETSc, SLEPc and MPI are: an interpreter of their own, and what starts programs on several ranks."""
+"""PETSc, SLEPc and MPI: an interpreter of their own, and what starts programs on several ranks."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _PROBE: Final = 60.0  # s
 
 @dataclass(frozen=True)
 class PetscSetting:
-    """What the environment says.
+    """Settings of PETSc in the environment.
 
     Attributes:
         python: SEATFEM_PETSC_PYTHON, an interpreter that has petsc4py and slepc4py [/usr/bin/python3].
@@ -42,12 +42,12 @@ class PetscSetting:
 
     @property
     def launch(self) -> tuple[str, ...]:
-        """What stands before the interpreter."""
+        """Return the words of a command that come before the interpreter."""
         return (*self.mpiexec, "-n", str(self.ranks))
 
     @property
     def environment(self) -> Mapping[str, str]:
-        """One thread a rank; ranks that wait give way, may be more than cores, and root's where root starts them."""
+        """Return the environment of the ranks: one thread each; they give way, may be more than cores, and root's."""
         root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
         return {
             "OMP_NUM_THREADS": "1",
@@ -57,7 +57,7 @@ class PetscSetting:
         }
 
     def gap(self) -> tuple[str, str]:
-        """What is missing, "" where nothing, and how it is had."""
+        """Return what is missing, "" where nothing, and how it is installed."""
         if shutil.which(self.mpiexec[0]) is None:
             return f"{self.mpiexec[0]} is not there", f"{apt_command(DEBIAN)}, or set {MPIEXEC}"
         ok, said = _tried(self.python)
@@ -68,7 +68,7 @@ class PetscSetting:
 
 
 def petsc_setting() -> PetscSetting:
-    """Of the environment. Raises `ValueError` of a number of ranks or seconds that is none."""
+    """Return the settings in the environment. Raises `ValueError` for a number of ranks or seconds that is none."""
     python = os.environ.get(PYTHON) or "/usr/bin/python3"
     beside = Path(python).with_name("mpiexec")
     mpiexec = os.environ.get(MPIEXEC) or (shlex.quote(str(beside)) if beside.is_file() else "mpiexec")
@@ -85,10 +85,10 @@ def _number(name: str, usual: int) -> int:
 
 @cache
 def _tried(python: str) -> tuple[bool, str]:
-    """Whether the ranks' program finds its libraries there, and what it says."""
+    """Return whether the ranks' program finds its libraries there, and what it says."""
     try:
-        done = subprocess.run([python, str(SCRIPT)], capture_output=True, text=True, timeout=_PROBE, check=False)
+        result = subprocess.run([python, str(SCRIPT)], capture_output=True, text=True, timeout=_PROBE, check=False)
     except (OSError, subprocess.TimeoutExpired) as problem:
         return False, str(problem)
-    lines = (done.stdout if done.returncode == 0 else done.stderr).strip().splitlines()
-    return done.returncode == 0, (lines or [f"exit code {done.returncode}"])[-1]
+    lines = (result.stdout if result.returncode == 0 else result.stderr).strip().splitlines()
+    return result.returncode == 0, (lines or [f"exit code {result.returncode}"])[-1]

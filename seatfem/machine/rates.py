@@ -1,4 +1,4 @@
-"""How fast this computer is: rates measured by `seatfem doctor --calibrate`, or those of a common one."""
+"""Speed of this computer: rates measured by `seatfem doctor --calibrate`, or those of a common one."""
 
 from __future__ import annotations
 
@@ -72,12 +72,12 @@ class Machine:
                 raise MachineError(f"{name} = {value}: a rate must be positive and finite")
 
     def rates(self) -> dict[str, float]:
-        """Seconds by name."""
+        """Return the seconds of each rate by name."""
         return {key: value for key, value in asdict(self).items() if key != "origin"}
 
     @classmethod
     def known(cls) -> Self:
-        """The rates measured on this computer, or the default ones.
+        """Return the rates measured on this computer, or the default ones.
 
         Raises:
             MachineError: the file is there and damaged.
@@ -122,10 +122,10 @@ class Machine:
 
 
 def calibration_file() -> Path:
-    """Beside the Green's functions that are kept."""
+    """Return the path of the rates, beside the Green's functions that are kept."""
     return cache_folder() / FILE
 
 
 def cores() -> int:
-    """Cores that this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

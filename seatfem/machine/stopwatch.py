@@ -1,4 +1,4 @@
-"""Where the time goes."""
+"""Wall time by stage."""
 
 from __future__ import annotations
 

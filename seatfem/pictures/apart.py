@@ -30,7 +30,7 @@ Picture = tuple[str, Callable[..., object]]
 
 @contextmanager
 def drawing_apart() -> Iterator[Painter]:
-    """Another process that draws what it is handed; leaving the block ends it.
+    """Start another process that draws what it is handed; leaving the block ends it.
 
     A process that crashes or hangs costs the picture it was at. What cannot be handed to another process is drawn here,
     when it is asked for.
@@ -44,7 +44,7 @@ def drawing_apart() -> Iterator[Painter]:
 
 
 class Painter:
-    """Asks a worker for one picture after the other; another worker after one that has ended."""
+    """Client of a worker that draws one picture after the other; another worker follows one that has ended."""
 
     def __init__(self, private: Path) -> None:
         self._private = private
@@ -77,7 +77,7 @@ class Painter:
             self.begin()
 
     def __contains__(self, name: str) -> bool:
-        """Whether it was taken."""
+        """Return whether a picture of this name was taken."""
         return name in self._wanted or name in self._here
 
     def wait(self, name: str, folder: Path) -> str:
@@ -89,7 +89,7 @@ class Painter:
         return job.gap or gap_of(lambda path: _moved(self._private / name, path), folder / name)
 
     def end(self) -> None:
-        """At once, a worker that is only being started too."""
+        """End the worker at once, one that is only being started too."""
         self._ending.set()
         self._jobs.put(None)
         while self._thread is not None and self._thread.is_alive():
@@ -140,7 +140,7 @@ class _Job:
 
 
 def _handed_over(draw: Callable[..., object], drawing: Path) -> bool:
-    """Whether another process can draw it: written down for it."""
+    """Write a drawing down for another process, and return whether that can draw it."""
     try:
         drawing.write_bytes(pickle.dumps(draw, protocol=pickle.HIGHEST_PROTOCOL))
     except (pickle.PicklingError, AttributeError, TypeError, OSError, MemoryError):

@@ -45,7 +45,7 @@ _PRISM = np.array([[0, 1, 2, 5], [0, 1, 5, 4], [0, 4, 5, 3]])  # bottom 0 1 2, t
 
 
 def _eight_hexes() -> Integers:
-    """(8, 8) columns of a 27-node hexahedron: the corners of its eight octants."""
+    """Return (8, 8) columns of a 27-node hexahedron: the corners of its eight octants."""
     places = [tuple(row) for row in (2 * _HEX).astype(int)]
     octants = product((0, 1), repeat=3)
     return np.array([[places.index(tuple(np.add(low, corner))) for corner in HEX_VERTICES] for low in octants])
@@ -76,7 +76,7 @@ class CellGrid:
 
     @staticmethod
     def of_model(model: SecondOrderModel) -> CellGrid:
-        """The grid on which ``model.expand(shape)`` lives.
+        """Return the grid on which ``model.expand(shape)`` lives.
 
         Raises:
             ModelError: the model has no mesh, or one that is not of tetrahedra or hexahedra.
@@ -95,13 +95,13 @@ class CellGrid:
 
     @property
     def linear_cells(self) -> Integers:
-        """Cells with straight edges on the same nodes: the cells themselves, or eight for each quadratic one."""
+        """Return cells with straight edges on the same nodes: the cells themselves, or eight for each quadratic one."""
         split = _EIGHT.get(self.cells.shape[1])
         return self.cells if split is None else np.asarray(self.cells[:, split].reshape(-1, split.shape[1]))
 
     @property
     def size(self) -> float:
-        """Largest extent along an axis [m]."""
+        """Return the largest extent along an axis [m]."""
         return float(np.ptp(self.points, axis=0).max())
 
 
@@ -120,7 +120,7 @@ class RevolvedGrid:
     angles: Array
 
     def shape(self, amplitudes: Array, harmonic: int, *, angle: float = 0.0) -> Array:
-        """(3, n) displacements in space of (3, n_nodes) amplitudes (U, V, W), as ``model.expand`` gives them.
+        """Return (3, n) displacements in space of (3, n_nodes) amplitudes (U, V, W), as ``model.expand`` gives them.
 
         u_r = U cos n(th - angle), u_th = V sin n(th - angle), u_z = W cos n(th - angle); u_th = V for n = 0, torsion.
         """
@@ -134,7 +134,7 @@ class RevolvedGrid:
 
 
 def revolve(model: SecondOrderModel, *, slices: int = 64) -> RevolvedGrid:
-    """The body of an axisymmetric model, ``slices`` around; nodes on the axis stand once.
+    """Return the body of an axisymmetric model, ``slices`` around; nodes on the axis occur once.
 
     All tetrahedra are positive. The section is turned by half a slice first, so that no node off the axis lies in the
     planes y = 0 and, for ``slices`` a multiple of 4, x = 0: a cut there has no flat cells.
@@ -164,14 +164,14 @@ def revolve(model: SecondOrderModel, *, slices: int = 64) -> RevolvedGrid:
 
 
 def _positive(points: Array, cells: Any) -> Integers:
-    """Tetrahedra (m, 4) with the fourth node on the side that the first three turn around counterclockwise."""
+    """Return tetrahedra (m, 4) with the fourth node on the side that the first three turn around counterclockwise."""
     corners = points[cells]
     flipped = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0
     return np.asarray(np.where(flipped[:, None], cells[:, [1, 0, 2, 3]], cells), dtype=np.int64)
 
 
 def section_triangles(mesh: Any, n_nodes: int) -> Integers:
-    """(m, 3) straight triangles on all nodes; the smaller numbers first, so that neighbouring prisms split alike."""
+    """Return straight triangles (m, 3) on all nodes; smaller numbers first, so that neighbouring prisms split alike."""
     if not isinstance(mesh, skfem.MeshTri | skfem.MeshQuad):
         raise ModelError(f"shapes on {type(mesh).__name__} cannot be revolved; it must be a meridian section")
     element = section_element(mesh, 1 if n_nodes == mesh.nvertices else 2)

@@ -1,4 +1,4 @@
-"""Where the views of a scene lie on the sheet of its drawing, in inches, and by what heights are exaggerated."""
+"""Places of the views of a scene on the sheet of its drawing, in inches, and how much heights are exaggerated."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Zone:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Where things lie on the sheet [inch].
+    """Places of the parts of a drawing on its sheet [inch].
 
     Attributes:
         scale: inch per metre along x and in plan.
@@ -165,12 +165,12 @@ def _opened(height: float, scale: float) -> float:
 def factors_of(zones: Sequence[Zone], scale: float) -> str:
     """Return in words by what factors heights are exaggerated."""
     words = {"gap": "gap", "reed": "reed", "lift": "lift above the reed"}
-    found = []
+    factors = []
     for zone in zones:
         factor = zone.inches / ((zone.high - zone.low) * scale)
         if zone.name in words and abs(factor - 1) > 0.02:
-            found.append(f"{words[zone.name]} x {in_digits(factor, 2)}")
-    return ", ".join(found)
+            factors.append(f"{words[zone.name]} x {in_digits(factor, 2)}")
+    return ", ".join(factors)
 
 
 def _rows(layout: Layout, view: View, scale: float) -> tuple[tuple[tuple[Placed, Size], ...], ...]:

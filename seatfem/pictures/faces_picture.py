@@ -96,22 +96,22 @@ class _Scene:
         self._flat.close()
 
     def shots(self) -> list[_Shot]:
-        """Views until every face that some view shows is shown; then what is within."""
-        found = [self._shot(VIEWS[0], None, ""), self._shot(VIEWS[1], None, "")]
+        """Return views until every face that some view shows is shown; then what is within."""
+        shots = [self._shot(VIEWS[0], None, ""), self._shot(VIEWS[1], None, "")]
         for view in VIEWS[2:]:
-            if len(found) == MOST_VIEWS or not self._poor(found, LEGIBLE):
+            if len(shots) == MOST_VIEWS or not self._poor(shots, LEGIBLE):
                 break
             shot = self._shot(view, None, "")
-            if any(shot.pixels(face) >= LEGIBLE for face in self._poor(found, LEGIBLE)):
-                found.append(shot)
-        if hidden := self._poor(found, LEAST):
-            found.append(self._shot(VIEWS[0], hidden, "within"))
-            if self._poor(found, LEAST):
-                found.append(self._shot(VIEWS[1], self._poor(found, LEAST), "within, from the other side"))
-        return found
+            if any(shot.pixels(face) >= LEGIBLE for face in self._poor(shots, LEGIBLE)):
+                shots.append(shot)
+        if hidden := self._poor(shots, LEAST):
+            shots.append(self._shot(VIEWS[0], hidden, "within"))
+            if self._poor(shots, LEAST):
+                shots.append(self._shot(VIEWS[1], self._poor(shots, LEAST), "within, from the other side"))
+        return shots
 
     def _poor(self, shots: Sequence[_Shot], pixels: int) -> list[int]:
-        """Faces that no shot shows with so many pixels."""
+        """Return the faces that no shot shows with so many pixels."""
         return [face for face in range(len(self._faces)) if max(shot.pixels(face) for shot in shots) < pixels]
 
     def _shot(self, view: View, only: list[int] | None, heading: str) -> _Shot:
@@ -130,7 +130,7 @@ class _Scene:
         return _Shot(shoot(plotter), self._owners(view, only), heading)
 
     def _owners(self, view: View, only: list[int] | None) -> NDArray[np.int64]:
-        """Each face in a colour that is its number: read back, the picture tells what it shows."""
+        """Return the number of the face that each pixel shows: each face is drawn in a colour that is its number."""
         flat = self._flat
         flat.clear_actors()
         flat.set_background("white")
@@ -162,7 +162,7 @@ def _colours(part: Part) -> dict[str, str]:
 
 
 def _show(ax: Axes, shot: _Shot, part: Part, needed: Sequence[int]) -> None:
-    """The picture, and the number of each face with room for it at the place deepest within what is seen of it.
+    """Draw the picture, and the number of each face with room for it at the place deepest within what is seen of it.
 
     ``needed``: faces that no picture shows better; where they lack the room, a line leads to them.
     """
@@ -187,7 +187,7 @@ def _show(ax: Axes, shot: _Shot, part: Part, needed: Sequence[int]) -> None:
 
 
 def _deepest(mask: Mask) -> tuple[tuple[float, float], float]:
-    """The pixel (x, y) of a mask that is farthest from its border, and how far."""
+    """Return the pixel (x, y) of a mask that is farthest from its border, and how far."""
     from scipy.ndimage import distance_transform_edt  # of pictures alone
 
     depth = distance_transform_edt(np.pad(mask, 1))[1:-1, 1:-1]
@@ -196,7 +196,7 @@ def _deepest(mask: Mask) -> tuple[tuple[float, float], float]:
 
 
 def _beside(place: tuple[float, float], taken: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """A free place near another one, away from the middle of the picture."""
+    """Return a free place near another one, away from the middle of the picture."""
     start = math.atan2(place[1] - SIZE[1] / 2, place[0] - SIZE[0] / 2)
     for radius in (48, 70, 95, 125, 160):
         for turn in (0.0, 0.5, -0.5, 1.0, -1.0, 1.6, -1.6, 2.3, -2.3, 3.1):

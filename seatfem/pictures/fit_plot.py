@@ -58,21 +58,21 @@ def plot_fit(
     rate, frequency_unit = scaled(high, "Hz")
     with sheet(path, 7.2, 7.2) as figure:
         figure.suptitle(title)
-        size, phase, left = figure.subplots(3, 1, sharex=True, height_ratios=[1.6, 0.8, 1.0])
+        size, phase, misfit = figure.subplots(3, 1, sharex=True, height_ratios=[1.6, 0.8, 1.0])
         size.plot(rate * response.frequency, factor * np.abs(data), ".", color=ORANGE, markersize=3, label="measured")
         size.plot(rate * f, factor * np.abs(curve), color=BLUE, linewidth=1.1, label="fitted poles")
         phase.plot(rate * response.frequency, _degrees(data), ".", color=ORANGE, markersize=3)
         phase.plot(rate * f, _degrees(curve), color=BLUE, linewidth=1.1)
-        _draw_misfit(left, fitted, rate, response.frequency, np.abs(apart), noise)
-        for axes in (size, phase, left):
+        _draw_misfit(misfit, fitted, rate, response.frequency, np.abs(apart), noise)
+        for axes in (size, phase, misfit):
             _mark(axes, rate * low, rate * high, None if width is None else rate / width)
         size.set(xscale="log", yscale="log", ylabel=f"|{response.measured_as}| [{unit}]")
         size.set_title("Magnitude")
         size.set_title(_misfit(fitted), loc="right", color=GREY, fontsize=8)
         phase.set(ylim=(-200, 200), yticks=(-180, -90, 0, 90, 180), ylabel="phase [°]")
         phase.set_title("Phase")
-        left.set(xlabel=f"frequency [{frequency_unit}]", xlim=(rate * f[0], rate * f[-1]))
-        left.xaxis.set_major_formatter("{x:g}")
+        misfit.set(xlabel=f"frequency [{frequency_unit}]", xlim=(rate * f[0], rate * f[-1]))
+        misfit.xaxis.set_major_formatter("{x:g}")
         size.legend(loc="best")
 
 
@@ -107,15 +107,15 @@ def _mark(axes: Axes, low: float, high: float, seen: float | None) -> None:
 
 
 def _degrees(values: np.ndarray) -> np.ndarray:
-    """In -180 .. 180; without the strokes of jumps between these."""
-    found = np.asarray(np.degrees(np.angle(values)), dtype=float)
-    jumps = np.flatnonzero(np.abs(np.diff(found)) > 180)
-    found[jumps] = np.nan
-    return found
+    """Return angles in -180 .. 180 deg, without the strokes of jumps between these."""
+    phase = np.asarray(np.degrees(np.angle(values)), dtype=float)
+    jumps = np.flatnonzero(np.abs(np.diff(phase)) > 180)
+    phase[jumps] = np.nan
+    return phase
 
 
 def _misfit(fitted: ModalGreens | PoleGreens) -> str:
-    """What the fit says of itself."""
+    """Return what the fit states of its own errors."""
     fit = fitted.provenance.get("fit")
     if not isinstance(fit, dict) or not isinstance(value := fit.get("misfit_rms"), float):
         return ""

@@ -46,7 +46,7 @@ _LIGHT: Final = {"ambient": 0.45, "diffuse": 0.6, "specular": 0.1}
 
 @dataclass(frozen=True)
 class Landing:
-    """What is shown, at f times.
+    """Bodies and contacts at f times, as they are shown.
 
     Attributes:
         points, cells: (n, 2) nodes of the plate [m] and (m, 9) of each element.
@@ -82,13 +82,13 @@ class Landing:
 
     @property
     def exaggeration(self) -> float:
-        """Drawn over true heights: one of the numbers 1, 2, 5, 10, 20, ..."""
+        """Return the factor of drawn over true heights: one of the numbers 1, 2, 5, 10, 20, ..."""
         largest = max(float(np.ptp(self.deflection)), float(np.ptp(np.append(self.height, 0.0))), 1e-30)
         return round_factor(HEIGHT * float(np.ptp(self.points, axis=0).max()) / largest)
 
 
 def animate_landing(landing: Landing, path: str | os.PathLike[str], *, title: str = "") -> None:
-    """An endless GIF of it.
+    """Draw an endless GIF of a landing.
 
     Raises:
         PictureError: what drawing needs is missing, or parts that do not fit together.
@@ -129,7 +129,7 @@ def animate_landing(landing: Landing, path: str | os.PathLike[str], *, title: st
 
 
 def _own_colours() -> Array:
-    """White, and those of lip and scale."""
+    """Return white, and the colours of lip and scale."""
     import matplotlib
 
     shares = np.linspace(0.0, 1.0, OF_EACH)[:, None]
@@ -151,7 +151,7 @@ def _plate(pyvista: ModuleType, landing: Landing) -> Any:
 
 
 def _lip(pyvista: ModuleType, landing: Landing, up: float) -> Any:
-    """Quadrilaterals; heights are those of the arcs' middles, linear between those of one face."""
+    """Return quadrilaterals of the lip; heights are those of the arcs' middles, linear between those of one face."""
     arcs, count = len(landing.height), len(landing.inner)
     places, low = (np.arange(count)[:, None] + (0, 1)) / count, CLEAR * float(np.ptp(landing.points, axis=0).max())
     middles, heights, first = (np.arange(arcs) + 0.5) / arcs, np.empty(places.shape), 0

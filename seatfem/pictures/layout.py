@@ -1,4 +1,4 @@
-"""What the drawing of a scene shows: bodies in their places, what moves them, and words; lengths in metres.
+"""Layout of the drawing of a scene: bodies in their places, what moves them, and words; lengths in metres.
 
 x goes along the reed to its tip, y across it, z from the seat to the reed; the middle of the reed's contact is the
 origin in plan, the seat's struck face z = 0.
@@ -35,7 +35,7 @@ class Placed:
 
 @dataclass(frozen=True)
 class Action:
-    """What moves a body or loads it: its words, from where to where along x it acts [m], and which way.
+    """Load or motion of a body: its words, from where to where along x it acts [m], and which way.
 
     ``detail``: further words that are not in the picture.
     """

@@ -32,12 +32,12 @@ class MarginMap:
 
     @property
     def least(self) -> float:
-        """Of all points."""
+        """Return the least margin of all points."""
         return float(np.nanmin(self.margins))
 
     @property
     def heading(self) -> str:
-        """Body, least margin and where."""
+        """Return the heading: body, least margin and where."""
         k = int(np.nanargmin(self.margins))
         place = self.skin.points[int(np.flatnonzero(self.skin.which == k)[0])]
         if self.skin.angles is not None and len(self.skin.nodes) < len(self.skin.points):
@@ -47,7 +47,7 @@ class MarginMap:
 
 
 def plot_margin_map(maps: Sequence[MarginMap], path: str | os.PathLike[str], *, title: str) -> None:
-    """Bodies side by side, each in a logarithmic scale of colours from its least margin to `SPAN` times it.
+    """Draw bodies side by side, each in a logarithmic scale of colours from its least margin to `SPAN` times it.
 
     Raises:
         PictureError: what drawing needs is missing, nothing judged.
@@ -72,7 +72,7 @@ def plot_margin_map(maps: Sequence[MarginMap], path: str | os.PathLike[str], *, 
 
 
 def write_margins(found: MarginMap, path: str | os.PathLike[str]) -> None:
-    """The margins on the body's surface, for ParaView. Raises `PictureError` without pyvista."""
+    """Write the margins on the body's surface, for ParaView. Raises `PictureError` without pyvista."""
     pyvista = import_pyvista()
     body = pyvista.PolyData.from_regular_faces(found.skin.points, found.skin.triangles).cast_to_unstructured_grid()
     body.point_data["margin"] = found.margins[found.skin.which]

@@ -101,28 +101,28 @@ class Moving:
 
     @property
     def size(self) -> float:
-        """Largest extent along an axis [m]."""
+        """Return the largest extent along an axis [m]."""
         return float(np.ptp(self.points, axis=0).max())
 
     @property
     def largest(self) -> float:
-        """Displacement of all frames; 1 where nothing moves."""
+        """Return the largest displacement of all frames; 1 where nothing moves."""
         return float(np.linalg.norm(self.displacement, axis=2).max()) or 1.0
 
 
 def moving_modes(
     skin: Skin, shapes: list[Array], labels: list[str], title: str, frequency: Array | None = None
 ) -> Moving:
-    """Of shapes (n, 3) at the skin's points, mass-normalised where a ``frequency`` is given; each is scaled to 1."""
+    """Return the motion of shapes (n, 3) at the skin's points, scaled to 1; with ``frequency`` mass-normalised."""
     largest = np.array([float(np.linalg.norm(shape, axis=1).max()) or 1.0 for shape in shapes])
     masses = None if frequency is None else largest**-2.0
     scaled = np.array(shapes) / largest[:, None, None]
-    made = Moving(title, skin.points, skin.triangles, scaled, tuple(labels))
-    return replace(made, frequency=frequency, modal_mass=masses)
+    motion = Moving(title, skin.points, skin.triangles, scaled, tuple(labels))
+    return replace(motion, frequency=frequency, modal_mass=masses)
 
 
 def moving_wave(wave: StressWave, title: str) -> Moving:
-    """Of a stress wave; raises `PictureError` as `StressWave.check`."""
+    """Return the motion of a stress wave; raises `PictureError` as `StressWave.check`."""
     wave.check()
     which = wave.skin.which
     return Moving(
@@ -142,7 +142,7 @@ def moving_wave(wave: StressWave, title: str) -> Moving:
 
 
 def moving_landing(landing: Landing, title: str) -> Moving:
-    """Of a plate that lands, coloured by its deflection away from the seat."""
+    """Return the motion of a plate that lands, coloured by its deflection away from the seat."""
     skin = skin_of_plate(PlateMesh(landing.points, landing.cells))
     deflection = landing.deflection[:, skin.nodes]
     moved = np.zeros((*deflection.shape, 3))
@@ -194,7 +194,7 @@ def load_moving(path: str | os.PathLike[str]) -> Moving:
             values = np.where(steps < UNTOLD, low + (high - low) * steps / (UNTOLD - 1), np.nan)
         each = {name: finite_array(file, name) if name in file else None for name in OF_FRAMES}
         labels = tuple(str(label) for label in about["labels"])
-        found = Moving(
+        motion = Moving(
             str(about["title"]),
             np.asarray(file["points"][...], dtype=float),
             np.asarray(file["triangles"][...], dtype=np.int64),
@@ -212,36 +212,36 @@ def load_moving(path: str | os.PathLike[str]) -> Moving:
             each["modal_mass"],
         )
     try:
-        found.check()
+        motion.check()
     except PictureError as problem:
         raise StorageError(f"{Path(path)}: damaged: {problem}; compute it again") from problem
-    numbers = (found.points, found.displacement, np.array([low, high, largest]))
-    if not all((np.abs(each) < BEYOND).all() for each in numbers) or not largest > 0 or found.size <= 0:
+    numbers = (motion.points, motion.displacement, np.array([low, high, largest]))
+    if not all((np.abs(each) < BEYOND).all() for each in numbers) or not largest > 0 or motion.size <= 0:
         raise StorageError(
             f"{Path(path)}: damaged: numbers beyond {BEYOND:g} or not finite, or no size; compute it again"
         )
-    return found
+    return motion
 
 
 def moving_bodies(folder: Path) -> dict[str, Moving]:
-    """What a folder has of `KEPT`. Raises `StorageError` of a damaged file."""
+    """Return what a folder has of `KEPT`. Raises `StorageError` for a damaged file."""
     return {name: load_moving(folder / name) for name in KEPT if (folder / name).is_file()}
 
 
 def steps_of_displacement(made: Moving) -> NDArray[np.int16]:
-    """(F, n, 3) in steps of 1/32767 of the largest."""
+    """Return displacements (F, n, 3) in steps of 1/32767 of the largest."""
     return np.asarray(np.rint(made.displacement * (FINEST / made.largest)), dtype=np.int16)
 
 
 def steps_of_values(made: Moving) -> NDArray[np.uint16]:
-    """(F, n) in steps from the lowest to the highest; `UNTOLD` for nan."""
+    """Return values (F, n) in steps from the lowest to the highest; `UNTOLD` for nan."""
     assert made.values is not None
     share = np.clip((made.values - made.low) / ((made.high - made.low) or 1.0), 0.0, 1.0)
     return np.where(np.isnan(share), UNTOLD, np.rint((UNTOLD - 1) * share)).astype(np.uint16)
 
 
 def _decimated(made: Moving) -> Moving:
-    """With fewer triangles on some of the same points, where there are too many; edges stay."""
+    """Return the body with fewer triangles on some of the same points, where there are too many; edges stay."""
     count = len(made.triangles)
     if count <= MOST_TRIANGLES:
         return replace(made, before=count)

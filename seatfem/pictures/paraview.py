@@ -21,7 +21,7 @@ DISPLACEMENT = "displacement [m]"
 
 
 def write_moving(made: Moving, path: str | os.PathLike[str]) -> None:
-    """NAME.pvd and NAME/0001.vtu, ... of what a viewer would show: displacement and, where there are any, values.
+    """Write NAME.pvd and NAME/0001.vtu, ... of what a viewer would show: displacement and, where there are any, values.
 
     The body is at rest: warp it by its displacement. Frames are at their times [s], modes at their frequencies [Hz], or
     at their numbers.
@@ -45,7 +45,7 @@ def write_frames(
     frames: Iterable[tuple[float, Mapping[str, Array]]],
     path: str | os.PathLike[str],
 ) -> None:
-    """The same of fields at the points, by name, at each of the times of ``frames``."""
+    """Write the same of fields at the points, by name, at each of the times of ``frames``."""
     pyvista, path = import_pyvista(), Path(path)
     body = pyvista.PolyData.from_regular_faces(points, triangles).cast_to_unstructured_grid()
     entries = []
@@ -57,5 +57,7 @@ def write_frames(
         with whole_file(file) as temporary:
             body.save(temporary)
         entries.append(f'    <DataSet timestep="{float(moment):.9g}" part="0" file="{path.stem}/{file.name}"/>\n')
-    told = f'<VTKFile type="Collection" version="0.1">\n  <Collection>\n{"".join(entries)}  </Collection>\n</VTKFile>\n'
-    write_whole(path, f'<?xml version="1.0"?>\n{told}'.encode())
+    collection = (
+        f'<VTKFile type="Collection" version="0.1">\n  <Collection>\n{"".join(entries)}  </Collection>\n</VTKFile>\n'
+    )
+    write_whole(path, f'<?xml version="1.0"?>\n{collection}'.encode())

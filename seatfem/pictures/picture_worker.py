@@ -1,4 +1,4 @@
-"""In a worker: draws pictures of bodies, of which VTK may crash or hang. `seatfem.pictures.apart` starts it.
+"""Worker that draws pictures of bodies, on which VTK may crash or hang. `seatfem.pictures.apart` starts it.
 
 The only argument names a folder of files written by the parent: what to draw, to be called with ``path``. Each line on
 the standard input is "FILE NAME", without a FILE for what all pictures need; the answer is in JSON why it could not be
@@ -33,7 +33,7 @@ def main(folder: Path) -> None:
 
 
 def _load(_: Path) -> None:
-    """Libraries, and a window of OpenGL, whose first one takes longest."""
+    """Load libraries, and open a window of OpenGL, whose first one takes longest."""
     import matplotlib.backends.backend_agg  # noqa: F401
 
     from seatfem.pictures import plots, stress_plot, stress_wave  # noqa: F401

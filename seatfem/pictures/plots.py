@@ -55,7 +55,7 @@ def plot_modes(
     columns: int | None = None,
     names: Sequence[str] | None = None,
 ) -> None:
-    """The modes side by side: deformed, coloured by the magnitude of displacement, undeformed edges in grey.
+    """Draw the modes side by side: deformed, coloured by the magnitude of displacement, undeformed edges in grey.
 
     Args:
         shapes: (3, n) nodal displacements of each mode, any scale.
@@ -107,7 +107,7 @@ def animate_mode(
     cut: bool = False,
     frames: int = 24,
 ) -> None:
-    """One mode as an endless GIF of one period in ``frames`` (even) pictures.
+    """Draw one mode as an endless GIF of one period in ``frames`` (even) pictures.
 
     Raises:
         PictureError: what drawing needs is missing.
@@ -128,7 +128,7 @@ def animate_mode(
 def write_vtu(
     grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[float] | Array, path: str | os.PathLike[str]
 ) -> None:
-    """The modes as vector fields on the mesh itself, curved cells included, for ParaView (Warp By Vector).
+    """Write the modes as vector fields on the mesh itself, curved cells included, for ParaView (Warp By Vector).
 
     Raises:
         PictureError: pyvista is missing.
@@ -150,7 +150,7 @@ def plot_mesh(
     contact: str = "contact",
     fixed: str = "fixed",
 ) -> None:
-    """The mesh from above, cut open, from below, and close to the contact patch; patch and fixed faces in colour.
+    """Draw the mesh from above, cut open, from below, and close to the contact patch; patch and fixed faces in colour.
 
     ``mesh``: a scikit-fem mesh of tetrahedra or hexahedra with named boundaries, or what carries one as ``.mesh``.
 
@@ -196,17 +196,18 @@ def plot_mesh(
 
 
 def _visible_facets(mesh: Any, kept: NDArray[np.bool_], groups: tuple[str, ...]) -> dict[str, NDArray[np.int64]]:
-    """Facets around the ``kept`` elements: each named group, the rest of the "surface", and the "inside" laid open."""
+    """Return the facets around the ``kept`` elements: each named group, the rest of the "surface", "inside" laid
+    open."""
     first, second = mesh.f2t
     outer = second < 0
     shown = np.where(outer, kept[first], kept[first] != kept[second])
-    found = {"inside": np.flatnonzero(shown & ~outer)}
+    visible = {"inside": np.flatnonzero(shown & ~outer)}
     rest = shown & outer
     for name in groups:
         facets = np.asarray(mesh.boundaries.get(name, np.zeros(0)), dtype=np.int64)
-        found[name] = facets[shown[facets]]
+        visible[name] = facets[shown[facets]]
         rest[facets] = False
-    return {**found, "surface": np.flatnonzero(rest)}
+    return {**visible, "surface": np.flatnonzero(rest)}
 
 
 class _Body:
@@ -238,7 +239,7 @@ class _Body:
         aim(plotter, outline.points, self._amplitude)
 
     def move(self, k: int, phase: float) -> None:
-        """Shape ``k`` at ``phase`` (-1..1) of its largest displacement."""
+        """Move the body to shape ``k`` at ``phase`` (-1..1) of its largest displacement."""
         field = self._rest.point_data[f"u{k}"]
         self._moved.points = self._rest.points + phase * self._amplitude * field
         self._moved.compute_normals(cell_normals=False, split_vertices=False, consistent_normals=False, inplace=True)
@@ -263,7 +264,7 @@ def _check(grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[flo
 def album(
     images: Sequence[Image], headings: Sequence[str], path: str | os.PathLike[str], title: str, columns: int
 ) -> Iterator[Figure]:
-    """A sheet with images of equal size in rows, each under its heading, at most as wide and as high as a page."""
+    """Draw a sheet with images of equal size in rows, each under its heading, at most as wide and as high as a page."""
     rows = math.ceil(len(images) / columns)
     height, width = images[0].shape[:2]
     cell = min(7.0 / columns, min(7.5 / rows, 4.2) * width / height)

@@ -45,7 +45,7 @@ raise SystemExit(0 if window.SupportsOpenGL() else 1)
 
 
 def load_pyvista() -> ModuleType:
-    """pyvista, once it is sure that VTK can draw off-screen.
+    """Return pyvista, once it is sure that VTK can draw off-screen.
 
     Raises:
         PictureError: a package, system library or driver is missing; the message holds the command that installs it.
@@ -62,7 +62,7 @@ def load_pyvista() -> ModuleType:
 
 @cache
 def can_draw() -> bool:
-    """Whether VTK draws here: tried once, in a process of its own (0.6 s), since libEGL without a driver crashes it."""
+    """Return whether VTK draws here: tried once, in a process (0.6 s), since libEGL without a driver crashes it."""
     if os.environ.get(TRIED):
         return True
     try:
@@ -73,7 +73,7 @@ def can_draw() -> bool:
 
 
 def import_pyvista() -> ModuleType:
-    """pyvista for files only, without a try at drawing.
+    """Return pyvista for files only, without a try at drawing.
 
     Raises:
         PictureError: it is missing or broken.
@@ -88,8 +88,8 @@ def import_pyvista() -> ModuleType:
 
 
 def new_plotter(pyvista: ModuleType, size: tuple[int, int], *, shrunk: bool = False) -> Any:
-    """An off-screen plotter on white, in the theme of this package alone; antialiased, unless its images are ``shrunk``
-    to half their size or less, which smooths them at a third of the time."""
+    """Return an off-screen plotter on white, in the theme of this package alone; antialiased, unless its images are
+    ``shrunk`` to half their size or less, which smooths them at a third of the time."""
     theme = pyvista.themes.DocumentTheme()
     plotter = pyvista.Plotter(off_screen=True, notebook=False, window_size=list(size), theme=theme)
     if shrunk:
@@ -102,7 +102,7 @@ def new_plotter(pyvista: ModuleType, size: tuple[int, int], *, shrunk: bool = Fa
 
 
 def aim(plotter: Any, points: NDArray[np.float64], margin: float, view: tuple[float, float, float] = ABOVE) -> None:
-    """Parallel camera that sees all ``points`` (n, 3) and ``margin`` [m] around them, z upwards."""
+    """Set a parallel camera that sees all ``points`` (n, 3) and ``margin`` [m] around them, z upwards."""
     towards = np.asarray(view) / np.linalg.norm(view)
     right = np.cross((0.0, 0.0, 1.0), towards)
     right /= np.linalg.norm(right)
@@ -125,7 +125,7 @@ def aim(plotter: Any, points: NDArray[np.float64], margin: float, view: tuple[fl
 
 
 def shoot(plotter: Any) -> Image:
-    """The image now in the plotter, (height, width, 3).
+    """Return the image now in the plotter, (height, width, 3).
 
     Raises:
         PictureError: nothing was drawn.
@@ -140,21 +140,21 @@ def shoot(plotter: Any) -> Image:
 
 
 def halved(image: Image) -> Image:
-    """Of half the size: each pixel the mean of four."""
+    """Return the image at half the size: each pixel the mean of four."""
     from PIL import Image as Pillow
 
     return np.asarray(Pillow.fromarray(image).reduce(2))
 
 
 def round_factor(wanted: float) -> float:
-    """The largest of ..., 1, 2, 5, 10, 20, ... that is no larger: of exaggerations that are stated."""
+    """Return the largest of ..., 1, 2, 5, 10, 20, ... that is no larger than an exaggeration."""
     steps = np.outer(10.0 ** np.arange(-3, 12), [1, 2, 5]).ravel()
     return float(steps[max(0, int(np.searchsorted(steps, wanted, side="right")) - 1)])
 
 
 def in_few_colours(images: list[Image], own: NDArray[Any], *, shaded: bool = False) -> list[Any]:
-    """All in the same 256 colours, ``own`` (n, 3) of 0 ... 255 among them: colours of small things would be missed by
-    area. Pillow's images, dithered where light and shade have ``shaded`` the colours."""
+    """Return all images in the same 256 colours, ``own`` (n, 3) of 0 ... 255 among them: colours of small things would
+    be missed by area. They are Pillow's images, dithered where light and shade have ``shaded`` the colours."""
     from PIL import Image as Pillow
 
     kept = np.asarray(own).astype(int)
@@ -173,14 +173,14 @@ def write_gif(
     *,
     shaded: bool = False,
 ) -> None:
-    """An endless GIF of them `in_few_colours`."""
+    """Write an endless GIF of the images `in_few_colours`."""
     few = in_few_colours(images, own, shaded=shaded)
     with whole_file(path) as temporary:
         few[0].save(temporary, "GIF", save_all=True, append_images=few[1:], duration=milliseconds, loop=0)
 
 
 def crop(images: list[Image], border: int = 6) -> list[Image]:
-    """Images of equal size without the white margin that all have in common."""
+    """Return images of equal size without the white margin that all have in common."""
     inked = np.any([np.any(image < 250, axis=2) for image in images], axis=0)
     rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
     window = (

@@ -46,7 +46,7 @@ def draw_layout(layout: Layout, path: str | os.PathLike[str]) -> None:
 
 
 class _Sheet:
-    """Draws one layout on an axes of inches."""
+    """One layout drawn on an axes of inches."""
 
     def __init__(self, axes: Axes, layout: Layout, frame: Frame) -> None:
         self._axes, self._layout, self._frame = axes, layout, frame

@@ -18,8 +18,8 @@ _POINTS = 8  # drawn on each curved edge
 
 
 def plot_section(mesh: Any, path: str | os.PathLike[str], *, title: str = "Half section of the seat") -> None:
-    """Elements of a meridian mesh (x = r, y = z) with curved edges, contact and fixed boundaries in colour; beside the
-    whole section the elements around the contact face.
+    """Draw the elements of a meridian mesh (x = r, y = z) with curved edges, contact and fixed boundaries in colour;
+    beside the whole section the elements around the contact face.
 
     ``mesh``: a scikit-fem mesh of triangles or quadrilaterals with named boundaries.
     """
@@ -67,7 +67,7 @@ def _draw(axes: Axes, groups: Iterable[tuple[NDArray[np.float64], str, float, st
 
 
 def _window(patch: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Corners of a square around the patch, twice as wide, two thirds of it on the body's side (below)."""
+    """Return the corners of a square around the patch, twice as wide, two thirds of it on the body's side (below)."""
     low, high = patch.min(axis=(0, 1)), patch.max(axis=(0, 1))
     half = max(float(np.max(high - low)), 1e-6)
     middle = (low + high) / 2 - np.array([0.0, half / 3])
@@ -75,6 +75,6 @@ def _window(patch: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
 
 
 def _curves(mesh: Any, facets: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(facets, points, 2) places along edges [m], by the mesh's own map."""
+    """Return (facets, points, 2) places along edges [m], by the mesh's own map."""
     along = np.linspace(0.0, 1.0, _POINTS)[None, :]
     return np.asarray(mesh.mapping().G(along, find=facets)).transpose(1, 2, 0)

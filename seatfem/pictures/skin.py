@@ -1,4 +1,4 @@
-"""What is seen of a body: triangles on its surface, of a body of revolution laid open, and of a plate one face."""
+"""The skin of a body, which is seen: triangles on its surface, a body of revolution laid open, a plate's one face."""
 
 from __future__ import annotations
 
@@ -47,16 +47,16 @@ class Skin:
 
     @property
     def size(self) -> float:
-        """Largest extent along an axis [m]."""
+        """Return the largest extent along an axis [m]."""
         return float(np.ptp(self.points, axis=0).max())
 
     def spread(self) -> Skin:
-        """The same with a node for each point, so that a half section may differ from angle to angle."""
+        """Return the same with a node for each point, so that a half section may differ from angle to angle."""
         return replace(self, nodes=self.nodes[self.which], which=np.arange(len(self.points)))
 
     def moved(self, displacement: Array, harmonic: int = 0) -> Array:
-        """(n, 3) of (S, 3) of the nodes seen; of a half section u_r, u_th, u_z, which go around as cos n th, sin n th
-        and cos n th, of ``harmonic`` n = 0 not at all."""
+        """Return (n, 3) displacements of (S, 3) of the nodes seen; of a half section u_r, u_th, u_z, which go around as
+        cos n th, sin n th and cos n th, of ``harmonic`` n = 0 not at all."""
         each = displacement[self.which]
         if self.angles is None:
             return each
@@ -68,7 +68,7 @@ class Skin:
 
 
 def skin_of(model: SecondOrderModel) -> Skin:
-    """Of a solid its surface; of an axisymmetric model what its section sweeps between `OPENED`, with both cuts.
+    """Return the surface of a solid; of an axisymmetric model what its section sweeps between `OPENED`, with both cuts.
 
     Raises:
         ModelError: the model does not know its mesh, or one that cannot be drawn.
@@ -83,7 +83,7 @@ def skin_of(model: SecondOrderModel) -> Skin:
 
 
 def skin_of_section(mesh: Any, r: Array, z: Array, angles: Array | None = None) -> Skin:
-    """As `skin_of`, of a section whose unknowns stand at the nodes r, z (n,) [m]; at angles in place of `SLICES`."""
+    """Return the skin as `skin_of`, of a section with unknowns at nodes r, z (n,) [m]; at angles or `SLICES`."""
     angles = np.linspace(*OPENED, SLICES + 1) if angles is None else angles
     slices = len(angles) - 1
     triangles = section_triangles(mesh, len(r))
@@ -99,7 +99,7 @@ def skin_of_section(mesh: Any, r: Array, z: Array, angles: Array | None = None) 
 
 
 def skin_of_plate(mesh: PlateMesh) -> Skin:
-    """One face of a plate, drawn in its mid-surface."""
+    """Return one face of a plate, drawn in its mid-surface."""
     quarters = mesh.cells[:, np.array(_QUARTERS)].reshape(-1, 4)
     return _skin(np.column_stack([mesh.points, np.zeros(len(mesh.points))]), _halved(quarters))
 
@@ -140,11 +140,11 @@ def _skin(points: Array, triangles: Integers) -> Skin:
 
 
 def _outer(sides: Integers) -> Integers:
-    """Sides that are of one cell alone."""
+    """Return the sides that belong to one cell alone."""
     _, first, count = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
     return np.asarray(sides[first[count == 1]])
 
 
 def _halved(sides: Integers) -> Integers:
-    """Quadrilaterals as triangles."""
+    """Return quadrilaterals as triangles."""
     return sides if sides.shape[1] == 3 else np.concatenate([sides[:, [0, 1, 2]], sides[:, [0, 2, 3]]])

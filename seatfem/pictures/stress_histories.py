@@ -22,7 +22,7 @@ WIDTH, HEIGHT = 9.6, 1.75
 def plot_stress_histories(
     time: Array, curves: Sequence[Curve], path: str | os.PathLike[str], *, touch: float, title: str
 ) -> None:
-    """One axis for each place, MPa over ms, the first ``touch`` dotted [s] and the largest since it ringed.
+    """Draw one axis for each place, MPa over ms, the first ``touch`` dotted [s] and the largest since it ringed.
 
     Raises:
         PictureError: matplotlib is missing.

@@ -38,7 +38,7 @@ def plot_stress(
     title: str,
     unsure: tuple[float, float] = (math.nan, math.nan),
 ) -> None:
-    """Von Mises stress on a meridian's outline, or the surface of another body, at the time ``at``, and histories.
+    """Draw von Mises stress on a meridian's outline, or the surface of another body, at the time ``at``, and histories.
 
     Args:
         mesh: scikit-fem mesh.
@@ -87,7 +87,7 @@ def plot_stress(
 
 
 def write_stress_vtu(sites: Array, largest: Array, time: Array, path: str | os.PathLike[str]) -> None:
-    """Largest von Mises stress [Pa] and its time [s] of each site (P, d) [m], as points for ParaView.
+    """Write the largest von Mises stress [Pa] and its time [s] of each site (P, d) [m], as points for ParaView.
 
     Raises:
         PictureError: pyvista is missing.
@@ -103,23 +103,23 @@ def write_stress_vtu(sites: Array, largest: Array, time: Array, path: str | os.P
 
 
 def _told(sites: Array, values: Array, points: Array) -> Array:
-    """(n,) at points (n, d) that are sites; nan at others."""
+    """Return values (n,) at points (n, d) that are sites; nan at others."""
     away, which = cKDTree(sites).query(points)
     return np.where(away < 1e-9 * np.abs(points).max(), values[which], np.nan)
 
 
 def _outline(place: Axes, mesh: Any, sites: Array, values: Array, scale: Any) -> None:
-    """Sides of the outline through their middles, thick and coloured where stress is told; each is drawn in pieces."""
+    """Draw the outline through the middles of its sides, thick and coloured where stress is known, in pieces."""
     from matplotlib.collections import LineCollection
 
     facets = mesh.boundary_facets()
     ends = mesh.p[:, mesh.facets[:, facets]].transpose(2, 1, 0)
     curved = mesh.doflocs.shape[1] > mesh.nvertices
     middle = mesh.doflocs[:, mesh.dofs.facet_dofs[0, facets]].T if curved else ends.mean(axis=1)
-    told, on_middle = _told(sites, values, ends.reshape(-1, 2)).reshape(-1, 2), _told(sites, values, middle)
-    on_middle = np.where(np.isfinite(on_middle), on_middle, told.mean(axis=1))
+    at_ends, on_middle = _told(sites, values, ends.reshape(-1, 2)).reshape(-1, 2), _told(sites, values, middle)
+    on_middle = np.where(np.isfinite(on_middle), on_middle, at_ends.mean(axis=1))
     halves = np.concatenate([np.stack([ends[:, k], middle], axis=1) for k in (0, 1)])
-    heights = np.concatenate([np.stack([told[:, k], on_middle], axis=1) for k in (0, 1)])
+    heights = np.concatenate([np.stack([at_ends[:, k], on_middle], axis=1) for k in (0, 1)])
     place.add_collection(LineCollection(list(1e3 * halves), colors=UNTOLD, linewidths=3.5, zorder=1))
     share = np.linspace(0.0, 1.0, 6)[:, None, None]
     pieces = 1e3 * ((1 - share) * halves[:, 0] + share * halves[:, 1])
@@ -134,7 +134,7 @@ def _outline(place: Axes, mesh: Any, sites: Array, values: Array, scale: Any) ->
 
 
 def _image(mesh: Any, sites: Array, values: Array) -> NDArray[np.uint8]:
-    """The surface from above."""
+    """Return an image of the surface from above."""
     pyvista = load_pyvista()
     facets = mesh.facets[:, mesh.boundary_facets()].T
     nodes, numbered = np.unique(facets, return_inverse=True)

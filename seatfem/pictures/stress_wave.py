@@ -87,17 +87,17 @@ class StressWave:
 
     @cached_property
     def end(self) -> float:
-        """Of the colour scale of all times [Pa]: the first touch, short and narrow, is beyond it."""
+        """Return the end of the colour scale of all times [Pa]: the first touch, short and narrow, is beyond it."""
         return float(np.nanquantile(self.mises[:, self.told], ALMOST)) or 1.0
 
     @cached_property
     def exaggeration(self) -> float:
-        """Drawn over true displacements: one of 1, 2, 5, 10, ..."""
+        """Return the factor of drawn over true displacements: one of 1, 2, 5, 10, ..."""
         farthest = float(np.abs(self.displacement).max()) or 1e-30
         return round_factor(HEIGHT * self.skin.size / farthest)
 
     def below(self) -> str:
-        """What is to be said of every picture."""
+        """Return the words below every picture."""
         end, most = text(self.end, "Pa"), text(float(np.nanmax(self.mises[:, self.told])), "Pa")
         return f"yellow: {end} and more, largest {most}; displacements {self.exaggeration:g} times{self.note}"
 
@@ -108,7 +108,7 @@ class StressWave:
 
 
 def animate_wave(wave: StressWave, path: str | os.PathLike[str], *, title: str = "") -> None:
-    """An endless GIF of it; the colour scale is that of all times.
+    """Draw an endless GIF of a wave; the colour scale is that of all times.
 
     Raises:
         PictureError: what drawing needs is missing, parts that do not fit together.
@@ -121,7 +121,7 @@ def animate_wave(wave: StressWave, path: str | os.PathLike[str], *, title: str =
 
 
 def plot_wave(wave: StressWave, path: str | os.PathLike[str], *, title: str = "") -> None:
-    """`SHOWN` of its times on one sheet, or all where they are fewer. Raises as `animate_wave`."""
+    """Draw `SHOWN` of its times on one sheet, or all where they are fewer. Raises as `animate_wave`."""
     chosen = np.unique(np.linspace(0, len(wave.time) - 1, min(SHOWN, len(wave.time))).round().astype(int))
     images = crop(_drawn(wave, chosen.tolist(), ""))
     from matplotlib.cm import ScalarMappable
@@ -136,7 +136,7 @@ def plot_wave(wave: StressWave, path: str | os.PathLike[str], *, title: str = ""
 
 
 def write_wave(wave: StressWave, path: str | os.PathLike[str]) -> None:
-    """The same for ParaView: NAME.pvd and NAME/0001.vtu, ..., the body at rest with its displacement and stress.
+    """Write the same for ParaView: NAME.pvd and NAME/0001.vtu, ..., the body at rest with its displacement and stress.
 
     Raises:
         PictureError: pyvista is missing, parts that do not fit together.
@@ -150,7 +150,7 @@ def write_wave(wave: StressWave, path: str | os.PathLike[str]) -> None:
 
 
 def _drawn(wave: StressWave, frames: Any, title: str) -> list[Image]:
-    """With colour scale and words where there is a title."""
+    """Return images of the frames, with colour scale and words where there is a title."""
     wave.check()
     pyvista = load_pyvista()
     plotter, images = new_plotter(pyvista, SIZE), []

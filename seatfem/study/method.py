@@ -1,4 +1,4 @@
-"""How a scene is computed: what a plan chooses and a run carries out. The scene itself is what is asked.
+"""Methods: how a scene is computed, which a plan chooses and a run carries out. The scene itself is what is asked.
 
 A method has a value for each of `FIELDS`, the keys of a scene that say how and not what. What the file states is never
 touched; what it leaves open stands in the method alone.
@@ -47,7 +47,7 @@ FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
 
 @dataclass(frozen=True)
 class RunMethod:
-    """How one impact is computed.
+    """Models, meshes and steps by which one impact is computed.
 
     Attributes:
         seat, reed: the struck body and the striker.
@@ -62,12 +62,12 @@ class RunMethod:
 
     @property
     def ports(self) -> int | None:
-        """Arcs of the seat's lip; ``None`` where it is struck as a whole."""
+        """Return the number of arcs of the seat's lip; ``None`` where it is struck as a whole."""
         return None if self.seat.lip is None else self.seat.lip.arcs
 
     def along(self, scene: Scene, ports: int | None, rings: int | None = None) -> RunMethod:
-        """With the lip in so many arcs and rings, by default those that the scene states; sectors of the seat have
-        none."""
+        """Return the method with the lip in so many arcs and rings, by default those that the scene states; sectors of
+        the seat have none."""
         lip = lip_of(scene, ports, rings)
         rings = self.seat.rings if lip is None else lip.rings
         level: AnyLevel = "3d" if lip is not None and self.seat.level == "sector" else self.seat.level
@@ -77,29 +77,29 @@ class RunMethod:
         )
 
     def value(self, key: str) -> Any:
-        """What stands at a dotted ``key`` of `FIELDS`."""
+        """Return the value of a dotted ``key`` of `FIELDS`."""
         value: Any = self
         for name in FIELDS[key]:
             value = getattr(value, name)
         return value
 
     def replaced(self, values: Mapping[str, object]) -> RunMethod:
-        """With other ``values`` at dotted keys of `FIELDS`."""
-        found = self
+        """Return the method with other ``values`` at dotted keys of `FIELDS`."""
+        method = self
         for key, value in values.items():
             first, *rest = FIELDS[key]
             change: dict[str, Any] = {rest[0]: value} if rest else {first: value}
-            found = replace(found, **({first: replace(getattr(found, first), **change)} if rest else change))
-        return found
+            method = replace(method, **({first: replace(getattr(method, first), **change)} if rest else change))
+        return method
 
 
 def chooses_one_port(scene: Scene, method: RunMethod) -> bool:
-    """Whether ``method`` has one port in place of a lip's arcs and the file of the ``scene`` does not say so."""
+    """Return whether ``method`` has one port in place of a lip's arcs and the file of the ``scene`` does not say so."""
     return method.ports == 1 and not is_given(scene, PORTS)
 
 
 def stated_method(scene: Scene) -> RunMethod:
-    """What the file states, and the defaults of what it leaves open: for a run without a plan.
+    """Return what the file states, and the defaults of what it leaves open: for a run without a plan.
 
     An open ``seat.model`` becomes the cheapest level that leaves out little beside the target of the accuracy.
 
@@ -114,7 +114,7 @@ def stated_method(scene: Scene) -> RunMethod:
 
 
 def value_of(scene: Scene, key: str) -> Any:
-    """What the file states at a dotted ``key``, or its default."""
+    """Return what the file states at a dotted ``key``, or its default."""
     value: Any = scene
     for part in key.split("."):
         value = getattr(value, part)
@@ -122,7 +122,7 @@ def value_of(scene: Scene, key: str) -> Any:
 
 
 def is_given(scene: Scene, key: str) -> bool:
-    """Whether the file states the dotted ``key``; "auto" and an absent value are no statement."""
+    """Return whether the file states the dotted ``key``; "auto" and an absent value are no statement."""
     if not has_key(scene, key):
         return False
     tables, _, name = key.rpartition(".")
@@ -131,7 +131,7 @@ def is_given(scene: Scene, key: str) -> bool:
 
 
 def has_key(scene: Scene, key: str) -> bool:
-    """Whether this kind of scene knows the dotted ``key`` at all."""
+    """Return whether this kind of scene knows the dotted ``key`` at all."""
     value: Any = scene
     for part in key.split("."):
         if not isinstance(value, BaseModel) or part not in type(value).model_fields:
@@ -141,7 +141,7 @@ def has_key(scene: Scene, key: str) -> bool:
 
 
 def as_stated(scene: Scene, method: RunMethod) -> Scene:
-    """``scene`` as if its file stated the ``method``: for what reads a scene alone."""
+    """Return ``scene`` as if its file stated the ``method``: for what reads a scene alone."""
     for key in FIELDS:
         if has_key(scene, key) and (value := method.value(key)) is not None and value != value_of(scene, key):
             scene = _with(scene, key.split("."), value)

@@ -46,7 +46,7 @@ def beam_cases() -> tuple[Case, ...]:
 
 
 def _root(n: int, exact: float) -> Case:
-    """k L from the frequency of a unit cantilever (EI = rho A = L = 1), its rigidity multiplied."""
+    """Return the case of k L from the frequency of a unit cantilever (EI = rho A = L = 1), its rigidity multiplied."""
 
     def compute(coefficient: float) -> float:
         unit = Cantilever(young=12.0 * coefficient, density=1.0, length=1.0, width=1.0, thickness=1.0)
@@ -64,7 +64,7 @@ def _reed_frequency(n: int, exact: float) -> Case:
 
 
 def _reed_stiffness() -> Case:
-    """From the modes and their residual compliance."""
+    """Return the case of the reed's stiffness from the modes and their residual compliance."""
 
     def compute(coefficient: float) -> float:
         compliance = _released(0.0, 40, young_factor=coefficient).greens.static_compliance()
@@ -87,7 +87,8 @@ def _released(damping_ratio: float, n_modes: int, young_factor: float = 1.0) -> 
 
 
 def _flight(damping_ratio: float) -> tuple[Case, Case]:
-    """Free flight from the static shape: a step of the tip force, u = F (S(inf) - S(t)), u' = -F g(t)."""
+    """Return the cases of free flight from the static shape: a step of tip force, u = F (S(inf) - S(t)), u' = -F
+    g(t)."""
     name = f"paper's reed released from 1 mm, damping ratio {damping_ratio:g}"
     time, velocity = _FLIGHT[damping_ratio]
 
@@ -123,14 +124,14 @@ def _paper_rod(length: float, area: float) -> tuple[Case, ...]:
 
 
 def _first_frequency(rod: ExactRod) -> float:
-    """From the period of g: the first time the undamped rod's step response is zero again."""
+    """Return the first frequency from the period of g: the undamped rod's step response is zero again."""
     static = float(rod.static_compliance()[0, 0])
     top = brentq(lambda t: float(rod.step_response(t)) - static, 0.0, 1.8 * rod.rod.transit, xtol=1e-20, rtol=1e-12)
     return 1.0 / (4.0 * float(top))
 
 
 def _first_return(rod: ExactRod) -> float:
-    """Where g changes sign, by bisection from transit to three transits."""
+    """Return the time where g changes sign, by bisection from transit to three transits."""
     low, high = rod.rod.transit, 3 * rod.rod.transit
     for _ in range(50):
         middle = (low + high) / 2
@@ -139,7 +140,7 @@ def _first_return(rod: ExactRod) -> float:
 
 
 def _tip_kernel() -> Case:
-    """g of the tip before any reflection is that of a semi-infinite beam's end."""
+    """Return the case of the tip: g before any reflection is that of a semi-infinite beam's end."""
 
     def compute(coefficient: float) -> float:
         speed = math.sqrt(REED.rigidity / REED.line_density)
@@ -152,7 +153,7 @@ def _tip_kernel() -> Case:
 
 
 def _infinite_beam_kernel() -> Case:
-    """The closed form against the modes of a long simply supported beam struck at mid-span."""
+    """Return the case of the closed form against the modes of a long simply supported beam struck at mid-span."""
 
     def compute(coefficient: float) -> float:
         k = np.pi * np.arange(1, 8000, 2, dtype=np.float64)

@@ -53,7 +53,7 @@ def _hertz() -> tuple[Case, ...]:
         return Case(name, quantity, exact, 1e-6, _HERTZ, stepped(solve, _STEPS, 1))
 
     def contact(result: impact.ImpactResult) -> HertzContact:
-        """Under the largest force."""
+        """Return the contact of Hertz under the largest force."""
         return _contact(impact.measures.peak_force(result))
 
     return (
@@ -69,7 +69,7 @@ def _hertz() -> tuple[Case, ...]:
 
 
 def _hertz_constants() -> tuple[Case, ...]:
-    """Of duration and largest force; the factor is on the velocity, k or the mass's scale."""
+    """Return the cases of duration and largest force; the factor is on the velocity, k or the mass's scale."""
     name = "sphere on a rigid seat, constants of Hertz"
 
     def case(quantity: str, exact: float, solve: Callable[[float, int], float]) -> Case:
@@ -109,12 +109,13 @@ def _zener(inelasticity: float) -> tuple[Case, Case, Case]:
 
 
 def rigid_seat() -> ModalGreens:
-    """A Green's function that is zero."""
+    """Return a Green's function that is zero."""
     return ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.none())
 
 
 def plate_seat(inelasticity: float) -> ModalGreens:
-    """Infinite plate of impedance m/(lambda time), by its thickness: Z = 8 h^2 sqrt(E rho/(12 (1 - nu^2)))."""
+    """Return the infinite plate of impedance m/(lambda time), from its thickness: Z = 8 h^2 sqrt(E rho/(12 (1 -
+    nu^2)))."""
     if inelasticity == 0:
         return rigid_seat()
     impedance = MASS / (inelasticity * _TIME)
@@ -140,7 +141,7 @@ def _contact(force: float) -> HertzContact:
 def strike(
     seat: ModalGreens, stiffness_factor: float, velocity_factor: float, steps: int, rule: str = "passive"
 ) -> impact.ImpactResult:
-    """The sphere on a seat, ``steps`` to the unit of time."""
+    """Run the impact of the sphere on a seat, ``steps`` to the unit of time."""
     striker = impact.rigid_mass(mass=MASS, velocity=-VELOCITY * velocity_factor)
     law = impact.Hertz(stiffness=_STIFFNESS * stiffness_factor)
     problem = impact.ContactProblem(striker, impact.Body(seat), law=law)
@@ -148,7 +149,7 @@ def strike(
 
 
 def _plate_rebound(inelasticity: float, factor: float, steps: int) -> float:
-    """The factor is on lambda."""
+    """Return the rebound from a plate; the factor is on lambda."""
     result = strike(plate_seat(inelasticity * factor), 1.0, 1.0, steps)
     return impact.measures.impulse(result) / (MASS * VELOCITY) - 1.0
 
@@ -167,7 +168,7 @@ def _plate_approach(inelasticity: float, stiffness_factor: float, steps: int) ->
 
 
 def _duration(result: impact.ImpactResult) -> float:
-    """Until the gap opens, between two records by straight line: second order, as it opens with a velocity."""
+    """Return the time until the gap opens, linear between two records: second order, as it opens with a velocity."""
     gap = result.gap
     m = int(np.flatnonzero((gap[1:] > 0) & (gap[:-1] <= 0))[-1])
     return float(result.time[m]) - result.dt * float(gap[m]) / float(gap[m + 1] - gap[m])
@@ -186,10 +187,11 @@ def several_cases() -> tuple[Case, ...]:
 
 
 def _between_stops() -> Case:
-    """A mass to and fro between a seat and a stopper, clearance 2 d: period 2 pi/w + 4 d/V. Here m = k = V = d = 1."""
+    """Return the case of a mass between a seat and a stopper, clearance 2 d: period 2 pi/w + 4 d/V, m = k = V = d =
+    1."""
 
     def period(stiffness: float, steps: int) -> float:
-        """From the centre, towards the seat, to the same place; by the conserving rule."""
+        """Return the time from the centre, towards the seat, to the same place; by the conserving rule."""
         contacts = [
             impact.Contact(impact.Body(rigid_seat()), gap=1.0, side=side, law=impact.LinearSpring(stiffness=k))
             for side, k in ((1, 1.0), (-1, stiffness))
@@ -205,7 +207,8 @@ def _between_stops() -> Case:
 
 
 def _two_supports() -> tuple[Case, Case]:
-    """Pressure q on a cantilever that rests on rigid supports at its middle and its tip, spans L: 8/7 and 11/28 q L."""
+    """Return the cases of pressure q on a cantilever on rigid supports at middle and tip, spans L: 8/7 and 11/28 q
+    L."""
 
     def reactions(load: float) -> tuple[float, float]:
         beam = impact.Cantilever(young=12.0, density=1.0, length=2.0, width=1.0, thickness=1.0)

@@ -41,7 +41,8 @@ def ground_cases() -> tuple[Case, ...]:
 
 
 def _half_space_model(radius: float, n: int, young: float) -> SecondOrderModel:
-    """A clamped cylinder of radius and depth ``radius`` under a loaded disk of radius 1; n: cells per interval."""
+    """Return a clamped cylinder, radius and depth ``radius``, under a loaded disk of radius 1; n: cells per
+    interval."""
     far = 2.0 ** np.arange(1, round(math.log2(radius)) + 1)
     r = split([0.0, 0.5, 0.8, 0.95, 1.0, 1.05, 1.2, 1.5, *far], n)
     z = split([0.0, 0.05, 0.2, 0.5, 1.0, 1.5, *far], n)
@@ -51,7 +52,7 @@ def _half_space_model(radius: float, n: int, young: float) -> SecondOrderModel:
 
 
 def _disk_at_rest() -> tuple[Case, ...]:
-    """w E a/((1 - nu^2) F), extrapolated to infinite depth R = 8, 16, 32, then to the mesh.
+    """Return the cases of w E a/((1 - nu^2) F), extrapolated to infinite depth R = 8, 16, 32, then to the mesh.
 
     The clamped bottom takes away a rigid displacement ~1/R and, by symmetry, nothing until ~1/R^3.
     """
@@ -78,7 +79,7 @@ def _disk_at_rest() -> tuple[Case, ...]:
 
 
 def _square_at_rest() -> Case:
-    """A quarter of a loaded square of side 1 on a block of hexahedra with three clamped sides.
+    """Return the case of a quarter of a loaded square of side 1 on a block of hexahedra with three clamped sides.
 
     R = 4 on meshes n = 1, 2, 4. The stress is like log r at the edge of the pressure, so that the elements there leave
     an error ~n^-2 of the energy. What the depth takes away: R = 4, 8, 16 with n = 2, uncertain by what n = 1 differs.
@@ -114,13 +115,13 @@ def _square_at_rest() -> Case:
 
 
 def _disk_step() -> tuple[Case, ...]:
-    """The disk's response to a load switched on within 0.5 a/c_s, before an echo from the clamped bottom returns."""
+    """Return the cases of a disk loaded within 0.5 a/c_s, before an echo from the clamped bottom returns."""
     width, times = 0.5, (0.5, 1.0, 1.5, 2.0, 2.7)
     patch = unit_patch(_GROUND)
     static = patch.static_compliance()[0, 0]
 
     def switched(step: Callable[[Array], Array]) -> Array:
-        """Mean of u(t - s) with Hann's weight of s; the trapezoidal rule is exact on its ends to all orders."""
+        """Return the mean of u(t - s) with Hann's weight of s; the trapezoidal rule is exact to all orders."""
         s = width * np.arange(200) / 200
         weight = hann(s, width) * width / 200
         return np.array([float(weight @ step(np.maximum(t - s, 0.0))) for t in times])
@@ -169,7 +170,7 @@ def rigid_face_cases() -> tuple[Case, ...]:
 
 
 def _rings(radius: float, young: float) -> Array:
-    """(8, 8) compliance of the rings of a disk of radius 1 on a clamped cylinder of this radius and depth."""
+    """Return the compliances (8, 8) of the rings of a unit disk on a clamped cylinder of this radius and depth."""
     far = 2.0 ** np.arange(1, round(math.log2(radius)) + 1)
     r = split([*np.sqrt(ring_borders(_FINEST)), 1.02, 1.06, 1.2, 1.5, *far], 2)
     z = split([0.0, 0.01, 0.04, 0.12, 0.3, 0.6, 1.0, 1.5, *far], 2)

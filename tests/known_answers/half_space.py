@@ -74,17 +74,17 @@ def half_space_cases() -> tuple[Case, ...]:
 
 @cache
 def unit_patch(poisson: float) -> HalfSpacePatch:
-    """c_s = 1, rho = 1, a = 1."""
+    """Return the patch of c_s = 1, rho = 1, a = 1."""
     return half_space_patch(young=2 * (1 + poisson), poisson=poisson, density=1.0, radius=1.0)
 
 
 def stiffened(patch: HalfSpacePatch, factor: float) -> HalfSpacePatch:
-    """Young's modulus multiplied; the response without dimensions depends on nu only."""
+    """Return the patch with Young's modulus multiplied; the response without dimensions depends on nu only."""
     return HalfSpacePatch(patch.young * factor, patch.poisson, patch.density, patch.radius, patch.response)
 
 
 def _static() -> tuple[Case, ...]:
-    """Compliances times E/(1 - nu^2) and the size; the factor is on Young's modulus."""
+    """Return the cases of compliances times E/(1 - nu^2) and the size; the factor is on Young's modulus."""
     name, unit = "half-space, static load", {"poisson": 0.0}
 
     def disk(quantity: str, exact: float, at: str, factor: float) -> Case:
@@ -110,7 +110,7 @@ def _static() -> tuple[Case, ...]:
 
 
 def _rayleigh(poisson: float, exact: float) -> Case:
-    """From the time that the Rayleigh wave takes to cross the disk, after which its g is zero."""
+    """Return the case of the Rayleigh speed, from the time the wave takes to cross the disk: then its g is zero."""
 
     def compute(coefficient: float) -> float:
         return 2.0 / stiffened(unit_patch(poisson), coefficient).crossing_time
@@ -119,7 +119,7 @@ def _rayleigh(poisson: float, exact: float) -> Case:
 
 
 def _rayleigh_over_rod() -> Case:
-    """The limit of the longitudinal wave of a cylinder for short waves."""
+    """Return the case of the limit of the longitudinal wave of a cylinder for short waves."""
     poisson = 0.29
 
     def compute(coefficient: float) -> float:
@@ -130,7 +130,7 @@ def _rayleigh_over_rod() -> Case:
 
 
 def _pekeris(tau: float, exact: float) -> Case:
-    """The factor is on nu."""
+    """Return the case of a point load on a half-space; the factor is on nu."""
 
     def compute(coefficient: float) -> float:
         return float(point_step_response(tau, poisson=_QUARTER * coefficient))
@@ -154,7 +154,7 @@ def _disk(tau: float, exact: float) -> Case:
 
 
 def _disk_start() -> Case:
-    """The plane wave under the disk."""
+    """Return the case of the plane wave under the disk."""
 
     def compute(coefficient: float) -> float:
         patch = stiffened(unit_patch(_QUARTER), coefficient)
@@ -172,7 +172,8 @@ def radiating_cases() -> tuple[Case, ...]:
 
 
 def _infinite_beam() -> tuple[Case, Case]:
-    """g = C t^(1/2)/Gamma(3/2): v/V = exp(z^2) erfc(z), N M C^2/V = 1/(pi^(1/2) z) - v/V, z = t^(1/2)/(M C).
+    """Return the cases of a mass on an infinite beam, g = C t^(1/2)/Gamma(3/2): v/V = exp(z^2) erfc(z), N M C^2/V =
+    1/(pi^(1/2) z) - v/V, z = t^(1/2)/(M C).
 
     The mass never leaves the beam. Here M C = 1 and z = 1.
     """
@@ -189,7 +190,7 @@ def _infinite_beam() -> tuple[Case, Case]:
         return 1.0 - float(np.sum(strike(rigidity, steps)[: steps + 1])) / steps
 
     def force(rigidity: float, steps: int) -> float:
-        """The mean of the two steps that meet at z = 1, as the force of a step belongs to its middle."""
+        """Return the mean of the two steps that meet at z = 1, as the force of a step belongs to its middle."""
         return float(np.mean(strike(rigidity, steps)[steps : steps + 2]))
 
     pressed = 1 / math.sqrt(math.pi) - moderated
@@ -200,7 +201,8 @@ def _infinite_beam() -> tuple[Case, Case]:
 
 
 def _slow_on_half_space() -> Case:
-    """A heavy mass M on the disk, K its static stiffness, loses R int N'^2 dt: e = 1 - (pi/2) R K (K/M)^(1/2) + ...
+    """Return the case of a heavy mass M on the disk, K its static stiffness, which loses R int N'^2 dt: e = 1 - (pi/2)
+    R K (K/M)^(1/2) + ...
 
     R = int (1/K - S) dt depends on the material only, not on the disk. The limit of ever heavier masses.
     """
@@ -208,7 +210,7 @@ def _slow_on_half_space() -> Case:
     compliance = float(patch.static_compliance()[0, 0])
 
     def loss(density: float, number: int) -> float:
-        """1 - e over its leading term, for the mass 100 number^2 rho a^3."""
+        """Return 1 - e over its leading term, for the mass 100 number^2 rho a^3."""
         mass = 100.0 * number**2
         contact = math.pi * math.sqrt(mass * compliance)
         seat = impact.Body(replace(patch, density=density))

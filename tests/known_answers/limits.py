@@ -16,7 +16,7 @@ Solve = Callable[[int, float], Sequence[float]]
 
 
 def richardson(solve: Callable[[int], float], steps: int, order: int) -> Estimate:
-    """Limit of ``solve(n)`` for n = steps, 2 steps, 4 steps, converging smoothly like n^-order.
+    """Return the limit of ``solve(n)`` for n = steps, 2 steps, 4 steps, converging smoothly like n^-order.
 
     Value: extrapolated from the two finest; uncertainty: what the last refinement changed in the extrapolated value,
     which is one order higher and thus falls at least twofold from there; order: observed on the three.
@@ -29,7 +29,7 @@ def richardson(solve: Callable[[int], float], steps: int, order: int) -> Estimat
 
 
 def stepped(solve: Callable[[float, int], float], steps: int, order: int | None = None) -> Callable[[float], Estimate]:
-    """``compute`` of a case from ``solve(coefficient, n)``: as `richardson` with an order, as `refined` without."""
+    """Return a case's ``compute`` from ``solve(coefficient, n)``: as `richardson` with an order, else as `refined`."""
 
     def compute(coefficient: float) -> Estimate:
         of_steps = partial(solve, coefficient)
@@ -39,7 +39,7 @@ def stepped(solve: Callable[[float, int], float], steps: int, order: int | None 
 
 
 def refined(solve: Callable[[int], float], steps: int) -> Estimate:
-    """Finest of ``solve(n)`` for n = steps, 2 steps, 4 steps, where the error falls at least like 1/n but not smoothly.
+    """Return the finest of ``solve(n)``, n = steps, 2 steps, 4 steps; errors fall at least like 1/n, not smoothly.
 
     The end of contact falls anywhere in a step, so that the constant of the order differs from step to step.
     Uncertainty: the larger of the last change and half the one before.
@@ -49,7 +49,7 @@ def refined(solve: Callable[[int], float], steps: int) -> Estimate:
 
 
 def converged(solve: Solve, steps: int, order: int) -> Callable[[int], Callable[[float], Estimate]]:
-    """``compute`` of the i-th quantity as the limit of the meshes n = steps, 2 steps, 4 steps, error ~ n^-order.
+    """Return ``compute`` of the i-th quantity as the limit of the meshes n = steps, 2 steps, 4 steps, error ~ n^-order.
 
     All quantities share the three solutions. A factor other than 1 is computed on the coarsest mesh, and the limit
     takes part in its relative change: the error of the mesh is nearly the same with it and without.
@@ -65,7 +65,7 @@ def converged(solve: Solve, steps: int, order: int) -> Callable[[int], Callable[
 
 
 def small_limit(solve: Solve, levels: int = 4) -> Callable[[int], Callable[[float], Estimate]]:
-    """The same as a small parameter h ~ 1/n goes to zero, n = 1, 2, 4, ...: the error is a series in h, h^2, h^3.
+    """Return the same as a small parameter h ~ 1/n goes to 0, n = 1, 2, 4, ...: the error is a series in h.
 
     Romberg's table; its last entry, with what the last elimination changed as uncertainty. The order is that of the
     column from which the term in h is gone: 2.
@@ -81,7 +81,7 @@ def small_limit(solve: Solve, levels: int = 4) -> Callable[[int], Callable[[floa
 
 
 def romberg(values: Sequence[float]) -> Estimate:
-    """Limit of at least three values whose errors are series in h = 1, 1/2, 1/4, ..., see `small_limit`."""
+    """Return the limit of at least three values whose errors are series in h = 1, 1/2, 1/4, ..., see `small_limit`."""
     columns = [np.asarray(values, dtype=np.float64)]
     for power in range(1, len(values)):
         last = columns[-1]
@@ -93,14 +93,14 @@ def romberg(values: Sequence[float]) -> Estimate:
 
 
 def recomputed(coarse: Callable[[float], float], limit: Callable[[], Estimate]) -> Callable[[float], Estimate]:
-    """``compute`` of a case from its limit and, for a factor other than 1, the coarse value's relative change."""
+    """Return a case's ``compute`` from its limit and, for a factor other than 1, the coarse relative change."""
     once = cache(limit)
 
     def compute(coefficient: float) -> Estimate:
-        found = once()
+        estimate = once()
         if coefficient == 1.0:
-            return found
+            return estimate
         factor = coarse(coefficient) / coarse(1.0)
-        return replace(found, value=found.value * factor, uncertainty=found.uncertainty * abs(factor))
+        return replace(estimate, value=estimate.value * factor, uncertainty=estimate.uncertainty * abs(factor))
 
     return compute

@@ -39,7 +39,7 @@ def _on_rigid(law: impact.HuntCrossley, steps: int, rule: str = "auto") -> impac
 
 
 def _hunt_crossley() -> tuple[Case, Case]:
-    """v dv/(1 + d v) = -k x^n dx:  (1 + e) d V = ln((1 + d V)/(1 - e d V)), for any n; here d V = 1/2, n = 3/2."""
+    """Return the cases v dv/(1 + d v) = -k x^n dx: (1 + e) d V = ln((1 + d V)/(1 - e d V)); here d V = 1/2, n = 3/2."""
     name, d, e = "Hunt-Crossley contact, d V = 0.5", 0.5, 0.748434931597
     deepest = (2.5 * (1 / d - math.log(1 + d) / d**2)) ** 0.4
 
@@ -58,7 +58,7 @@ def _hunt_crossley() -> tuple[Case, Case]:
 
 
 def _pad() -> tuple[Case, Case]:
-    """Mass on a massless plate on spring beside dashpot, zeta = 0.3: until the force, not the deflection, is zero.
+    """Return the cases of a mass on a plate on spring beside dashpot, zeta = 0.3: until the force is zero.
 
     w_d t = pi - atan(2 zeta r/(1 - 2 zeta^2)), r = sqrt(1 - zeta^2), and e = exp(-zeta w t).
     """
@@ -86,7 +86,7 @@ def _pad() -> tuple[Case, Case]:
 
 
 def _falling_weight() -> tuple[Case, Case, Case]:
-    """Dropped from h = 4 m g/k on a spring, and from h = 0: N/(m g) = 1 + sqrt(1 + 2 h k/(m g)).
+    """Return the cases of a mass dropped on a spring from h = 4 m g/k and 0: N/(m g) = 1 + sqrt(1 + 2 h k/(m g)).
 
     Contact lasts 2 (pi - atan(sqrt(2 h k/(m g))))/w. It begins on a step.
     """
@@ -133,7 +133,7 @@ def _blown_mass() -> Case:
 
 
 def _chain() -> tuple[Case, Case]:
-    """A bead strikes two beads at rest, equal masses and springs: N = (sin w t + sin(3^(1/2) w t)/3^(1/2))/2."""
+    """Return the cases of a bead that strikes two at rest: N = (sin w t + sin(3^(1/2) w t)/3^(1/2))/2."""
     name = "bead on two beads, equal springs"
     end, velocity = 2.554812911197, -0.130261695065
 
@@ -158,7 +158,7 @@ def _chain() -> tuple[Case, Case]:
 
 
 def _pressed_reed() -> tuple[Case, Case]:
-    """Uniform pressure q on a cantilever whose tip rests on its seat, which is rigid or the spring 3 EI/L^3."""
+    """Return the cases of pressure q on a cantilever whose tip rests on its seat, rigid or the spring 3 EI/L^3."""
 
     def reaction(target: impact.GreensFunction, young: float, load: float) -> float:
         beam = impact.Cantilever(young=12.0 * young, density=1.0, length=1.0, width=1.0, thickness=1.0)
@@ -174,13 +174,13 @@ def _pressed_reed() -> tuple[Case, Case]:
 
 
 def _slow_plate() -> Case:
-    """(1 - e)/lambda for lambda -> 0: the work of Hertz's force on the plate's dashpot.
+    """Return the case of (1 - e)/lambda for lambda -> 0: the work of Hertz's force on the plate's dashpot.
 
     Integral of s^3 over the impact s'' = -s^(3/2), s'(0) = 1: (4/5) (5/4)^(8/5) B(8/5, 1/2).
     """
 
     def loss(factor: float, number: int) -> float:
-        """For lambda = 0.04/number; by the conserving rule, which is second order."""
+        """Return the loss for lambda = 0.04/number; by the conserving rule, which is second order."""
         inelasticity = 0.04 / number
         result = strike(plate_seat(inelasticity * factor), 1.0, 1.0, 3200, rule="conserving")
         return (2.0 - impact.measures.impulse(result) / (MASS * VELOCITY)) / inelasticity

@@ -39,16 +39,16 @@ class Waves:
         return np.tensordot(self.vectors, x, axes=1) + self.phases.reshape(-1, *(1,) * (x.ndim - 1))
 
     def displacement(self, x: Array) -> Array:
-        """(3, ...) at points (3, ...)."""
+        """Return the displacement (3, ...) at points (3, ...)."""
         return np.tensordot(self.amplitudes.T, np.sin(self._phase(x)), axes=1)
 
     def gradient(self, x: Array) -> Array:
-        """(3, 3, ...): du_i/dx_j at [i, j]."""
+        """Return the gradient (3, 3, ...): du_i/dx_j at [i, j]."""
         cosines: Array = np.cos(self._phase(x))
         return np.asarray(np.einsum("wi,wj,w...->ij...", self.amplitudes, self.vectors, cosines), dtype=np.float64)
 
     def body_force(self, x: Array, material: Material) -> Array:
-        """-div sigma = sum_w ((lambda + mu) (a.k) k + mu |k|^2 a) sin(k . x + phase)."""
+        """Return -div sigma = sum_w ((lambda + mu) (a.k) k + mu |k|^2 a) sin(k . x + phase)."""
         lam, mu = material.lame
         along = np.sum(self.amplitudes * self.vectors, axis=1)[:, None]
         forces = (lam + mu) * along * self.vectors + mu * np.sum(self.vectors**2, axis=1)[:, None] * self.amplitudes
@@ -70,7 +70,7 @@ class RelativeErrors:
 
 
 def stress(gradients: Array, material: Material) -> Array:
-    """Hooke's law: (3, 3, ...) from du_i/dx_j."""
+    """Return the stress by Hooke's law: (3, 3, ...) from du_i/dx_j."""
     lam, mu = material.lame
     strain = (gradients + gradients.swapaxes(0, 1)) / 2
     identity = np.eye(3).reshape(3, 3, *(1,) * (gradients.ndim - 2))
@@ -87,7 +87,7 @@ def relative_errors(
     assembled: Material | None = None,
     sliding: Sequence[str] = (),
 ) -> RelativeErrors:
-    """Elements that are given the waves on boundary "held", their tractions on "loaded" and their body force.
+    """Return the errors of elements with waves given on "held", tractions on "loaded" and their body force.
 
     ``assembled``: material of the elements, if not that of the loads; ``sliding``: boundaries without normal
     displacement.
@@ -123,7 +123,7 @@ def relative_errors(
 
 
 def _loads(mesh: Any, element: Any, order: int, waves: Waves, material: Material) -> Array:
-    """Consistent nodal forces (3 nodes,) of the body force and of the tractions on "loaded"."""
+    """Return consistent nodal forces (3 nodes,) of the body force and of the tractions on "loaded"."""
     inside = skfem.Basis(mesh, element, intorder=2 * order + 3)
     surface = skfem.FacetBasis(mesh, element, facets=mesh.boundaries["loaded"], intorder=2 * order + 3)
     forces = waves.body_force(inside.global_coordinates().value, material)
@@ -146,7 +146,7 @@ def manufactured_cases() -> tuple[Case, ...]:
 
 
 def _plane_strain(shape: str) -> tuple[Case, Case]:
-    """What the error leaves of 1, so that its limit is known and its order is that of the error."""
+    """Return what the error leaves of 1, so that its limit is known and its order is that of the error."""
     cells, element = _ELEMENTS[shape]
 
     def solve(n: int, young: float) -> Sequence[float]:

@@ -66,7 +66,8 @@ def plate_cases() -> tuple[Case, ...]:
 
 
 def _square(about_x: str, about_y: str, rigid: int) -> tuple[Case, ...]:
-    """FV12: a quarter of the free square plate, above its middle plane, on which bending moves nothing in plane.
+    """Return the cases of FV12: a quarter of the free square plate, above its middle plane, on which bending moves
+    nothing in plane.
 
     The frequencies are those of h = 0.05 m if f ~ h: Kirchhoff's plate is the limit of f 0.05 m/h for h to 0. The
     error is a series in h, as free edges twist like a body over a distance h; so the mesh has two narrow rows there.
@@ -96,7 +97,7 @@ def _square(about_x: str, about_y: str, rigid: int) -> tuple[Case, ...]:
 
 
 def _membrane() -> tuple[Case, ...]:
-    """FV32: half the thickness, one layer of hexahedra; the root moves freely across the plate, so the stress is plane.
+    """Return the cases of FV32: half the thickness, one layer; the root is free across the plate: plane stress.
 
     At the root's corners (78.7 degrees, clamped and free) the stress is singular like r^-0.17: modes that load them
     converge with the order 1.7, the others with up to 4. The limit is taken with order 2, which brackets it.
@@ -117,7 +118,7 @@ def _membrane() -> tuple[Case, ...]:
 
 
 def _round(outer: str, inner: str, hole: float, harmonic: int) -> tuple[Case, ...]:
-    """lambda^2 = w a^2 (rho h/D)^(1/2), a = E = rho = 1: the limit for h to 0, elements about as wide as thick."""
+    """Return the cases of lambda^2 = w a^2 (rho h/D)^(1/2), a = E = rho = 1: the limit for h to 0."""
     exact = _ROUND[outer, inner, hole][harmonic]
     thickest = 0.02 if outer == inner == "C" else 0.04  # the narrow ring is stiff: shear and edges count more
 
@@ -143,7 +144,7 @@ def _round(outer: str, inner: str, hole: float, harmonic: int) -> tuple[Case, ..
 
 
 def _bending(outer: str, inner: str, hole: float, h: float, harmonic: int, young: float) -> SecondOrderModel:
-    """Upper half of the thickness; at an edge S the displacement along it and across the plate is held."""
+    """Return the model of the upper half; at an edge S the displacement along it and across the plate is held."""
     model = assemble_axisymmetric(
         section(_radii(hole, h), np.array([0.0, h / 2])), Material(young, _POISSON, 1.0), harmonic=harmonic, fixed=(),
         ports={}, order=2,
@@ -156,7 +157,7 @@ def _bending(outer: str, inner: str, hole: float, h: float, harmonic: int, young
 
 
 def _radii(hole: float, h: float) -> Array:
-    """Elements of width h, narrower where the edges disturb the plate's stresses."""
+    """Return the radii of elements of width h, narrower where the edges disturb the plate's stresses."""
     near = h * np.array([0.12, 0.4, 1.0])
     middle = np.linspace(hole + (h if hole else 0.0), 1.0 - h, max(2, round(0.96 * (1 - hole) / h)))
     inside = [hole, *(hole + near[:2])] if hole else []

@@ -48,7 +48,7 @@ def _clamped() -> tuple[Case, ...]:
 
 
 def _tip_mass() -> tuple[Case, ...]:
-    """The factor is on the tip's mass for the first mode, on the rigidity for the others, which it hardly moves."""
+    """Return the cases of a mass at the tip; the factor is on it for the first mode, on the rigidity for others."""
 
     def case(n: int, exact: float) -> Case:
         def compute(k: float) -> float:
@@ -78,7 +78,7 @@ def _timoshenko() -> tuple[Case, ...]:
 
 
 def _static() -> tuple[Case, ...]:
-    """The force and the stress from the modes and the flexibility they leave out."""
+    """Return the cases of the force and the stress from the modes and the flexibility they leave out."""
 
     def force(young_factor: float) -> float:
         reed = replace(REED, young=REED.young * young_factor)

@@ -41,7 +41,7 @@ def rod_cases() -> tuple[Case, ...]:
 
 
 def first_impact(result: impact.ImpactResult) -> slice:
-    """Records of the first contact interval."""
+    """Return the records of the first contact interval."""
     start, end = np.rint(impact.measures.contact_intervals(result)[0] / result.dt).astype(int)
     return slice(int(start) + 1, int(end) + 1)
 
@@ -124,7 +124,7 @@ def _free_rod_restitution(alpha: float, mass_factor: float, steps: int) -> float
 
 
 def _semi_infinite_decay(mass_factor: float, steps: int) -> float:
-    """The force at a step's end is the mean of its neighbours: second order."""
+    """Return the decay of the force, which at a step's end is the mean of its neighbours: second order."""
     rod = impact.semi_infinite_rod(young=_YOUNG, density=_DENSITY, area=_AREA)
     striker = impact.rigid_mass(mass=_MASS * mass_factor, velocity=-1.0)
     time = _MASS / _IMPEDANCE
@@ -152,7 +152,7 @@ def _identical_rods_duration(length_factor: float) -> float:
 
 
 def _identical_rods_restitution(length_factor: float) -> float:
-    """The factor is on the length of one of them."""
+    """Return the restitution of two rods; the factor is on the length of one of them."""
     first = impact.free_rod(young=_YOUNG, density=_DENSITY, area=_AREA, length=_LENGTH)
     second = impact.free_rod(young=_YOUNG, density=_DENSITY, area=_AREA, length=_LENGTH * length_factor)
     return impact.measures.restitution(_collide(first, second, _STEPS))

@@ -32,7 +32,7 @@ def round_bar_cases() -> tuple[Case, ...]:
 
 
 def bar_frequency(k: float, poisson: float = _BAR) -> float:
-    """w a/c_0 of the lowest longitudinal wave with wave number k/a along a free round bar.
+    """Return w a/c_0 of the lowest longitudinal wave with wave number k/a along a free round bar.
 
     2 (q^2 + k^2) p^2 J(p) J(q) - (q^2 - k^2)^2 J_0(p) J(q) - 4 k^2 p^2 J(p) J_0(q) = 0, J(x) = J_1(x)/x,
     p^2 = (w/c_p)^2 - k^2, q^2 = (w/c_s)^2 - k^2, either of which may be negative.
@@ -55,14 +55,14 @@ def bar_frequency(k: float, poisson: float = _BAR) -> float:
 
 
 def _round_bar(n: int, young: float, length: float) -> SecondOrderModel:
-    """Ends that slide: standing waves of k = m pi/length are exact."""
+    """Return a bar with ends that slide: standing waves of k = m pi/length are exact."""
     mesh = section(np.linspace(0.0, 1.0, n + 1), np.linspace(0.0, length, round(n * length) + 1))
     material = Material(young, _BAR, 1.0)
     return assemble_axisymmetric(mesh, material, fixed=(), sliding=("bottom", "top"), ports={}, order=2)
 
 
 def _bar() -> tuple[Case, ...]:
-    """Half waves of length pi/k, 1 to 6 along a bar of 4 pi radii."""
+    """Return the cases of half waves of length pi/k, 1 to 6 along a bar of 4 pi radii."""
     waves = (1, 3, 6)
 
     def solve(n: int, young: float) -> Sequence[float]:
@@ -78,7 +78,7 @@ def _bar() -> tuple[Case, ...]:
 
 
 def _surface_wave() -> Case:
-    """The bar's wave for k a = 24, 48, ...: curvature takes part with 1/(k a). Elements scale with the wave.
+    """Return the case of the bar's wave, k a = 24, 48, ...: curvature is of order 1/(k a). Elements scale with it.
 
     Between a sliding end and, a quarter wave on, a plane without radial displacement it is the lowest mode.
     """
@@ -97,7 +97,7 @@ def _surface_wave() -> Case:
 
 
 def _torsion() -> tuple[Case, ...]:
-    """The first two torsional modes of a bar clamped at one end, five radii long."""
+    """Return the cases of the first two torsional modes of a bar clamped at one end, five radii long."""
     orders = (1, 2)
 
     def solve(n: int, young: float) -> Sequence[float]:

@@ -50,12 +50,12 @@ def solid_cases() -> tuple[Case, ...]:
 
 
 def box_frequency(wave: tuple[int, int, int], speed: float) -> float:
-    """c |k|/(2 pi), k = pi (l/a, m/b, n/c): u_x = A sin(k_x x) cos(k_y y) cos(k_z z) and so on, A along k or across."""
+    """Return c |k|/(2 pi), k = pi (l/a, m/b, n/c): u_x = A sin(k_x x) cos(k_y y) cos(k_z z), A along k or across."""
     return speed / 2 * math.hypot(*(n / side for n, side in zip(wave, _SIDES, strict=True)))
 
 
 def _sliding_box(shape: str) -> tuple[Case, ...]:
-    """Shear waves (1,1,0), (1,0,1) and the pressure wave (1,0,0) between walls that hold the normal displacement."""
+    """Return the cases of shear waves (1,1,0), (1,0,1) and the pressure wave (1,0,0) between sliding walls."""
 
     def solve(n: int, young: float) -> Sequence[float]:
         mesh = box(*(np.linspace(0.0, side, n + 1) for side in _SIDES), cells=_CELLS[shape])
@@ -80,7 +80,7 @@ def _sliding_box(shape: str) -> tuple[Case, ...]:
 
 
 def bending_frequency(k: float, half: float, material: Material) -> float:
-    """f of the lowest antisymmetric Rayleigh-Lamb wave of wave number k in a plate of thickness 2 half.
+    """Return f of the lowest antisymmetric Rayleigh-Lamb wave of wave number k in a plate of thickness 2 half.
 
     4 k^2 q tan(q d) + (q^2 - k^2)^2 tan(p d)/p = 0, d = half, p^2 = (w/c_p)^2 - k^2, q^2 = (w/c_s)^2 - k^2 < 0.
     """
@@ -93,7 +93,7 @@ def bending_frequency(k: float, half: float, material: Material) -> float:
 
 
 def _thick_plate() -> tuple[Case, ...]:
-    """A square plate, a/h = 10, whose edge faces are held across and along, not normal to themselves.
+    """Return the cases of a square plate, a/h = 10, whose edge faces are held across and along, not normally.
 
     Then its waves are those of the infinite plate with k = pi/a (m, n). (FV52 holds the lower edges instead: under a
     line the displacement of a solid has no bound, and frequencies of bending fall with every finer mesh.)
@@ -124,7 +124,7 @@ def _thick_plate() -> tuple[Case, ...]:
 
 
 def _in_plane() -> Case:
-    """The mode of FV52 that its supports leave alone: in plane, antisymmetric about both middle lines; an eighth."""
+    """Return the case of the mode of FV52 that its supports leave alone: in plane, antisymmetric; an eighth."""
 
     def solve(n: int, young: float) -> Sequence[float]:
         across = np.linspace(0.0, 5.0, 2 * n + 1)
@@ -139,7 +139,7 @@ def _in_plane() -> Case:
 
 
 def _cantilever() -> tuple[Case, ...]:
-    """Bending of a beam of nu = 0, L/h = 10: the upper half in plane strain, which is plane stress here."""
+    """Return the cases of bending of a beam of nu = 0, L/h = 10: the upper half in plane strain, as good as stress."""
 
     def solve(n: int, young: float) -> Sequence[float]:
         half = _BEAM.thickness / 2
@@ -156,7 +156,7 @@ def _cantilever() -> tuple[Case, ...]:
 
 
 def tube_widening(inner: float, outer: float, poisson: float) -> float:
-    """u_r E/(p a) at the bore a of a long tube under pressure p that keeps its length."""
+    """Return u_r E/(p a) at the bore a of a long tube under pressure p that keeps its length."""
     return (1 + poisson) * ((1 - 2 * poisson) * inner**2 + outer**2) / (outer**2 - inner**2)
 
 
@@ -164,7 +164,7 @@ def _tube() -> tuple[Case, Case]:
     exact = tube_widening(*_TUBE, _POISSON)
 
     def widening(model: SecondOrderModel) -> tuple[float]:
-        """From the compliance u_r/F of the bore, F = p A."""
+        """Return the widening from the compliance u_r/F of the bore, F = p A."""
         area = model.ports["bore"].area
         assert area is not None
         vector = model.port_matrix
@@ -194,7 +194,7 @@ def _tube() -> tuple[Case, Case]:
 
 
 def _quarter_tube(n: int) -> Any:
-    """Box of radius, angle and height, bent: quadratic hexahedra with nodes on the cylinders."""
+    """Return a box of radius, angle and height, bent: quadratic hexahedra with nodes on the cylinders."""
     flat = box(np.linspace(*_TUBE, n + 1), np.linspace(0.0, math.pi / 2, 2 * n + 1), np.array([0.0, 0.5 / n]))
     mesh = skfem.MeshHex2.from_mesh(flat)
     radius, angle, height = mesh.doflocs

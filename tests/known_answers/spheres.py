@@ -31,7 +31,7 @@ def sphere_cases() -> tuple[Case, ...]:
 
 
 def sphere_frequency(kind: str, low: float, high: float, poisson: float = _SPHERE) -> float:
-    """w a/c_s of a free sphere between the bounds; kind "radial", or "torsional", "spheroidal" of degree 2."""
+    """Return w a/c_s of a free sphere between the bounds; kind "radial", or "torsional", "spheroidal" of degree 2."""
     ratio = math.sqrt((1 - 2 * poisson) / (2 - 2 * poisson))  # c_s/c_p
 
     def radial(x: float) -> float:
@@ -54,7 +54,7 @@ def sphere_frequency(kind: str, low: float, high: float, poisson: float = _SPHER
 
 
 def _half_disk(n: int) -> Any:
-    """Meridian of the unit sphere: curved triangles, about 1/n wide."""
+    """Return the meridian of the unit sphere: curved triangles, about 1/n wide."""
     whole = skfem.MeshTri.init_circle(round(math.log2(n)))
     half = whole.restrict(np.flatnonzero(whole.p[0][whole.t].mean(axis=0) > 0))
     outside = np.flatnonzero(np.all(np.abs(np.hypot(*half.p[:, half.facets]) - 1) < 1e-9, axis=0))
@@ -73,7 +73,7 @@ def _sphere(n: int, young: float, harmonic: int) -> SecondOrderModel:
 
 
 def _breathing() -> tuple[Case, ...]:
-    """Of the modes with harmonic 0 those that move the surface outward on the mean, as no other degree does."""
+    """Return the cases of the modes with harmonic 0 that move the surface outward on the mean: degree 0."""
     unit = Material(1.0, _SPHERE, 1.0)
 
     def solve(n: int, young: float) -> Sequence[float]:
@@ -92,7 +92,7 @@ def _breathing() -> tuple[Case, ...]:
 
 
 def _degree_two() -> tuple[Case, ...]:
-    """The lowest torsional and spheroidal modes of degree 2, of which harmonic 2 holds one each."""
+    """Return the cases of the lowest torsional and spheroidal modes of degree 2, of which harmonic 2 holds one each."""
     unit = Material(1.0, _SPHERE, 1.0)
 
     def solve(n: int, young: float) -> Sequence[float]:

@@ -60,7 +60,7 @@ def _line() -> tuple[Case, Case]:
 def _hertz(
     name: str, exact: tuple[str, float, float], shear: ShearMaximum, load: Callable[[float], HertzContact]
 ) -> tuple[Case, Case]:
-    """The factor is on the force; p0 and the half-width, whose letter is given, are those of force 1."""
+    """Return the cases of Hertz; the factor is on the force; p0 and the half-width are those of force 1."""
     width, stress, depth = exact
     one = load(1.0)
     return (
@@ -79,7 +79,7 @@ def _hertz(
 
 
 def _disk() -> tuple[Case, Case]:
-    """The factor is on nu."""
+    """Return the cases of a disk load; the factor is on nu."""
 
     def shear(k: float) -> ShearMaximum:
         return disk_shear_maximum(poisson=_POISSON * k)
@@ -92,18 +92,18 @@ def _disk() -> tuple[Case, Case]:
 
 
 def _tip() -> tuple[Case, ...]:
-    """EI = rho A = v = 1 at t = 1 unless multiplied."""
+    """Return the cases of a beam's tip: EI = rho A = v = 1 at t = 1 unless multiplied."""
 
     def place(rigidity: float) -> float:
-        """Where the moment of the time 1 is largest; eta = x/sqrt(a t)."""
-        found = minimize_scalar(
+        """Return where the moment of the time 1 is largest; eta = x/sqrt(a t)."""
+        result = minimize_scalar(
             lambda x: -float(tip_step_moment(x / rigidity**0.25)), bounds=(1.0, 2.5), method="bounded",
             options={"xatol": 1e-9},
         )  # fmt: skip
-        return float(found.x)
+        return float(result.x)
 
     def moment(rigidity: float) -> float:
-        """M = EI u'' over sqrt(EI rho A) of the rigidity 1."""
+        """Return M = EI u'' over sqrt(EI rho A) of the rigidity 1."""
         largest = float(tip_step_moment(place(rigidity) / rigidity**0.25))
         return math.sqrt(rigidity) * largest
 

@@ -44,7 +44,7 @@ def _supported(thickness: float) -> tuple[Case, ...]:
 
 
 def _exact(thickness: float, m: int, n: int) -> float:
-    """w = sin(m pi x) sin(n pi y) and a = A grad of it turn the equations into two for w and A."""
+    """Return the exact frequency: w = sin(m pi x) sin(n pi y), a = A grad w leave two equations for w and A."""
     square = np.pi**2 * (m**2 + n**2)
     bending = thickness**3 / (12 * (1 - _POISSON**2)) * square**2
     shear = 5 / 6 * thickness / (2 * (1 + _POISSON)) * square
@@ -54,7 +54,7 @@ def _exact(thickness: float, m: int, n: int) -> float:
 
 
 def _bulged(n: int) -> PlateMesh:
-    """The unit square of n by n elements whose inner sides are curved."""
+    """Return the unit square of n by n elements whose inner sides are curved."""
     x, y = (each.ravel() for each in np.meshgrid(*[np.linspace(0.0, 1.0, 2 * n + 1)] * 2, indexing="ij"))
     first = (2 * (2 * n + 1) * np.arange(n)[:, None] + 2 * np.arange(n)).ravel()
     steps = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))

@@ -76,20 +76,20 @@ def _struck_rod(alpha: float, reflection: float) -> tuple[Case, ...]:
 
 
 def _collide(striker: impact.GreensFunction, target: impact.GreensFunction) -> impact.ImpactResult:
-    """Reflections fall on steps, so that the march is exact."""
+    """Run an impact of two rods; reflections fall on steps, so that the march is exact."""
     problem = impact.ContactProblem(impact.Body(striker, velocity=-1.0), impact.Body(target))
     return impact.solve(problem, dt=1 / _STEPS, duration=6.0)
 
 
 def _unequal_lengths() -> tuple[Case, Case]:
-    """A short rod on one twice as long: at rest and free of stress after its own round trip."""
+    """Return the cases of a short rod on one twice as long: at rest and free of stress after its own round trip."""
     name = "rods of length 1 and 2, equal section"
 
     def run(length: float) -> impact.ImpactResult:
         return _collide(impact.free_rod(**_rod(length=length)), impact.free_rod(**_rod(length=2.0)))
 
     def duration(length: float) -> float:
-        """Until the force falls to half of Z V/2: the impulse over this force."""
+        """Return the time until the force falls to half of Z V/2: the impulse over this force."""
         return impact.measures.impulse(run(length)) / 0.5
 
     return (
@@ -99,7 +99,7 @@ def _unequal_lengths() -> tuple[Case, Case]:
 
 
 def _unequal_rods() -> tuple[Case, Case]:
-    """Impedance 1 on 3, the target's round trip half as long: forces 3/4, then 3/8, then open."""
+    """Return the cases of impedance 1 on 3, the target's round trip half as long: forces 3/4, then 3/8, then open."""
     name = "rods of impedance 1 and 3, length 1 and 1/2"
 
     def run(area: float) -> impact.ImpactResult:
@@ -115,7 +115,7 @@ def _unequal_rods() -> tuple[Case, Case]:
 
 
 def _rod_on_wall() -> tuple[Case, Case]:
-    """The whole rod turns round after one round trip."""
+    """Return the cases of a rod on a wall: the whole rod turns round after one round trip."""
     name = "free rod on a rigid wall"
 
     def run(length: float) -> impact.ImpactResult:
@@ -135,7 +135,8 @@ def _rod_on_wall() -> tuple[Case, Case]:
 
 
 def _soft_tip() -> tuple[Case, Case]:
-    """Mass, linear contact spring, semi-infinite rod: N'' + (k/Z) N' + (k/M) N = 0, a damped half-cycle."""
+    """Return the cases of a mass, linear contact spring, semi-infinite rod: N'' + (k/Z) N' + (k/M) N = 0, a damped
+    half-cycle."""
     zeta = 0.2  # (k M)^(1/2)/(2 Z)
     root = math.sqrt(1 - zeta**2)
     name = "mass with a spring tip on a semi-infinite rod, damping ratio 0.2"

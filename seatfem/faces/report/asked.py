@@ -1,4 +1,4 @@
-"""What was asked, and how it was planned, kept beside the results of a run."""
+"""Copies of the scene and of its plan, kept beside the results of a run."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def keep_asked(
     """Write the scene file's ``content``, below the ``changes`` that were made to it as comments, and the plan of the
     last round into ``folder``; the files, in this order. Files that the scene names from its own folder, ``home``, are
     named by their whole paths: the copy finds them, too."""
-    told = "".join(f"{SET}{each!r}\n" for each in changes).encode("utf-8")
-    written = {SCENE_COPY: told + _placed(content, files_of(scene), home)} | (
+    head = "".join(f"{SET}{each!r}\n" for each in changes).encode("utf-8")
+    written = {SCENE_COPY: head + _placed(content, files_of(scene), home)} | (
         {} if plan is None else {PLAN_FILE: plan_json(plan).encode("utf-8")}
     )
     for name, content in written.items():
@@ -61,7 +61,7 @@ def changes_in(text: str) -> list[str]:
 
 
 def _placed(content: bytes, files: Collection[Path], home: Path) -> bytes:
-    """With whole paths in place of strings that name one of the ``files`` from ``home``."""
+    """Return the content with whole paths in place of strings that name one of the ``files`` from ``home``."""
 
     def whole(found: re.Match[str]) -> str:
         path = (home / found[0][1:-1]).resolve()

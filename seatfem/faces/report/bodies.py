@@ -29,7 +29,7 @@ UNDRAWN: Final = "This browser does not draw it (no WebGL 2); the pictures below
 
 
 def body_figure(name: str, made: Moving, most: int = MOST_OF_BODIES) -> str:
-    """Canvas, controls and numbers of one body, ``most`` bytes before they are coded; all its text is escaped."""
+    """Return canvas, controls and numbers of a body, ``most`` bytes before coding; all its text is escaped."""
     shown = _thinned(made, most)
     telling = " ".join(_notes(made, shown))
     data = json.dumps(_numbers(shown)).replace("<", "\\u003c")
@@ -73,10 +73,10 @@ def _axes(made: Moving) -> str:
 
 
 def _thinned(made: Moving, most: int) -> Moving:
-    """Every second frame, every third ..., until they fit."""
+    """Return every second frame, every third ..., until they fit."""
     each = len(made.points) * (6 + 2 * (made.values is not None))
-    left = max(each, most - 12 * (len(made.points) + len(made.triangles)))
-    stride = math.ceil(each * len(made.labels) / left)
+    room = max(each, most - 12 * (len(made.points) + len(made.triangles)))
+    stride = math.ceil(each * len(made.labels) / room)
     if stride == 1:
         return made
     kept = slice(None, None, stride)
@@ -104,7 +104,7 @@ def _notes(made: Moving, shown: Moving) -> Iterator[str]:
 
 
 def _numbers(made: Moving) -> dict[str, Any]:
-    """What the script draws: arrays in base64, little-endian."""
+    """Return what the script draws: arrays in base64, little-endian."""
     outward = wound_outward(made.points, made.triangles)
     factor, unit = scaled(max(abs(made.low), abs(made.high)), made.unit) if made.values is not None else (1.0, "")
     rate, moved = (1.0, "") if made.time is None else scaled(made.largest, "m")

@@ -63,7 +63,7 @@ def motion_figure(runs: Mapping[str, ImpactResult], landings: Landings = ()) -> 
 
 
 def energy_figure(run: ImpactResult) -> Figure:
-    """Where the energy is, each term integrated by itself."""
+    """Draw where the energy is, each term integrated by itself."""
     figure, ledger = _Along({"wave": run}), run.energy
     terms = {
         "energy input": ledger.input,
@@ -96,7 +96,7 @@ def lip_figure(run: ImpactResult) -> Figure:
 
 
 def greens_figure(greens: GreensFunction, width: float) -> Figure:
-    """Driving-point Green's function after a unit Hann pulse of ``width`` [s], over `PULSES` of it."""
+    """Draw the driving-point Green's function after a unit Hann pulse of ``width`` [s], over `PULSES` of it."""
     time, curve = sampled_filter(as_a_whole(greens), 48 * PULSES, width)
     (factor, unit), (rate, time_unit) = scaled(float(np.abs(curve).max()), "m/(N s)"), scaled(float(time[-1]), "s")
     figure = _empty(f"time [{time_unit}]")
@@ -107,7 +107,7 @@ def greens_figure(greens: GreensFunction, width: float) -> Figure:
 
 
 def budget_figure(shares: Mapping[str, Mapping[str, float]]) -> Figure:
-    """What each source of error may change each measure by, relative [%]: source -> measure -> share."""
+    """Draw what each source of error may change each measure by, relative [%]: source -> measure -> share."""
     figure = _empty("")
     for (source, of), colour in zip(shares.items(), SOURCES, strict=False):
         names, values = list(of), [100 * value for value in of.values()]
@@ -139,7 +139,7 @@ class _Along:
     def line(
         self, run: ImpactResult, values: Array, name: str, colour: str, *, dash: str = "solid", hidden: bool = False
     ) -> None:
-        """A curve over the time of a run."""
+        """Add a curve over the time of a run."""
         first, last = self._dense
         parts = [(0, first), (first, last), (last, len(values))]
         kept = np.concatenate([low + _envelope(values[low:high]) for low, high in parts])
@@ -148,7 +148,7 @@ class _Along:
         self._curves.append((run.time[kept], {"y": _short(values[kept]), **shown}))
 
     def mark(self, marks: Sequence[LandingMark], place: Callable[[LandingMark], tuple[float, float]]) -> None:
-        """Numbered triangles at the ``place`` of each landing [s, value], the hardest filled; all of one body."""
+        """Add numbered triangles at the ``place`` of each landing [s, value], the hardest filled; all of one body."""
         for hardest in (True, False):
             shown = [mark for mark in marks if mark.hardest is hardest]
             if not shown:
@@ -163,7 +163,7 @@ class _Along:
             self._curves.append((np.asarray(time), {"y": _short(values), **style}))
 
     def of(self, quantity: str, *, zoomed: bool = True) -> Figure:
-        """The figure; ``zoomed``: on the contacts, where they are short."""
+        """Return the figure; ``zoomed``: on the contacts, where they are short."""
         start, end = self._window
         near = zoomed and end - start < 0.5 * self._end
         rate, unit = scaled(end - start if near else self._end, "s")
@@ -177,9 +177,9 @@ class _Along:
 
 
 def _pressed(runs: Sequence[ImpactResult]) -> tuple[int, int]:
-    """The first step at which any of them is pressed, and the one after the last; all where none is."""
-    found = np.concatenate([np.flatnonzero(np.abs(run.force).reshape(len(run.time), -1).sum(axis=1)) for run in runs])
-    return (int(found.min()), int(found.max()) + 1) if len(found) else (0, len(runs[0].time))
+    """Return the first step at which any of them is pressed, and the one after the last; all steps where none is."""
+    steps = np.concatenate([np.flatnonzero(np.abs(run.force).reshape(len(run.time), -1).sum(axis=1)) for run in runs])
+    return (int(steps.min()), int(steps.max()) + 1) if len(steps) else (0, len(runs[0].time))
 
 
 def _empty(along: str) -> Figure:
@@ -196,21 +196,21 @@ def _empty(along: str) -> Figure:
 
 
 def _envelope(values: Array) -> NDArray[np.int64]:
-    """Numbers of the values that are kept: all, or of each bin the smallest and the largest, and both ends."""
+    """Return the indices of the values that are kept: all, or the smallest and largest of each bin and both ends."""
     if len(values) <= MOST:
         return np.arange(len(values), dtype=np.int64)
     edges = np.linspace(0, len(values), MOST // 2 + 1).astype(np.int64)
     bins = [(low, values[low:high]) for low, high in itertools.pairwise(edges)]
-    found = [low + int(pick) for low, part in bins for pick in (part.argmin(), part.argmax())]
-    return np.unique(np.array([0, *found, len(values) - 1], dtype=np.int64))
+    kept = [low + int(pick) for low, part in bins for pick in (part.argmin(), part.argmax())]
+    return np.unique(np.array([0, *kept, len(values) - 1], dtype=np.int64))
 
 
 def _short(values: Array) -> list[Any]:
-    """Six digits: what a screen can show, at a third of the size."""
+    """Return the values to six digits: what a screen can show, at a third of the size."""
     rounded = np.array([float(f"{value:.6g}") for value in np.ravel(values)]).reshape(np.shape(values))
     return list(rounded.tolist())
 
 
 def _largest(runs: Mapping[str, ImpactResult], name: str) -> float:
-    found: Sequence[float] = [float(np.abs(getattr(runs[key], name)).max()) for key in LINES if key in runs]
-    return max(found, default=0.0)
+    peaks: Sequence[float] = [float(np.abs(getattr(runs[key], name)).max()) for key in LINES if key in runs]
+    return max(peaks, default=0.0)

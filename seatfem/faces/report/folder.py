@@ -17,12 +17,12 @@ class ReportError(ValueError):
 
 
 def run_summary(folder: Path) -> dict[str, Any]:
-    """summary.json of a run. Raises `ReportError` of a folder that holds none, or one that is not whole."""
+    """Return summary.json of a run. Raises `ReportError` for a folder that holds none, or one that is not whole."""
     path = folder / SUMMARY_FILE
     if folder.is_file():
         raise ReportError(f"{folder}: is a file; give the folder of a run (seatfem run -o), as {folder.stem}-result")
     try:
-        found = json.loads(read_text(path, MOST_TEXT, ReportError))
+        summary = json.loads(read_text(path, MOST_TEXT, ReportError))
     except FileNotFoundError:
         raise ReportError(f"{folder}: holds no {SUMMARY_FILE}; give the folder of a run (seatfem run -o)") from None
     except ValueError as error:
@@ -31,11 +31,11 @@ def run_summary(folder: Path) -> dict[str, Any]:
             if isinstance(error, ReportError)
             else ReportError(f"{path}: is no JSON ({error}); run the scene again")
         ) from None
-    if not isinstance(found, dict) or "impulse_Ns" not in found:
+    if not isinstance(summary, dict) or "impulse_Ns" not in summary:
         raise ReportError(f"{path}: is no summary of a run; give the folder of a run (seatfem run -o)")
-    return found
+    return summary
 
 
 def text_of(path: Path) -> str:
-    """Of a file beside the results; "" where there is none."""
+    """Return the text of a file beside the results; "" where there is none."""
     return read_text(path, MOST_TEXT, ReportError) if path.is_file() else ""

@@ -28,7 +28,7 @@ def html_table(table: Table) -> str:
 
 
 def html_rows(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Rows of text under their heads."""
+    """Return an HTML table of rows of text under their heads."""
     plain = [""] * len(heads)
     return _whole(_row("th", heads, plain), [_row("td", row, plain) for row in rows])
 

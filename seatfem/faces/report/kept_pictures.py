@@ -45,21 +45,21 @@ STILLS: Final = ("landing.gif",)
 
 
 def kept_pictures(folder: Path) -> str:
-    """Those that the page does not hold otherwise, each with its caption; what is too large is named."""
-    shown, left = [], MOST_OF_PICTURES
+    """Return the pictures that the page does not hold otherwise, each with its caption; what is too large is named."""
+    shown, room = [], MOST_OF_PICTURES
     files = sorted(file for pattern in ("*.png", "*.gif") for file in folder.glob(pattern) if not file.is_symlink())
     for file in sorted(files, key=lambda file: file.name in STILLS):
         if file.name == DRAWING:
             continue
         size = file.stat().st_size
         drawn = (folder / INSTEAD.get(file.name, file.name + "?")).is_file()
-        if file.name in INTERACTIVE or (drawn and (file.name not in STILLS or size > min(left, MOST_OF_A_PICTURE))):
+        if file.name in INTERACTIVE or (drawn and (file.name not in STILLS or size > min(room, MOST_OF_A_PICTURE))):
             continue
         caption = CAPTIONS.get(file.name, file.stem.replace("_", " "))
-        if size > MOST_OF_A_PICTURE or size > left:
+        if size > MOST_OF_A_PICTURE or size > room:
             shown.append(f"<p>{html.escape(file.name)} is too large for this page; it lies beside the results.</p>")
             continue
-        left -= size
+        room -= size
         shown.append(_figure(file, caption, ' class="still"' if drawn else ""))
     return "".join(shown)
 

@@ -1,4 +1,4 @@
-"""What a run leaves open, in sentences: errors outside the bars, numbers without one, stress that nobody asked for."""
+"""Gaps of a run, in sentences: errors outside the bars, numbers without one, stress that nobody asked for."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def write_report(folder: Path, path: Path) -> None:
 
 
 def report_page(folder: Path) -> str:
-    """The page as text; raises as `write_report`."""
+    """Return the page as text; raises as `write_report`."""
     summary = run_summary(folder)
     sections = list(_sections(folder, summary))
     links = "".join(f'<a href="#s{k}">{html.escape(title)}</a>' for k, (title, _) in enumerate(sections))
@@ -90,11 +90,11 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
     yield "What was left out", f"<ul>{left_out}</ul><h3>Who checked this kind of scene</h3>{who_checked(summary)}"
     figures = _figures(folder, summary)
     for name, (caption, figure) in figures.items():
-        told = html.escape(caption).replace(CURVES, f'<span class="screen">{CURVES}</span>')
-        yield name, f'<figure class="plot">{_div(figure, name)}<figcaption>{told}</figcaption></figure>'
+        text = html.escape(caption).replace(CURVES, f'<span class="screen">{CURVES}</span>')
+        yield name, f'<figure class="plot">{_div(figure, name)}<figcaption>{text}</figcaption></figure>'
     bodies = moving_bodies(folder)
-    for name, made in bodies.items():
-        yield KEPT[name], body_figure(name, made, MOST_OF_BODIES // len(bodies))
+    for name, motion in bodies.items():
+        yield KEPT[name], body_figure(name, motion, MOST_OF_BODIES // len(bodies))
     if spots := hot_spots(summary):
         yield "Hot spots of the seat", spots
     if life := life_table(summary):
@@ -103,8 +103,8 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
         yield "Pictures", shown
     if plan := text_of(folder / PLAN_FILE):
         yield from _plan(plan)
-    if asked := text_of(folder / SCENE_COPY):
-        yield "What was asked", f"<details><summary>scene file</summary><pre>{html.escape(asked)}</pre></details>"
+    if scene_text := text_of(folder / SCENE_COPY):
+        yield "What was asked", f"<details><summary>scene file</summary><pre>{html.escape(scene_text)}</pre></details>"
     yield "How it was computed", provenance(folder, summary)
 
 
@@ -130,49 +130,49 @@ def _landings(summary: Mapping[str, Any]) -> str:
 def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, Figure]]:
     from seatfem.faces.report import figures as draw
 
-    found: dict[str, tuple[str, Figure]] = {}
+    figures: dict[str, tuple[str, Figure]] = {}
     width = as_number(summary.get("filter_width_s")) or 1e-6
     if (folder / RESULT_FILE).is_file():
         runs, landings = load_results(folder / RESULT_FILE), landings_of(summary)
         step = "The raw force depends on the time step; its mean over the filter width hardly does."
         first = "The picture opens at the hardest landing; a double-click shows the whole run. " if landings else ""
-        found["Contact force"] = (CURVES + first + step, draw.force_figure(runs, width, landings))
+        figures["Contact force"] = (CURVES + first + step, draw.force_figure(runs, width, landings))
         if "lip" in runs:
             words = "Each row is a segment of the lip, counted from the direction of the reed's tip."
-            found["Along the lip"] = (words, draw.lip_figure(runs["lip"]))
-        found["Motion"] = (CURVES + "Positive away from the seat.", draw.motion_figure(runs, landings))
+            figures["Along the lip"] = (words, draw.lip_figure(runs["lip"]))
+        figures["Motion"] = (CURVES + "Positive away from the seat.", draw.motion_figure(runs, landings))
         words = "The energy input is the work of the loads and of the release."
-        found["Energy"] = (CURVES + words, draw.energy_figure(runs["wave"]))
+        figures["Energy"] = (CURVES + words, draw.energy_figure(runs["wave"]))
     if (folder / SEAT_FILE).is_file():
         words = (
             "Displacement of the contact face after a unit impulse on it; the run computes the seat's motion from it."
         )
-        found["Green's function of the seat"] = (words, draw.greens_figure(load_greens(folder / SEAT_FILE), width))
+        figures["Green's function of the seat"] = (words, draw.greens_figure(load_greens(folder / SEAT_FILE), width))
     if shares := _shares(summary):
         words = "Estimated error from each part of the model. The uncertainty is their sum, with safety factors."
-        found["Error budget"] = (words, draw.budget_figure(shares))
-    return found
+        figures["Error budget"] = (words, draw.budget_figure(shares))
+    return figures
 
 
 def _shares(summary: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     """Return source of error -> measure -> share of its value, of what summary.json has as error_<source>_<measure>:
     of the landing, where the run is judged by one and its shares are there, otherwise of the whole run."""
     bars = {key.removeprefix("error_bar_") for key in summary if key.startswith("error_bar_")}
-    found: dict[bool, dict[str, dict[str, float]]] = {True: {}, False: {}}
+    shares: dict[bool, dict[str, dict[str, float]]] = {True: {}, False: {}}
     for key in summary:
         ends = (measure for measure in bars if key.endswith(f"_{measure}") and not key.startswith("error_bar_"))
         measure = max(ends, key=len, default="")
         share, value = as_number(summary[key]), as_number(summary.get(measure))
         if key.startswith("error_") and share and value:
             source = in_words(key.removeprefix("error_").removesuffix(f"_{measure}"))
-            of_source = found[measure.startswith(LANDING)].setdefault(source, {})
+            of_source = shares[measure.startswith(LANDING)].setdefault(source, {})
             of_source[name_of(measure, summary)] = abs(share / value)
     by_landing = any(key.startswith(LANDING) for key in asked(summary))
-    return found[by_landing] or found[False]
+    return shares[by_landing] or shares[False]
 
 
 def _plan(text: str) -> Iterator[tuple[str, str]]:
-    """What was read, which plans of earlier versions do not have, and what was chosen."""
+    """Yield what was read, which plans of earlier versions do not have, and what was chosen."""
     try:
         plan = json.loads(text)
         read = [[str(name), str(words)] for name, words in dict(plan.get("read", {})).items()]
@@ -184,12 +184,12 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         yield "Plan and its reasons", f"<p>{PLAN_FILE} cannot be read: {html.escape(str(error))}</p>"
         return
-    told = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
+    items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
     if read:
         yield "What was read", html_rows(("", ""), read)
     yield (
         "Plan and its reasons",
-        html_rows(("key", "value", "from", "error left", "why"), rows) + (f"<ul>{told}</ul>" if told else ""),
+        html_rows(("key", "value", "from", "error left", "why"), rows) + (f"<ul>{items}</ul>" if items else ""),
     )
 
 
@@ -215,8 +215,8 @@ def _div(figure: Figure, name: str) -> str:
     from plotly.io import to_html
 
     config = {"displaylogo": False, "responsive": True, "toImageButtonOptions": {"filename": name, "scale": 2}}
-    made = to_html(figure, include_plotlyjs=False, full_html=False, config=config)
-    return f'<div role="group" aria-label="{html.escape(name)}">{made}</div>'
+    markup = to_html(figure, include_plotlyjs=False, full_html=False, config=config)
+    return f'<div role="group" aria-label="{html.escape(name)}">{markup}</div>'
 
 
 def _plotly() -> str:

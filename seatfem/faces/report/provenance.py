@@ -1,4 +1,4 @@
-"""How a run was computed, by what, and how it is computed again."""
+"""Provenance of a run: what computed it, and how it is computed again."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from seatfem.faces.tables import time_line
 
 
 def provenance(folder: Path, summary: Mapping[str, Any]) -> str:
-    """Bodies, time, the command that does it again, and the files with their checksums."""
+    """Return bodies, time, the command that repeats the run, and the files with their checksums."""
     stages = summary.get("stages_s")
     known = stages if isinstance(stages, dict) else {}
     spent = {str(name): seconds for name, value in known.items() if (seconds := as_number(value)) is not None}
@@ -46,7 +46,7 @@ def _digest(file: Path) -> str:
 
 
 def versions() -> str:
-    """Of this program and of what it computes by."""
+    """Return the versions of this program and of the libraries that it computes with."""
     names = ("seatfem", "numpy", "scipy", "scikit-fem", "gmsh", "numba")
     return "Made by " + ", ".join(f"{name} {metadata.version(name)}" for name in names if _is_there(name))
 

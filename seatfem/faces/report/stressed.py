@@ -11,13 +11,13 @@ from seatfem.faces.report.html_tables import html_rows
 
 
 def hot_spots(summary: Mapping[str, Any]) -> str:
-    """Stress, time, place and distance to the nearest sharp edge of each, the largest first; "" without any."""
-    found = summary.get("seat_stress_hot_spots")
-    if not isinstance(found, list) or not found:
+    """Return stress, time, place and distance to the nearest sharp edge of each hot spot, largest first, or ""."""
+    spots = summary.get("seat_stress_hot_spots")
+    if not isinstance(spots, list) or not spots:
         return ""
     rows = [
         (_in(spot, "von_mises_Pa", "Pa"), _in(spot, "time_s", "s"), _place(spot), _in(spot, "edge_distance_m", "m"))
-        for spot in found
+        for spot in spots
         if isinstance(spot, dict)
     ]
     words = "Largest von Mises stress at its places on the surface; places of a half section are r, z."
@@ -29,10 +29,10 @@ def hot_spots(summary: Mapping[str, Any]) -> str:
 
 def life_table(summary: Mapping[str, Any]) -> str:
     """Return all that is known of fatigue, each number with its error bar; "" without any."""
-    told = [(key, value) for key, value in summary.items() if key.startswith("life_") and value is not None]
-    if not told:
+    results = [(key, value) for key, value in summary.items() if key.startswith("life_") and value is not None]
+    if not results:
         return ""
-    rows = [(key.removeprefix("life_").replace("_", " "), _plain(summary, key)) for key, _ in told]
+    rows = [(key.removeprefix("life_").replace("_", " "), _plain(summary, key)) for key, _ in results]
     return html_rows(("", "value"), rows)
 
 

@@ -111,7 +111,7 @@ def error_budget(
     look: PlateLook | None = None,
     progress: Progress = silent,
 ) -> Budget:
-    """What mesh, reduction, time step, model and patch, and a computed striker, leave in the measures of ``result``.
+    """Return what mesh, reduction, step, model and patch, and a computed striker, leave in ``result``'s measures.
 
     - time_step: see `impact.runs.variations`; also half the step through the impact that is judged. The runs below
       take the doubled step, if it resolves the filter, and are compared with that one.
@@ -138,7 +138,7 @@ def error_budget(
     """
     result = touches.seat
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
-    found, unknown = sources_of(scene, method, seat, problem, reed)
+    sources, unknown = sources_of(scene, method, seat, problem, reed)
 
     known: dict[tuple[int, float], tuple[impact.Body, Discrete]] = {}  # with the body, whose id is not taken again then
 
@@ -154,7 +154,7 @@ def error_budget(
     def values_with_clock(record: RunRecord) -> Values:
         return {**values_of_record(record, like), CLOCK: last.time(record.blow)}
 
-    runs, count = 2 + sum(len(term) for terms in found.values() for term in terms or ()), 0
+    runs, count = 2 + sum(len(term) for terms in sources.values() for term in terms or ()), 0
 
     def run(varied: ContactProblem, dt: float) -> Values:
         nonlocal count
@@ -167,22 +167,22 @@ def error_budget(
         finer = times(2.0, changes(values_of_record(own, like), run(problem, result.dt / 2)))
     at_once = _at_once(len(result.force) * len(problem.contacts))
     values = values_with_clock(own)
-    left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer, threads=at_once)
-    left = _with_end(scene, problem, left, result.dt, like)
-    names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP, RECORD) if name in found))
-    known_parts = {str(s): left.parts[s] for s in names if s in left.parts}
-    floors = {source: least for source, least in FLOORS.items() if found.get(source)}
+    budget = budget_of(run, problem, values, result.dt, sources, filter_width=width, finer=finer, threads=at_once)
+    budget = _with_end(scene, problem, budget, result.dt, like)
+    names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP, RECORD) if name in sources))
+    known_parts = {str(s): budget.parts[s] for s in names if s in budget.parts}
+    floors = {source: least for source, least in FLOORS.items() if sources.get(source)}
     if method.seat.level == "spring":
         floors["model"] = FLOOR_OF_SPRING
-    left = with_floors(Budget(left.values, known_parts, (*names, *unknown)), floors)
+    budget = with_floors(Budget(budget.values, known_parts, (*names, *unknown)), floors)
     if scene.reed.meets_lips and Division.of(seat.greens).arcs > 1:
-        left = with_share(left, "model", WITHIN_PARTS)  # no number of parts makes it smaller
-    return with_cut_landings(with_jumps(left, blow), like)
+        budget = with_share(budget, "model", WITHIN_PARTS)  # no number of parts makes it smaller
+    return with_cut_landings(with_jumps(budget, blow), like)
 
 
 def with_cut_landings(left: Budget, landings: Landings | None) -> Budget:
-    """With nothing known of how long the landings last that the end of the record cuts, nor of their whole impulse,
-    nor of the peak of one that has hardly passed it."""
+    """Return the budget with nothing known of how long the landings last that the end of the record cuts, nor of their
+    whole impulse, nor of the peak of one that has hardly passed it."""
     if landings is None or not left.parts:
         return left
     cut = [
@@ -223,8 +223,9 @@ def with_bars_of_measures(left: Budget, landings: Sequence[Landing]) -> Budget:
 
 
 def with_floors(left: Budget, floors: Mapping[str, float]) -> Budget:
-    """With no part of a source below what its model can know, relative to the measure, as `seatfem.study.safety` has
-    it; but of when a landing begins, which a share of the time before it says nothing of."""
+    """Return the budget with no part of a source below what its model can know, relative to the measure, as
+    `seatfem.study.safety` has it; but for the time at which a landing begins, of which a share of the time before it
+    says nothing."""
     raised = {
         source: {
             name: value if is_time(name) else max(value, floors.get(source, 0.0) * abs(left.values[name]))
@@ -244,7 +245,7 @@ def with_share(left: Budget, source: str, share: float) -> Budget:
 
 
 def _with_end(scene: Scene, problem: ContactProblem, left: Budget, dt: float, like: Landings | None) -> Budget:
-    """With what the end of the record cuts off; where g is not known beyond it, of touches before it alone."""
+    """Return the budget with what the end of the record cuts off; where g is unknown beyond it, of earlier touches."""
     duration, known = scene.run.duration, min(body.greens.valid_for for body in (problem.striker, *problem.targets))
     off = min(clock_off(left), duration / 2)
     if off > 0:
@@ -256,7 +257,7 @@ def _with_end(scene: Scene, problem: ContactProblem, left: Budget, dt: float, li
 
 
 def with_jumps(left: Budget, blow: Blow) -> Budget:
-    """With what measures may jump by while the impulse is within its bar, in the part of what blurs it most."""
+    """Return the budget with what measures may jump by while the impulse is within its bar, in its main source."""
     if not left.parts or not (0 < (share := left.relative("impulse")) < math.inf):
         return left
     source, jumps = left.dominant("impulse"), dict.fromkeys(left.values, 0.0)
@@ -274,7 +275,7 @@ def with_jumps(left: Budget, blow: Blow) -> Budget:
 
 
 def _at_once(steps: int) -> int:
-    """Runs at once: on all cores that compiled code may use, if memory holds the histories of so many ``steps``."""
+    """Return how many runs go at once: one a core, if memory holds the histories of so many ``steps``."""
     room = available_memory() / (STEP_BYTES * steps)
     return max(1, int(min(threads(), room)))
 
@@ -282,24 +283,24 @@ def _at_once(steps: int) -> int:
 def sources_of(
     scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem, reed: Solved | None = None
 ) -> tuple[dict[str, Terms | None], tuple[str, ...]]:
-    """The variations behind `error_budget` by source, and what is not known of striker and stopper; ``problem``: what
-    was run."""
-    found: dict[str, Terms | None] = {
+    """Return the variations behind `error_budget` by source, and what is not known of striker and stopper; ``problem``:
+    what was run."""
+    sources: dict[str, Terms | None] = {
         "mesh": _of_mesh(scene, seat, problem),
         "reduction": _of_reduction(scene, seat, problem),
         "model": _of_model(scene, method, seat, problem),
         "patch": _of_patch(scene, method, seat, problem),
     }
     if chooses_one_port(scene, method):
-        found[LIP] = _of_one_port(scene, method, seat, problem)
+        sources[LIP] = _of_one_port(scene, method, seat, problem)
     if draws := scene.seat.draws():
-        found["reduction"], found[RECORD] = (), _of_record(scene, seat, problem, draws)
+        sources["reduction"], sources[RECORD] = (), _of_record(scene, seat, problem, draws)
     beside = {STRIKER: of_striker(scene, reed, problem), STOPPER: of_stopper(scene, method, problem)}
     for name, parts in beside.items():
         if parts is not None:
-            found[name] = [term for terms in parts.values() for term in terms or ()]
+            sources[name] = [term for terms in parts.values() for term in terms or ()]
     listed = [(name, part, terms) for name, parts in beside.items() for part, terms in (parts or {}).items()]
-    return found, tuple(f"{name}'s {part}" for name, part, terms in listed if terms is None)
+    return sources, tuple(f"{name}'s {part}" for name, part, terms in listed if terms is None)
 
 
 def _finer_step(
@@ -320,8 +321,8 @@ def _finer_step(
     if window.duration > SHORT * scene.run.duration:
         return None
     bench = Bench(scene, seat, window, None, stopper_of(scene), striker, look)
-    here, finer = (bench.measures(dt=dt) for dt in (result.dt, result.dt / 2))
-    return times(2.0, changes(here, finer))
+    own, finer = (bench.measures(dt=dt) for dt in (result.dt, result.dt / 2))
+    return times(2.0, changes(own, finer))
 
 
 def _of_mesh(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms | None:
@@ -404,7 +405,7 @@ def _of_patch(scene: Scene, method: RunMethod, seat: Solved, problem: ContactPro
 
 
 def _of_arcs(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:
-    """What twice as many arcs of the lip change, on both bodies; or half as many, where no more can be."""
+    """Return the variation of the lip's arcs: twice as many on both bodies, or half as many where no more can be."""
     division, finer = Division.of(seat.greens), seat.in_rings
     other, weight = parts_behind(division), OF_TWICE
     if finer is None or Division.of(finer) != other:
@@ -419,7 +420,7 @@ def _of_arcs(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProb
 
 
 def of_rings_across(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:
-    """What more rings across the arcs of the lip change, on both bodies, each part open by the height of its own.
+    """Return the variation of the rings across the lip's arcs: more on both bodies, each open by its own height.
 
     On the seat as a whole over a half-space, which tells the parts from each other; the rings hardly depend on the
     arcs, of which half as many serve. A film knows no rings.
@@ -433,19 +434,19 @@ def of_rings_across(scene: Scene, method: RunMethod, seat: Solved, problem: Cont
         return ()
     if lip is None or whole is None or surrogate.patch is None:
         return None
-    many, there = on_its_patch(whole, lip, surrogate.patch), Division(arcs, most)
-    plate = _greens_along(scene, method, there) if scene.reed.meets_lips else None
+    many, finest = on_its_patch(whole, lip, surrogate.patch), Division(arcs, most)
+    plate = _greens_along(scene, method, finest) if scene.reed.meets_lips else None
 
     def struck(division: Division) -> ContactProblem:
-        striker = problem.striker if plate is None else striker_of(scene, greens=parts_joined(plate, there, division))
+        striker = problem.striker if plate is None else striker_of(scene, greens=parts_joined(plate, finest, division))
         return problem_of(scene, striker, impact.Body(divided_less(many, division)), stopper_in(problem))
 
     return ((Variation(struck(Division(arcs, rings)), weight, struck(Division(arcs, division.rings))),),)
 
 
 def _of_one_port(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:
-    """`ONE_PORT_BAR` times what as many arcs as a scene has by default, each with rings across, change, against one
-    port on the same half-space, and as it was run: one change may be small by accident."""
+    """Return `ONE_PORT_BAR` times what as many arcs as a scene has by default, each with rings across, change, against
+    one port on the same half-space, and as it was run: one change may be small by accident."""
     lip, surrogate = lip_of(scene, None, across_of(scene)), scene.seat.surrogate(scene.run.duration, scene.reed.face)
     whole = as_a_whole(seat.greens).modal or surrogate.greens.modal
     if lip is None or whole is None or surrogate.patch is None:
@@ -458,12 +459,12 @@ def _of_one_port(scene: Scene, method: RunMethod, seat: Solved, problem: Contact
 
 
 def _along(scene: Scene, method: RunMethod, parts: Division) -> impact.Body:
-    """The plate with the lip in these parts."""
+    """Return the plate with the lip in these parts."""
     return striker_of(scene, greens=_greens_along(scene, method, parts))
 
 
 def _greens_along(scene: Scene, method: RunMethod, parts: Division) -> GreensFunction | None:
-    """Of the plate with the lip in these parts."""
+    """Return the Green's function of the plate with the lip in these parts."""
     along = method.along(scene, parts.arcs, parts.rings)
     solved = solved_striker(scene, method=along.reed, mesh_error=False)
     return None if solved is None else solved.greens

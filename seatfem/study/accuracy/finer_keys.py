@@ -1,4 +1,4 @@
-"""Every key of a scene that has a finer value, and the source of the error budget that tells what that would change.
+"""Keys of a scene that have a finer value, each with the source of the error budget that estimates its effect.
 
 A key that is in neither table here fails a test: what can be made finer is in the error bars, or has a reason why not.
 """
@@ -56,8 +56,8 @@ FINER_IS_LESS: Final = (SIZE, CONTACT_SIZE, TOLERANCE, STEP)
 
 
 def not_finer(method: RunMethod, reference: RunMethod) -> tuple[str, ...]:
-    """Keys of a ``method`` that a ``reference`` for it has no finer value of; models and element orders must be the
-    same at least."""
+    """Return the keys of a ``method`` that a ``reference`` for it has no finer value of; models and element orders must
+    be the same at least."""
     same = (MODEL, ORDER, REDUCTION)
     coarse = []
     for key in FIELDS:

@@ -1,4 +1,4 @@
-"""What a striker that was computed, and a stopper, leave in the measures of a run."""
+"""Errors that a computed striker, and a stopper, leave in the measures of a run."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Parts = Mapping[str, Terms | None]
 
 
 def of_striker(scene: Scene, reed: Solved | None, problem: ContactProblem) -> Parts | None:
-    """Of a striker that was computed; ``None`` of others."""
+    """Return the errors that a computed striker leaves; ``None`` for others."""
     if reed is None:
         return None
     modes = scene.reed.meets_lips
@@ -37,7 +37,7 @@ def of_striker(scene: Scene, reed: Solved | None, problem: ContactProblem) -> Pa
 
 
 def of_stopper(scene: Scene, method: RunMethod, problem: ContactProblem) -> Parts | None:
-    """Of a stopper that is computed, the modes of one that is a beam, and its arcs; ``None`` of what is exact."""
+    """Return the errors of a computed stopper, of a beam's modes, and of its arcs; ``None`` for what is exact."""
     body = stopper_in(problem)
     if scene.stopper is None or body is None:
         return None
@@ -56,34 +56,34 @@ def of_stopper(scene: Scene, method: RunMethod, problem: ContactProblem) -> Part
 def _of_parts(
     scene: Scene, method: RunMethod, problem: ContactProblem, body: Body, solved: Solved | None
 ) -> Terms | None:
-    """What the parts change in which a stopper is met: `_beside` names those that they are compared with; ``None``
-    where the body is not known in these."""
+    """Return the variation of the parts in which a stopper is met: `_beside` names those that they are compared with;
+    ``None`` where the body is not known in these."""
     assert scene.stopper is not None
     division = scene.stopper.parts
     other, weight = _beside(division)
     if solved is None:  # springs side by side, or a body that moves as a whole
         springs = len(body.greens.ports) > 1
-        here, there = body.greens, bed(other, 1 / face_compliance(body.greens)) if springs else body.greens
+        own, other_greens = body.greens, bed(other, 1 / face_compliance(body.greens)) if springs else body.greens
     else:
         models = [each for each in (solved.in_rings, solved.greens) if each is not None]
         model = next((each for each in models if _holds(each, division) and _holds(each, other)), None)
         if model is None:
             return () if solved.plane else None
-        here, there = divided_less(model, division), divided_less(model, other)
+        own, other_greens = divided_less(model, division), divided_less(model, other)
     stopper = scene.stopper.model_copy(update={"arcs": other.arcs, "rings": other.rings})
     changed, striker = scene.model_copy(update={"stopper": stopper}), problem.striker
     if scene.reed.meets_lips and (lip := behind_the_reed(scene)) is not None:
         how = replace(method.reed, behind=replace(lip, arcs=other.arcs, rings=other.rings))  # type: ignore[type-var]
         reed = solved_striker(changed, method=how, mesh_error=False)
         striker = striker_of(changed, greens=None if reed is None else reed.greens)
-    same = problem if here is body.greens else with_body(problem, body, replace(body, greens=here))
-    varied = problem_of(changed, striker, problem.target, replace(body, greens=there))
+    same = problem if own is body.greens else with_body(problem, body, replace(body, greens=own))
+    varied = problem_of(changed, striker, problem.target, replace(body, greens=other_greens))
     return ((Variation(varied, weight, same),),)
 
 
 def _beside(division: Division) -> tuple[Division, float]:
-    """The parts that others are compared with, and the share of what they change that is left: twice as many arcs, half
-    as many where no more can be; several rings in place of one or two, one in place of more."""
+    """Return the parts that others are compared with, and the share of what they change that is left: twice as many
+    arcs, half as many where no more can be; several rings in place of one or two, one in place of more."""
     other = parts_behind(division)
     if division.arcs == 1:
         return (Division(), left_by(division.rings)) if division.rings > 2 else (other, 1 + left_by(other.rings))
@@ -91,7 +91,7 @@ def _beside(division: Division) -> tuple[Division, float]:
 
 
 def _holds(greens: GreensFunction, division: Division) -> bool:
-    """Whether the parts of a patch make those of a coarser division."""
+    """Return whether the parts of a patch make those of a coarser division."""
     known = Division.of(greens)
     return known.arcs % division.arcs == 0 and known.rings % division.rings == 0
 
@@ -99,7 +99,7 @@ def _holds(greens: GreensFunction, division: Division) -> bool:
 def _of_solved(
     problem: ContactProblem, body: Body, solved: Solved, with_greens: Callable[[GreensFunction], Body], *, modes: bool
 ) -> Parts:
-    """Mesh, reduction and level; ``modes``: the highest are left out, too."""
+    """Return the errors of mesh, reduction and level; ``modes``: the highest are left out, too."""
     stated = solved.greens.error_estimate
     mesh = of_g(problem, body, stated.mesh)
     if solved.coarser is not None:
@@ -132,7 +132,7 @@ def with_other_modes(body: Body) -> Iterator[tuple[Body, float]]:
 
 
 def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:
-    """Numbers of reed modes that a run with ``n_modes`` is compared with, and how much of each change is left in it."""
+    """Return the numbers of reed modes to compare ``n_modes`` with, and how much of each change is left in it."""
     less = ((max(1, round(n_modes / FEWER)), 1.0), (max(1, round(n_modes / HALF)), 1 / 2))
     more = ((MANY, 1.0),) if n_modes < FEW else ()
     return tuple((number, weight) for number, weight in less + more if number != n_modes)

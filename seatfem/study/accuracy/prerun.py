@@ -79,27 +79,28 @@ class Window:
 
     @property
     def touches(self) -> bool:
-        """Whether there is any contact."""
+        """Return whether there is any contact."""
         return self.groups > 0
 
 
 def stand_in_of(scene: Scene, progress: Progress = silent) -> GreensFunction | None:
-    """What pre-runs take for a striker that has to be computed: nothing is, unless nothing stands for it."""
+    """Return the Green's function that pre-runs take for a striker that has to be computed: its own only where nothing
+    else describes it; ``None`` for a closed form."""
     if not scene.reed.is_solved:
         return None
     if scene.reed.meets_lips and (solved := solved_striker(scene, progress, mesh_error=False)) is not None:
         return solved.greens
     with in_role("reed", scene.reed):
-        found = scene.reed.stand_in(scene.run.duration, scene.seat.face)
-    if found is None and (solved := solved_striker(scene, progress)) is not None:
+        greens = scene.reed.stand_in(scene.run.duration, scene.seat.face)
+    if greens is None and (solved := solved_striker(scene, progress)) is not None:
         return solved.greens
-    return found
+    return greens
 
 
 def first_look(
     scene: Scene, seat: GreensFunction, striker: GreensFunction | None = None, stopper: Body | None = None
 ) -> Window:
-    """Where the contact is that matters: a coarse run with few modes over the whole duration.
+    """Return where the contact is that matters: a coarse run with few modes over the whole duration.
 
     ``striker``: what stands for one that has to be computed.
     """
@@ -122,7 +123,7 @@ def window_of(
     stopper: Array | None = None,
     landings: Sequence[Landing] = (),
 ) -> Window:
-    """From shortly before the first contact to the end of the group with the landing that is judged.
+    """Return the window from shortly before the first contact to the end of the group with the landing that is judged.
 
     From the start where the flight of the ``striker`` is not free, or has no modes that tell how far it has come. Where
     all of the run is judged, or nothing lands, the group is that of the filtered peak.
@@ -140,8 +141,8 @@ def window_of(
     groups = measures.merged(dt * measures.closed_steps(force))
     if len(groups) == 0:
         return Window(0.0, min(scene.run.duration, longest), 0)
-    asked = scene.accuracy.landing
-    judged = None if asked == "run" else judged_landing(landings, asked)
+    choice = scene.accuracy.landing
+    judged = None if choice == "run" else judged_landing(landings, choice)
     peak = dt * int(np.argmax(averaged(force, dt, width, MOVING_AVERAGE))) if judged is None else judged.peak_time
     carrying = int(np.searchsorted(groups[:, 0], peak + width, side="right")) - 1
     first = float(groups[0, 0])
@@ -187,21 +188,21 @@ class Bench:
     _plates: list[PlateLook | None] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def divided(self, division: Division) -> Bench:
-        """With the lip of both bodies in fewer parts."""
+        """Return the bench with the lip of both bodies in fewer parts."""
         striker = None if self.striker is None else parts_joined(self.striker, Division.of(self.seat), division)
         return replace(self, seat=divided_less(self.seat, division), striker=striker)
 
     def affords(self, dt: float) -> bool:
-        """Whether a pre-run with this step [s] is cheap."""
+        """Return whether a pre-run with this step [s] is cheap."""
         return self.window.duration <= MOST * dt * (1 + 1e-9)
 
     def affordable(self, dt: float) -> float:
-        """``dt``, or the shortest step that a pre-run can afford [s]."""
+        """Return ``dt``, or the shortest step that a pre-run can afford [s]."""
         return max(dt, self.window.duration / MOST)
 
     def measures(self, *, dt: float, n_modes: int | None = None, seat: GreensFunction | None = None) -> Values:
-        """The measures in the window [SI]; those that cost more than the march only if the scene asks for them."""
-        asked, landing = self.scene.accuracy.measures, self.scene.accuracy.landing
+        """Return the measures in the window [SI]; expensive ones only if the scene asks for them."""
+        wanted, landing = self.scene.accuracy.measures, self.scene.accuracy.landing
         striker, target = self._striker(dt, n_modes), self._target(dt, self.seat if seat is None else seat)
         stoppers = self._beyond(dt)
         problem = problem_of(self.scene, striker.body, target.body, *(each.body for each in stoppers))
@@ -212,11 +213,11 @@ class Bench:
                 self.scene,
                 stepper,
                 self._landings(stepper),
-                displacement=any_needs_displacement(asked),
-                stress=self._look(dt) if any_needs_stress(asked) else None,
+                displacement=any_needs_displacement(wanted),
+                stress=self._look(dt) if any_needs_stress(wanted) else None,
             )
         )
-        names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *asked}]
+        names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *wanted}]
         prefixes = {HARDEST, PREFIXES[landing]}
         never = dict.fromkeys((prefix + name for name in names for prefix in prefixes), 0.0)
         return {**never, **values}
@@ -249,7 +250,7 @@ class Bench:
         return replace(plate, field=replace(plate.field, body=advanced(plate.field.body, start)))
 
     def _striker(self, dt: float, n_modes: int | None) -> Discrete:
-        """With its free motion, which all runs of this step share."""
+        """Return the striker with its free motion, which all runs of this step share."""
         if (dt, n_modes) not in self._strikers:
             start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
             body = advanced(self.other or striker_of(self.scene, n_modes, self.striker), start)
@@ -258,7 +259,7 @@ class Bench:
         return self._strikers[dt, n_modes]
 
     def _target(self, dt: float, seat: GreensFunction) -> Discrete:
-        """Of no energies; the bench's own is kept: the step weights of a closed form take longer than the march."""
+        """Return the seat without energies; the bench's own is kept, as its step weights take longer than the march."""
         known = self._seats if seat is self.seat else {}
         if dt not in known:
             body = on_its_base(self.scene, "seat", Body(seat.forces_only()))
@@ -266,7 +267,7 @@ class Bench:
         return known[dt]
 
     def _beyond(self, dt: float) -> tuple[Discrete, ...]:
-        """The stopper, where there is one."""
+        """Return the stopper, where there is one."""
         if self.stopper is None:
             return ()
         if dt not in self._stoppers:
@@ -276,7 +277,7 @@ class Bench:
 
 
 def advanced(body: Body, time: float) -> Body:
-    """A modal body after free motion over ``time`` [s]; a translation stays in its velocity.
+    """Return a modal body after free motion over ``time`` [s]; a translation stays in its velocity.
 
     Raises:
         GreensFunctionError: a body without modes to be moved.
@@ -293,7 +294,7 @@ def advanced(body: Body, time: float) -> Body:
 
 
 def relative_changes(one: Values, other: Values) -> Mapping[str, float]:
-    """|other - one|/|one|, measure by measure; 0 where both are 0, infinite where the other has no value."""
+    """Return |other - one|/|one|, measure by measure; 0 where both are 0, infinite where the other has no value."""
 
     def change(value: float, changed: float) -> float:
         return abs(changed - value) / abs(value) if value else (0.0 if not changed else math.inf)

@@ -1,4 +1,4 @@
-"""What the end of the record cuts off: neighbouring runs meet the seat earlier or later, and the end stays where it is.
+"""Errors by the end of the record: neighbouring runs meet the seat earlier or later, and the end stays where it is.
 
 Each bounce is delayed by what the step, the mesh and all else take of the one before. A record that ends in a touch, or
 shortly before or after one, has more or less of it than the truth, and coarser runs, whose touch lies beyond the end
@@ -40,7 +40,7 @@ class LastTouch:
 
     @staticmethod
     def of(blow: Blow) -> LastTouch:
-        """In a run."""
+        """Return the last touch of a run."""
         force, running = _touching(blow), _impulse(blow)
         touches = closed_steps(force)
         borne = np.diff(running[touches.astype(np.int64)])[:, 0] if len(touches) else np.zeros(0)
@@ -50,7 +50,7 @@ class LastTouch:
         return LastTouch(float(running[ends].mean()) if len(ends) else 0.0)
 
     def time(self, blow: Blow) -> float:
-        """When another run has had as much impulse [s]; its end, where it never has."""
+        """Return when another run has had as much impulse [s]; its end, where it never has."""
         running = _impulse(blow)
         after = int(np.searchsorted(running, self.impulse))
         if after == 0 or after == len(running):
@@ -60,29 +60,29 @@ class LastTouch:
 
 
 def clock_off(left: Budget) -> float:
-    """By how much the runs behind a budget disagree when the last touch is, as a bar of it [s]."""
+    """Return by how much the runs behind a budget disagree when the last touch is, as a bar of it [s]."""
     return SAFETY * sum(part.get(CLOCK, 0.0) for part in left.parts.values())
 
 
 def with_end(left: Budget, beyond: Blow, duration: float, off: float) -> Budget:
-    """With what the measures change where the record ends by ``off`` [s] earlier or later than its ``duration`` [s].
+    """Return the budget with what changes if the record ends ``off`` [s] earlier or later than ``duration`` [s].
 
     It counts to the source that moves the last touch most. ``beyond``: the same run, longer by ``off``.
     """
     if not any(CLOCK in part for part in left.parts.values()):
         return left
     as_it_ends = _until(beyond, duration)
-    here, like = values_of(as_it_ends), as_it_ends.landings
+    values, like = values_of(as_it_ends), as_it_ends.landings
     others = (values_of(_until(beyond, duration + by), like) for by in (-off, off))
     cut: Values = dict.fromkeys(left.values, 0.0)
     for other in others:
-        cut = larger(cut, {**cut, **changes(here, other)})
+        cut = larger(cut, {**cut, **changes(values, other)})
     source = max(left.parts, key=lambda name: left.parts[name].get(CLOCK, 0.0))
     return replace(left, parts={**left.parts, source: total(left.parts[source], {**cut, CLOCK: 0.0})})
 
 
 def without_clock(left: Budget) -> Budget:
-    """The measures alone."""
+    """Return the budget of the measures alone."""
     parts = {source: _without_clock(part) for source, part in left.parts.items()}
     return replace(left, values=_without_clock(left.values), parts=parts)
 
@@ -92,17 +92,17 @@ def _without_clock(values: Values) -> Mapping[str, float]:
 
 
 def _touching(blow: Blow) -> Array:
-    """(n,) force of the bodies themselves [N]."""
+    """Return the force (n,) of the bodies themselves [N]."""
     return (blow.force if blow.film is None else blow.force - blow.film)[1:]
 
 
 def _impulse(blow: Blow) -> Array:
-    """(n + 1,) of the bodies' own force up to every step [N s]."""
+    """Return the impulse (n + 1,) of the bodies' own force up to every step [N s]."""
     return np.concatenate([[0.0], blow.dt * np.cumsum(_touching(blow))])
 
 
 def _until(blow: Blow, time: float) -> Blow:
-    """The run up to a time [s], without stresses."""
+    """Return the run up to a time [s], without stresses."""
     steps = min(len(blow.force) - 1, max(1, round(time / blow.dt)))
     kept = slice(steps + 1)
     line, film, moved = blow.line, blow.film, blow.displacement

@@ -20,20 +20,20 @@ CHEAP: Final = "harmonics"  # modes of half sections, of a few hundred unknowns 
 
 
 def lowest_band(patch: Patch) -> float:
-    """The narrowest band that says something of a body [Hz]: its first resonance, a plate's in bending, and more."""
+    """Return the narrowest band that describes a body [Hz]: its first resonance, a plate's in bending, and more."""
     bends = patch.bending_frequency / (2 * math.pi)
     return NARROWER * (bends or patch.c_p / (FIRST_WAVE * patch.depth))
 
 
 def tells_waves(scene: Scene, method: RunMethod) -> bool:
-    """Whether a run on the statics of a seat measures what its waves change: of a body of revolution in arcs."""
+    """Return whether a run on the statics of a seat measures what its waves change: of a body of revolution in arcs."""
     seat = method.seat
     return seat.static and seat.in_arcs and scene.seat.is_drawn and scene.seat.elements_of(seat) == CHEAP
 
 
 def method_beside(scene: Scene, method: RunMethod) -> Method | None:
-    """How the seat with its waves is computed: on the mesh of its statics, in no wider a band than its first resonances
-    need; ``None`` where it has them already, or they are dear."""
+    """Return how the seat with its waves is computed: on the mesh of its statics, in no wider a band than its first
+    resonances need; ``None`` where it has them already, or they are expensive."""
     body, seat = scene.seat, method.seat
     if not tells_waves(scene, method) or not isinstance(body, Drawn) or (patch := body.patch()) is None:
         return None
@@ -44,7 +44,7 @@ def method_beside(scene: Scene, method: RunMethod) -> Method | None:
 
 
 def waves_beside(scene: Scene, method: RunMethod) -> GreensFunction | None:
-    """The seat with its waves, as `method_beside` says.
+    """Return the seat with its waves, as `method_beside` says.
 
     Statics end after the first velocity and lose what waves bring back, in one scene of seed 403 4.3 % of the impulse.
     A surrogate knows neither the seat's section nor its harmonics.

@@ -1,4 +1,4 @@
-"""How much each open key moves the measures: pre-runs with one thing changed at a time.
+"""Effect of each open key on the measures: pre-runs with one thing changed at a time.
 
 Each number is the relative change of a measure that the error budget of the run will see, so that a plan predicts the
 bar that the run will state: longer steps, fewer reed modes, the seat's highest modes left out, and g larger by a few
@@ -72,25 +72,25 @@ class Sensitivity:
 
     @property
     def step(self) -> float:
-        """[s] of the pre-runs that compare models."""
+        """Return the time step of the pre-runs that compare models [s]."""
         return self.bench.affordable(self.bench.scene.run.filter_width / self.per_filter)
 
     @property
     def n_modes(self) -> int | None:
-        """Reed modes of the pre-runs that compare seats; ``None`` for a rigid mass."""
+        """Return the number of reed modes of the pre-runs that compare seats; ``None`` for a rigid mass."""
         if not has_key(self.bench.scene, REED_MODES):
             return None
         return self.reed_modes if self._stated_modes is None else min(self.reed_modes, self._stated_modes)
 
     @property
     def _stated_modes(self) -> int | None:
-        """Of the reed, where the file says how many."""
+        """Return the number of modes of the reed, where the file states it."""
         scene = self.bench.scene
         return int(value_of(scene, REED_MODES)) if is_given(scene, REED_MODES) else None
 
     @cached_property
     def step_modes(self) -> int | None:
-        """Reed modes of the pre-runs that compare steps: about as many as the run, for high modes ask for short steps.
+        """Return the reed modes of the pre-runs that compare steps: as many as the run; high modes need short steps.
 
         Where the file does not say, enough for changes of `ENOUGH` times `finest`.
         """
@@ -103,19 +103,19 @@ class Sensitivity:
 
     @cached_property
     def base(self) -> Values:
-        """The measures that all else is compared with."""
+        """Return the measures that all else is compared with."""
         return self.bench.measures(dt=self.step, n_modes=self.n_modes)
 
     def of_modes(self, n_modes: int) -> Changes:
-        """What other numbers of modes of the reed than ``n_modes`` change, as the budget sees it."""
-        found: Changes = dict.fromkeys(self.base, 0.0)
+        """Return what other numbers of modes of the reed than ``n_modes`` change, as the budget sees it."""
+        change: Changes = dict.fromkeys(self.base, 0.0)
         for number, weight in other_modes(n_modes):
-            found = larger(found, times(weight, self._between_modes(number, n_modes)))
-        return found
+            change = larger(change, times(weight, self._between_modes(number, n_modes)))
+        return change
 
     @cached_property
     def modes(self) -> tuple[Rung, ...]:
-        """Numbers of reed modes from few to many, up to where they change nothing any more."""
+        """Return the numbers of reed modes from few to many, up to where they change nothing any more."""
         rungs: list[Rung] = []
         numbers = [max(1, round(FEWEST / FEWER)), FEWEST]
         while numbers[-1] < MOST and not self._settled(rungs):
@@ -126,13 +126,14 @@ class Sensitivity:
         return tuple(rungs)
 
     def _between_modes(self, other: int, n_modes: int) -> Changes:
-        """With the seat, and with one that yields less: whether a mode counts depends on what it meets."""
+        """Return the change by other modes, with the seat and with one that yields less: both decide what a mode
+        does."""
         seats = [1.0] if self.exact else [1.0, STIFFER]
-        found: Changes = dict.fromkeys(self.base, 0.0)
+        change: Changes = dict.fromkeys(self.base, 0.0)
         for factor in seats:
             runs = (self._with_modes(n, factor) for n in (n_modes, other))
-            found = larger(found, relative_changes(*runs))
-        return times(1.0 if self.exact else REED_MARGIN, found)
+            change = larger(change, relative_changes(*runs))
+        return times(1.0 if self.exact else REED_MARGIN, change)
 
     def _with_modes(self, n_modes: int, factor: float) -> Values:
         if (n_modes, factor) not in self._runs:
@@ -152,15 +153,15 @@ class Sensitivity:
         return larger(by_longer, times(2.0, self._between_steps(dt, dt / 2)))
 
     def of_stated_step(self, dt: float) -> Changes:
-        """`of_step`, and no less than a step `MUCH_SHORTER` (or the shortest affordable one) changes.
+        """Return `of_step`, but no less than what a step `MUCH_SHORTER` (or the shortest affordable) changes.
 
         Where waves cross the seat within a step, it and all longer ones agree with each other, not with the truth.
         """
         shorter = self.bench.affordable(dt / MUCH_SHORTER)
         if shorter > dt / 2:
             return self.of_step(dt)
-        left = dt / (dt - shorter)  # the march is of first order
-        return larger(self.of_step(dt), times(left, self._between_steps(dt, shorter)))
+        share = dt / (dt - shorter)  # the march is of first order
+        return larger(self.of_step(dt), times(share, self._between_steps(dt, shorter)))
 
     def _with_step(self, dt: float) -> Values:
         if dt not in self._steps:
@@ -180,27 +181,27 @@ class Sensitivity:
         return tuple(Rung(rung.value, larger(rung.changes, self._between_steps(rung.value, last))) for rung in rungs)
 
     def _between_steps(self, dt: float, other: float) -> Changes:
-        """From a step to another one; nothing of steps that a pre-run cannot afford."""
+        """Return the change from a step to another one; nothing for steps that a pre-run cannot afford."""
         if not self.bench.affords(min(dt, other)):
             return dict.fromkeys(self.base, 0.0)
         return relative_changes(self._with_step(dt), self._with_step(other))
 
     def above(self, frequency: float) -> Changes:
-        """What a seat with its modes up to ``frequency`` [Hz] leaves: those from there down to 1.6 below, or all above.
+        """Return what a seat with modes up to ``frequency`` [Hz] leaves: those down to 1.6 below, or all above.
 
         No less than with more modes: a small change may be an accident. Of a seat without modes: nothing.
         """
         return self._above(math.floor(math.log(frequency, NARROWER)))
 
     def _above(self, rung: int) -> Changes:
-        """From this power of `NARROWER` [Hz] on, and all above."""
+        """Return what the modes from this power of `NARROWER` [Hz] on change, and all above."""
         if rung not in self._rungs:
             seat = self.bench.seat.modal
             if seat is None or not np.any(seat.omega > 2 * math.pi * NARROWER ** (rung - 1)):
                 self._rungs[rung] = dict.fromkeys(self.base, 0.0)
             else:
-                here, below = self._up_to(NARROWER**rung), self._up_to(NARROWER ** (rung - 1))
-                change = larger(relative_changes(here, below), relative_changes(self.base, here))
+                own, below = self._up_to(NARROWER**rung), self._up_to(NARROWER ** (rung - 1))
+                change = larger(relative_changes(own, below), relative_changes(self.base, own))
                 self._rungs[rung] = larger(change, self._above(rung + 1))
         return self._rungs[rung]
 
@@ -215,7 +216,7 @@ class Sensitivity:
 
     @cached_property
     def of_g(self) -> Changes:
-        """Relative change of each measure per relative change of g."""
+        """Return the relative change of each measure per relative change of g."""
         runs = [
             relative_changes(self.base, self._with(self.bench.seat.scaled(factor))) for factor in (1 - OFF, 1 + OFF)
         ]
@@ -223,18 +224,18 @@ class Sensitivity:
 
     @cached_property
     def spring(self) -> Changes:
-        """What a spring of the same static stiffness changes; of a lip in arcs, its statics without waves."""
+        """Return what a spring of the same static stiffness changes; of a lip in arcs, its statics without waves."""
         if Division.of(self.bench.seat).arcs > 1:
             return relative_changes(self.base, self._with(at_once(self.bench.seat)))
         return self._spring_of(1.0)
 
     @cached_property
     def guessed(self) -> Changes:
-        """What a spring changes whose stiffness is guessed within a factor of two."""
+        """Return what a spring changes whose stiffness is guessed within a factor of two."""
         return larger(self._spring_of(0.5), self._spring_of(2.0))
 
     def _spring_of(self, factor: float) -> Changes:
-        """What a spring of ``factor`` times the static stiffness changes."""
+        """Return what a spring of ``factor`` times the static stiffness changes."""
         compliance = face_compliance(self.bench.seat)
         if not (math.isfinite(compliance) and compliance > 0):
             return dict.fromkeys(self.base, math.inf)
@@ -244,18 +245,18 @@ class Sensitivity:
         return relative_changes(self.base, self._with(impact.spring(stiffness=factor / compliance)))
 
     def between(self, one: impact.GreensFunction, other: impact.GreensFunction) -> Changes:
-        """What one seat in place of another changes."""
+        """Return what one seat in place of another changes."""
         return relative_changes(self._with(one), self._with(other))
 
     def _with(self, seat: impact.GreensFunction) -> Values:
         return self.bench.measures(dt=self.step, n_modes=self.n_modes, seat=seat)
 
     def worst(self, changes: Changes) -> float:
-        """The largest change of the measures asked for."""
+        """Return the largest change of the measures asked for."""
         return max((changes[name] for name in self.asked), default=0.0)
 
     def _settled(self, rungs: list[Rung]) -> bool:
-        """Whether two rungs in a row change less than `finest`: one may do so by accident.
+        """Return whether two rungs in a row change less than `finest`: one may do so by accident.
 
         Also where they are not asked for, `ALWAYS` counts: every run states their bars.
         """
@@ -264,8 +265,8 @@ class Sensitivity:
 
 
 def no_better_than_finer(rungs: tuple[Rung, ...]) -> tuple[Rung, ...]:
-    """From coarse to fine; a rung counts as no better than any finer one: a small change may be an accident."""
-    found: list[Rung] = []
+    """Return the rungs from coarse to fine, none better than a finer one: a small change may be an accident."""
+    capped: list[Rung] = []
     for rung in reversed(rungs):
-        found.append(Rung(rung.value, larger(rung.changes, found[-1].changes)) if found else rung)
-    return tuple(reversed(found))
+        capped.append(Rung(rung.value, larger(rung.changes, capped[-1].changes)) if capped else rung)
+    return tuple(reversed(capped))

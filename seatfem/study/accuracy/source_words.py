@@ -1,4 +1,4 @@
-"""What an error is the error of, in words."""
+"""Names of the sources of error, in words."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ LOOKS: Final = 20_000  # times at which a course is looked at
 
 
 def on_its_base(scene: Scene, role: str, body: Body) -> Body:
-    """The ``body`` in a ``role``, carried by its base and under its own inertia, where that is known.
+    """Return the ``body`` in a ``role``, carried by its base and under its own inertia, where that is known.
 
     Raises:
         GreensFunctionError: a body that nothing holds; `TimeSeriesError`, a file that cannot be used.
@@ -74,7 +74,7 @@ def check_base(scene: Scene, role: str, greens: GreensFunction) -> None:
 
 
 def _lowest(greens: GreensFunction) -> float:
-    """Lowest angular frequency of its own [rad/s]; ``inf`` of a spring, 0 where it is not known."""
+    """Return the body's lowest angular frequency of its own [rad/s]; ``inf`` for a spring, 0 where it is not known."""
     if greens.rod is not None:
         return math.pi / (2 * greens.rod.transit)
     if greens.modal is None:

@@ -78,7 +78,7 @@ def seat_of(
     progress: Progress = silent,
     mesh_error: bool = True,
 ) -> Solved:
-    """The seat for the scene's own duration, by a method, by default the one that its file states; else as `build`."""
+    """Return the seat for the scene's own duration, by a method, by default as its file states; else as `build`."""
     how = stated_method(scene).seat if method is None else method
     duration = scene.run.duration
     return build(scene.seat, how, duration, cache, watch=watch, progress=progress, mesh_error=mesh_error)
@@ -87,7 +87,7 @@ def seat_of(
 def striker_of(
     scene: Scene, n_modes: int | None = None, greens: GreensFunction | None = None, method: Method | None = None
 ) -> impact.Body:
-    """The scene's striker.
+    """Return the scene's striker.
 
     Args:
         n_modes: of a body known by its own modes, in place of the number that it states.
@@ -103,8 +103,8 @@ def striker_of(
 def solved_striker(
     scene: Scene, progress: Progress = silent, method: Method | None = None, *, mesh_error: bool = True
 ) -> Solved | None:
-    """The striker, computed by a method, by default as its own keys state, with the error of its mesh; ``None`` of a
-    closed form."""
+    """Return the striker, computed by a method, by default as its own keys state, with the error of its mesh; ``None``
+    for a closed form."""
     if not scene.reed.is_solved:
         return None
     with in_role("reed", scene.reed):
@@ -113,14 +113,14 @@ def solved_striker(
 
 
 def seat_beside(scene: Scene, method: Method) -> Solved:
-    """The seat by another method than that of the run, which it is compared with."""
+    """Return the seat by another method than that of the run, which it is compared with."""
     solved = _computed(scene.seat, scene.run.duration, method=method, mesh_error=False)
     assert solved is not None
     return solved
 
 
 def stopper_of(scene: Scene) -> impact.Body | None:
-    """The scene's stopper, at rest, as its own keys state it; ``None`` where there is none."""
+    """Return the scene's stopper, at rest, as its own keys state it; ``None`` where there is none."""
     if scene.stopper is None:
         return None
     solved = solved_stopper(scene)
@@ -133,7 +133,7 @@ def stopper_of(scene: Scene) -> impact.Body | None:
 
 
 def solved_stopper(scene: Scene) -> Solved | None:
-    """The stopper, computed as its own keys state, with the error of its mesh; ``None`` of a closed form, or none."""
+    """Return the stopper, computed as its keys state, with its mesh error; ``None`` for a closed form, or none."""
     if scene.stopper is None:
         return None
     stopper = scene.stopper.body
@@ -144,7 +144,7 @@ def solved_stopper(scene: Scene) -> Solved | None:
 
 
 def _is_spring(greens: GreensFunction) -> bool:
-    """Whether it is one spring without waves."""
+    """Return whether it is one spring without waves."""
     return len(greens.ports) == 1 and greens.modal is not None and greens.highest_rate == 0
 
 
@@ -156,7 +156,7 @@ def _computed(
     *,
     mesh_error: bool = True,
 ) -> Solved | None:
-    """The structure, computed by a ``method``, by default as its own keys state; ``None`` of a closed form."""
+    """Return the structure, computed by a ``method``, by default as its own keys state; ``None`` for a closed form."""
     if not structure.is_solved:
         return None
     how = method or structure.stated()
@@ -178,8 +178,8 @@ class _Asked:
 @lru_cache(maxsize=6)
 def _solved(asked: _Asked) -> Solved:
     cache = Cache(None) if asked.structure.is_kept else None
-    told = asked.progress
-    return build(asked.structure, asked.method, asked.duration, cache, progress=told, mesh_error=asked.mesh_error)
+    progress = asked.progress
+    return build(asked.structure, asked.method, asked.duration, cache, progress=progress, mesh_error=asked.mesh_error)
 
 
 def stress_of(
@@ -193,9 +193,9 @@ def stress_of(
     stopper: Array | None = None,
     since: float | None = None,
 ) -> ReedStress | None:
-    """The reed's largest bending stresses under the contact forces of seat and stopper, (n + 1,) each; ``None`` for a
-    rigid mass. ``opening``: (n + 1,) the seats' mean, by which loads that follow the lift are as the march had them.
-    ``since``: the time at which a landing begins, before and after which they are told apart, too [s]."""
+    """Return the reed's largest bending stresses under the contact forces of seat and stopper, (n + 1,) each; ``None``
+    for a rigid mass. ``opening``: (n + 1,) the seats' mean, by which loads that follow the lift are as the march had
+    them. ``since``: the time at which a landing begins, before and after which they are distinguished, too [s]."""
     if not scene.reed.has_stress:
         return None
     pushed = pushes(striker, force, stopper)
@@ -225,7 +225,7 @@ def run_contacts(
     *,
     engine: Engine = "auto",
 ) -> Touches:
-    """One run: contact between striker and seat, and with the stopper where there is one, by the scene's laws."""
+    """Run the scene once: contact between striker and seat, and with a stopper, by the scene's laws."""
     check_base(scene, "seat", seat)
     problem = problem_of(scene, striker, impact.Body(seat))
     result = impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
@@ -235,9 +235,9 @@ def run_contacts(
 def problem_of(
     scene: Scene, striker: impact.Body, seat: impact.Body, stopper: impact.Body | None = None
 ) -> impact.ContactProblem:
-    """Striker and seat by the scene's law: one contact, or one for each part of the patch; a striker whose ports are
-    other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own, where it has
-    one."""
+    """Return striker and seat in contact by the scene's law: one contact, or one for each part of the patch; a striker
+    whose ports are other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own,
+    where it has one."""
     law, division, seat = scene.contact.law, Division.of(seat.greens), on_its_base(scene, "seat", seat)
     gaps, films = gaps_of(scene, division), films_of(scene, division)
     contacts = [
@@ -258,7 +258,7 @@ def problem_of(
         target, parts = on_its_base(scene, "stopper", target), scene.stopper.parts
         beyond = len(striker.greens.ports) - 1 if scene.has_two_places else 0
         for k, (name, share) in enumerate(zip(parts.names, parts.shares, strict=True)):
-            here = STOPPER + name
+            port = STOPPER + name
             contacts.append(
                 impact.Contact(
                     target,
@@ -266,7 +266,7 @@ def problem_of(
                     gap=float(above[k]),
                     law=scene.stopper.law.law(float(share)),
                     side=-1,
-                    striker_port=here if here in striker.greens.ports else beyond,
+                    striker_port=port if port in striker.greens.ports else beyond,
                 )
             )
     check_start(scene, striker, contacts)
@@ -280,7 +280,7 @@ def marched(
     flight: Callable[[impact.Body, float], Discrete] | None = None,
     duration: float | None = None,
 ) -> impact.ContactStepper:
-    """A run of a problem of a scene for its forces alone, a fraction of the cost of one with energies.
+    """March a problem of a scene for its forces alone, a fraction of the cost of a run with energies.
 
     ``flight``: the striker `in_flight` at a step [s], which several runs may share; ``duration``: in place of the
     scene's [s].
@@ -304,7 +304,7 @@ def measures_of(
     flight: Callable[[impact.Body, float], Discrete] | None = None,
     like: Landings | None = None,
 ) -> Values:
-    """The measures of a run alone, of its forces as `marched`, and of its stopper; stress only if asked for, coarsely.
+    """Return the measures of a run alone, from its `marched` forces and its stopper; stress, coarsely, if asked for.
 
     ``like``: the landings of a neighbouring run, each of which is looked for; ``None``: of the run's own.
     """
@@ -353,8 +353,8 @@ def blow_of_march(
         displacement: whether with that of the seat.
         stress: the look at the reed's; ``None``: it is not looked at.
     """
-    prepared, asked, force = stepper.prepared, scene.accuracy.landing, force_of(stepper)
-    judged = judged_landing(landings, asked, like)
+    prepared, choice, force = stepper.prepared, scene.accuracy.landing, force_of(stepper)
+    judged = judged_landing(landings, choice, like)
     since = None if judged is None or stress is None else judged.start
     stresses = None if stress is None else stress(stepper, since)
     return Blow(
@@ -366,26 +366,26 @@ def blow_of_march(
         line=line_of(scene, prepared.problem, parts_of(stepper)),
         film=film_of(stepper),
         landings=landings,
-        asked=asked,
+        asked=choice,
         stress_since=since,
     )
 
 
 def in_flight(striker: impact.Body, dt: float, duration: float) -> Discrete:
-    """A striker over ``duration`` [s], its motion without contact known."""
+    """Return a striker over ``duration`` [s], its motion without contact known."""
     discrete = Discrete.of(striker, dt, step_count(dt, duration))
     return replace(discrete, free=discrete.free_motion()) if discrete.moves_by_itself else discrete
 
 
 def time_step(scene: Scene, *bodies: GreensFunction) -> float:
-    """Step [s]: a quarter radian of the highest rate in any body, a twentieth of the filter, `gas_step`."""
+    """Return the time step [s]: a quarter radian of the highest rate, a twentieth of the filter, or `gas_step`."""
     limits = [scene.run.filter_width / STEPS_PER_FILTER, scene.run.duration / 200]
     limits += [1.0 / (STEPS_PER_RADIAN * rate) for rate in (body.highest_rate for body in bodies) if rate > 0]
     return min(*limits, gas_step(scene))
 
 
 def gas_step(scene: Scene) -> float:
-    """Longest step with which gas follows the reed `GAS_PER_DEGREE` times a degree of the crank [s]; inf without."""
+    """Return the longest step for gas, `GAS_PER_DEGREE` times a degree of the crank [s]; inf without."""
     return math.inf if scene.gas is None else scene.gas.turn / 360 / GAS_PER_DEGREE / FOLLOW
 
 

@@ -17,8 +17,8 @@ from seatfem.study.scene.external import ExternalLoad
 
 
 def loaded(scene: Scene, body: Body) -> Body:
-    """The striker's ``body`` under the scene's loads and its gas, beside the loads that it has, on its base and its
-    valve springs. Raises as `Body`, `on_its_base` and `on_its_springs`."""
+    """Return the striker's ``body`` under the scene's loads and its gas, beside the loads that it has, on its base and
+    its valve springs. Raises as `Body`, `on_its_base` and `on_its_springs`."""
     if scene.load or scene.gas is not None:
         body = replace(body, loads=(*body.loads, *_loads(scene, body), *gas_loads(scene, body)))
     return on_its_springs(scene, on_its_base(scene, "reed", body))
@@ -37,8 +37,10 @@ def _loads(scene: Scene, body: Body) -> Iterator[Load]:
         if load.pressure is not None:
             yield _blown(scene, load, body)
         elif load.force is not None:
-            there = None if load.point is None else np.array([load.point])
-            pushed = scene.reed.pushed_at(body, load.at) if there is None else scene.reed.pushed_at_points(body, there)
+            points = None if load.point is None else np.array([load.point])
+            pushed = (
+                scene.reed.pushed_at(body, load.at) if points is None else scene.reed.pushed_at_points(body, points)
+            )
             yield Load(pushed.ravel(), load.force.course)
         else:
             shape, mass = scene.reed.weight(body)
@@ -49,7 +51,7 @@ def _loads(scene: Scene, body: Body) -> Iterator[Load]:
 
 
 def _blown(scene: Scene, load: ExternalLoad, body: Body) -> Load:
-    """p(t) A(0), and by the lift A/A(0) of it; constant areas are 1 of themselves."""
+    """Return the load of a pressure, p(t) A(0), and its change with the lift, A/A(0): 1 for a constant area."""
     assert load.pressure is not None
     assert load.area is not None
     area, closed = load.area, load.area(0.0)

@@ -25,7 +25,7 @@ OPEN = 0.01  # of its largest lift, above which the valve counts as open
 
 
 def gas_of(scene: Scene) -> Compressor | Prescribed:
-    """What drives the reed of a scene with a table [gas]."""
+    """Return what drives the reed of a scene with a table [gas]."""
     gas = scene.gas
     assert gas is not None
     common = (gas.areas, *gas.plenums, gas.valve)
@@ -36,7 +36,7 @@ def gas_of(scene: Scene) -> Compressor | Prescribed:
 
 
 def gas_loads(scene: Scene, body: Body) -> Iterator[Load]:
-    """On the striker's ``body``: under a prescribed pressure as known loads, one for each direction of dp."""
+    """Yield the gas loads on the striker's ``body``: a prescribed pressure is one load for each direction of dp."""
     if scene.gas is None:
         return
     drive, shape = gas_of(scene), scene.reed.blown(body)
@@ -54,7 +54,7 @@ def _share(table: AreaTable, opening: float) -> float:
 
 
 def _pushed(drive: Prescribed, area: float, sign: float, time: Array) -> Array:
-    """(n,) dp where it has this sign, on an area [N]."""
+    """Return the force (n,) of dp on an area where it has this sign [N]."""
     over = np.asarray(drive.pressure(time))
     dp = drop(drive, over)
     return np.where(sign * dp > 0, dp, 0.0) * area
@@ -80,7 +80,7 @@ class GasRun:
 
     @staticmethod
     def of(scene: Scene, touches: Touches) -> GasRun:
-        """Of a run of a scene with gas."""
+        """Return the gas of a run of a scene."""
         assert scene.gas is not None
         drive = gas_of(scene)
         history = gas_history(drive, lift_of(touches), touches.seat.dt)
@@ -90,12 +90,12 @@ class GasRun:
 
 
 def lift_of(touches: Touches) -> Array:
-    """(n + 1,) mean opening of the contacts at the seat, as the march takes it [m]."""
+    """Return the mean opening (n + 1,) of the contacts at the seat, as the march takes it [m]."""
     return touches.seat.gap if touches.parts is None else np.asarray(touches.parts.gap.mean(axis=1))
 
 
 def gas_keys(scene: Scene, touches: Touches, run: GasRun) -> dict[str, object]:
-    """For summary.json. Lists have one value for each cycle from the start of the run, ``None`` where there is none.
+    """Return the gas keys for summary.json. Lists have a value for each cycle from the start, or ``None``.
 
     The valve is open above `OPEN` of its largest lift; where it falls below, it strikes the seat: the seating velocity
     is its speed there.
@@ -118,7 +118,7 @@ def gas_keys(scene: Scene, touches: Touches, run: GasRun) -> dict[str, object]:
     speed = (lift[:-1] - lift[1:]) / dt
     stops = np.zeros(0) if touches.stopper is None else contact_groups(touches.stopper)[:, 0] / dt
     valve, side = run.drive.valve, run.drive.side
-    found: dict[str, object] = {
+    keys: dict[str, object] = {
         "gas_valve": side,
         "gas_cycles": scene.run.duration / turn,
         "gas_opening_deg": [degrees(s[0]) if len(s) else None for s in by_cycle(rises)],
@@ -135,20 +135,20 @@ def gas_keys(scene: Scene, touches: Touches, run: GasRun) -> dict[str, object]:
     }
     if run.volume is not None:
         residual = run.history.energy_residual(run.drive.gas.k, run.volume)
-        found |= {"gas_mass_residual": run.history.mass_residual(side)}
-        found |= {"gas_energy_residual": residual}
-    return found
+        keys |= {"gas_mass_residual": run.history.mass_residual(side)}
+        keys |= {"gas_energy_residual": residual}
+    return keys
 
 
 def cycles_of(scene: Scene) -> int:
-    """Turns of the crank that a run begins."""
+    """Return the number of turns of the crank that a run begins."""
     assert scene.gas is not None
     return max(1, math.ceil(scene.run.duration / scene.gas.turn - 1e-6))
 
 
 def cycle_masses(scene: Scene, history: GasHistory, *, of_other: bool) -> dict[str, list[float]]:
-    """By key of summary.json, the mass that passes in each cycle [kg]; through the other valve, too, where it is
-    known."""
+    """Return, by key of summary.json, the mass that passes in each cycle [kg]; through the other valve, too, where it
+    is known."""
     assert scene.gas is not None
     edges = np.minimum(np.arange(cycles_of(scene) + 1) * scene.gas.turn, history.time[-1])
     columns = {"forward": FORWARD, "back": BACK, **({"other_valve": OTHER} if of_other else {})}
@@ -159,7 +159,7 @@ def cycle_masses(scene: Scene, history: GasHistory, *, of_other: bool) -> dict[s
 
 
 def gas_notes(scene: Scene) -> tuple[str, ...]:
-    """What of the areas nobody measured."""
+    """Return which of the areas nobody measured."""
     if scene.gas is None:
         return ()
     valve = scene.gas.areas
@@ -174,7 +174,7 @@ def gas_notes(scene: Scene) -> tuple[str, ...]:
 
 
 def gas_csv(run: GasRun) -> str:
-    """The record of the gas, a line for each span of steps over which it takes the lift as constant."""
+    """Return the record of the gas, a line for each span of steps over which it takes the lift as constant."""
     h = run.history
     heads = ["time [s]", "angle [deg]", "pressure [Pa]", "lift [m]", "reed flow [kg/s]"]
     columns = [h.time, run.angle, h.pressure, h.lift, h.flow(FORWARD, BACK)]

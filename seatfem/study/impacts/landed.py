@@ -1,4 +1,4 @@
-"""Which scenes of a study, and points of a trade, count: those in which the reed lands on its seat within the run.
+"""Scenes of a study, and points of a trade, that count: those in which the reed lands on its seat within the run.
 
 A scene without a landing, or one that the end of the run cuts off in its landing, has numbers, but no answer: an
 impulse of zero, or the part of a peak that there was time for. Beside others they would bend every mean. They count for

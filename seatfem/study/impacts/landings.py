@@ -47,12 +47,12 @@ class Landings:
 
     @property
     def hardest(self) -> Landing | None:
-        """The hardest on the seat; ``None`` where there is none."""
+        """Return the hardest landing on the seat; ``None`` where there is none."""
         return hardest(self.seat)
 
     @property
     def status(self) -> Status:
-        """Whether the seat was landed on, and whether the end of the run cuts the landing that counts.
+        """Return whether the seat was landed on, and whether the end of the run cuts the landing that counts.
 
         Cut off is the hardest landing, or one that closed at least half as fast as it: it might have become harder.
         """

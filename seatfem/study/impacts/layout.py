@@ -1,4 +1,4 @@
-"""From a scene to what its drawing shows: bodies in their places, loads and motions in words, facts in a sentence."""
+"""The layout of a scene's drawing: bodies in their places, loads and motions in words, facts in a sentence."""
 
 from __future__ import annotations
 
@@ -133,8 +133,8 @@ def _springs(scene: Scene, at: float | None) -> Array:
 def _of_springs(scene: Scene, spring: ValveSpring, at: float | None) -> Array:
     if spring.at is not None:
         return np.array([(_along(spring.at, at), 0.0)])
-    there = scene.reed.spring_points if spring.places is None else spring.places
-    return np.zeros((1, 2)) if there is None else there
+    points = scene.reed.spring_points if spring.places is None else spring.places
+    return np.zeros((1, 2)) if points is None else points
 
 
 def _arcs(scene: Scene, division: Division) -> Array:
@@ -144,8 +144,8 @@ def _arcs(scene: Scene, division: Division) -> Array:
     lip = scene.seat.lip(division.arcs, division.rings)
     if lip is None:
         return np.zeros((0, 2, 2))
-    left, right = lip.cuts(np.arange(division.arcs) / division.arcs)
-    return np.stack([left, right], axis=1)
+    one, other = lip.cuts(np.arange(division.arcs) / division.arcs)
+    return np.stack([one, other], axis=1)
 
 
 def _actions(scene: Scene, at: float | None, seen: BodyViews) -> Iterator[Action]:

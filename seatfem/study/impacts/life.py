@@ -1,4 +1,4 @@
-"""How long the bodies of a run live: histories of stress, judged as [life] asks, whatever they were computed by."""
+"""Life of the bodies of a run: histories of stress, judged as [life] asks, whatever they were computed by."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ STRESS: Final = "stress"
 
 @dataclass(frozen=True)
 class Lasting:
-    """What one run leaves of its bodies' life, as far as the scene asks for it.
+    """Life of the bodies of one run, as far as the scene asks for it.
 
     Attributes:
         bodies: the worst places of each, and by which strength.
@@ -44,20 +44,20 @@ class Lasting:
 
     @property
     def of_one_axis(self) -> tuple[Judged, Strength] | None:
-        """Of the body with the least margin over the design life."""
-        found = [each for each in self.bodies if each[0].life is not None]
-        return min(found, key=lambda each: each[0].life.margin if each[0].life else math.inf, default=None)
+        """Return the judgement of the body with the least margin over the design life."""
+        candidates = [each for each in self.bodies if each[0].life is not None]
+        return min(candidates, key=lambda each: each[0].life.margin if each[0].life else math.inf, default=None)
 
     @property
     def of_several_axes(self) -> tuple[Judged, Strength] | None:
-        """Of the body with the least margin by the criterion of several axes."""
-        found = [each for each in self.bodies if each[0].tensor_at is not None]
-        return min(found, key=lambda each: each[0].tensor_margin or 0.0, default=None)
+        """Return the judgement of the body with the least margin by the criterion of several axes."""
+        candidates = [each for each in self.bodies if each[0].tensor_at is not None]
+        return min(candidates, key=lambda each: each[0].tensor_margin or 0.0, default=None)
 
 
 def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = ()) -> Lasting:
-    """The life of the bodies under the block of stress of one run; tensors are judged on their critical planes, and by
-    the criterion of several axes where one is asked for."""
+    """Return the life of the bodies under the block of stress of one run; tensors are judged on their critical planes,
+    and by the criterion of several axes where one is asked for."""
     life = scene.life
     if life is None:
         return Lasting()
@@ -67,8 +67,8 @@ def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = (
     for demand, histories in ((life.demand(), reed), (life.demand("seat"), seat)):
         if demand is not None and life.of_bending:
             block = ((name, each[first:]) for name, each in histories)
-            found = judged(on_planes(block, tensors=demand.several_axes is not None), demand)
-            bodies.append((found, demand.strength))
+            judgement = judged(on_planes(block, tensors=demand.several_axes is not None), demand)
+            bodies.append((judgement, demand.strength))
     contact = life.demand("contact")
     below = None if contact is None else (judged(below_contact(scene, touches), contact), contact.strength)
     return Lasting(tuple(bodies), below, speed)
@@ -77,7 +77,7 @@ def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = (
 def of_beam(
     scene: Scene, striker: impact.Body, touches: Touches, stress: ReedStress | None
 ) -> Iterator[tuple[str, Array]]:
-    """Of a reed whose bending is known while it strikes, where its life is asked for; none of others."""
+    """Yield the histories of a reed whose bending is known while it strikes, where its life is asked for."""
     if scene.life is not None and scene.life.demand() is not None:
         for name, history in beam_histories(scene, striker, touches, stress):
             yield f"reed, {name}", history
@@ -86,8 +86,8 @@ def of_beam(
 def beam_histories(
     scene: Scene, striker: impact.Body, touches: Touches, stress: ReedStress | None, *, few: bool = False
 ) -> Iterator[tuple[str, Array]]:
-    """As `seatfem.structures.kinds.Structure.stress_histories`. ``stress``: the largest ones, whose places are among
-    them."""
+    """Yield histories as `seatfem.structures.kinds.Structure.stress_histories` does. ``stress``: the largest ones,
+    whose places are among them."""
     force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
     peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
     also = {peak.at for peak in peaks if peak is not None}
@@ -96,7 +96,7 @@ def beam_histories(
 
 
 def block_from(scene: Scene, touches: Touches) -> int:
-    """The step from which the block of stress is taken that repeats: the whole run, or the crank's last turn."""
+    """Return the step from which the block of stress is taken that repeats: the whole run, or the crank's last turn."""
     if scene.life is None or scene.life.block != "last cycle":
         return 0
     turn = turn_of(scene)
@@ -105,7 +105,7 @@ def block_from(scene: Scene, touches: Touches) -> int:
 
 
 def below_contact(scene: Scene, touches: Touches) -> Iterator[tuple[str, Array]]:
-    """Depths below a contact of Hertz with the stress there, where [life] asks for it."""
+    """Yield depths below a contact of Hertz with the stress there, where [life] asks for it."""
     life, stiffness = scene.life, scene.contact.law.of_a_sphere
     if life is not None and life.contact_modulus is not None and stiffness is not None:
         largest = float(touches.seat.solid.max())
@@ -113,7 +113,7 @@ def below_contact(scene: Scene, touches: Touches) -> Iterator[tuple[str, Array]]
 
 
 def life_keys(lasting: Lasting) -> dict[str, object]:
-    """For summary.json; ``None`` for a margin or a life without end."""
+    """Return the keys of the life for summary.json; ``None`` for a margin or a life without end."""
     keys: dict[str, object] = {}
     if (worst := lasting.of_one_axis) is not None and worst[0].life is not None:
         keys |= {
@@ -122,11 +122,11 @@ def life_keys(lasting: Lasting) -> dict[str, object]:
             "life_damage_per_cycle": _finite(worst[0].life.damage),
             "life_at": worst[0].at,
         }
-    for name, found in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
-        if found is not None and found[0].tensor_margin is not None:
+    for name, judgement in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
+        if judgement is not None and judgement[0].tensor_margin is not None:
             keys |= {
-                f"life_{name}_margin": _finite(found[0].tensor_margin),
-                f"life_{name}_at": found[0].tensor_at,
+                f"life_{name}_margin": _finite(judgement[0].tensor_margin),
+                f"life_{name}_at": judgement[0].tensor_at,
             }
     if lasting.speed is not None:
         keys |= {"life_speed_margin": _finite(lasting.speed.margin), "life_speed_m_per_s": lasting.speed.speed}
@@ -134,7 +134,7 @@ def life_keys(lasting: Lasting) -> dict[str, object]:
 
 
 def asked_keys(scene: Scene, lasting: Lasting, bars: Mapping[str, float]) -> dict[str, object]:
-    """What was asked of the life, by which numbers, and the error bars of its margins, those of the stress.
+    """Return what was asked of the life, by which numbers, and the error bars of its margins, those of the stress.
 
     Margins are inversely proportional to stress: `impact.life.places.left_of`.
 
@@ -145,12 +145,12 @@ def asked_keys(scene: Scene, lasting: Lasting, bars: Mapping[str, float]) -> dic
     keys: dict[str, object] = {}
     if scene.life is None:
         return keys
-    for name, found in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
-        if found is not None:
+    for name, judgement in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
+        if judgement is not None:
             criterion = scene.life.multiaxial if name == "multiaxial" else scene.life.contact_criterion
             keys[f"life_{name}_criterion"] = criterion
-            keys[f"life_{name}_cycles"] = found[1].limit_cycles
-            keys["life_strength_source"] = found[1].source
+            keys[f"life_{name}_cycles"] = judgement[1].limit_cycles
+            keys["life_strength_source"] = judgement[1].source
 
     def bar(margin: float, place: str | None) -> float | None:
         return _finite(left_of(margin, bars.get(body_of(place or ""), math.inf)))
@@ -172,17 +172,17 @@ def asked_keys(scene: Scene, lasting: Lasting, bars: Mapping[str, float]) -> dic
 
 
 def body_of(place: str) -> str:
-    """The body that a place is on."""
+    """Return the body that a place is on."""
     return place.split(",")[0]
 
 
 def life_notes(scene: Scene, lasting: Lasting) -> tuple[str, ...]:
-    """In sentences: what breaks at once, and a life that nothing closed on."""
+    """Return in sentences what breaks at once, and a life that nothing closed on."""
     worst = lasting.of_one_axis
-    told = [] if worst is None or worst[0].life is None else [f"life: {advice}" for advice in worst[0].life.advice]
+    notes = [] if worst is None or worst[0].life is None else [f"life: {advice}" for advice in worst[0].life.advice]
     if scene.life is not None and lasting.speed is None and scene.life.allowed_speed() is not None:
-        told.append("life: nothing closed within run.duration, so there is no speed to compare with the allowed one")
-    return tuple(told)
+        notes.append("life: nothing closed within run.duration, so there is no speed to compare with the allowed one")
+    return tuple(notes)
 
 
 def _finite(value: float) -> float | None:

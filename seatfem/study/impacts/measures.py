@@ -34,14 +34,14 @@ RECORD: Final = "record"
 def measured(
     touches: Touches, filter_width: float, stress: ReedStress | None = None, asked: LandingChoice = "hardest"
 ) -> Values:
-    """The measures of a run, SI, by name; ``stress``: the reed's, where it is wanted; ``asked``: of which landing."""
+    """Return the measures of a run, SI, by name; ``stress``: the reed's, if wanted; ``asked``: of which landing."""
     return values_of(blow_of(touches, filter_width, stress, asked))
 
 
 def blow_of(
     touches: Touches, filter_width: float, stress: ReedStress | None = None, asked: LandingChoice = "hardest"
 ) -> Blow:
-    """What the measures of a run are taken from."""
+    """Return what the measures of a run are taken from."""
     result, landings = touches.seat, () if touches.landings is None else touches.landings.seat
     force, moved, film, line = result.force, result.target_displacement, result.film, touches.line
     since = None if stress is None else stress_since(touches, asked)
@@ -117,7 +117,7 @@ def stopper_values(force: Array | None, dt: float, filter_width: float) -> dict[
 
 @dataclass(frozen=True)
 class RunRecord:
-    """What the values of one run are taken from.
+    """Histories and results of one run, from which its values are taken.
 
     Attributes:
         blow: of the seat.
@@ -144,7 +144,7 @@ def values_of_record(record: RunRecord, like: Landings | None = None) -> Values:
 
 
 def bar_keys(budget: Budget, without: Collection[str] = ()) -> dict[str, object]:
-    """For summary.json, flat: error_bar_KEY of each measure, and its shares error_SOURCE_KEY.
+    """Return the error bars for summary.json, flat: error_bar_KEY of each measure, and its error_SOURCE_KEY.
 
     The bars of the measures ``without`` one are ``None``: something is left out that no share knows.
     """

@@ -1,5 +1,5 @@
-"""What simpler models say of a contact: without its film, and along a lip one port in place of the arcs, and a beam in
-place of the plate."""
+"""Simpler models of a contact: without its film, and along a lip one port in place of the arcs, and a beam in place of
+the plate."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ WITHOUT_FILM: Final = "without_film"
 
 
 def simpler_models(scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float) -> dict[str, Touches]:
-    """The same impact by simpler models, by name; none where the contact is not along a lip and has no film.
+    """Return the same impact by simpler models, by name; none where the contact is not along a lip and has no film.
 
     `WITHOUT_FILM`: the same without the film in the gap. The others are of one contact: both strike the mean of the
     seat's lip, over the mean of the gap along it. `ONE_PORT`: the same plate, by the mean of its motion along the lip.
     `BEAM`: what stands for the plate as a beam, where it knows one; none under the loads and with the stopper of a
     scene.
     """
-    division, found = Division.of(seat), {}
+    division, results = Division.of(seat), {}
     if scene.contact.film is not None:
         contact = scene.contact.model_copy(update={"film": None})
-        found[WITHOUT_FILM] = run_contacts(scene.model_copy(update={"contact": contact}), striker, seat, dt)
+        results[WITHOUT_FILM] = run_contacts(scene.model_copy(update={"contact": contact}), striker, seat, dt)
     if division.arcs > 1:
         for name, body in simpler_bodies(scene, striker, division):
-            found[name] = run_contacts(scene, body, as_a_whole(seat), dt)
-    return found
+            results[name] = run_contacts(scene, body, as_a_whole(seat), dt)
+    return results
 
 
 def simpler_keys(found: Mapping[str, Touches], filter_width: float) -> dict[str, object]:
-    """For summary.json, of each: NAME_impulse_Ns and NAME_filtered_peak_force_N."""
+    """Return for summary.json, of each model: NAME_impulse_Ns and NAME_filtered_peak_force_N."""
     keys: dict[str, object] = {}
     for name, touches in found.items():
         keys[f"{name}_impulse_Ns"] = measures.impulse(touches.seat)
@@ -51,7 +51,7 @@ def simpler_keys(found: Mapping[str, Touches], filter_width: float) -> dict[str,
 
 
 def simpler_bodies(scene: Scene, striker: impact.Body, division: Division) -> Iterator[tuple[str, impact.Body]]:
-    """By name, what strikes in place of ``striker``, whose lip is divided."""
+    """Yield by name what strikes in place of ``striker``, whose lip is divided."""
     greens = striker.greens
     if set(division.names) <= set(greens.ports):
         weights = np.zeros((len(greens.ports), 1))

@@ -36,10 +36,10 @@ def on_its_springs(scene: Scene, body: Body) -> Body:
         )
     shapes, stiffness, loads = [], [], list(body.loads)
     for spring in scene.spring:
-        here = _shapes(scene, spring, body)
-        shapes.append(here)
-        stiffness.append(np.full(here.shape[1], spring.stiffness / here.shape[1]))
-        loads.append(Load(here.mean(axis=1), constant(-_undeformed(scene, spring))))
+        columns = _shapes(scene, spring, body)
+        shapes.append(columns)
+        stiffness.append(np.full(columns.shape[1], spring.stiffness / columns.shape[1]))
+        loads.append(Load(columns.mean(axis=1), constant(-_undeformed(scene, spring))))
     held = on_springs(replace(body, loads=tuple(loads)), np.concatenate(shapes, axis=1), np.concatenate(stiffness))
     if not math.isinf(held.mass):
         raise GreensFunctionError(

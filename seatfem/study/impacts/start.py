@@ -1,4 +1,4 @@
-"""Whether a striker begins outside what it is to strike."""
+"""Check that a striker begins outside what it is to strike."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ SLACK: Final = 1e-2  # of the largest deflection of its ports: what modes left o
 
 
 def check_start(scene: Scene, striker: impact.Body, contacts: Sequence[impact.Contact]) -> None:
-    """Raises `SceneError` for a striker that is bent into what it is to strike, where it stands deepest: rigid contact
-    would throw it out within one step. What yields, as a spring, may begin compressed."""
+    """Raise `SceneError` for a striker that is bent into what it is to strike, where it is deepest: rigid contact would
+    throw it out within one step. What yields, as a spring, may begin compressed."""
     if striker.state is None or striker.greens.modal is None:
         return
     bent = striker.greens.modal.shapes.T @ striker.state.displacement

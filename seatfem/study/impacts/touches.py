@@ -41,12 +41,12 @@ class Touches:
 
     @property
     def stopper_force(self) -> Array | None:
-        """(n + 1,) force of the stopper [N]; ``None`` where there is none."""
+        """Return the force (n + 1,) of the stopper [N]; ``None`` where there is none."""
         return None if self.stopper is None else self.stopper.force
 
 
 def taken_apart(scene: Scene, problem: impact.ContactProblem, result: ImpactResult) -> Touches:
-    """``result`` of a problem of a scene: the seat's columns come first, the stopper's last."""
+    """Return the contacts of ``result`` of a problem of a scene: the seat's columns come first, the stopper's last."""
     shares = Division.of(problem.target.greens).shares
     landings = landings_of_result(problem, result, scene.run.filter_width)
     if result.force.ndim == 1:
@@ -64,22 +64,22 @@ def taken_apart(scene: Scene, problem: impact.ContactProblem, result: ImpactResu
 
 
 def seat_contacts(problem: impact.ContactProblem) -> int:
-    """How many of the contacts are the seat's: the first ones."""
+    """Return how many of the contacts are the seat's: the first ones."""
     return sum(contact.side > 0 for contact in problem.contacts)
 
 
 def stopper_in(problem: impact.ContactProblem) -> Body | None:
-    """The stopper of a problem."""
+    """Return the stopper of a problem."""
     return next((contact.target for contact in problem.contacts if contact.side < 0), None)
 
 
 def force_of(stepper: impact.ContactStepper) -> Array:
-    """(n + 1,) contact force of the seat's whole patch at every step done [N]."""
+    """Return the contact force (n + 1,) of the seat's whole patch at every step done [N]."""
     return np.asarray(parts_of(stepper).sum(axis=1))
 
 
 def film_of(stepper: impact.ContactStepper) -> Array | None:
-    """(n + 1,) the film's part of `force_of` [N]; ``None`` where there is none."""
+    """Return the film's part (n + 1,) of `force_of` [N]; ``None`` where there is none."""
     if stepper.film.size == 0:
         return None
     seat = seat_contacts(stepper.prepared.problem)
@@ -87,13 +87,13 @@ def film_of(stepper: impact.ContactStepper) -> Array | None:
 
 
 def parts_of(stepper: impact.ContactStepper) -> Array:
-    """(n + 1, parts) contact force of each part of the seat's patch at every step done [N]."""
+    """Return the contact force (n + 1, parts) of each part of the seat's patch at every step done [N]."""
     seat = seat_contacts(stepper.prepared.problem)
     return np.concatenate([stepper.prepared.rest[None, :seat], stepper.force[: stepper.done, :seat]])
 
 
 def stopper_force_of(stepper: impact.ContactStepper) -> Array | None:
-    """(n + 1,) contact force of the stopper at every step done [N]; ``None`` where there is none."""
+    """Return the contact force (n + 1,) of the stopper at every step done [N]; ``None`` where there is none."""
     if seat_contacts(stepper.prepared.problem) == stepper.force.shape[1]:
         return None
     seat = seat_contacts(stepper.prepared.problem)
@@ -102,7 +102,7 @@ def stopper_force_of(stepper: impact.ContactStepper) -> Array | None:
 
 
 def displacement_of(stepper: impact.ContactStepper) -> Array:
-    """(n + 1,) displacement of the seat's patch, its mean [m]."""
+    """Return the displacement (n + 1,) of the seat's patch, its mean [m]."""
     contacts = seat_contacts(stepper.prepared.problem)
     seat, force = stepper.prepared.bodies[1], stepper.force[: stepper.done, :contacts]
     moved = mean_displacement(seat, -force.T, Division.of(seat.body.greens).shares)
@@ -112,13 +112,13 @@ def displacement_of(stepper: impact.ContactStepper) -> Array:
 
 
 def facing(scene: Scene, striker: GreensFunction, part: str) -> int:
-    """The striker's port over a part of the seat: the one of its name, and the first where there is none, or where the
-    ports are the places of seat and stopper."""
+    """Return the striker's port over a part of the seat: the one of its name, and the first where there is none, or
+    where the ports are the places of seat and stopper."""
     return striker.port_index(part) if part in striker.ports and not scene.has_two_places else 0
 
 
 def on_the_ports(scene: Scene, striker: GreensFunction, seat: GreensFunction, touches: Touches) -> Array:
-    """(n + 1, ports) forces of seat and stopper on all ports of the striker, along the normal [N]."""
+    """Return the forces (n + 1, ports) of seat and stopper on all ports of the striker, along the normal [N]."""
     force = np.zeros((len(touches.seat.force), len(striker.ports)))
 
     def add(parts: ImpactResult | None, whole: ImpactResult, names: tuple[str, ...], other: int, sign: int) -> None:
@@ -134,7 +134,7 @@ def on_the_ports(scene: Scene, striker: GreensFunction, seat: GreensFunction, to
 
 
 def pushes(striker: Body, force: Array, stopper: Array | None) -> Array:
-    """(n + 1,), or (n + 1, 2) with two ports: what seat and stopper do to the striker's ports, along the normal [N]."""
+    """Return the forces (n + 1,), or (n + 1, 2) with two ports, of seat and stopper on the striker's ports [N]."""
     if stopper is None:
         return force
     return np.column_stack([force, -stopper]) if len(striker.greens.ports) > 1 else force - stopper

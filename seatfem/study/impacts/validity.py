@@ -1,4 +1,4 @@
-"""Where the theory or the data behind a scene end: large deflections, filters beyond a measured band, stoppers."""
+"""Limits of the theory or the data behind a scene: large deflections, filters beyond a measured band, stoppers."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ THICKEST_GAS: Final = 1e-4
 def validity_advice(
     scene: Scene, seat: GreensFunction | None = None, reed: GreensFunction | None = None
 ) -> tuple[Advice, ...]:
-    """What the run answers beyond the limits of its theory or of its data."""
-    found = [*scene.reed.limits(), *_misfits(scene, seat, reed)]
+    """Return advice on what the run answers beyond the limits of its theory or of its data."""
+    advice = [*scene.reed.limits(), *_misfits(scene, seat, reed)]
     for role, greens in (("seat", seat), ("reed", reed)):
         band = None if greens is None else fit_of(greens).highest
         if band is None or scene.run.filter_width >= 1 / band:
             continue
-        found.append(
+        advice.append(
             Advice(
                 "1/run.filter_width over the measured band",
                 1 / (scene.run.filter_width * band),
@@ -44,11 +44,11 @@ def validity_advice(
                 f"use run.filter_width >= {write_quantity(1 / band, 'time', 3)}, or measure to higher frequencies",
             )
         )
-    return tuple(found)
+    return tuple(advice)
 
 
 def film_notes(scene: Scene, result: ImpactResult) -> tuple[str, ...]:
-    """That a gas would give way under the largest force of its film."""
+    """Return the note that a gas would give way under the largest force of its film."""
     if (keys := scene.contact.film) is None or keys.viscosity > THICKEST_GAS:
         return ()
     film = keys.of(scene.seat.struck_ring)
@@ -106,7 +106,7 @@ def dishing_notes(scene: Scene) -> tuple[str, ...]:
 
 
 def stopper_notes(scene: Scene) -> tuple[str, ...]:
-    """That no plan looks at a stopper that is computed or read."""
+    """Return the note that no plan looks at a stopper that is computed or read."""
     if scene.stopper is None or not scene.stopper.body.is_solved:
         return ()
     return (
@@ -117,7 +117,7 @@ def stopper_notes(scene: Scene) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Fit:
-    """What a fit to a measured response says of itself.
+    """Quality of a fit to a measured response, as the fit states it.
 
     Attributes:
         highest: line [Hz]; ``None`` of what is no fit.

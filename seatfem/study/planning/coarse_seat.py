@@ -1,4 +1,4 @@
-"""What a spring in place of a seat leaves out: guessed from its surrogate, or measured on a coarse real seat."""
+"""Errors of a spring in place of a seat: guessed from its surrogate, or measured on a coarse real seat."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ IMPOSSIBLE: Final = (ArithmeticError, OSError, RuntimeError, ValueError)
 
 @dataclass(frozen=True)
 class WithoutWaves:
-    """What a spring in place of a seat changes.
+    """Changes that a spring in place of a seat makes.
 
     Attributes:
         changes: relative, measure by measure, without any doubt.
@@ -46,16 +46,16 @@ class WithoutWaves:
 
     @property
     def left(self) -> Mapping[str, float]:
-        """The changes with their doubt, and no less than a spring can know."""
+        """Return the changes with their doubt, and no less than a spring can know."""
         return {name: max(change, FLOOR_OF_SPRING) for name, change in times(self.doubt, self.changes).items()}
 
     def enough(self, target: float) -> bool:
-        """Whether a spring is enough: its bar is within the part of the target that plans aim at."""
+        """Return whether a spring is enough: its bar is within the part of the target that plans aim at."""
         return all(safety(name) * self.left[name] <= AIM * target for name in self.asked)
 
     @property
     def words(self) -> str:
-        """The largest change of what is asked for, and what it is known by."""
+        """Return the largest change of what is asked for, and how it is known."""
         name = max(self.asked, key=lambda measure: self.changes[measure])
         by = "measured on a coarse mesh of the seat" if self.measured else "estimated"
         words = short_words(name)
@@ -63,10 +63,10 @@ class WithoutWaves:
 
 
 def without_waves(seen: Seen) -> WithoutWaves:
-    """What statics in place of the waves of a drawn seat change, by its surrogate; where that leaves open whether they
-    are enough for the target, by a coarse real seat, if that is cheap."""
-    asked, doubt = seen.sensitivity.asked, DOUBT if seen.arcs is None else DOUBT_OF_ARCS
-    guess = WithoutWaves(seen.sensitivity.spring, doubt, asked)
+    """Return what statics in place of the waves of a drawn seat change, by its surrogate; where that leaves open
+    whether they are enough for the target, by a coarse real seat, if that is cheap."""
+    measures, doubt = seen.sensitivity.asked, DOUBT if seen.arcs is None else DOUBT_OF_ARCS
+    guess = WithoutWaves(seen.sensitivity.spring, doubt, measures)
     if not _leaves_open(seen, guess):
         return guess
     method = coarse_method(seen)
@@ -76,24 +76,24 @@ def without_waves(seen: Seen) -> WithoutWaves:
         seat = seat_of(seen.scene, Cache(None, seen.store), method=method, mesh_error=False)
     except IMPOSSIBLE:
         return guess
-    return WithoutWaves(changes_on(seen, seat.greens), DOUBT_OF_COARSE, asked, measured=True)
+    return WithoutWaves(changes_on(seen, seat.greens), DOUBT_OF_COARSE, measures, measured=True)
 
 
 def coarse_method(seen: Seen) -> Method:
-    """The coarsest seat that waves are seen on: up to its first resonances, its face in one ring."""
+    """Return the coarsest method whose seat shows its waves: up to its first resonances, its face in one ring."""
     coarse = seen.elements(seen.lowest_band, TOLERANCE, ERRORS[0])
     return replace(coarse, level=seen.waves.level, rings=coarse.rings if coarse.in_arcs else 1)
 
 
 def seconds(seen: Seen, method: Method) -> float:
-    """What it takes to make a seat, predicted [s]."""
+    """Return the predicted time to make a seat [s]."""
     model = finite_elements(seen.scene, replace(seen.stated, seat=method))
     assert model is not None
     return sum(seat_seconds(model, seen.machine).values())
 
 
 def changes_on(seen: Seen, seat: GreensFunction) -> Changes:
-    """What its statics alone change on this seat."""
+    """Return what the statics of this seat alone change."""
     bench = seen.sensitivity.bench
     window = first_look(bench.scene, seat, bench.striker, bench.stopper)
     on = replace(bench, seat=seat, window=window)
@@ -101,7 +101,7 @@ def changes_on(seen: Seen, seat: GreensFunction) -> Changes:
 
 
 def _leaves_open(seen: Seen, guess: WithoutWaves) -> bool:
-    """Whether the guess takes more of the target than a level may by itself, and may be too large by what it
+    """Return whether the guess takes more of the target than a level may by itself, and may be too large by what it
     overstates."""
     target = seen.scene.accuracy.target
     largest = max(safety(name) * guess.changes[name] for name in guess.asked)

@@ -1,4 +1,4 @@
-"""What a run will cost: time by stage and peak memory, without meshing or assembling anything."""
+"""Costs of a run: time by stage and peak memory, predicted without meshing or assembling anything."""
 
 from __future__ import annotations
 
@@ -86,28 +86,28 @@ def predict_cost(
 
 
 def finite_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
-    """The seat's in numbers; ``None`` of a closed form, and of matrices, whose size is not known yet."""
+    """Return the size of the seat's finite elements; ``None`` for a closed form, and for matrices, not yet known."""
     if method.seat.exact:
         return None
     return seat_model(scene.seat, method.seat, scene.run.duration)
 
 
 def coarser_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
-    """The coarser ones behind the mesh error; ``None`` where no mesh is made for the run."""
+    """Return the coarser elements behind the mesh error; ``None`` where no mesh is made for the run."""
     if method.seat.exact:
         return None
     return coarse_of(scene.seat, method.seat, scene.run.duration)
 
 
 def _waves_beside(scene: Scene, method: RunMethod, rates: Machine) -> float:
-    """Of the seat's waves where its statics alone is run [s]."""
+    """Return the time of the seat's waves where its statics alone is run [s]."""
     how = method_beside(scene, method)
     model = None if how is None else seat_model(scene.seat, how, scene.run.duration)
     return 0.0 if model is None else sum(seat_seconds(model, rates).values())
 
 
 def striker_elements(scene: Scene, method: RunMethod) -> tuple[SeatModel, ...] | None:
-    """The striker's in numbers, and the coarser ones behind its mesh error; ``None`` where they are not known."""
+    """Return the sizes of the striker's elements, and of the coarser ones of its mesh error; ``None`` if unknown."""
     reed, how, duration = scene.reed, method.reed, scene.run.duration
     if not reed.is_solved or how.level in ("rod", "closed form") or (model := seat_model(reed, how, duration)) is None:
         return None
@@ -118,7 +118,7 @@ def striker_elements(scene: Scene, method: RunMethod) -> tuple[SeatModel, ...] |
 def striker_poles(
     scene: Scene, method: RunMethod, dt: float, steps: float, known: GreensFunction | None
 ) -> float | None:
-    """Poles of the striker that are marched; ``None``: it has step weights.
+    """Return the number of poles of the striker that are marched; ``None``: it has step weights.
 
     ``known``: what stands for one that has to be computed.
     """
@@ -131,7 +131,7 @@ def striker_poles(
 
 
 def closed_form(scene: Scene, method: RunMethod) -> GreensFunction | None:
-    """The seat's Green's function where that costs nothing to have; ``None`` of others, and of files."""
+    """Return the seat's Green's function where that costs nothing to have; ``None`` for others, and for files."""
     return scene.seat.closed_form() if method.seat.exact else None
 
 
@@ -158,12 +158,12 @@ class ContactModel:
 
     @property
     def memory(self) -> float:
-        """Bytes of the histories."""
+        """Return the bytes of the histories."""
         return 8 * (ARRAYS + OF_A_PORT * (self.ports - 1)) * self.steps
 
 
 def _contact(scene: Scene, method: RunMethod, seat: SeatModel | None) -> ContactModel:
-    """``seat``: its finite elements, as far as they have waves."""
+    """Return the size of the contact's march; ``seat``: its finite elements, as far as they have waves."""
     closed = closed_form(scene, method)
     dt = method.time_step or _step(scene, method, seat, closed)
     steps = max(1.0, scene.run.duration / dt)
@@ -175,7 +175,7 @@ def _contact(scene: Scene, method: RunMethod, seat: SeatModel | None) -> Contact
 
 
 def contact_model(steps: float, dt: float, closed: GreensFunction | None) -> ContactModel:
-    """With a closed form in place of finite elements, as far as it is known, struck by a rigid mass."""
+    """Return the march with a closed form in place of finite elements, as far as known, struck by a rigid mass."""
     if closed is None:
         return ContactModel(steps, 0.0, 1.0, 0.0, CLOSED_RUNS)
     poles, coarse = _poles(closed, dt, steps), _poles(closed.forces_only(), 2 * dt, steps / 2)
@@ -185,14 +185,14 @@ def contact_model(steps: float, dt: float, closed: GreensFunction | None) -> Con
 def with_striker(
     model: ContactModel, scene: Scene, method: RunMethod, dt: float, known: GreensFunction | None
 ) -> ContactModel:
-    """The same march with the scene's striker; ``known``: what stands for one that has to be computed."""
+    """Return the march with the scene's striker; ``known``: the Green's function of one still to be computed."""
     poles = striker_poles(scene, method, dt, model.steps, known)
     reed = _weights(model.steps) if poles is None else float(poles)
     return replace(model, reed=reed, bends=method.reed.n_modes is not None, ports=method.seat.division.count)
 
 
 def _poles(greens: GreensFunction, dt: float, steps: float) -> float:
-    """Poles that are marched, or as many as take the time of exact step weights."""
+    """Return the poles that are marched, or as many as take the time of exact step weights."""
     marched = greens.marched_poles(dt, steps)
     return _weights(steps) if marched is None else marched
 
@@ -211,7 +211,7 @@ def _step(scene: Scene, method: RunMethod, seat: SeatModel | None, closed: Green
 
 
 def contact_seconds(model: ContactModel, rates: Machine) -> Mapping[str, float]:
-    """[s] by stage."""
+    """Return the time of each stage [s]."""
     stress = rates.stress * model.reed if model.bends and model.reed > 1 else 0.0
 
     def run(poles: float) -> float:
@@ -229,7 +229,7 @@ def contact_seconds(model: ContactModel, rates: Machine) -> Mapping[str, float]:
 
 
 def _views(seat: SeatModel, rates: Machine, *, modes: bool) -> float:
-    """Pictures of the mesh and, of a seat with waves, of its modes [s]: in a process of their own."""
+    """Return the time for pictures of the mesh and, of a seat with waves, of its modes [s]: in another process."""
     faces, frames = seat.sizes.surface * (2 if seat.hexahedra else 1), FRAMES if modes else 0
     if seat.section:
         faces = 2 * seat.sizes.surface * SLICES + 2 * seat.sizes.elements
@@ -238,7 +238,7 @@ def _views(seat: SeatModel, rates: Machine, *, modes: bool) -> float:
 
 
 def _memory(seat: SeatModel | None, histories: float) -> float:
-    """Of the program alone: bodies in space are drawn by a process of its own."""
+    """Return the memory of the program alone [bytes]: bodies in space are drawn by a process of its own."""
     if seat is None:
         return CURVES + histories
     peak, stays = seat_memory(seat)

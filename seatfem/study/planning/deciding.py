@@ -24,7 +24,7 @@ from seatfem.study.safety import AIM, ENDLESS, FREE, LONGEST, MEMORY, SIMPLER, S
 
 @dataclass(frozen=True)
 class Decision:
-    """What is chosen for one target.
+    """Options chosen for one target.
 
     Attributes:
         seen: the scene.
@@ -37,43 +37,43 @@ class Decision:
 
     @property
     def level(self) -> AnyLevel:
-        """Of the seat."""
+        """Return the level of the seat."""
         return self.seat.method.level
 
     @property
     def changes(self) -> Mapping[str, Changes]:
-        """By key, the relative error that the choice leaves in each measure."""
+        """Return, by key, the relative error that the choice leaves in each measure."""
         return {**self.contact.changes, **self.seat.changes}
 
     @property
     def shares(self) -> Mapping[Source, Changes]:
-        """By source."""
+        """Return the relative errors by source."""
         parts: dict[Source, Changes] = {}
-        for key, left in self.changes.items():
+        for key, errors in self.changes.items():
             before = parts.get(BEHIND[key], {})
-            parts[BEHIND[key]] = {name: value + before.get(name, 0.0) for name, value in left.items()}
+            parts[BEHIND[key]] = {name: value + before.get(name, 0.0) for name, value in errors.items()}
         return parts
 
     @property
     def error(self) -> Mapping[str, float]:
-        """Predicted bar of each measure, relative, as `seatfem.study.accuracy.error_budget` will state it."""
-        parts, asked = self.shares.values(), self.seen.scene.accuracy.judged
-        return {name: safety(name) * sum(part[name] for part in parts) for name in asked}
+        """Return the predicted bar of each measure, relative, as `seatfem.study.accuracy.error_budget` states it."""
+        parts, judged = self.shares.values(), self.seen.scene.accuracy.judged
+        return {name: safety(name) * sum(part[name] for part in parts) for name in judged}
 
     @property
     def method(self) -> RunMethod:
-        """How the scene is computed."""
+        """Return how the scene is computed."""
         return self.with_seat(self.seat.method)
 
     def with_seat(self, seat: Method) -> RunMethod:
-        """With another model of the seat than the one chosen."""
+        """Return the method with another model of the seat than the one chosen."""
         stated = self.seen.stated
         return RunMethod(seat, replace(stated.reed, n_modes=self.contact.n_modes), self.contact.dt)
 
 
 @dataclass(frozen=True)
 class Choices:
-    """All that can be chosen for a scene.
+    """Everything that can be chosen for a scene.
 
     Attributes:
         seen: the scene.
@@ -85,30 +85,30 @@ class Choices:
 
     @cached_property
     def seats(self) -> tuple[SeatOption, ...]:
-        """Models of the seat."""
+        """Return the models of the seat."""
         return seat_options(self.seen, self.without)
 
     @cached_property
     def contacts(self) -> tuple[ContactOption, ...]:
-        """Steps and reed modes."""
+        """Return the steps and numbers of reed modes."""
         return contact_options(self.seen, closed=self.seats[0].method.level == "closed form")
 
     @cached_property
     def _bars(self) -> Array:
-        """(seats, contacts, measures) predicted."""
+        """Return the predicted bars (seats, contacts, measures)."""
         measures = self.seen.scene.accuracy.judged
         seats, contacts = (_left([option.changes for option in part], measures) for part in (self.seats, self.contacts))
         return np.asarray((seats[:, None] + contacts[None]) * [safety(name) for name in measures], dtype=np.float64)
 
     @cached_property
     def _cost(self) -> Array:
-        """(seats, contacts) [s]."""
+        """Return the cost (seats, contacts) [s]."""
         seconds, poles = (np.array([getattr(o, name) for o in self.seats]) for name in ("seconds", "poles"))
         start, each = (np.array([getattr(o, name) for o in self.contacts]) for name in ("seconds", "per_pole"))
         return np.asarray(seconds[:, None] + start + poles[:, None] * each, dtype=np.float64)
 
     def cheapest(self, target: float, longest: float = np.inf, memory: float = np.inf) -> Decision:
-        """The least cost that meets ``target``, or comes close to the least error of a measure for which nothing does.
+        """Return the cheapest choice that meets ``target``, or, for a measure that none does, is near the least error.
 
         A level that misses it by what it leaves out alone is no choice beside one that does not. Statics of the seat
         may cost `SIMPLER` times as much as waves: costs are predicted no better.
@@ -131,18 +131,18 @@ class Choices:
         return Decision(self.seen, self.seats[np.flatnonzero(within)[seat]], self.contacts[contact])
 
     def _levels_fit(self, target: float) -> NDArray[np.bool_]:
-        """(seats,) whether what the level leaves out alone is within a target."""
+        """Return (seats,) whether what the level leaves out alone is within a target."""
         measures = self.seen.scene.accuracy.judged
-        left = _left([{MODEL: o.changes[MODEL]} if MODEL in o.changes else {} for o in self.seats], measures)
-        return np.asarray((left * [safety(name) for name in measures] <= target).all(axis=1))
+        errors = _left([{MODEL: o.changes[MODEL]} if MODEL in o.changes else {} for o in self.seats], measures)
+        return np.asarray((errors * [safety(name) for name in measures] <= target).all(axis=1))
 
     @cached_property
     def _static(self) -> NDArray[np.bool_]:
-        """(seats,) whether waves are left out."""
+        """Return (seats,) whether waves are left out."""
         return np.array([option.method.static for option in self.seats])
 
     def within_means(self, wanted: Decision, target: float) -> Decision:
-        """``wanted`` if memory and time allow it; else the cheapest for ``target``, or close to it, that they do."""
+        """Return ``wanted`` if memory and time allow it; else the cheapest that they do for ``target``, or near it."""
         memory = MEMORY * available_memory()
         if wanted.seat.seconds <= LONGEST and wanted.seat.memory <= memory:
             return wanted
@@ -150,6 +150,6 @@ class Choices:
 
 
 def _left(changes: Sequence[Mapping[str, Changes]], measures: Sequence[str]) -> Array:
-    """(options, measures) sum over the keys."""
-    rows = [[sum(left[name] for left in option.values()) for name in measures] for option in changes]
+    """Return the sum over the keys (options, measures)."""
+    rows = [[sum(errors[name] for errors in option.values()) for name in measures] for option in changes]
     return np.array(rows, dtype=np.float64).reshape(len(changes), len(measures))

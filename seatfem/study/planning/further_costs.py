@@ -1,4 +1,4 @@
-"""What a run takes for plates, gas, stress and life: stages that no mesh of the seat and no march tells of."""
+"""Costs of plates, gas, stress and life: stages that depend on no mesh of the seat and no march."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""In how many arcs a lip is divided, and in how many rings across: pre-runs with ever fewer arcs and more rings, of the
+"""Numbers of arcs and of rings across in which a lip is divided: pre-runs with ever fewer arcs and more rings, of the
 striker itself on a half-space."""
 
 from __future__ import annotations
@@ -54,12 +54,13 @@ class Arcs:
 
     @property
     def total(self) -> Changes:
-        """What arcs and rings leave together."""
+        """Return what arcs and rings leave together."""
         return total(self.left, self.across) if self.across else self.left
 
 
 def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Arcs | None:
-    """The lip in as many arcs as the accuracy asks for, or as the file states; ``None``: it is struck as a whole."""
+    """Return the lip in as many arcs as the accuracy asks for, or the file states; ``None``: it is struck as a
+    whole."""
     usual = stated_method(scene).ports
     if usual in (None, 1) or surrogate.exact or surrogate.patch is None:
         return None
@@ -71,71 +72,71 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
     most = most if stated else lip.whole(most)
     finest = with_ports(scene, parts_behind(Division(most, scene.contact.rings)).arcs)
     seat = surrogate_in_arcs(finest, surrogate).greens
-    striker, there = stand_in_of(finest, progress), Division.of(seat)
+    striker, division = stand_in_of(finest, progress), Division.of(seat)
     bench = Bench(finest, seat, first_look(finest, seat, striker, stopper), striker, stopper)
     dt = bench.affordable(scene.run.filter_width / COARSE)
-    found: dict[int, Mapping[str, float]] = {}
+    known: dict[int, Mapping[str, float]] = {}
 
     def measures(arcs: int) -> Mapping[str, float]:
-        if arcs not in found:
-            found[arcs] = bench.divided(Division(arcs, there.rings)).measures(dt=dt)
-        return found[arcs]
+        if arcs not in known:
+            known[arcs] = bench.divided(Division(arcs, division.rings)).measures(dt=dt)
+        return known[arcs]
 
     def left_by(arcs: int) -> Changes:
-        """What twice as many change, as the budget states it, and all that the most looked at do; of the most that can
-        be, what half as many change."""
-        if arcs == there.arcs:
+        """Return what twice as many change, as the budget states it, and all that the most looked at do; of the most
+        that can be, what half as many change."""
+        if arcs == division.arcs:
             return times(OF_TWICE - 1, relative_changes(measures(arcs), measures(arcs // 2)))
         of_twice = times(OF_TWICE, relative_changes(measures(arcs), measures(2 * arcs)))
-        return larger(of_twice, relative_changes(measures(arcs), measures(there.arcs)))
+        return larger(of_twice, relative_changes(measures(arcs), measures(division.arcs)))
 
     chosen, aim = most, ARCS_SHARE * scene.accuracy.target
     while not stated and chosen // 2 >= FEWEST_ARCS and lip.whole(chosen // 2) == chosen // 2:
-        left = left_by(chosen // 2)
-        if any(safety(name) * left[name] > aim for name in scene.accuracy.judged):
+        errors = left_by(chosen // 2)
+        if any(safety(name) * errors[name] > aim for name in scene.accuracy.judged):
             break
         chosen //= 2
     arcs = left_by(chosen)
     rings, across = _rings_across(with_parts(scene, Division(chosen, scene.contact.rings)), surrogate, bench, dt)
-    here = with_parts(scene, Division(chosen, rings))
-    return Arcs(here, surrogate_in_arcs(here, surrogate), arcs, across)
+    divided = with_parts(scene, Division(chosen, rings))
+    return Arcs(divided, surrogate_in_arcs(divided, surrogate), arcs, across)
 
 
 def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -> tuple[int, Changes]:
-    """How many rings across the arcs of ``scene``, as the file states or as few as leave `ACROSS_SHARE` of the target,
-    and what they leave, as the budget states it; nothing under a film, which knows no rings.
+    """Return how many rings across the arcs of ``scene``, as the file states or as few as leave `ACROSS_SHARE` of the
+    target, and what they leave, as the budget states it; nothing under a film, which knows no rings.
 
     ``bench``: of the same scene, whose window serves again.
     """
-    given, accuracy = scene.contact.rings, scene.accuracy
+    stated, accuracy = scene.contact.rings, scene.accuracy
     if scene.contact.film is not None:
-        return given, {}
-    division = Division(stated_method(scene).ports or 1, given)
-    arcs, left = arcs_behind_rings(scene, division), dict[int, Changes]()
-    for rings in (given,) if is_given(scene, RINGS) or rings_refused(scene) else ACROSS:
+        return stated, {}
+    division = Division(stated_method(scene).ports or 1, stated)
+    arcs, errors = arcs_behind_rings(scene, division), dict[int, Changes]()
+    for rings in (stated,) if is_given(scene, RINGS) or rings_refused(scene) else ACROSS:
         finer, weight = across_behind(rings)
-        if division.arcs * rings > MOST_CHOSEN and rings > ACROSS[1] and left:
+        if division.arcs * rings > MOST_CHOSEN and rings > ACROSS[1] and errors:
             break
-        there = Division(arcs, max(rings, finer))
-        looked_at = with_parts(scene, there)
+        parts = Division(arcs, max(rings, finer))
+        looked_at = with_parts(scene, parts)
         seat, striker = surrogate_in_arcs(looked_at, surrogate).greens, stand_in_of(looked_at)
         every = Bench(looked_at, seat, bench.window, striker, bench.stopper)
         few, many = (every.divided(Division(arcs, number)).measures(dt=dt) for number in (rings, finer))
-        left[rings] = times(weight, relative_changes(few, many))
-        if all(safety(name) * left[rings][name] <= ACROSS_SHARE * accuracy.target for name in accuracy.judged):
+        errors[rings] = times(weight, relative_changes(few, many))
+        if all(safety(name) * errors[rings][name] <= ACROSS_SHARE * accuracy.target for name in accuracy.judged):
             break
-    chosen = max(left)
-    return chosen, left[chosen]
+    chosen = max(errors)
+    return chosen, errors[chosen]
 
 
 def in_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes) -> Arcs:
-    """Twice as many, where what stands ``beside`` them uses up half of the target: then they may use up half as much.
+    """Return twice as many arcs, where what is ``beside`` uses up half of the target: they then may use half as much.
 
     ``scene``: with their number stated by the plan; ``surrogate``: of the whole lip.
     """
-    target, asked = scene.accuracy.target, scene.accuracy.judged
-    full = any(safety(name) * beside[name] > target / 2 for name in asked)
-    few = any(safety(name) * arcs.left[name] > ARCS_SHARE / 2 * target for name in asked)
+    target, measures = scene.accuracy.target, scene.accuracy.judged
+    full = any(safety(name) * beside[name] > target / 2 for name in measures)
+    few = any(safety(name) * arcs.left[name] > ARCS_SHARE / 2 * target for name in measures)
     twice = 2 * (stated_method(scene).ports or 1)
     if not (full and few) or twice * scene.contact.rings > MOST_CHOSEN:
         return replace(arcs, scene=scene)
@@ -144,7 +145,7 @@ def in_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes
 
 
 def of_simpler(bench: Bench) -> Mapping[str, Changes]:
-    """What one port in place of the arcs, and a beam in place of the plate, change, relative, by the model's name.
+    """Return the relative change by one port in place of the arcs, and a beam in place of the plate, by name.
 
     The largest change counts at two steps, and on a seat that yields less: one may be small by accident. One port may
     be chosen (`one_port_in_place`). A beam is told alone: to know its error the plate must be computed, and that is
@@ -157,26 +158,26 @@ def of_simpler(bench: Bench) -> Mapping[str, Changes]:
     dt, start = scene.run.filter_width / COARSE, bench.window.start
     longest = min(scene.run.duration - start, MOST_STEPS * dt)  # a beam stays longer than the plate does
     bench = replace(bench, window=replace(bench.window, duration=longest))
-    benches, found = {name: replace(bench, other=body) for name, body in bodies}, dict[str, Changes]()
+    benches, largest = {name: replace(bench, other=body) for name, body in bodies}, dict[str, Changes]()
     for step, yields in ((2 * dt, 1.0), (dt, 1.0), (dt, STIFFER)):
         seat = bench.seat if yields == 1.0 else bench.seat.scaled(yields)
-        here, whole = bench.measures(dt=step, seat=seat), as_a_whole(seat)
+        own, whole = bench.measures(dt=step, seat=seat), as_a_whole(seat)
         for name, other in benches.items():
-            there = other.measures(dt=step, seat=whole)
-            change = relative_changes({m: here[m] for m in here if m in there}, there)
-            found[name] = larger(change, found.get(name, change))
-    return found
+            simple = other.measures(dt=step, seat=whole)
+            change = relative_changes({m: own[m] for m in own if m in simple}, simple)
+            largest[name] = larger(change, largest.get(name, change))
+    return largest
 
 
 def rings_refused(scene: Scene) -> str:
-    """Why the arcs of a lip are not divided across unless the file says so; "" where nothing is against it."""
+    """Return why the arcs of a lip are not divided across unless the file says so; "" where nothing is against it."""
     if scene.life is not None and scene.life.contact_criterion:
         return "the life under a sphere's contact (life.contact_criterion) is computed without parts across the lip"
     return "" if scene.seat.has_rings else "the seat has no rings"
 
 
 def several_needed(scene: Scene) -> str:
-    """Why the lip needs several ports whatever one would change; "" where nothing is against one."""
+    """Return why the lip needs several ports whatever one would change; "" where nothing is against one."""
     names, contact = all_measures(), scene.contact
     if along := [name for name in scene.accuracy.measures if names[name].needs_line]:
         return f"{along[0]} needs lip segments"
@@ -188,7 +189,7 @@ def several_needed(scene: Scene) -> str:
 
 
 def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], beside: Changes) -> Changes | None:
-    """What one port in place of the ``arcs`` leaves, where it may be taken; ``None`` where it may not.
+    """Return what one port in place of the ``arcs`` leaves, where it may be taken; ``None`` where it may not.
 
     That is `DOUBT_OF_ONE_PORT` times what it changes, and what the arcs leave that it is compared with: at most
     `LIP_SHARE` of the target, and with what stands ``beside`` it the part of the target that plans aim at.
@@ -196,17 +197,17 @@ def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], 
     if is_given(scene, PORTS) or ONE_PORT not in simpler or several_needed(scene):
         return None
     change = times(DOUBT_OF_ONE_PORT, simpler[ONE_PORT])
-    left = total(change, {name: arcs.total[name] for name in change})
+    errors = total(change, {name: arcs.total[name] for name in change})
     target = scene.accuracy.target
     for name in scene.accuracy.judged:
-        bar = safety(name) * left[name]
+        bar = safety(name) * errors[name]
         if bar > LIP_SHARE * target or bar + safety(name) * beside.get(name, 0.0) > AIM * target:
             return None
-    return left
+    return errors
 
 
 def surrogate_in_arcs(scene: Scene, surrogate: Surrogate) -> Surrogate:
-    """The surrogate of a seat whose lip is in the arcs that the scene states."""
+    """Return the surrogate of a seat whose lip is in the arcs that the scene states."""
     lip, whole, patch = lip_of(scene), surrogate.greens.modal, surrogate.patch
     assert lip is not None
     assert whole is not None
@@ -215,15 +216,15 @@ def surrogate_in_arcs(scene: Scene, surrogate: Surrogate) -> Surrogate:
 
 
 def in_parts(division: Division) -> str:
-    """A lip's arcs and rings in words."""
+    """Return a lip's arcs and rings in words."""
     return f"in {division.arcs} arcs" + (f" of {division.rings} parts across" if division.rings > 1 else "")
 
 
 def with_ports(scene: Scene, arcs: int) -> Scene:
-    """With its lip in so many, stated, each in as many rings as it has."""
+    """Return the scene with its lip in so many arcs, stated, each in as many rings as it has."""
     return with_parts(scene, Division(arcs, scene.contact.rings))
 
 
 def with_parts(scene: Scene, division: Division) -> Scene:
-    """With its lip in these parts, stated."""
+    """Return the scene with its lip in these parts, stated."""
     return as_stated(scene, stated_method(scene).along(scene, division.arcs, division.rings))

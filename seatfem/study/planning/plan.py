@@ -45,7 +45,7 @@ class Cost:
     parts: Mapping[str, float] = field(default_factory=dict)
 
     def after(self, stage: str, seconds: float) -> Cost:
-        """The same with another stage before it, if that takes any time."""
+        """Return the same with another stage before it, if that takes any time."""
         if not seconds:
             return self
         return Cost(self.seconds + seconds, self.memory, {stage: seconds, **self.parts})
@@ -68,7 +68,7 @@ class Alternative:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is going to be computed.
+    """A run as it is going to be computed.
 
     Attributes:
         scene: what is asked, as in the file.
@@ -98,25 +98,25 @@ class Plan:
 
     @property
     def level(self) -> AnyLevel:
-        """The model of the seat; "closed form" where nothing is discretised."""
+        """Return the model of the seat; "closed form" where nothing is discretised."""
         return self.method.seat.level
 
     @property
     def meets_target(self) -> bool:
-        """Whether every measure's predicted error is within the target."""
+        """Return whether every measure's predicted error is within the target."""
         return all(error <= self.scene.accuracy.target for error in self.error.values())
 
     def choice(self, key: str) -> Choice:
-        """The choice of a key. Raises `KeyError` where the plan has none."""
+        """Return the choice of a key. Raises `KeyError` where the plan has none."""
         for choice in self.choices:
             if choice.key == key:
                 return choice
         raise KeyError(key)
 
     def is_given(self, key: str) -> bool:
-        """Whether the file states the key."""
+        """Return whether the file states the key."""
         return any(choice.key == key and choice.given for choice in self.choices)
 
     def is_open(self, key: str) -> bool:
-        """Whether the plan has chosen the key."""
+        """Return whether the plan has chosen the key."""
         return any(choice.key == key and not choice.given for choice in self.choices)

@@ -1,4 +1,4 @@
-"""From a scene to a plan: the cheapest model that meets the accuracy asked for."""
+"""The planner, from a scene to a plan: the cheapest model that meets the accuracy asked for."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def plan_scene(
         error=decision.error,
         alternatives=_alternatives(choices, decision, compiling, planning),
         shares=decision.shares,
-        parts={key: left for key, left in decision.changes.items() if key in (PORTS, RINGS)},
+        parts={key: errors for key, errors in decision.changes.items() if key in (PORTS, RINGS)},
         kept=bool(at_hand),
         without=without,
     )
@@ -93,29 +93,29 @@ def plan_scene(
 
 def _alternatives(choices: Choices, decision: Decision, compiling: float, planning: float) -> tuple[Alternative, ...]:
     """Return the plans for a target looser and tighter by `STEP_UP`, which take as long to make."""
-    seen, found = choices.seen, []
+    seen, alternatives = choices.seen, []
     for target in (STEP_UP * seen.scene.accuracy.target, seen.scene.accuracy.target / STEP_UP):
         if target < 1:
             other = choices.cheapest(target)
             if other.method != decision.method:
                 cost = predict_cost(seen.scene, other.method, seen.machine, planning=planning)
                 cost = cost.after("compilation", compiling)
-                found.append(Alternative(f"accuracy.target = {percent(target)}", cost, other.error))
-    return tuple(found)
+                alternatives.append(Alternative(f"accuracy.target = {percent(target)}", cost, other.error))
+    return tuple(alternatives)
 
 
 def _at_hand(decision: Decision, folder: Path | None, store: Store) -> tuple[RunMethod, str]:
-    """The method with the nearest seat computed before that is at least as fine, and where it is; "" if nowhere."""
+    """Return the method with the nearest seat on file that is at least as fine, and where it is; "" if nowhere."""
     seen = decision.seen
     if decision.seat.mesh is None or seen.patch is None:
         return decision.method, ""
     file = None if folder is None else folder / "seat.h5"
-    here = cache.key_at(file) if file is not None and file.is_file() else ""
-    if not (here or _holds_any(store.folder)):
+    on_file = cache.key_at(file) if file is not None and file.is_file() else ""
+    if not (on_file or _holds_any(store.folder)):
         return decision.method, ""  # with nothing there, no key need be formed
     for method in _as_fine(decision):
         key, duration = cache.key_of(seen.scene.seat, method.seat), seen.scene.run.duration
-        if file is not None and here == key and cache.at(file, key, duration) is not None:
+        if file is not None and on_file == key and cache.at(file, key, duration) is not None:
             return method, f"in {file.name}"
         if cache.at(store.path(key), key, duration) is not None:
             return method, "in the store"
@@ -123,7 +123,7 @@ def _at_hand(decision: Decision, folder: Path | None, store: Store) -> tuple[Run
 
 
 def _as_fine(decision: Decision) -> Iterator[RunMethod]:
-    """The seat wanted and those at least as fine in band, mesh and tolerance, the nearest of each first."""
+    """Yield methods with the seat wanted and those as fine in band, mesh and tolerance, the nearest of each first."""
     seen, seat = decision.seen, decision.seat.method
     band, mesh, tolerance = seat.bandwidth or 0.0, decision.seat.mesh or 0.0, seat.tolerance
     bands = () if is_given(seen.scene, BAND) else BANDS
@@ -147,14 +147,14 @@ def _holds_any(folder: Path) -> bool:
 
 
 def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
-    """Targets that are out of reach, and why; seats that nothing is known of; impacts that do not happen."""
-    found, seen = [], decision.seen
+    """Return notes: targets out of reach, and why; seats that nothing is known of; impacts that do not happen."""
+    notes, seen = [], decision.seen
     target, surrogate = plan.scene.accuracy.target, seen.surrogate
     if wanted.seat != decision.seat:
         cost = predict_cost(plan.scene, wanted.method, seen.machine)
         meets = all(error <= target for error in wanted.error.values())
         aim = "accuracy.target" if meets else "to come as close as possible to accuracy.target"
-        found.append(
+        notes.append(
             f"{aim} = {percent(target)} would take {in_time(cost.seconds)} and {in_digits(cost.memory / 1e9, 2)} GB; "
             f"this is what {in_time(LONGEST)} and {percent(MEMORY)} of the available memory allow. To "
             "compute it nevertheless state seat.mesh.size"
@@ -162,41 +162,41 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
     missed = {name: error for name, error in plan.error.items() if error > target}
     if missed:
         words = ", ".join(f"{in_words(name)} {percent(error)}" for name, error in missed.items())
-        found.append(f"accuracy.target = {percent(target)} will be missed, predicted: {words}")
+        notes.append(f"accuracy.target = {percent(target)} will be missed, predicted: {words}")
     if surrogate.patch is None and not surrogate.exact:
-        found.append(f"{surrogate.words}: this plan is rough; the run measures its errors")
-    if given := plan.scene.seat.given_mesh:
-        found.append(
-            f"the error of the mesh in {given} is not known and not part of the uncertainty; "
+        notes.append(f"{surrogate.words}: this plan is rough; the run measures its errors")
+    if mesh_file := plan.scene.seat.given_mesh:
+        notes.append(
+            f"the error of the mesh in {mesh_file} is not known and not part of the uncertainty; "
             "compare with a finer mesh of the seat"
         )
-    found.extend(stopper_notes(plan.scene))
-    found.extend(dishing_notes(plan.scene))
-    found.extend(covered_notes(plan.scene))
+    notes.extend(stopper_notes(plan.scene))
+    notes.extend(dishing_notes(plan.scene))
+    notes.extend(covered_notes(plan.scene))
     if seen.band is not None:
-        found.append("mesh error of the reed: known after the run")
+        notes.append("mesh error of the reed: known after the run")
     elif plan.scene.reed.is_solved:
-        found.append(
+        notes.append(
             "errors of the reed's mesh, reduction and model, which are as [reed] states them: known after the run"
         )
     for model, changes in seen.simpler.items():
         if model == ONE_PORT and not is_given(plan.scene, PORTS):  # chosen, or not
             continue
-        left = {name: safety(name) * changes[name] for name in plan.scene.accuracy.judged if name in changes}
-        if len(left) == len(plan.scene.accuracy.judged) and max(left.values()) <= target:
-            name = max(left, key=lambda measure: left[measure])
-            found.append(
-                f"{WORDS[model]} would be enough: {percent(left[name])} of {in_words(name)}, safety factor included"
+        errors = {name: safety(name) * changes[name] for name in plan.scene.accuracy.judged if name in changes}
+        if len(errors) == len(plan.scene.accuracy.judged) and max(errors.values()) <= target:
+            name = max(errors, key=lambda measure: errors[measure])
+            notes.append(
+                f"{WORDS[model]} would be enough: {percent(errors[name])} of {in_words(name)}, safety factor included"
             )
     if not seen.sensitivity.bench.window.touches:
-        found.append("a quick trial run saw no contact: the measures are zero unless run.duration is longer")
+        notes.append("a quick trial run saw no contact: the measures are zero unless run.duration is longer")
     elif surrogate.patch is not None:
-        found.extend(_hardly_counts(decision, target))
-    return tuple(found)
+        notes.extend(_hardly_counts(decision, target))
+    return tuple(notes)
 
 
 def _hardly_counts(decision: Decision, target: float) -> tuple[str, ...]:
-    """Where a seat need not be computed at all."""
+    """Return a note where a seat need not be computed at all."""
     seen = decision.seen
     guessed = {name: safety(name) * seen.sensitivity.guessed[name] for name in seen.scene.accuracy.judged}
     if max(guessed.values(), default=0.0) > target:

@@ -1,4 +1,4 @@
-"""How many modes of a plate that strikes: pre-runs with ever more of them, as long as its theory holds."""
+"""Number of modes of a plate that strikes: pre-runs with ever more of them, as long as its theory holds."""
 
 from __future__ import annotations
 
@@ -37,35 +37,35 @@ class PlateBand:
 
 
 def in_a_band(scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress) -> PlateBand | None:
-    """The band that the accuracy asks for, or the file states, or the plate's theory ends with; ``None`` of a striker
-    that is no plate.
+    """Return the band that the accuracy asks for, or the file states, or the plate's theory ends with; ``None`` for a
+    striker that is no plate.
 
     ``seat``: what stands for it, undivided or in the scene's arcs.
     """
     if not scene.reed.meets_lips:
         return None
-    given = is_given(scene, REED_BAND)
+    stated = is_given(scene, REED_BAND)
     aim, most = MODES_SHARE * scene.accuracy.target / SAFETY, scene.reed.widest_band
     for _ in range(LOOKS):
         band = stated_method(scene).reed.bandwidth
         assert band is not None
-        left = _left(scene, seat, stopper, progress)
-        worst = max((left[name] for name in scene.accuracy.judged), default=0.0)
-        if given or worst <= aim or band >= most * (1 - 1e-9):
+        errors = _left(scene, seat, stopper, progress)
+        worst = max((errors[name] for name in scene.accuracy.judged), default=0.0)
+        if stated or worst <= aim or band >= most * (1 - 1e-9):
             break
         factor = min(max(MARGIN * (worst / aim) ** 0.5, LEAST), MOST)
         wider = stated_method(scene).replaced({REED_BAND: float(f"{min(factor * band, most):.2g}")})
         scene = as_stated(scene, replace(wider, time_step=None))
-    return PlateBand(scene, left)
+    return PlateBand(scene, errors)
 
 
 def _left(scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress) -> Changes:
     striker = stand_in_of(scene, progress)
     bench = Bench(scene, seat, first_look(scene, seat, striker, stopper), striker, stopper)
     dt = bench.affordable(scene.run.filter_width / COARSE)
-    here = bench.measures(dt=dt)
-    found: Changes = {}
+    own = bench.measures(dt=dt)
+    errors: Changes = {}
     for other, share in with_other_modes(striker_of(scene, greens=striker)):
-        change = times(share, relative_changes(here, replace(bench, other=other).measures(dt=dt)))
-        found = larger(change, found or change)
-    return found
+        change = times(share, relative_changes(own, replace(bench, other=other).measures(dt=dt)))
+        errors = larger(change, errors or change)
+    return errors

@@ -51,8 +51,8 @@ COUPLED: Final = (
 
 
 def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Choice, ...]:
-    """Every key that matters, as ``method`` has it; ``at_hand``: where its seat is already."""
-    found: list[Choice] = []
+    """Return every key that matters, as ``method`` has it; ``at_hand``: where its seat is already."""
+    choices: list[Choice] = []
     scene, of_the_mesh = decision.seen.scene, decision.level != "rod"
     for key, reason in _REASONS.items():
         if not has_key(scene, key) or (value := method.value(key)) is None:
@@ -60,25 +60,27 @@ def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Cho
         unfelt = key in _WHERE_FELT and not any(each in decision.changes for each in _WHERE_FELT[key])
         if (key in _OF_THE_MESH and not of_the_mesh) or unfelt:
             continue
-        left = _of(decision, key)
-        found.append(Choice(key, described(key, value), reason(decision, method), is_given(scene, key), _most(left)))
+        errors = _of(decision, key)
+        choices.append(
+            Choice(key, described(key, value), reason(decision, method), is_given(scene, key), _most(errors))
+        )
     if at_hand:
-        found.insert(1, Choice("seat", "computed before", f"{at_hand}, at least as fine: no computing time", False))
+        choices.insert(1, Choice("seat", "computed before", f"{at_hand}, at least as fine: no computing time", False))
     window = decision.seen.sensitivity.bench.window
     seen = f"{window.groups} contact{'s'[: window.groups != 1]}" if window.touches else "no contact"
-    found.append(_history(decision, method))
-    found.append(Choice("run.duration", _time(scene.run.duration), f"a quick trial run saw {seen}", True))
-    found.append(Choice("accuracy.target", _percent(scene.accuracy.target), _asked(scene), _told_target(scene)))
-    return tuple(found)
+    choices.append(_history(decision, method))
+    choices.append(Choice("run.duration", _time(scene.run.duration), f"a quick trial run saw {seen}", True))
+    choices.append(Choice("accuracy.target", _percent(scene.accuracy.target), _asked(scene), _told_target(scene)))
+    return tuple(choices)
 
 
 def described(key: str, value: Any) -> str:
-    """A key's value with its unit."""
+    """Return a key's value with its unit."""
     return _UNITS.get(key, str)(value)
 
 
 def _history(decision: Decision, method: RunMethod) -> Choice:
-    """How the past is remembered, and over how many steps: what the run's own choice of an engine says of it."""
+    """Return how the past is remembered, and over how many steps: what the run's own choice of an engine says of it."""
     dt = decision.contact.dt
     count = decision.seen.scene.run.duration / dt
     steps, known = f"{_count(count)} steps", _poles(decision, method, dt, count)
@@ -107,7 +109,7 @@ def _history(decision: Decision, method: RunMethod) -> Choice:
 
 
 def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tuple[int | None, str] | None:
-    """(poles that the seat marches, or ``None`` and why it has step weights); ``None`` before it can be known."""
+    """Return (poles of the seat, or ``None`` and why it has step weights); ``None`` before it can be known."""
     scene, surrogate = decision.seen.scene, decision.seen.surrogate
     convolved = scene.seat.is_convolved
     if decision.level not in ("rod", "closed form"):
@@ -120,7 +122,7 @@ def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tu
 
 
 def _stand_in(poles: int | None) -> StepKernel:
-    """What the choice of an engine looks at: the number of poles, or that there are step weights."""
+    """Return what the choice of an engine looks at: the number of poles, or that there are step weights."""
     if poles is None:
         return StepKernel(None, np.zeros((1, 1, 1)), "step weights")
     zeros = np.zeros(poles)
@@ -128,9 +130,9 @@ def _stand_in(poles: int | None) -> StepKernel:
 
 
 def _of(decision: Decision, key: str) -> Changes:
-    """Of the measures asked for."""
-    left = decision.changes.get(key, {})
-    return {name: left[name] for name in decision.seen.scene.accuracy.judged if name in left}
+    """Return what a key changes in the measures asked for."""
+    errors = decision.changes.get(key, {})
+    return {name: errors[name] for name in decision.seen.scene.accuracy.judged if name in errors}
 
 
 def _most(changes: Changes) -> str:
@@ -142,7 +144,7 @@ def _most(changes: Changes) -> str:
 
 
 def _spoken(name: str) -> str:
-    """A measure in words, whichever landing it is of."""
+    """Return a measure in words, whichever landing it is of."""
     return short_words(name)
 
 
@@ -202,14 +204,14 @@ def _order(decision: Decision, method: RunMethod) -> str:
 
 
 def _rings(decision: Decision, method: RunMethod) -> str:
-    left = _of(decision, RINGS)
+    errors = _of(decision, RINGS)
     if method.seat.in_arcs:
         return f"parts across the lip width; error estimated with {across_behind(method.seat.rings or 1)[0]}"
     if (method.seat.rings or 1) > 1:
-        most = max(left, key=lambda name: left[name], default="")
+        most = max(errors, key=lambda name: errors[name], default="")
         alone = decision.seen.of_rings(1).get(most, 0.0)
         return f"parts of the contact face; treated as one (mean displacement) it would cost {_percent(alone)}"
-    if not any(left.values()):
+    if not any(errors.values()):
         return "the struck end face stays plane"
     return "contact face treated as one (mean displacement)"
 
@@ -231,10 +233,10 @@ def _reed_band(decision: Decision, method: RunMethod) -> str:
 
 
 def _simpler(decision: Decision, model: str) -> str:
-    """What a simpler model of the striker would change in what is asked for."""
-    there = decision.seen.simpler.get(model, {})
-    asked = {name: there[name] for name in decision.seen.scene.accuracy.judged if name in there}
-    return f"; {WORDS[model]} would be off by {_most(asked)}" if asked else ""
+    """Return what a simpler model of the striker would change in what is asked for."""
+    changes = decision.seen.simpler.get(model, {})
+    judged = {name: changes[name] for name in decision.seen.scene.accuracy.judged if name in changes}
+    return f"; {WORDS[model]} would be off by {_most(judged)}" if judged else ""
 
 
 def _modes(decision: Decision, method: RunMethod) -> str:
@@ -266,7 +268,7 @@ def _told_target(scene: Scene) -> bool:
 
 
 def _count(value: float) -> str:
-    """Two digits and the thousands apart."""
+    """Return a number of two digits with the thousands apart."""
     return f"{float(f'{value:.2g}'):,.0f}"
 
 

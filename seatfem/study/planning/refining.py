@@ -52,7 +52,7 @@ AGAIN: Final = (*OF_THE_SEAT, "contact", "reed stress", "error budget")
 
 
 def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None = None) -> Plan | None:
-    """``plan`` with what is behind ``source`` made finer, so that its share shrinks by about ``factor``.
+    """Return ``plan`` with what is behind ``source`` made finer, so that its share shrinks by about ``factor``.
 
     A level of modelling that leaves something out gives way to the next, and one port to arcs; else keys are made
     finer.
@@ -73,7 +73,7 @@ def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None
 
 
 def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None) -> Plan | None:
-    """``plan`` with the keys behind ``source`` made finer; ``None`` where the file states them or none can be finer."""
+    """Return ``plan`` with the keys behind ``source`` finer; ``None`` where the file states them or none can be."""
     factor = min(max(factor, LEAST_FINER), MOST_FINER)
     values = {
         key: _finer(plan, key, factor)
@@ -108,24 +108,24 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
         for s, share in plan.shares.items()
     }
     whole = {name: sum(share.get(name, 0.0) for share in plan.shares.values()) for name in plan.error}
-    left = {name: sum(share.get(name, 0.0) for share in shares.values()) for name in plan.error}
-    error = {name: bar * left[name] / whole[name] if whole[name] else bar for name, bar in plan.error.items()}
+    reduced = {name: sum(share.get(name, 0.0) for share in shares.values()) for name in plan.error}
+    error = {name: bar * reduced[name] / whole[name] if whole[name] else bar for name, bar in plan.error.items()}
     kept = source in ("time_step", "model")  # the seat is there from the round before
     cost = predict_cost(plan.scene, method, machine, kept=kept)
     return replace(plan, method=method, choices=choices, shares=shares, error=error, cost=cost, kept=kept)
 
 
 def _in_more_parts(plan: Plan, factor: float, machine: Machine | None) -> Plan | None:
-    """With more rings across the arcs of the lip, or twice as many arcs, by what is predicted to leave more; ``None``
-    where the file states that, or it is more than can be."""
-    division, asked = plan.method.seat.division, plan.scene.accuracy.judged
+    """Return ``plan`` with more rings across the arcs of the lip, or twice as many arcs, by what is predicted to leave
+    more; ``None`` where the file states that, or it is more than can be."""
+    division, measures = plan.method.seat.division, plan.scene.accuracy.judged
     more = {PORTS: Division(2 * division.arcs, division.rings)}
     if division.arcs > 1 and not rings_refused(plan.scene):
         rings = next((number for number in ACROSS if number > division.rings), None)
         more |= {} if rings is None else {RINGS: Division(division.arcs, rings)}
 
     def left_by(key: str) -> float:
-        return max((safety(name) * plan.parts.get(key, {}).get(name, 0.0) for name in asked), default=0.0)
+        return max((safety(name) * plan.parts.get(key, {}).get(name, 0.0) for name in measures), default=0.0)
 
     open_keys = [key for key, division in more.items() if plan.is_open(key) and division.count <= MOST_PORTS]
     key = max((PORTS, RINGS), key=left_by) if plan.parts else next(iter(open_keys), PORTS)
@@ -181,7 +181,7 @@ class RoundsAhead:
 
 
 def rounds_ahead(plan: Plan, machine: Machine | None = None) -> RoundsAhead:
-    """One where the predicted error meets the target; else as many as make it finer until it does, or time is up."""
+    """Return one round if the predicted error meets the target; else as many as it takes, or as time allows."""
     number, seconds, further = 1, plan.cost.seconds, _next(plan, machine)
     while not plan.meets_target and further is not None and number < MOST_ROUNDS and _again(further) <= LONGEST:
         plan, number, seconds = further, number + 1, seconds + _again(further)
@@ -190,17 +190,17 @@ def rounds_ahead(plan: Plan, machine: Machine | None = None) -> RoundsAhead:
 
 
 def _next(plan: Plan, machine: Machine | None) -> Plan | None:
-    """With the largest source of the largest error made smaller, or the next one that can be; ``None`` where one that
-    cannot is too large by itself."""
+    """Return ``plan`` with the largest source of the largest error made smaller, or the next one that can be; ``None``
+    where one that cannot is too large by itself."""
     worst = max(plan.error, key=lambda name: plan.error[name], default=None)
     if worst is None:
         return None
-    left = {source: safety(worst) * share.get(worst, 0.0) for source, share in plan.shares.items()}
-    order = sorted(left, key=lambda source: -left[source])
+    contributions = {source: safety(worst) * share.get(worst, 0.0) for source, share in plan.shares.items()}
+    order = sorted(contributions, key=lambda source: -contributions[source])
     finer = {source: _finer_keys(plan, source, LEAST_FINER, machine) for source in order}
-    if any(finer[source] is None and left[source] > plan.scene.accuracy.target for source in order):
+    if any(finer[source] is None and contributions[source] > plan.scene.accuracy.target for source in order):
         return None  # whatever else is made finer
-    return next((found for found in finer.values() if found is not None), None)
+    return next((option for option in finer.values() if option is not None), None)
 
 
 def _again(plan: Plan) -> float:

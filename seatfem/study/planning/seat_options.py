@@ -56,7 +56,7 @@ class SeatOption:
 
 
 def seat_options(seen: Seen, without: tuple[str, ...] = ()) -> tuple[SeatOption, ...]:
-    """Every level that describes the seat and is not among ``without``; each with every band, tolerance and mesh.
+    """Return every level that describes the seat, but those ``without``; each with every band, tolerance and mesh.
 
     Of finite elements, each also with every number of rings.
     """
@@ -66,34 +66,34 @@ def seat_options(seen: Seen, without: tuple[str, ...] = ()) -> tuple[SeatOption,
     if seen.arcs is not None:
         parts = {PORTS: seen.arcs.left} | ({RINGS: seen.arcs.across} if seen.arcs.across else {})
         return tuple(replace(option, changes={**option.changes, **parts}) for option in waves)
-    left = _left_by_rings(seen) if seen.patch is not None else {}
+    errors = _left_by_rings(seen) if seen.patch is not None else {}
     if seen.one_port is not None:
         waves = (replace(option, changes={**option.changes, ONE_PORT: seen.one_port}) for option in waves)
-    return tuple(divided for option in waves for divided in _divided(option, left))
+    return tuple(divided for option in waves for divided in _divided(option, errors))
 
 
 def _left_by_modes(seen: Seen) -> Mapping[str, Changes]:
-    """What other numbers of modes of a seat that is a beam change, as the budget states it."""
+    """Return what other numbers of modes of a seat that is a beam change, as the budget states it."""
     seat, n_modes = seen.scene.seat, seen.stated.seat.n_modes
     if n_modes is None:
         return {}
-    here, found = seat.body(None, n_modes).greens, dict.fromkeys(seen.sensitivity.base, 0.0)
+    own, errors = seat.body(None, n_modes).greens, dict.fromkeys(seen.sensitivity.base, 0.0)
     for number, weight in other_modes(n_modes):
-        change = seen.sensitivity.between(here, seat.body(None, number).greens)
-        found = {name: max(value, weight * change[name]) for name, value in found.items()}
-    return {SEAT_MODES: found}
+        change = seen.sensitivity.between(own, seat.body(None, number).greens)
+        errors = {name: max(value, weight * change[name]) for name, value in errors.items()}
+    return {SEAT_MODES: errors}
 
 
 def _left_by_rings(seen: Seen) -> Mapping[int, Changes]:
-    """What the patch leaves in every number of rings that may be taken: one where nothing is felt of it."""
+    """Return what the patch leaves in every number of rings that may be taken: one where its rings do not matter."""
     stated = is_given(seen.scene, RINGS) or seen.one_port is not None  # arcs, which it stands for, have no more
-    given = (seen.stated.seat.rings or 1,) if stated else RING_NUMBERS
-    chosen = given if seen.sensitivity.worst(seen.of_rings(1)) > 0 else given[:1]
+    numbers = (seen.stated.seat.rings or 1,) if stated else RING_NUMBERS
+    chosen = numbers if seen.sensitivity.worst(seen.of_rings(1)) > 0 else numbers[:1]
     return {rings: seen.of_rings(rings) for rings in chosen}
 
 
 def _divided(option: SeatOption, left: Mapping[int, Changes]) -> Iterator[SeatOption]:
-    """With the patch in every number of rings; the end of a rod stays plane, and files of matrices know no patch."""
+    """Yield the option with the patch in every number of rings; a rod's end stays plane, matrices know no patch."""
     if option.mesh is None or not left:
         yield option
         return
@@ -111,42 +111,42 @@ def _divided(option: SeatOption, left: Mapping[int, Changes]) -> Iterator[SeatOp
 
 
 def _levels(seen: Seen, without: tuple[str, ...]) -> Iterator[SeatOption]:
-    """A stated level alone; else a spring, a closed form that leaves something out, and waves by finite elements."""
+    """Yield a stated level alone; else a spring, a closed form that neglects something, waves by finite elements."""
     stated, waves = seen.stated.seat, seen.waves
-    asked = stated.level if is_given(seen.scene, MODEL) else None
+    level = stated.level if is_given(seen.scene, MODEL) else None
     why = waves.reason
-    if asked in (None, "spring") and "spring" not in without:
+    if level in (None, "spring") and "spring" not in without:
         spring = without_waves(seen)
         yield from _spring(seen, replace(stated, level="spring"), spring)
         why = f"{why}; {spring.words}{CHEAPER if spring.enough(seen.scene.accuracy.target) else ''}"
-    if asked in (None, "rod") and "rod" not in without:
+    if level in (None, "rod") and "rod" not in without:
         yield from _rod(seen, replace(stated, level="rod"))
-    if asked not in ("spring", "rod"):
+    if level not in ("spring", "rod"):
         yield from _waves(seen, replace(stated, level=waves.level), why)
 
 
 def _spring(seen: Seen, seat: Method, found: WithoutWaves) -> Iterator[SeatOption]:
-    """The static compliance, by finite elements; waves are left out."""
+    """Yield the static compliance, by finite elements; waves are left out."""
     for error, mesh in _meshes(seen, seen.lowest_band):
         elements = _elements(seen, seat, seen.lowest_band, error)
         yield elements.option(found.words, seen.tolerances[0], {MODEL: found.left, **mesh})
 
 
 def _rod(seen: Seen, method: Method) -> Iterator[SeatOption]:
-    """A bar as a rod: lateral inertia and the clamped end are left out."""
+    """Yield a bar as a rod: lateral inertia and the clamped end are left out."""
     form, better = seen.scene.seat.closed_form(), seen.scene.seat.beyond("rod")
     if form is None or better is None:
         return
     inertia, end = seen.sensitivity.between(form, better), seen.per_g(seen.scene.seat.form_error)
-    left = {name: value + end[name] for name, value in inertia.items()}
-    name = max(seen.sensitivity.asked, key=lambda measure: left[measure])
+    errors = {name: value + end[name] for name, value in inertia.items()}
+    name = max(seen.sensitivity.asked, key=lambda measure: errors[measure])
     words = short_words(name)
-    why = f"a rod, without lateral inertia and the clamped end, is off by {percent(left[name])} in {words}"
-    yield SeatOption(method, why, {MODEL: left})
+    why = f"a rod, without lateral inertia and the clamped end, is off by {percent(errors[name])} in {words}"
+    yield SeatOption(method, why, {MODEL: errors})
 
 
 def _waves(seen: Seen, seat: Method, why: str) -> Iterator[SeatOption]:
-    """Finite elements, reduced; no band is tried beyond one above which nothing counts, or modes are too many."""
+    """Yield finite elements, reduced; no band is tried beyond one above which nothing counts, or modes are too many."""
     for band in seen.bands:
         for error, mesh in _meshes(seen, band):
             elements = _elements(seen, seat, band, error)
@@ -154,14 +154,14 @@ def _waves(seen: Seen, seat: Method, why: str) -> Iterator[SeatOption]:
                 return
             for tolerance in seen.tolerances:
                 reach = band * max(1.0, FEWER_POLES * highest_pole(elements.model, tolerance))
-                left = {BAND: seen.sensitivity.above(reach), TOLERANCE: seen.per_g(tolerance), **mesh}
-                yield elements.option(why, tolerance, left)
+                errors = {BAND: seen.sensitivity.above(reach), TOLERANCE: seen.per_g(tolerance), **mesh}
+                yield elements.option(why, tolerance, errors)
         if seen.sensitivity.worst(seen.sensitivity.above(band)) <= seen.sensitivity.finest:
             return
 
 
 def _meshes(seen: Seen, band: float) -> Iterator[tuple[float, Mapping[str, Changes]]]:
-    """Errors of g that meshes are made for, and what they leave in the measures where that is known beforehand."""
+    """Yield the errors of g that meshes are made for, and what they leave in the measures, if known beforehand."""
     if not seen.drawn:
         yield 0.0, {}
         return
@@ -172,8 +172,8 @@ def _meshes(seen: Seen, band: float) -> Iterator[tuple[float, Mapping[str, Chang
         sizes = seen.sizes(band, error)
         if sizes != before:
             assert seen.patch is not None
-            left = mesh_error(seen.patch, band, sizes, seen.stated.seat.order)
-            yield error, {SIZE: seen.per_g((MESH_BAR if seen.arcs is None else MESH_BAR_OF_ARCS) * left)}
+            of_mesh = mesh_error(seen.patch, band, sizes, seen.stated.seat.order)
+            yield error, {SIZE: seen.per_g((MESH_BAR if seen.arcs is None else MESH_BAR_OF_ARCS) * of_mesh)}
         before = sizes
 
 
@@ -190,12 +190,12 @@ class _Elements:
 
     @property
     def too_many_modes(self) -> bool:
-        """Whether those of a body in space, struck in arcs, would not be looked for."""
+        """Return whether the modes of a body in space, struck in arcs, would be too many to look for."""
         model = self.model
         return model is not None and not model.section and model.kept is not None and model.kept > MOST_MODES
 
     def option(self, why: str, tolerance: float, changes: Mapping[str, Changes]) -> SeatOption:
-        """With the cost for a tolerance."""
+        """Return the option with the cost for a tolerance."""
         method, band = replace(self.method, tolerance=tolerance), self.method.bandwidth or 0.0
         if self.model is None:
             seconds = REDUCTION * band * tolerance**TOLERANCE_POWER

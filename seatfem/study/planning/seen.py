@@ -1,4 +1,4 @@
-"""What the planner knows of a scene before it chooses, and the ladders that it chooses from."""
+"""Knowledge of the planner about a scene before it chooses, and the ladders that it chooses from."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ RING_NUMBERS: Final = (1, 4, 8)
 
 @dataclass(frozen=True)
 class Seen:
-    """What the planner knows of a scene.
+    """Knowledge of the planner about a scene.
 
     Attributes:
         scene: what is asked.
@@ -84,58 +84,59 @@ class Seen:
         without: tuple[str, ...] = (),
         store: Store | None = None,
     ) -> Seen:
-        """With pre-runs down to what the tightest target looked at asks for; ``without``: `ONE_PORT`, or levels."""
+        """Look at a scene by pre-runs, as closely as the tightest target asks for; ``without``: `ONE_PORT`, or
+        levels."""
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
         stopper = None
         if scene.stopper is not None:  # a look costs nothing: the run computes it
             stopper = Body(scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens)
         arcs = in_some_arcs(scene, surrogate, stopper, progress)
         whole = surrogate
-        asked, surrogate = (scene, whole) if arcs is None else (arcs.scene, arcs.surrogate)
-        band = in_a_band(asked, surrogate.greens, stopper, progress)
+        looked_at, surrogate = (scene, whole) if arcs is None else (arcs.scene, arcs.surrogate)
+        band = in_a_band(looked_at, surrogate.greens, stopper, progress)
         if band is not None:
-            asked = band.scene
+            looked_at = band.scene
             if arcs is not None and not is_given(scene, PORTS):
-                arcs = in_more_arcs(asked, whole, arcs, band.left)
-                asked, surrogate = arcs.scene, arcs.surrogate
-        bench = _bench(asked, surrogate, stopper, progress)
+                arcs = in_more_arcs(looked_at, whole, arcs, band.left)
+                looked_at, surrogate = arcs.scene, arcs.surrogate
+        bench = _bench(looked_at, surrogate, stopper, progress)
         simpler, one_port = of_simpler(bench), None
         if arcs is not None and band is not None and ONE_PORT not in without:
             one_port = one_port_in_place(scene, arcs, simpler, band.left)
         if one_port is not None:
-            arcs, asked, surrogate = None, with_parts(asked, Division(1, scene.contact.rings)), whole
-            bench = _bench(asked, surrogate, stopper, progress)
+            arcs, looked_at, surrogate = None, with_parts(looked_at, Division(1, scene.contact.rings)), whole
+            bench = _bench(looked_at, surrogate, stopper, progress)
         sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact)
-        method = stated_method(asked)
+        method = stated_method(looked_at)
         kept = Store.default() if store is None else store
         return Seen(scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port, kept)
 
     @property
     def patch(self) -> Patch | None:
-        """Of a seat of finite elements; ``None`` of matrices, responses and closed forms."""
+        """Return the struck patch of a seat of finite elements; ``None`` for matrices, responses and closed forms."""
         return self.surrogate.patch
 
     @property
     def reduced(self) -> bool:
-        """Whether the seat's matrices are reduced, which a band is needed for."""
+        """Return whether the seat's matrices are reduced, which a band is needed for."""
         return self.scene.seat.is_reduced
 
     @property
     def drawn(self) -> bool:
-        """Whether a mesh is made for the run."""
+        """Return whether a mesh is made for the run."""
         return self.scene.seat.is_drawn
 
     @property
     def waves(self) -> Applicability:
-        """How much of the seat is modelled where its waves count."""
-        found = self.scene.seat.level(0.0)
-        if self.stated.seat.lip is not None and found.level == "sector":
+        """Return how much of the seat is modelled where its waves count."""
+        level = self.scene.seat.level(0.0)
+        if self.stated.seat.lip is not None and level.level == "sector":
             return Applicability("3d", True, 0.0, "struck along a lip: no sectors are alike")
-        return found
+        return level
 
     @property
     def lowest_band(self) -> float:
-        """The narrowest band that says something of the seat [Hz]: its first resonance, a plate's in bending, and a
+        """Return the narrowest band that describes the seat [Hz]: its first resonance, a plate's in bending, and a
         margin.
 
         Below it a run could not tell what a narrower band changes.
@@ -146,7 +147,7 @@ class Seen:
 
     @property
     def bands(self) -> tuple[float, ...]:
-        """Band edges to choose from [Hz]; the stated one alone."""
+        """Return the band edges to choose from [Hz]; the stated one alone."""
         stated = self.stated.seat.bandwidth
         if stated is not None and is_given(self.scene, BAND):
             return (stated,)
@@ -154,13 +155,14 @@ class Seen:
 
     @property
     def tolerances(self) -> tuple[float, ...]:
-        """Tolerances of the reduction to choose from; the stated one alone, and what modes leave of a lip in arcs."""
+        """Return the tolerances of the reduction to choose from: the stated one, and what modes leave of a lip in
+        arcs."""
         if self.arcs is not None:
             return TOLERANCES[:1]
         return (self.stated.seat.tolerance,) if is_given(self.scene, TOLERANCE) else TOLERANCES
 
     def elements(self, band: float, tolerance: float, error: float) -> Method:
-        """The seat by finite elements, where a mesh is made with sizes for an ``error`` of g; stated keys are kept."""
+        """Return the seat by finite elements, with a mesh for an ``error`` of g; stated keys are kept."""
         seat = self.stated.seat
         seat = replace(
             seat,
@@ -173,7 +175,7 @@ class Seen:
         return replace(seat, size=sizes.size, contact_size=sizes.contact_size)
 
     def sizes(self, band: float, error: float) -> Sizes:
-        """Of elements, for an error of g; those of the file where it states them."""
+        """Return the sizes of elements for an error of g; those of the file where it states them."""
         seat = self.stated.seat
         assert self.patch is not None
         chosen = sizes_for(self.patch, band, error, seat.order)
@@ -182,18 +184,18 @@ class Seen:
 
     @property
     def _of_an_arc(self) -> float:
-        """Elements so small that each arc of a lip has at least one, of a body that is meshed around it [m]."""
+        """Return the element size for one element or more in each arc of a lip, of a body meshed around it [m]."""
         lip = self.stated.seat.lip
         if lip is None or not self.stated.seat.in_arcs or self.scene.seat.elements_of(self.stated.seat) != "3d":
             return math.inf
         return PER_ARC * lip.length / lip.arcs
 
     def per_g(self, error: float) -> Changes:
-        """What an error of g leaves in the measures."""
+        """Return what an error of g leaves in the measures."""
         return {name: error * value for name, value in self.sensitivity.of_g.items()}
 
     def of_rings(self, rings: int) -> Changes:
-        """What a patch in so many rings leaves in the measures, as the budget states it."""
+        """Return what a patch in so many rings leaves in the measures, as the budget states it."""
         evened = UNKNOWN_PATCH
         if self.patch is not None:
             evened = PATCH_BAR * self.patch.evened / float(self.surrogate.greens.static_compliance()[0, 0])
@@ -201,11 +203,11 @@ class Seen:
 
 
 def _bench(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Bench:
-    """Where the pre-runs of a scene run."""
+    """Return the bench on which the pre-runs of a scene run."""
     seat, striker = surrogate.greens, stand_in_of(scene, progress)
     return Bench(scene, seat, first_look(scene, seat, striker, stopper), striker, stopper)
 
 
 def fitted(dt: float, duration: float) -> float:
-    """A step that ends with the run, as do those twice and four times as long: a record of g may end there, too."""
+    """Return a step that ends with the run, as do its double and fourfold [s]: a record of g may end there, too."""
     return duration / (4 * math.ceil(duration / (4 * dt) * (1 - 1e-9)))

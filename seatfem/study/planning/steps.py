@@ -39,7 +39,7 @@ class ContactOption:
 
 
 def contact_options(seen: Seen, *, closed: bool) -> tuple[ContactOption, ...]:
-    """Every time step with every number of modes; a key that the file states is a ladder of one.
+    """Return every time step with every number of modes; a key that the file states is a ladder of one.
 
     ``closed``: the seat is a closed form, whose poles follow from the step.
     """
@@ -69,8 +69,8 @@ def _modes(seen: Seen) -> Iterator[Rung | None]:
 
 
 def _option(seen: Seen, step: Rung, modes: Rung | None, closed: bool) -> ContactOption:
-    left = _known_to_a_step(seen, step)
-    changes = {STEP: left} if modes is None else {STEP: left, MODES: modes.changes}
+    errors = _known_to_a_step(seen, step)
+    changes = {STEP: errors} if modes is None else {STEP: errors, MODES: modes.changes}
     if seen.band is not None:
         changes[REED_BAND] = seen.band.left
     number = None if modes is None else round(modes.value)
@@ -85,7 +85,7 @@ def _option(seen: Seen, step: Rung, modes: Rung | None, closed: bool) -> Contact
 
 
 def _known_to_a_step(seen: Seen, step: Rung) -> Changes:
-    """A contact's duration is known to a step at best, as the error budget has it."""
+    """Return the error of a contact's duration, which is known to a step at best, as the error budget has it."""
     base = {name: value for name, value in seen.sensitivity.base.items() if name.endswith("contact_duration") and value}
     known = {name: max(step.changes[name], step.value / duration) for name, duration in base.items()}
     return {**step.changes, **known}

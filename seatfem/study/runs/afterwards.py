@@ -1,4 +1,4 @@
-"""What is looked at once the last round of a run is done: gas masses, stress in both bodies, their life, curves."""
+"""Looks at a run once its last round is done: gas masses, stress in both bodies, their life, curves."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Afterwards:
     files: tuple[Path, ...] = ()
 
     def pictures(self, done: Round) -> list[Picture]:
-        """Of all of it."""
+        """Return the pictures of all of it."""
         return [
             *stress_pictures(self.stress, done.plan.scene.title or "Stress in the seat", after_touch(done)),
             *spot_pictures(done, self.spots),
@@ -99,7 +99,7 @@ def afterwards(
     histories: bool,
     keep: Callable[[Mapping[str, object]], None],
 ) -> Afterwards:
-    """Of the last round.
+    """Look at the last round: its gas masses, stress, life and curves.
 
     Args:
         histories: whether those of stress are written.
@@ -127,11 +127,11 @@ def afterwards(
         return Afterwards(keys, stress, spots, files=files)
     with watch("life"):
         stressed = Stressed.of(done, stress, plate, of_reed)
-        here = lives(done, stressed, done.touches, done.stress, progress)
-        there = lives(done, stressed, baseline.touches, baseline.stress, progress, with_seat=False)
-    keys |= run_keys(done, stressed, here, there)
-    if here.below is not None and here.below[0].tensor_margin is not None:
-        bar = contact_margin_bar(done, here.below[0].tensor_margin)
+        life = lives(done, stressed, done.touches, done.stress, progress)
+        life_at_spring = lives(done, stressed, baseline.touches, baseline.stress, progress, with_seat=False)
+    keys |= run_keys(done, stressed, life, life_at_spring)
+    if life.below is not None and life.below[0].tensor_margin is not None:
+        bar = contact_margin_bar(done, life.below[0].tensor_margin)
         keys |= {"error_bar_life_contact_margin": bar if math.isfinite(bar) else None}
     keep(keys)
     with watch("life curves"):
@@ -140,12 +140,12 @@ def afterwards(
         written = write_curves(curves, folder)
     keys |= curve_keys(curves)
     keep(keys)
-    return Afterwards(keys, stress, spots, stressed, here, curves, (*files, *written))
+    return Afterwards(keys, stress, spots, stressed, life, curves, (*files, *written))
 
 
 def reed_front_keys(done: Round, found: ReedStress | None) -> dict[str, object]:
-    """The largest stress after the first touch over rho c_0 v of the reed, which a front in a slender beam's free end
-    bears 0.8445 of; nothing where it bears no stress that is known, ``None`` without a closing speed."""
+    """Return the largest stress after the first touch over rho c_0 v of the reed, of which a front in a slender beam's
+    free end bears 0.8445; nothing where it bears no stress that is known, ``None`` without a closing speed."""
     if found is None or found.after_contact is None:
         return {}
     face = done.plan.scene.reed.face
@@ -154,7 +154,7 @@ def reed_front_keys(done: Round, found: ReedStress | None) -> dict[str, object]:
 
 
 def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
-    """For summary.json: the keys that a beam's stress has, and the error bar."""
+    """Return for summary.json the keys that a beam's stress has, and the error bar."""
     if stress is None:
         return {}
     bar = None if math.isnan(stress.bar) else stress.bar

@@ -1,4 +1,4 @@
-"""What stands beside every result: a spring of the seat's static stiffness, and simpler models of the contact."""
+"""Baselines beside every result: a spring of the seat's static stiffness, and simpler models of the contact."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ class Baseline:
 
     @property
     def result(self) -> ImpactResult:
-        """At the spring."""
+        """Return the impact on the spring."""
         return self.touches.seat
 
 
 def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
-    """Of a round. Raises as `static_stiffness`."""
+    """Return the baseline of a round. Raises as `static_stiffness`."""
     stiffness, scene = static_stiffness(done.seat.greens), done.plan.scene
     with watch("spring baseline"):
         division = Division.of(done.seat.greens)
@@ -68,13 +68,13 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
     if done.touches.line is not None or scene.contact.film is not None:
         with watch("simpler models"):
             simpler = simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
-    left, bar = None, None
+    errors, bar = None, None
     if draws := scene.seat.draws():
         with watch("spring baseline"):
             others = [static_stiffness(draw) for draw in draws]
-            left = _left_by_record(done, touches, stress, stiffness, others)
+            errors = _left_by_record(done, touches, stress, stiffness, others)
             bar = SAFETY * OF_DRAWS * max(abs(other - stiffness) for other in others)
-    return Baseline(done.result, stiffness, touches, stress, simpler, left, bar)
+    return Baseline(done.result, stiffness, touches, stress, simpler, errors, bar)
 
 
 def _left_by_record(
@@ -97,7 +97,7 @@ def _left_by_record(
 
 
 def static_stiffness(greens: GreensFunction) -> float:
-    """Of the struck patch [N/m]. Raises `RunError` of a seat that is free to move."""
+    """Return the static stiffness of the struck patch [N/m]. Raises `RunError` for a seat that is free to move."""
     compliance = face_compliance(greens)
     if not np.isfinite(compliance) or compliance <= 0:
         raise RunError(

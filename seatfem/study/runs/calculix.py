@@ -47,8 +47,8 @@ behind by its time step, by some 1 % at the end of the pulse and more later: hal
 
 
 def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Iterator[Path | str]:
-    """The decks, our answers to them (CSV) and README.txt; a note of what is left out. Nothing is written before modes
-    and response are known.
+    """Write the decks, our answers to them (CSV) and README.txt; yield the files and a note of what is left out.
+    Nothing is written before modes and response are known.
 
     Raises:
         DeckError: a seat that is no mesh of ours. ModelError: elements or supports that decks do not have.
@@ -57,28 +57,28 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
     dt = width / PER_PULSE
     seat = deck_seat(plan, progress)
     deck = seat.deck
-    found = solve_modes(seat.model, min(MODES, seat.model.size), progress=progress).frequencies_hz
+    frequencies = solve_modes(seat.model, min(MODES, seat.model.size), progress=progress).frequencies_hz
     times = dt * np.arange(1, PULSES * PER_PULSE + 1)
     band = max(seat.method.bandwidth or 0.0, 2 / width)
     greens = greens_function(
         seat.model, bandwidth=band, duration=MOST_STEPS * dt, tolerance=TOLERANCE, progress=progress
     )
     yield _lines(folder / "mesh.inp", deck.lines)
-    yield _deck(folder / "frequency.inp", deck.frequency(len(found)))
-    yield csv_table(folder / "frequency.csv", ["mode", "frequency [Hz]"], enumerate(found.tolist(), start=1))
+    yield _deck(folder / "frequency.inp", deck.frequency(len(frequencies)))
+    yield csv_table(folder / "frequency.csv", ["mode", "frequency [Hz]"], enumerate(frequencies.tolist(), start=1))
     yield _deck(folder / "transient.inp", deck.transient(width, PULSES * width, dt))
     head = ["time [s]", "displacement per impulse [m/(N s)]"]
     moved = np.ravel(greens.filtered(times, width))
     yield csv_table(folder / "transient.csv", head, zip(times.tolist(), moved.tolist(), strict=True))
     try:
-        told, files = _contact(plan, seat, greens, dt, folder, progress)
+        words, files = _contact(plan, seat, greens, dt, folder, progress)
         yield from files
     except (DeckError, ModelError, MeshingError, ConvergenceError) as reason:
-        told = f"contact.inp      is not written: {reason}\n"
+        words = f"contact.inp      is not written: {reason}\n"
         yield f"no contact.inp: {reason}"
     share = "" if deck.share == 1 else f"\n{17 * ' '}The model carries {deck.share:g} of the whole load."
-    about = {"node": deck.node, "axis": deck.axis, "modes": len(found), "width": width, "steps": PER_PULSE}
-    text = README.format(element=deck.element, share=share, contact=told, **about)
+    about = {"node": deck.node, "axis": deck.axis, "modes": len(frequencies), "width": width, "steps": PER_PULSE}
+    text = README.format(element=deck.element, share=share, contact=words, **about)
     write_whole(folder / "README.txt", text.encode())
     yield folder / "README.txt"
 
@@ -86,7 +86,7 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
 def _contact(
     plan: Plan, seat: DeckSeat, greens: GreensFunction, dt: float, folder: Path, progress: Progress
 ) -> tuple[str, Sequence[Path]]:
-    """The words about contact.inp, and its files. Raises `DeckError` and `ModelError` of what it cannot hold."""
+    """Write contact.inp; return the words about it, and its files. Raises `DeckError`, `ModelError` if it cannot."""
     mesh, files = "mesh.inp", list[Path]()
     if plan.scene.reed.meets_lips:
         check_landing(plan.scene)
@@ -94,12 +94,12 @@ def _contact(
         if seat.deck.plane or seat.deck.share != 1:
             mesh = "whole.inp"
             files.append(_lines(folder / mesh, whole.deck.lines))
-        found = of_plate(plan, whole, dt, mesh)
+        contact = of_plate(plan, whole, dt, mesh)
     else:
-        found = of_mass(plan.scene, seat, greens, dt)
-    rows = zip(*(column.tolist() for column in found.answer.values()), strict=True)
-    files.append(_deck(folder / "contact.inp", found.lines, mesh))
-    return found.told, [*files, csv_table(folder / "contact.csv", list(found.answer), rows)]
+        contact = of_mass(plan.scene, seat, greens, dt)
+    rows = zip(*(column.tolist() for column in contact.answer.values()), strict=True)
+    files.append(_deck(folder / "contact.inp", contact.lines, mesh))
+    return contact.told, [*files, csv_table(folder / "contact.csv", list(contact.answer), rows)]
 
 
 def _deck(path: Path, steps: Sequence[str], mesh: str = "mesh.inp") -> Path:

@@ -59,7 +59,7 @@ contact.inp      *DYNAMIC, DIRECT: the reed, {cells} elements C3D20R (set STRIKE
 
 @dataclass(frozen=True)
 class ContactDeck:
-    """What is written: the deck's lines beyond the mesh, our answer by its columns, and the words about both."""
+    """Content of a deck: its lines beyond the mesh, our answer by its columns, and the words about both."""
 
     lines: Sequence[str]
     answer: dict[str, Array]
@@ -67,7 +67,7 @@ class ContactDeck:
 
 
 def of_mass(scene: Scene, seat: DeckSeat, greens: GreensFunction, dt: float) -> ContactDeck:
-    """A rigid mass in free flight. Raises `DeckError` and `ModelError` of what the deck cannot hold."""
+    """Return the deck of a rigid mass in free flight. Raises `DeckError`, `ModelError` for what no deck can hold."""
     mass, velocity = _mass(scene)
     _refuse(scene, {"contact.gap": scene.contact.gap, f"contact.{scene.contact.uneven}": scene.contact.uneven})
     stiffness, why = _stiffness(scene, seat.area, dt)
@@ -75,15 +75,15 @@ def of_mass(scene: Scene, seat: DeckSeat, greens: GreensFunction, dt: float) -> 
     problem = impact.ContactProblem(impact.rigid_mass(mass=mass, velocity=velocity), contacts=[touch])
     result = impact.solve(problem, dt=dt / FINER, duration=min(scene.run.duration, MOST_STEPS * dt))
     duration = _ends(result, dt)
-    there = slice(0, round(duration / result.dt) + 1, FINER)
+    steps = slice(0, round(duration / result.dt) + 1, FINER)
     speeds = velocity + np.cumsum(result.force) * result.dt / mass
     answer = {
-        "time [s]": result.time[there],
-        "velocity of the striker [m/s]": speeds[there],
-        "force [N]": result.force[there],
+        "time [s]": result.time[steps],
+        "velocity of the striker [m/s]": speeds[steps],
+        "force [N]": result.force[steps],
     }
-    told = MASS.format(mass=mass, velocity=velocity, stiffness=stiffness, why=why)
-    return ContactDeck(list(mass_contact(seat.deck, mass, velocity, stiffness, duration, dt)), answer, told)
+    words = MASS.format(mass=mass, velocity=velocity, stiffness=stiffness, why=why)
+    return ContactDeck(list(mass_contact(seat.deck, mass, velocity, stiffness, duration, dt)), answer, words)
 
 
 def check_landing(scene: Scene) -> None:
@@ -94,7 +94,7 @@ def check_landing(scene: Scene) -> None:
 
 
 def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
-    """A plate that lands on the whole seat. Raises as `of_mass`."""
+    """Return the deck of a plate that lands on the whole seat. Raises as `of_mass`."""
     scene, reed, lip = plan.scene, plan.scene.reed, seat.lip
     assert isinstance(reed, ThinPlate)
     check_patch(seat.deck)
@@ -107,7 +107,7 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
     above = 0.0 if lip is None else tilted(lip.line(), scene.contact.tilt, scene.contact.tilt_axis).min()
 
     def gap(points: Array) -> Array:
-        """Of the undeformed plate, at places from the lip's centre."""
+        """Return the gap of the undeformed plate, at places from the lip's centre."""
         return np.asarray(scene.contact.gap - above + tilted(points, scene.contact.tilt, scene.contact.tilt_axis))
 
     places = (lip or reed.own_lip).cells(*ACROSS)[0].reshape(-1, 2)
@@ -131,21 +131,21 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
     duration = min(scene.run.duration - dt * first, MOST_STEPS * dt)
     result = as_one(impact.solve(problem, dt=dt / FINER, duration=duration), Division.of(ours).shares)
     duration = _ends(result, dt)
-    there = slice(0, round(duration / result.dt) + 1, FINER)
+    steps = slice(0, round(duration / result.dt) + 1, FINER)
     answer = {
-        "time [s]": result.time[there],
-        "force [N]": result.force[there],
-        f"force, mean over {1e6 * width:g} us [N]": impact.measures.filtered_force(result, width)[there],
+        "time [s]": result.time[steps],
+        "force [N]": result.force[steps],
+        f"force, mean over {1e6 * width:g} us [N]": impact.measures.filtered_force(result, width)[steps],
     }
-    told = PLATE.format(
+    words = PLATE.format(
         mesh=mesh, cells=len(plate.mesh.cells), stiffness=stiffness, why=why, start=dt * first,
         ports=len(problem.contacts), modes=len(omega), band=CUTOFF * plate.sheet.bandwidth,
     )  # fmt: skip
-    return ContactDeck(list(plate_contact(seat.deck, layer, stiffness, duration, dt)), answer, told)
+    return ContactDeck(list(plate_contact(seat.deck, layer, stiffness, duration, dt)), answer, words)
 
 
 def _mass(scene: Scene) -> tuple[float, float]:
-    """Mass [kg] and velocity [m/s] of a rigid striker in free flight."""
+    """Return mass [kg] and velocity [m/s] of a rigid striker in free flight."""
     greens = scene.reed.closed_form()
     free = None if greens is None else greens.modal
     if free is None or free.omega.tolist() != [0.0]:
@@ -160,12 +160,12 @@ def _refuse(scene: Scene, also: dict[str, object]) -> None:
     """Raise of what a deck has no place for."""
     parts = {"stopper": scene.stopper, "load": scene.load, "base": scene.base, "gas": scene.gas, "spring": scene.spring}
     contact = {"contact.film": scene.contact.film, "contact.preload": scene.contact.preload}
-    if there := [key for key, value in {**parts, **contact, **also}.items() if value]:
-        raise DeckError(f"{there[0]}: has no place in the deck of an impact; remove it for the comparison")
+    if keys := [key for key, value in {**parts, **contact, **also}.items() if value]:
+        raise DeckError(f"{keys[0]}: has no place in the deck of an impact; remove it for the comparison")
 
 
 def _stiffness(scene: Scene, area: float, dt: float) -> tuple[float, str]:
-    """Of the contact [Pa/m], and where it is from."""
+    """Return the stiffness of the contact [Pa/m], and where it is from."""
     law = scene.contact.law.law()
     if isinstance(law, impact.LinearSpring):
         return law.stiffness / area, "contact.law, over the patch's area"
@@ -178,7 +178,7 @@ def _stiffness(scene: Scene, area: float, dt: float) -> tuple[float, str]:
 
 
 def _yielding(problem: impact.ContactProblem, stiffness: float) -> impact.ContactProblem:
-    """With a spring in each contact, by the shares of its parts."""
+    """Return the problem with a spring in each contact, by the shares of its parts."""
     shares = Division.of(problem.target.greens).shares
     springs = (impact.LinearSpring(stiffness * float(share)) for share in shares)
     return replace(
@@ -188,14 +188,14 @@ def _yielding(problem: impact.ContactProblem, stiffness: float) -> impact.Contac
 
 
 def _moved(state: ModalState, omega: Array, time: Array) -> tuple[Array, Array]:
-    """(m, n) modal coordinates of free, undamped modes at times (n,), and their rates."""
+    """Return the modal coordinates (m, n) of free, undamped modes at times (n,), and their rates."""
     w, first, speed = omega[:, None], state.displacement[:, None], state.velocity[:, None]
     cosine, sine = oscillator.decaying_pair(time, w, np.zeros(1))
     return first * cosine + speed * sine, speed * cosine - w**2 * first * sine
 
 
 def _first_touch(scene: Scene, state: ModalState, omega: Array, shapes: Array, gaps: Array, dt: float) -> int:
-    """Number of the last step, before the start if need be, at which the plate is free of all places of the seat."""
+    """Return the last step, before the start if need be, at which the plate is free of all places of the seat."""
 
     def open_at(steps: Integers) -> NDArray[np.bool_]:
         moved, _ = _moved(state, omega, np.asarray(dt * steps, dtype=np.float64))
@@ -207,8 +207,8 @@ def _first_touch(scene: Scene, state: ModalState, omega: Array, shapes: Array, g
         steps = np.arange(first, min(first + AT_ONCE, last) + 1)
         ends = open_at(steps if forwards else -steps) != forwards
         if ends.any():
-            there = int(steps[ends.argmax()])
-            return there - 1 if forwards else -there
+            step = int(steps[ends.argmax()])
+            return step - 1 if forwards else -step
     if forwards:
         raise DeckError(
             f"reed: it does not reach the seat within run.duration = {scene.run.duration:g} s by itself; release it "
@@ -221,7 +221,7 @@ def _first_touch(scene: Scene, state: ModalState, omega: Array, shapes: Array, g
 
 
 def _ends(result: impact.ImpactResult, dt: float) -> float:
-    """How long the deck goes on [s], whole steps: until `LATER` times the first impact's duration."""
+    """Return how long the deck goes on [s], whole steps: until `LATER` times the first impact's duration."""
     groups = impact.measures.contact_groups(result)
     last = float(result.time[-1])
     ends = min(last, float(groups[0, 0] + LATER * np.diff(groups[0])[0])) if len(groups) else last

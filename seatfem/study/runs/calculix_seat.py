@@ -26,12 +26,12 @@ CHORDS: Final = 720  # of a round line
 
 
 class DeckError(ValueError):
-    """What no deck can hold; the message names the key, the reason and the remedy."""
+    """No deck can hold what the plan asks for; the message names the key, the reason and the remedy."""
 
 
 @dataclass(frozen=True, eq=False)
 class DeckSeat:
-    """What is written.
+    """Seat as its deck has it.
 
     Attributes:
         deck: of the body.
@@ -47,26 +47,27 @@ class DeckSeat:
 
     @property
     def area(self) -> float:
-        """Of the patch on its mesh [m^2]."""
+        """Return the area of the patch on its mesh [m^2]."""
         return sum(port.area or math.nan for port in self.model.ports.values())
 
     @property
     def centre(self) -> Array:
-        """(3,) centroid of a flat patch that faces up along z [m]."""
+        """Return the centroid (3,) of a flat patch that faces up along z [m]."""
         assert self.model.dofs is not None
         weights = sum((port.area or 0.0) * self.model.expand(port.vector)[2] for port in self.model.ports.values())
         return np.asarray(self.model.dofs.points @ weights / self.area)
 
 
 def deck_seat(plan: Plan, progress: Progress) -> DeckSeat:
-    """As the run meshes it, its patch one port. Raises `DeckError` and `ModelError` of what decks do not have."""
+    """Return the seat as the run meshes it, its patch one port. Raises `DeckError`, `ModelError` for what decks
+    lack."""
     body = _body(plan)
     method = replace(plan.method.seat, rings=1, lip=None)
     return _of_mesh(body, body.meshes(method, progress)[0], method, None, progress)
 
 
 def whole_seat(plan: Plan, progress: Progress) -> DeckSeat:
-    """All of it in space, its patch in the parts of the run, as this very mesh has it. Raises as `deck_seat`."""
+    """Return all of the seat in space, its patch in the parts of the run, on this mesh. Raises as `deck_seat`."""
     body, division = _body(plan), plan.method.seat.division
     method = replace(plan.method.seat, level="3d", rings=1, lip=None)
     mesh, _ = body.meshes(method, progress)
@@ -81,7 +82,7 @@ def whole_seat(plan: Plan, progress: Progress) -> DeckSeat:
 
 
 def _as_face(lip: AnyLip | None) -> FaceLip:
-    """A ring of a body of revolution as any other face."""
+    """Return a ring of a body of revolution as any other face."""
     assert lip is not None
     if isinstance(lip, FaceLip):
         return lip

@@ -1,4 +1,4 @@
-"""Where the last run of a scene ended: the next one of the same scene begins with that plan, and needs no other.
+"""Plans that the last runs of scenes ended with: the next run of the same scene begins with that plan.
 
 A plan is data: the values of its keys, and what it tells. It is kept where a run met its target by refining.
 """
@@ -30,7 +30,7 @@ UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 
 
 def ended_plan(scene: Scene) -> Plan | None:
-    """The plan of the last run of this very scene that met its target; ``None``: there was none, or it is not sound."""
+    """Return the plan of this scene's last run that met its target; ``None``: there was none, or it is not sound."""
     try:
         return plan_told(scene, json.loads(read_text(_file(scene), MOST, ValueError)), NOTE)
     except UNSOUND:
@@ -38,7 +38,7 @@ def ended_plan(scene: Scene) -> Plan | None:
 
 
 def plan_told(scene: Scene, found: Mapping[str, Any], note: str) -> Plan | None:
-    """A plan of ``scene`` as `told` has it, with a ``note`` of where it is from; ``None``: it is not sound."""
+    """Return a plan of ``scene`` as `told` has it, with a ``note`` of where it is from; ``None``: it is not sound."""
     try:
         method = _method(scene, found["values"])
         cost = Cost(**found["cost"])
@@ -54,7 +54,7 @@ def plan_told(scene: Scene, found: Mapping[str, Any], note: str) -> Plan | None:
 
 
 def told(plan: Plan) -> dict[str, Any]:
-    """A plan without its scene, as JSON can hold it."""
+    """Return a plan without its scene, as JSON can hold it."""
     return {
         "values": {key: plan.method.value(key) for key in FIELDS},
         "cost": asdict(plan.cost),
@@ -64,7 +64,7 @@ def told(plan: Plan) -> dict[str, Any]:
         "shares": {str(source): dict(part) for source, part in plan.shares.items()},
         "notes": [note for note in plan.notes if note != NOTE],
         "without": list(plan.without),
-        "parts": {key: dict(left) for key, left in plan.parts.items()},
+        "parts": {key: dict(errors) for key, errors in plan.parts.items()},
     }
 
 
@@ -80,7 +80,7 @@ def remember(done: Round) -> None:
 
 
 def _method(scene: Scene, values: Mapping[str, object]) -> RunMethod:
-    """With these values of `FIELDS`; raises `ValueError` of what no plan has."""
+    """Return the method with these values of `FIELDS`; raises `ValueError` for what no plan has."""
     stated = stated_method(scene)
     if values[MODEL] not in get_args(AnyLevel) or values[REDUCTION] != stated.value(REDUCTION):
         raise ValueError(f"{values[MODEL]}, {values[REDUCTION]} must be the stated ones")
@@ -98,6 +98,6 @@ def _sound(value: float) -> bool:
 
 
 def _file(scene: Scene) -> Path:
-    """By all that the scene asks for, its files by content, and by the code."""
+    """Return the file of a scene's plan, named by what the scene asks for, its files' content, and the code."""
     key = content_key({"scene": by_content(scene), "program": code_version()})
     return cache_folder() / "ended" / f"{key}.json"

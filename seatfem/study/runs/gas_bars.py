@@ -13,8 +13,8 @@ from seatfem.study.runs.round import Round
 
 
 def gas_bars(done: Round) -> dict[str, list[float | None]]:
-    """For summary.json, error_bar_KEY of each mass: what the step, with which the gas follows the reed, and the bodies
-    leave in it; it knows nothing of the effective areas' own. Empty without gas."""
+    """Return for summary.json error_bar_KEY of each mass: what the step, with which the gas follows the reed, and the
+    bodies leave in it; it knows nothing of the effective areas' own. Empty without gas."""
     scene = done.plan.scene
     if scene.gas is None:
         return {}

@@ -42,13 +42,13 @@ def left_in(
         return look(marched(scene, varied, step))
 
     values, half = run(problem, dt), {**run(problem, dt / 2), **(also or {})}
-    left = budget_of(run, problem, values, dt, sources, finer=times(2.0, changes(values, half)))
-    return {name: left.bar(name) for name in values}
+    budget = budget_of(run, problem, values, dt, sources, finer=times(2.0, changes(values, half)))
+    return {name: budget.bar(name) for name in values}
 
 
 def contact_margin_bar(done: Round, margin: float) -> float:
-    """Error bar of a margin below a contact of Hertz, whose stress is as the cube root of its largest force, by what is
-    left in that; ``inf`` where that is all of it."""
-    left = left_in(done, lambda stepper: {"force": float(force_of(stepper).max())})
-    share = left["force"] / float(done.result.force.max())
+    """Return the error bar of a margin below a contact of Hertz, whose stress is as the cube root of its largest force,
+    by what is left in that; ``inf`` where that is all of it."""
+    errors = left_in(done, lambda stepper: {"force": float(force_of(stepper).max())})
+    share = errors["force"] / float(done.result.force.max())
     return left_of(margin, 1 - (1 - share) ** (1 / 3) if share < 1 else 1.0)

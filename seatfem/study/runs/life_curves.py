@@ -53,7 +53,7 @@ class MarginCurve:
 
     @property
     def label(self) -> str:
-        """Of an axis."""
+        """Return the label of an axis."""
         return f"{self.key} [{self.unit}]" if self.unit else self.key
 
 
@@ -76,13 +76,13 @@ def traced(
     """
     from scipy.optimize import brentq  # takes long to load, and few runs trace a curve
 
-    found: dict[float, tuple[float, float | None]] = {}
+    known: dict[float, tuple[float, float | None]] = {}
 
     def excess(value: float) -> float:
-        """log(margin)."""
-        if value not in found:
-            found[value] = run(value)
-        spare = found[value][0]
+        """Return log(margin)."""
+        if value not in known:
+            known[value] = run(value)
+        spare = known[value][0]
         return min(max(math.log(spare), -FARTHEST), FARTHEST) if spare > 0 else -FARTHEST
 
     for low, high in pairwise(values):
@@ -90,20 +90,20 @@ def traced(
             near = NEAR * max(abs(low), abs(high)) / 2
             brentq(excess, low, high, xtol=near, rtol=NEAR / 2, maxiter=most, disp=False)
             break
-    points = sorted(found)
-    margins, bars = zip(*(found[value] for value in points), strict=True)
+    points = sorted(known)
+    margins, bars = zip(*(known[value] for value in points), strict=True)
     around = ((low, high) for low, high in pairwise(points) if excess(low) * excess(high) <= 0)
     allowed = next((low + (high - low) * _share(excess(low), excess(high)) for low, high in around), None)
     return MarginCurve(key, unit, tuple(points), margins, bars, allowed, margin)
 
 
 def _share(low: float, high: float) -> float:
-    """Of the way from one to the other at which a line through both is zero."""
+    """Return the share of the way from one to the other at which a line through both is zero."""
     return low / (low - high) if low != high else 0.0
 
 
 def life_curves(done: Round, stressed: Stressed, *, price: float, tell: Tell) -> tuple[MarginCurve, ...]:
-    """The curves that [life] asks a run for, each value a contact at the run's own method; none where nobody asks.
+    """Return the curves that [life] asks for, each value a contact by the run's own method; none if not asked.
 
     Args:
         stressed: of the run.
@@ -125,7 +125,7 @@ def life_curves(done: Round, stressed: Stressed, *, price: float, tell: Tell) ->
 
 
 def again(done: Round, name: str, value: float) -> Round:
-    """A round with another speed [m/s], tilt [rad] or lift [m] at its own method; its errors are those of the round.
+    """Return a round with another speed [m/s], tilt [rad] or lift [m] by its own method, with the round's errors.
 
     Raises:
         KeyProblem: a value that the scene cannot have.
@@ -141,8 +141,8 @@ def again(done: Round, name: str, value: float) -> Round:
 
 def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: float) -> tuple[float, float | None]:
     start, (unit, factor) = time.perf_counter(), UNITS[name]
-    there = again(done, name, value / factor)
-    worst = lives(there, stressed, there.touches, there.stress).of_one_axis
+    other = again(done, name, value / factor)
+    worst = lives(other, stressed, other.touches, other.stress).of_one_axis
     margin, bar, at = math.inf, math.inf, "no place"
     if worst is not None and worst[0].life is not None:
         margin, at = worst[0].life.margin, worst[0].at or at
@@ -153,14 +153,14 @@ def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: fl
 
 
 def curve_keys(curves: Sequence[MarginCurve]) -> Mapping[str, object]:
-    """For summary.json: the value that each curve allows; ``None`` where it does not reach a margin of 1."""
+    """Return for summary.json the value that each curve allows; ``None`` where it does not reach a margin of 1."""
     named = {"speed": ("speed_m_per_s", 1.0), "tilt": ("tilt_deg", 1.0), "lift": ("lift_m", 1e-3)}
-    told = ((*named[curve.key], curve.allowed) for curve in curves)
-    return {f"life_allowed_{name}": None if value is None else scale * value for name, scale, value in told}
+    limits = ((*named[curve.key], curve.allowed) for curve in curves)
+    return {f"life_allowed_{name}": None if value is None else scale * value for name, scale, value in limits}
 
 
 def write_curves(curves: Sequence[MarginCurve], folder: Path) -> tuple[Path, ...]:
-    """margin_over_speed.csv, ...; returns the files."""
+    """Write margin_over_speed.csv, ...; return the files."""
     files = tuple(folder / f"margin_over_{curve.key}.csv" for curve in curves)
     for curve, file in zip(curves, files, strict=True):
         write_curve(curve, file)
@@ -168,7 +168,7 @@ def write_curves(curves: Sequence[MarginCurve], folder: Path) -> tuple[Path, ...
 
 
 def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[Picture]:
-    """margin_over_speed.png, ..."""
+    """Yield margin_over_speed.png, ..."""
     for curve in curves:
         draw = partial(_draw, curve)
         yield f"margin_over_{curve.key}.png", draw
@@ -187,7 +187,7 @@ def _draw(curve: MarginCurve, path: Path) -> None:
 
 
 def write_curve(curve: MarginCurve, path: Path) -> None:
-    """As CSV: value, margin, error bar."""
+    """Write a curve as CSV: value, margin, error bar."""
     rows = zip(curve.values, curve.margins, curve.bars, strict=True)
     lines = [f"{curve.label},{curve.margin},error_bar"]
     lines += [f"{value:.9g},{margin:.9g},{'' if bar is None else f'{bar:.3g}'}" for value, margin, bar in rows]

@@ -1,4 +1,4 @@
-"""Which pictures belong to a contact along a lip: its forces over place and time, and the plate that lands."""
+"""Pictures of a contact along a lip: its forces over place and time, and the plate that lands."""
 
 from __future__ import annotations
 
@@ -76,12 +76,12 @@ def _keep(landing: Landing, path: Path) -> None:
 
 
 def raising(problem: Exception, path: Path) -> None:
-    """A picture that cannot be made: raises what kept it."""
+    """Raise, in place of a picture that cannot be made, what kept it."""
     raise problem
 
 
 def by_arc(parts: ImpactResult, division: Division) -> ImpactResult:
-    """The parts of a lip with the rings of each arc as one: sums of the forces, means of displacements and gaps."""
+    """Return a lip's parts with the rings of each arc as one: sums of forces, means of displacements and gaps."""
     shares = division.shares.reshape(division.arcs, division.rings) * division.arcs
 
     def joined(values: Array, weights: Array) -> Array:

@@ -29,7 +29,7 @@ OF_SEAT = 12  # points of its surface that are judged
 
 @dataclass(frozen=True)
 class Stressed:
-    """What is needed for the stress in the bodies of a round, whatever they are touched by.
+    """Fields of stress in the bodies of a round, whatever they are touched by.
 
     Attributes:
         reed: of a plate, in one of its faces; ``None`` of others.
@@ -45,7 +45,7 @@ class Stressed:
     def of(
         cls, done: Round, seat: SeatStress | None, plate: PlatePeaks | None, of_reed: PlateReedStress | None = None
     ) -> Stressed:
-        """Of a round, as far as its life is asked for."""
+        """Return the stressed bodies of a round, as far as its life is asked for."""
         life = done.plan.scene.life
         reed = None if life is None or life.demand() is None or plate is None else plate.field
         after = None if of_reed is None else of_reed.found.after_contact
@@ -91,19 +91,19 @@ def _judged(
     beam, plate = of_beam(scene, done.striker, touches, stress), stressed.reed
     reed = beam if plate is None else _of_plate(done, plate, touches)
     seat = () if stressed.seat is None or not with_seat else _of_seat(done, stressed.seat, touches)
-    found = lasting(scene, touches, reed, seat)
+    life = lasting(scene, touches, reed, seat)
     progress("life", 1.0)
-    return found
+    return life
 
 
 def run_keys(done: Round, stressed: Stressed, here: Lasting, there: Lasting) -> dict[str, object]:
-    """All of a run: the seat's, those of the spring in its place, what was asked, and the error bar."""
+    """Return all keys of a run's life: the seat's, the spring's in its place, what was asked, and the error bar."""
     beside = {f"spring_{key}": value for key, value in life_keys(there).items()}
     return life_keys(here) | beside | asked_keys(done.plan.scene, here, bars_of(done, stressed))
 
 
 def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
-    """Relative error bars of the stress in reed and seat, where they are known."""
+    """Return the relative error bars of the stress in reed and seat, where they are known."""
     bars = {}
     if done.left.values.get(STRESS, 0.0) > 0 and STRESS not in done.without_bar:
         bars["reed"] = done.left.relative(STRESS)
@@ -115,7 +115,7 @@ def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
 
 
 def _of_plate(done: Round, field: StressField, touches: Touches) -> Histories:
-    """In both faces where stress changes most in each part of the plate."""
+    """Yield the histories in both faces where stress changes most in each part of the plate."""
     force, dt = plate_pushes(done, touches), touches.seat.dt
     field = struck_in(field, done, touches)
     regions = parts_of_plate(done, field.points)
@@ -129,12 +129,12 @@ def _of_plate(done: Round, field: StressField, touches: Touches) -> Histories:
 
 
 def _of_seat(done: Round, seat: SeatStress, touches: Touches) -> Histories:
-    """Where stress changes most on the surface, and at the points that the scene names."""
+    """Yield the histories where stress changes most on the surface, and at the points that the scene names."""
     force, dt = force_by_port(done, touches), touches.seat.dt
     ranges = mises_range(seat.field, force, dt, since=block_from(done.plan.scene, touches))
     surface = seat.field.at(hottest(ranges, np.full(len(ranges), "surface"), OF_SEAT))
-    for found in (surface, seat.of_points):
-        for point, stress in zip(found.points, tensor_histories(found, force, dt), strict=True):
+    for field in (surface, seat.of_points):
+        for point, stress in zip(field.points, tensor_histories(field, force, dt), strict=True):
             yield f"seat, {_millimetres(point)}", stress
 
 

@@ -43,10 +43,10 @@ def margin_curve(
     numbers, unit = _in_one_unit(key, values)
 
     def run(value: float) -> tuple[float, float | None]:
-        given: object = f"{value!r} {unit}" if unit else value
-        found = _one_run(scene, key, given, Path(folder) / f"{value:.9g}", margin)
-        tell(f"{key} = {given}: {margin} {found[0]:.4g}")
-        return found
+        written: object = f"{value!r} {unit}" if unit else value
+        result = _one_run(scene, key, written, Path(folder) / f"{value:.9g}", margin)
+        tell(f"{key} = {written}: {margin} {result[0]:.4g}")
+        return result
 
     curve = traced(key, unit, numbers, run, margin=margin)
     write_curve(curve, Path(folder) / "margin.csv")
@@ -57,18 +57,18 @@ def _one_run(scene: Path | str, key: str, value: object, folder: Path, margin: s
     summary = run_scene(load_scene(scene, {key: value}), folder, pictures=False).summary
     if margin not in summary:
         raise RunError(f"{scene}: a run with {key} = {value} has no {margin}; ask for it in [life]")
-    found, bar = summary[margin], summary.get(f"error_bar_{margin}")
-    return math.inf if found is None else float(str(found)), None if bar is None else float(str(bar))
+    result, bar = summary[margin], summary.get(f"error_bar_{margin}")
+    return math.inf if result is None else float(str(result)), None if bar is None else float(str(bar))
 
 
 def _in_one_unit(key: str, values: Sequence[str | float]) -> tuple[list[float], str]:
-    """Sorted, each once."""
+    """Return the values sorted, each once, and their unit."""
     try:
-        found = [number_and_unit(value) for value in values]
+        quantities = [number_and_unit(value) for value in values]
     except UnitError as error:
         raise RunError(f"{key}: {error}") from error
-    units = list(dict.fromkeys(unit for _, unit in found))
-    numbers = sorted({number for number, _ in found})
+    units = list(dict.fromkeys(unit for _, unit in quantities))
+    numbers = sorted({number for number, _ in quantities})
     if len(units) > 1:
         raise RunError(f"{key}: values in {' and '.join(units)}; give all of them in one unit")
     if len(numbers) < 2:

@@ -33,13 +33,13 @@ SHARE: Final = 0.3
 
 
 def margin_pictures(done: Round, stressed: Stressed | None) -> list[Picture]:
-    """margin_map.png, seat_margin.vtu and reed_margin.vtu, of what has a strength and stress in finite elements, where
-    [stress] is asked for, too."""
+    """Return margin_map.png, seat_margin.vtu and reed_margin.vtu, of what has a strength and stress in finite elements,
+    where [stress] is asked for, too."""
     life = done.plan.scene.life
     if stressed is None or life is None or done.plan.scene.stress is None:
         return []
     try:
-        maps = [found for found in (_of_seat(done, stressed), _of_reed(done, stressed)) if found is not None]
+        maps = [one for one in (_of_seat(done, stressed), _of_reed(done, stressed)) if one is not None]
     except Exception as problem:  # numbers are known already, as in `gap_of`
         return [(PICTURE, partial(raising, problem))]
     if not maps:
@@ -51,8 +51,8 @@ def margin_pictures(done: Round, stressed: Stressed | None) -> list[Picture]:
 
 
 def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: int = 0, faces: bool = False) -> Array:
-    """(P,) factors on all stresses at which each point of a field uses up its design life, or reaches the limit of the
-    criterion of several axes where one is asked for; nan where the range is below `SHARE` of the largest.
+    """Return factors (P,) on all stresses at which each point of a field uses up its design life, or reaches the limit
+    of the criterion of several axes where one is asked for; nan where the range is below `SHARE` of the largest.
 
     Args:
         field, force, dt: as in `seatfem.structures.fields.recovery.histories`.
@@ -65,11 +65,11 @@ def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: 
     """
     ranges = mises_range(field, force, dt, since=since)
     near = np.flatnonzero(ranges >= SHARE * ranges.max())
-    found = np.full(len(ranges), np.nan)
+    factors = np.full(len(ranges), np.nan)
     for number, history in zip(near, tensor_histories(field.at(near), force, dt), strict=True):
         block = history[since:]
-        found[number] = min(_margin([each], demand) for each in ((block, -block) if faces else (block,)))
-    return found
+        factors[number] = min(_margin([each], demand) for each in ((block, -block) if faces else (block,)))
+    return factors
 
 
 def _margin(blocks: Iterable[Array], demand: Demand) -> float:
@@ -86,19 +86,19 @@ def _of_seat(done: Round, stressed: Stressed) -> MarginMap | None:
     if seat is None or demand is None:
         return None
     first, force = block_from(done.plan.scene, done.touches), force_by_port(done, done.touches)
-    found = margins(seat.field, force, done.result.dt, demand, since=first)
+    factors = margins(seat.field, force, done.result.dt, demand, since=first)
     nodes = elements_of(seat.mesh).nodes
     if isinstance(seat.field, RingField):
-        return _of_ring(seat.field, found, seat.mesh, nodes)
+        return _of_ring(seat.field, factors, seat.mesh, nodes)
     assert seat.model is not None
     skin = skin_of(seat.model)
     values = np.full(len(skin.nodes), np.nan)
-    values[rows_of(seat.field.points, nodes.T[skin.nodes])] = found
+    values[rows_of(seat.field.points, nodes.T[skin.nodes])] = factors
     return MarginMap("seat", skin, values)
 
 
 def _of_ring(field: RingField, found: Array, mesh: Any, nodes: Array) -> MarginMap:
-    """Of (P,) margins at a field's points: drawn all around, as what fails first may be anywhere, at its angles."""
+    """Return the map of margins (P,) at a field's points: all around, as what fails first may be anywhere."""
     around = field.angles[0]
     skin = skin_of_section(mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)).spread()
     assert skin.angles is not None
@@ -115,8 +115,8 @@ def _of_reed(done: Round, stressed: Stressed) -> MarginMap | None:
         return None
     mesh, first = reed.plate(done.striker.greens).mesh, block_from(done.plan.scene, done.touches)
     force = plate_pushes(done, done.touches)
-    found = margins(field, force, done.result.dt, demand, since=first, faces=True)
+    factors = margins(field, force, done.result.dt, demand, since=first, faces=True)
     skin = skin_of_plate(mesh)
     values = np.full(len(skin.nodes), np.nan)
-    values[rows_of(field.points, mesh.points[skin.nodes])] = found
+    values[rows_of(field.points, mesh.points[skin.nodes])] = factors
     return MarginMap("reed", skin, values)

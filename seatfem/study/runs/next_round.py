@@ -1,4 +1,4 @@
-"""What follows a round that misses its target: a finer plan within the limits, and its price."""
+"""The next round after one that misses its target: a finer plan within the limits, and its price."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ AFTER: Final = ("spring baseline", "files")  # of a round, as far off as its con
 
 @dataclass(frozen=True)
 class Limits:
-    """How far rounds may go.
+    """Limits on how far rounds may go.
 
     Attributes:
         rounds: at most so many.
@@ -66,24 +66,24 @@ class Limits:
 
 
 def paces(spent: Mapping[str, float], plan: Plan, before: Mapping[str, float]) -> Mapping[str, float]:
-    """Measured over predicted time of seat and contact; where this round has not computed one, as ``before``."""
-    found = dict(before)
+    """Return measured over predicted time of seat and contact; where this round has not computed one, as ``before``."""
+    ratios = dict(before)
     for kind, stages in STAGES.items():
         predicted = sum(plan.cost.parts.get(stage, 0.0) for stage in stages)
         measured = sum(spent.get(stage, 0.0) for stage in stages)
         if predicted >= TELLING and measured > 0:
-            found[kind] = min(max(measured / predicted, 1 / MOST_OFF), MOST_OFF)
-    return found
+            ratios[kind] = min(max(measured / predicted, 1 / MOST_OFF), MOST_OFF)
+    return ratios
 
 
 def price(done: Round, plan: Plan) -> float:
-    """Predicted wall time [s] of one more round by ``plan``, as much off as the rounds so far were."""
+    """Return the predicted wall time [s] of one more round by ``plan``, as much off as the rounds so far were."""
     of = {**STAGES, "contact": (*STAGES["contact"], *AFTER)}
     return sum(done.paces.get(kind, 1.0) * sum(plan.cost.parts.get(stage, 0.0) for stage in of[kind]) for kind in of)
 
 
 def changed(done: Round, plan: Plan) -> str:
-    """What ``plan`` makes otherwise, in words."""
+    """Return in words what ``plan`` makes otherwise."""
     before = {choice.key: choice.value for choice in done.plan.choices}
     return ", ".join(
         f"{choice.key} {before[choice.key]} -> {choice.value}"
@@ -93,17 +93,17 @@ def changed(done: Round, plan: Plan) -> str:
 
 
 def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | None, str]:
-    """The refined plan, or why there is none; ``time_left``: of the time allowed [s]."""
+    """Return the refined plan, or why there is none; ``time_left``: of the time allowed [s]."""
     if limits.steady:
         done = replace(done, paces={})
     if done.number >= limits.rounds:
         return None, f"{limits.rounds} round{'s'[: limits.rounds > 1]} at most"
-    accuracy, left, landings = done.plan.scene.accuracy, done.left, done.touches.landings
+    accuracy, budget, landings = done.plan.scene.accuracy, done.left, done.touches.landings
     if accuracy.landing != "run" and landings is not None and landings.status == "cut off":
         return None, CUT_OFF
-    missing = [name for name in done.judged if left.relative(name) > accuracy.target]
+    missing = [name for name in done.judged if budget.relative(name) > accuracy.target]
     reasons = []
-    for measure in sorted(missing, key=lambda name: -left.relative(name)):
+    for measure in sorted(missing, key=lambda name: -budget.relative(name)):
         further, why = _finer_in(done, measure, time_left)
         if further is not None:
             return further, ""
@@ -112,7 +112,7 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
 
 
 def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None, str]:
-    """For the sake of one measure: sources made smaller, one after the other, until their sum is what it may be.
+    """Return a finer plan for one measure: sources made smaller, one after the other, until their sum is small.
 
     The cheapest that suffices by itself, else that which brings most for its price; none by more than `MOST_FINER` at
     a time. One whose keys are stated, or at their end, stays.
@@ -123,24 +123,24 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
     plan, whole = done.plan, abs(done.left.values[measure])
     shares = {source: part[measure] for source, part in done.left.parts.items()}
     before = {source: share if math.isfinite(share) else whole for source, share in shares.items()}
-    left = dict(before)
-    while sum(left.values()) > allowed:
-        steps = _steps(plan, measure, left, before, allowed)
+    remaining = dict(before)
+    while sum(remaining.values()) > allowed:
+        steps = _steps(plan, measure, remaining, before, allowed)
         if plan.method.ports is not None:  # a wider band has modes that ask for a finer mesh: nothing else may do first
             steps = [step for step in steps if step.source != "reduction"] or (steps if plan == done.plan else [])
         if not steps:
             break
-        enough = [step for step in steps if sum(left.values()) - left[step.source] + step.leaves <= allowed]
+        enough = [step for step in steps if sum(remaining.values()) - remaining[step.source] + step.leaves <= allowed]
         cost = {step.source: max(price(done, step.plan), LEAST_PRICE) for step in steps}
         if enough:
             step = min(enough, key=lambda step: cost[step.source])
         else:
-            step = max(steps, key=lambda step: (left[step.source] - step.leaves) / cost[step.source])
-        plan, left[step.source] = step.plan, step.leaves
+            step = max(steps, key=lambda step: (remaining[step.source] - step.leaves) / cost[step.source])
+        plan, remaining[step.source] = step.plan, step.leaves
         if plan.without != done.plan.without:  # another level, and a plan of its own
             break
     if plan == done.plan:
-        return None, _stuck(done, left, allowed)
+        return None, _stuck(done, remaining, allowed)
     kept = plan.method.seat == done.plan.method.seat
     plan = replace(plan, cost=predict_cost(plan.scene, plan.method, kept=kept), kept=kept)
     why = _too_much(done, plan, time_left)
@@ -148,7 +148,7 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
 
 
 def _stuck(done: Round, left: Mapping[str, float], allowed: float) -> str:
-    """Why nothing is made finer: one source that alone is too large and is at its end, or all that count."""
+    """Return why nothing is made finer: one source that alone is too large and is at its end, or all that count."""
     order = sorted((source for source in left if left[source] > RESERVE * allowed), key=lambda s: -left[s])
     alone = [source for source in order if left[source] > allowed and refine(done.plan, source) is None]
     if alone:
@@ -169,8 +169,8 @@ class _Step:
 def _steps(
     plan: Plan, measure: str, left: Mapping[str, float], before: Mapping[str, float], allowed: float
 ) -> list[_Step]:
-    """What can be made finer and counts, the largest first; none where one that is too large by itself cannot."""
-    found: list[_Step] = []
+    """Return what can be made finer and counts, largest first; none where one that alone is too large cannot."""
+    steps: list[_Step] = []
     for source in sorted(left, key=lambda source: -left[source]):
         if left[source] <= RESERVE / 2 * allowed:
             break
@@ -180,24 +180,24 @@ def _steps(
             continue
         finer = refine(plan, source, min(max(left[source] / room, LEAST_FINER), most))
         if finer is not None:
-            found.append(_Step(source, finer, left[source] * _smaller(plan, finer, source, measure)))
+            steps.append(_Step(source, finer, left[source] * _smaller(plan, finer, source, measure)))
         elif left[source] > allowed:
             return []
-    return found
+    return steps
 
 
 def _smaller(plan: Plan, finer: Plan, source: str, measure: str) -> float:
-    """By which factor a source's share becomes, as predicted."""
+    """Return the predicted factor on a source's share."""
     shares = [{str(name): part[measure] for name, part in each.shares.items()} for each in (plan, finer)]
     now, then = (share.get(source, 0.0) for share in shares)
     return then / now if now > 0 else 1 / LEAST_FINER
 
 
 def _too_much(done: Round, plan: Plan, time_left: float) -> str:
-    """What of a further round would be too much; "" if nothing."""
-    cost, there = plan.cost, available_memory()
-    if cost.memory > MEMORY * there:
-        return f"the next round would take {cost.memory / 1e9:.2g} GB, {there / 1e9:.2g} GB are available"
+    """Return what of a further round would be too much; "" if nothing."""
+    cost, available = plan.cost, available_memory()
+    if cost.memory > MEMORY * available:
+        return f"the next round would take {cost.memory / 1e9:.2g} GB, {available / 1e9:.2g} GB are available"
     seconds = price(done, plan)
     if seconds > time_left:
         return (

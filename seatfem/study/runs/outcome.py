@@ -1,4 +1,4 @@
-"""What a run leaves to who called it, as text, as a table in a notebook and as a data frame."""
+"""Outcome of a run for its caller, as text, as a table in a notebook and as a data frame."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Measured(NamedTuple):
 
 
 def is_known(key: str, value: float, bar: float | None) -> bool:
-    """Whether an error bar leaves the value of a ``key`` known: the bar is a number, at most `MOST_UNCERTAIN` of it."""
+    """Return whether the value of a ``key`` is known: its error bar is a number, at most `MOST_UNCERTAIN` of it."""
     if bar is None or not math.isfinite(bar):
         return False
     return key.endswith(WITHOUT_ZERO) or bar <= MOST_UNCERTAIN * abs(value)
@@ -63,7 +63,7 @@ def as_number(value: object) -> float | None:
 
 @dataclass(frozen=True)
 class RunOutcome:
-    """What a run left.
+    """Results, files and notes of a run.
 
     Attributes:
         summary: the content of summary.json.

@@ -1,4 +1,4 @@
-"""Which pictures belong to a run, and to the modes of a seat; and what to say where one cannot be made."""
+"""Pictures of a run, and of the modes of a seat; and what to say where one cannot be made."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def ahead(scene: Scene, method: RunMethod, seat: Solved, painter: Painter) -> No
 
 
 def _greens_picture(scene: Scene, method: RunMethod, seat: Solved) -> Picture:
-    """greens.png."""
+    """Return greens.png."""
     known = method.seat.bandwidth
     band, periods = (1 / scene.run.filter_width, 200) if known is None else (known, 40)
     whole = as_a_whole(seat.greens)  # p parts have p^2 responses
@@ -116,7 +116,7 @@ def _greens_picture(scene: Scene, method: RunMethod, seat: Solved) -> Picture:
 
 
 def gas_pictures(scene: Scene, touches: Touches) -> list[Picture]:
-    """gas.png of a scene with gas."""
+    """Return gas.png of a scene with gas."""
     if scene.gas is None:
         return []
     stop = None if scene.stopper is None else scene.stopper_gap + scene.contact.gap
@@ -140,10 +140,10 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
     response, fitted = scene.seat.measured(), seat.greens.modal or seat.greens.pole_sum
     if response is not None and fitted is not None:
         width = scene.run.filter_width
-        found: list[Picture] = [("fit.png", lambda path: plot_fit(response, fitted, path, width=width))]
+        drawn: list[Picture] = [("fit.png", lambda path: plot_fit(response, fitted, path, width=width))]
         if len(tried := scene.seat.tried_poles()) > 1:
-            found.append(("stabilisation.png", partial(plot_stabilisation, response, tried)))
-        return found
+            drawn.append(("stabilisation.png", partial(plot_stabilisation, response, tried)))
+        return drawn
     if seat.model is None or seat.mesh is None:
         return []
     pictures: list[Picture] = [("mesh.png", mesh_picture(seat.mesh))]
@@ -164,20 +164,20 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
 
 
 def _kept_modes(seat: Solved) -> list[tuple[int, Mode]]:
-    """The first modes behind a Green's function, numbered."""
+    """Return the first modes behind a Green's function, numbered."""
     from seatfem.structures.natural_modes import Mode  # a run whose seat is known loads no elements
 
     assert seat.modes is not None
     diameters = 0 if isinstance(seat.mesh, MeridianMesh) else None
-    found = zip(seat.modes.frequencies_hz[:SHOWN], seat.modes.residuals, seat.modes.shapes.T, strict=False)
+    triples = zip(seat.modes.frequencies_hz[:SHOWN], seat.modes.residuals, seat.modes.shapes.T, strict=False)
     return [
         (number, Mode(float(frequency), float(residual), None, diameters, "", seat.model, shape))
-        for number, (frequency, residual, shape) in enumerate(found, start=1)
+        for number, (frequency, residual, shape) in enumerate(triples, start=1)
     ]
 
 
 def _save_modes(numbered: list[tuple[int, Mode]], title: str, path: Path) -> None:
-    """Modes of one mesh, as `seatfem.pictures.moving` keeps them: those of a body of revolution go around."""
+    """Write modes of one mesh, as `seatfem.pictures.moving` keeps them: those of a body of revolution go around."""
     first = numbered[0][1].model
     assert first is not None
     skin = skin_of(first)
@@ -188,7 +188,7 @@ def _save_modes(numbered: list[tuple[int, Mode]], title: str, path: Path) -> Non
 
 
 def mesh_picture(mesh: SeatMesh | MeridianMesh | None) -> Callable[..., None]:
-    """Whichever suits the mesh."""
+    """Return the function that draws this kind of mesh."""
     if isinstance(mesh, MeridianMesh):
         return partial(plot_section, mesh.mesh)
     return partial(plot_mesh, None if mesh is None else mesh.mesh)
@@ -199,14 +199,14 @@ def _raise(problem: Exception, path: Path) -> None:
 
 
 def _shapes(seat: Solved, count: int) -> tuple[CellGrid, list[Array]]:
-    """In space, whatever the level of modelling."""
+    """Return the grid and the mode shapes in space, whatever the level of modelling."""
     assert seat.model is not None
     assert seat.modes is not None
-    found = [seat.model.expand(seat.modes.shapes[:, k]) for k in range(count)]
+    shapes = [seat.model.expand(seat.modes.shapes[:, k]) for k in range(count)]
     if not isinstance(seat.mesh, MeridianMesh):
-        return CellGrid.of_model(seat.model), found
+        return CellGrid.of_model(seat.model), shapes
     body = revolve(seat.model)
-    return body.grid, [body.shape(amplitudes, 0) for amplitudes in found]
+    return body.grid, [body.shape(amplitudes, 0) for amplitudes in shapes]
 
 
 def draw_all(
@@ -237,7 +237,8 @@ SHOWN = 12
 
 
 def draw_modes(found: NaturalModes, folder: Path, progress: Progress) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """modes.csv, and where the unknowns have places mesh.png, modes.png, mode_1.gif, modes.vtu; (files, gaps)."""
+    """Write modes.csv, and if the unknowns have places mesh.png, modes.png, mode_1.gif, modes.vtu; return (files,
+    gaps)."""
     table = folder / "modes.csv"
     write_table(found, table)
     if found.mesh is None or not found.modes:
@@ -272,7 +273,7 @@ def draw_modes(found: NaturalModes, folder: Path, progress: Progress) -> tuple[t
 
 
 def in_space(modes: list[Mode]) -> tuple[CellGrid, list[Array]]:
-    """The body and the displacements of modes, whatever they were computed on."""
+    """Return the body and the displacements of modes, whatever they were computed on."""
     model = modes[0].model
     assert model is not None
     if modes[0].diameters is None:
@@ -286,7 +287,7 @@ def in_space(modes: list[Mode]) -> tuple[CellGrid, list[Array]]:
 
 
 def write_table(found: NaturalModes, path: Path) -> None:
-    """One line a mode; an empty field where a number means nothing."""
+    """Write one line a mode; an empty field where a number means nothing."""
     lines = ["mode,frequency_hz,residual,nodal_diameters,family,port_share"]
     for k, mode in enumerate(found.modes, start=1):
         diameters = "" if mode.diameters is None else str(mode.diameters)
@@ -303,7 +304,7 @@ def _amplitudes(mode: Mode) -> Array:
 
 
 def _name(number: int, mode: Mode) -> str:
-    """What stands before the frequency."""
+    """Return the words before the frequency."""
     if mode.diameters is None:
         return f"{number}"
     if mode.family == "torsion":

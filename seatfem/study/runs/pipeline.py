@@ -73,7 +73,7 @@ def run_scene(
     histories: bool = True,
     painter: Painter | None = None,
 ) -> RunOutcome:
-    """Everything: plan, seat, contact and its spring baseline, measures with their errors, files, then pictures.
+    """Run everything: plan, seat, contact and its spring baseline, measures with their errors, files, then pictures.
 
     The plan fills what the scene leaves open; the run measures the error left in it, and refines what dominates while
     the target of accuracy is missed. A seat computed before, in ``folder`` or in the store, is used again. The numbers
@@ -103,50 +103,50 @@ def run_scene(
         plan = plan or plan_scene(scene, progress=progress, folder=folder)
         check_stress(plan, progress)
     baseline: Baseline | None = None
-    for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
+    for latest in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if painter is not None:
-            ahead(scene, done.plan.method, done.seat, painter)
-        if baseline is None or baseline.beside is not done.result:  # a round comes again where the next one failed
-            baseline = baseline_of(done, watch)
-        summary = _summary(scene, done, baseline, watch)
+            ahead(scene, latest.plan.method, latest.seat, painter)
+        if baseline is None or baseline.beside is not latest.result:  # a round comes again where the next one failed
+            baseline = baseline_of(latest, watch)
+        summary = _summary(scene, latest, baseline, watch)
         with watch("files"):
-            touches, parts = done.touches, "rings" if done.touches.line is None else "lip"
+            touches, parts = latest.touches, "rings" if latest.touches.line is None else "lip"
             others = {
                 parts: touches.parts,
                 "stopper": touches.stopper,
                 "stopper_lip": touches.stopper_parts,
                 "spring_stopper": baseline.touches.stopper,
             }
-            all_of_them = {"wave": done.result, "spring": baseline.result}
+            all_of_them = {"wave": latest.result, "spring": baseline.result}
             all_of_them |= {name: result for name, result in others.items() if result is not None}
             if histories:
-                save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
+                save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": latest.number})
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
-            gas_files = _write_gas(scene, done, folder)
+            gas_files = _write_gas(scene, latest, folder)
             write_whole(folder / LANDINGS_FILE, landing_rows(summary["landings"]))
-    remember(done)
+    remember(latest)
     assert baseline is not None
 
     def keep(keys: Mapping[str, object]) -> None:
         write_json(folder / SUMMARY_FILE, {**summary, **keys, **timing_keys(watch, start)})
 
-    later = afterwards(done, baseline, folder, watch, progress, tell=tell, histories=histories, keep=keep)
-    notes = (*missed(done), *remarks(done), *later.notes(done.plan))
-    met = not later.margin_missed(scene) if done.met else done.met
+    later = afterwards(latest, baseline, folder, watch, progress, tell=tell, histories=histories, keep=keep)
+    notes = (*missed(latest), *remarks(latest), *later.notes(latest.plan))
+    met = not later.margin_missed(scene) if latest.met else latest.met
     summary |= {**later.keys, "accuracy_met": met, "notes": list(notes)}
     keep({})
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            of_lip = lip_pictures(done, baseline.touches, summary["landings"])
-            drawing = drawing_picture(scene, done.plan.method.seat.division)
-            more = [drawing, *of_lip, *gas_pictures(scene, done.touches), *later.pictures(done)]
-            results = (done.result, baseline.result)
+            of_lip = lip_pictures(latest, baseline.touches, summary["landings"])
+            drawing = drawing_picture(scene, latest.plan.method.seat.division)
+            more = [drawing, *of_lip, *gas_pictures(scene, latest.touches), *later.pictures(latest)]
+            results = (latest.result, baseline.result)
             drawn, gaps = draw_run(
                 scene,
-                done.plan.method,
-                done.seat,
+                latest.plan.method,
+                latest.seat,
                 *results,
                 folder,
                 progress,
@@ -163,7 +163,7 @@ def run_scene(
     written = (*tables, *((folder / RESULT_FILE,) if histories else ()), folder / SEAT_FILE)
     files = (*written, *gas_files, *later.files, *drawn)
     summary |= timing_keys(watch, start)
-    return RunOutcome(summary, (*notes, *gaps), files, watch.stages, met, plan=done.plan)
+    return RunOutcome(summary, (*notes, *gaps), files, watch.stages, met, plan=latest.plan)
 
 
 def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) -> dict[str, Any]:
@@ -203,7 +203,7 @@ def _stiffness_bar(baseline: Baseline) -> dict[str, object]:
 
 
 def _write_gas(scene: Scene, done: Round, folder: Path) -> tuple[Path, ...]:
-    """gas.csv of a scene with gas."""
+    """Write gas.csv of a scene with gas."""
     if scene.gas is None:
         return ()
     path = folder / GAS_FILE
@@ -212,13 +212,13 @@ def _write_gas(scene: Scene, done: Round, folder: Path) -> tuple[Path, ...]:
 
 
 def _measured(scene: Scene, touches: Touches, stress: ReedStress | None) -> dict[str, object]:
-    """The keys of the seat and of the stopper."""
+    """Return the keys of the seat and of the stopper."""
     width = scene.run.filter_width
     return {**summarise(touches, width, stress, scene.accuracy.landing), **stopper_keys(touches, width)}
 
 
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:
-    """Only the seat's Green's function, as a run of the scene would plan it, written to ``path``."""
+    """Compute only the seat's Green's function, as a run of the scene would plan it, and write it to ``path``."""
     watch = Stopwatch()
     check_writable(path)
     with watch("plan"):
@@ -241,25 +241,25 @@ def write_modes(
     count: int | None = None,
     up_to_hz: float | None = None,
 ) -> RunOutcome:
-    """All natural modes of the seat [the 20 lowest]: modes.csv, pictures, one animation, and modes.vtu for ParaView."""
+    """Compute all modes of the seat [the 20 lowest]; write modes.csv, pictures, an animation, modes.vtu (ParaView)."""
     from seatfem.structures.natural_modes import Wanted  # of no run
 
     check_writable(folder / "modes.csv")
     watch = Stopwatch()
     check_files(scene)
-    found = scene.seat.natural_modes(Wanted.of(count, up_to_hz), watch, progress)
-    if found is None:
+    natural = scene.seat.natural_modes(Wanted.of(count, up_to_hz), watch, progress)
+    if natural is None:
         raise RunError(
             f"seat.kind = {scene.seat.kind!r} has neither finite elements nor matrices to take modes from; use a "
             "geometry (annular, bar, block, cad, ...), mesh or matrices"
         )
     with watch("pictures"):
-        files, gaps = draw_modes(found, folder, progress)
-    counted = "as many as inertia counts" if found.complete else "NOT counted: some may be missing"
-    note = f"{len(found.modes)} modes of {found.searched}, {found.dof} unknowns, {counted}"
+        files, gaps = draw_modes(natural, folder, progress)
+    counted = "as many as inertia counts" if natural.complete else "NOT counted: some may be missing"
+    note = f"{len(natural.modes)} modes of {natural.searched}, {natural.dof} unknowns, {counted}"
     summary = {
-        "frequencies_hz": [float(f) for f in found.frequencies_hz],
-        "complete": found.complete,
-        "seat_dof": found.dof,
+        "frequencies_hz": [float(f) for f in natural.frequencies_hz],
+        "complete": natural.complete,
+        "seat_dof": natural.dof,
     }
-    return RunOutcome(summary, (note, *gaps), files, watch.stages, modes=found.modes)
+    return RunOutcome(summary, (note, *gaps), files, watch.stages, modes=natural.modes)

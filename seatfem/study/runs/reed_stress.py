@@ -83,19 +83,19 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
         return None
     assert isinstance(reed, ThinPlate)
     plate, force, dt = reed.plate(done.striker.greens), plate_pushes(done, done.touches), done.result.dt
-    field, found = peaks.field, peaks.found
-    stresses = plate_stress.stresses_of_plate(scene, field, found)
+    field, of_run = peaks.field, peaks.found
+    stresses = plate_stress.stresses_of_plate(scene, field, of_run)
     if stresses.after_contact is None:
         return PlateReedStress(stresses, math.nan, field, peaks)
-    worst = field.at(np.array([int(found.after_contact.von_mises.argmax())]))
+    worst = field.at(np.array([int(of_run.after_contact.von_mises.argmax())]))
     fewer = largest(_with_fewer_modes(worst), force, dt)
     coarser = plate_modes(plate.sheet, COARSENING)
     lips = lips_of_plate(scene, _division(done))
     on_coarser_mesh = plate_field(done, striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio)))
     on_coarser = largest(on_coarser_mesh, force, dt).after_contact.von_mises
     weight = 1 / (refinement(plate, coarser) ** ORDER - 1)
-    of_mesh = left_by_mesh(field.points, found.after_contact.von_mises, on_coarser_mesh.points, on_coarser, weight)
-    peak = _value(found)
+    of_mesh = left_by_mesh(field.points, of_run.after_contact.von_mises, on_coarser_mesh.points, on_coarser, weight)
+    peak = _value(of_run)
     bar = of_mesh + OF_FEWER * abs(_value(fewer) - peak) + LITTLE * peak
     return PlateReedStress(stresses, bar, worst, peaks)
 

@@ -81,7 +81,7 @@ class Round:
 
     @property
     def look(self) -> PlateLook | None:
-        """The look at the stress of a plate in other runs, where it is largest; ``None``: the usual one."""
+        """Return the look at the stress of a plate in other runs, where it is largest; ``None``: the usual one."""
         if self.plate is None:
             return None
         return PlateLook(
@@ -90,32 +90,33 @@ class Round:
 
     @property
     def result(self) -> ImpactResult:
-        """Of the seat's patch, seen as one contact."""
+        """Return the impact of the seat's patch, seen as one contact."""
         return self.touches.seat
 
     @property
     def landed(self) -> bool:
-        """Whether there is what the measures are asked of: a landing on the seat, or any contact of the whole run."""
+        """Return whether there is what the measures are asked of: a landing on the seat, or a contact of the run."""
         if self.plan.scene.accuracy.landing == "run":
             return bool(np.any(self.result.force))
         return self.touches.landings is None or bool(self.touches.landings.seat)
 
     @property
     def judged(self) -> tuple[str, ...]:
-        """Names of the values that the target is asked of, those that have none left out."""
+        """Return the names of the values that the target is asked of, those that have none left out."""
         names = self.plan.scene.accuracy.judged if self.landed else ()
         return tuple(name for name in names if name in self.left.values)
 
     @property
     def met(self) -> bool | None:
-        """Whether the bar of every measure asked for is within the target; ``None`` where no measure has a value."""
+        """Return whether the bars of all measures asked for are within the target; ``None`` where none has a value."""
         target = self.plan.scene.accuracy.target
         return all(self.left.relative(name) <= target for name in self.judged) if self.judged else None
 
     @property
     def without_bar(self) -> tuple[str, ...]:
-        """Measures nobody asked for, of a seat that the plan took for a spring: its pre-runs, which know waves, did not
-        look at them, and the budget's own look, where it is of first order, may miss most of what they do."""
+        """Return the measures nobody asked for, of a seat that the plan took for a spring: its pre-runs, which know
+        waves, did not look at them, and the budget's own look, where it is of first order, may miss most of what they
+        do."""
         if self.plan.level != "spring" or tells_waves(self.plan.scene, self.plan.method):
             return ()
         looked_at = {*self.plan.scene.accuracy.judged, *self.plan.shares.get("model", {})}
@@ -123,12 +124,12 @@ class Round:
 
 
 def missed(done: Round) -> tuple[str, ...]:
-    """What misses the target, by how much, because of what; and why the run stopped short."""
+    """Return what misses the target, by how much, because of what; and why the run stopped short."""
     target = done.plan.scene.accuracy.target
-    found = []
+    sentences = []
     for name in done.judged:
         if math.isinf(bar := done.left.relative(name)):
-            found.append(f"{spoken(name)} has no known uncertainty: {UNKNOWN}")
+            sentences.append(f"{spoken(name)} has no known uncertainty: {UNKNOWN}")
         elif bar > target:
             source = done.left.dominant(name)
             remedy = REMEDIES.get(source, "")
@@ -136,30 +137,32 @@ def missed(done: Round) -> tuple[str, ...]:
                 remedy = f"divide the lip by more {_parts_behind(done.plan, name)}"
             if source == "model" and (modes := _modes_kept(done.plan)):
                 remedy = f"keep more {' or '.join(modes)}"
-            found.append(
+            sentences.append(
                 f"{spoken(name)} has an uncertainty of {percent(bar)}, above accuracy.target = {percent(target)}; "
                 f"largest part: {source_in_words(source)}; {remedy}"
             )
-    if found and done.stopped:
-        found.append(f"stopped short of the target after {done.number} round{'s'[: done.number > 1]}: {done.stopped}")
-    return tuple(found)
+    if sentences and done.stopped:
+        sentences.append(
+            f"stopped short of the target after {done.number} round{'s'[: done.number > 1]}: {done.stopped}"
+        )
+    return tuple(sentences)
 
 
 def _parts_behind(plan: Plan, measure: str) -> str:
-    """The key of a lip's parts that is predicted to leave more."""
+    """Return the key of a lip's parts that is predicted to leave more."""
     return max((PORTS, RINGS), key=lambda key: plan.parts.get(key, {}).get(measure, 0.0))
 
 
 def _modes_kept(plan: Plan) -> list[str]:
-    """The keys of numbers of modes that the bodies have."""
+    """Return the keys of numbers of modes that the bodies have."""
     kept = {SEAT_MODES: plan.method.seat.n_modes, MODES: plan.scene.reed.beam_modes}
     return [key for key, number in kept.items() if number is not None]
 
 
 def in_words(done: Round) -> str:
-    """The bar of each measure asked for, time and memory."""
-    accuracy, left = done.plan.scene.accuracy, done.left
-    each = ((short_words(name), left.relative(name)) for name in done.judged)
+    """Return the bar of each measure asked for, time and memory, in words."""
+    accuracy, budget = done.plan.scene.accuracy, done.left
+    each = ((short_words(name), budget.relative(name)) for name in done.judged)
     bars = ", ".join(f"{words} {f'+-{percent(bar)}' if math.isfinite(bar) else 'not known'}" for words, bar in each)
     memory = "" if math.isnan(done.memory) else f", {done.memory / 1e9:.2g} GB"
     if done.met is None:
@@ -183,7 +186,7 @@ OF_EITHER: Final = "a lower bandwidth (or fewer modes) of the seat, or of the st
 
 
 def remarks(done: Round) -> tuple[str, ...]:
-    """In sentences, the most general first."""
+    """Return remarks in sentences, the most general first."""
     limits = map(str, validity_advice(done.plan.scene, done.seat.greens, done.striker.greens))
     notes = (
         *film_notes(done.plan.scene, done.result),
@@ -195,21 +198,21 @@ def remarks(done: Round) -> tuple[str, ...]:
 
 
 def _empty(done: Round) -> tuple[str, ...]:
-    """Measures that were asked for and have no value."""
+    """Return the measures that were asked for and have no value."""
     names = [name for name in done.plan.scene.accuracy.judged if done.landed and name not in done.left.values]
     return (f"asked for, but without a value: {', '.join(map(spoken, names))}: {NO_VALUE}",) if names else ()
 
 
 def _assumed_reed(done: Round) -> tuple[str, ...]:
-    """What of the reed was not given and taken from the paper's, with its value."""
+    """Return what of the reed was not given and taken from the paper's, with its value."""
     assumed = done.plan.scene.reed.assumed()
     return (f"not given, taken from the paper's reed: {', '.join(assumed)}",) if assumed else ()
 
 
 def _advice(done: Round) -> tuple[str, ...]:
-    """Of the run, in keys of the scene; about a step that was chosen, and whose error is within the target, none."""
+    """Return advice on the run, in keys of the scene; none about a chosen step with an error within the target."""
     measured = done.met is True and not done.plan.is_given(STEP)
-    narrower, told = NARROWER if done.plan.scene.stopper is None else OF_EITHER, []
+    narrower, sentences = NARROWER if done.plan.scene.stopper is None else OF_EITHER, []
     for advice in done.result.advice:
         of_the_step = "dt <=" in advice.remedy
         if not (measured and of_the_step):
@@ -217,12 +220,12 @@ def _advice(done: Round) -> tuple[str, ...]:
             remedy = _STEP.sub(lambda word: f"{STEP} <= {write_quantity(float(word[1]), 'time', 2)}", advice.remedy)
             remedy = remedy.replace("fewer modes", _fewer_modes(done.plan.scene) if of_reed else narrower)
             name = _NAMES.get(advice.name, advice.name)
-            told.append(str(replace(advice, name=name, remedy=remedy)))
-    return tuple(told)
+            sentences.append(str(replace(advice, name=name, remedy=remedy)))
+    return tuple(sentences)
 
 
 def _fewer_modes(scene: Scene) -> str:
-    """What takes the highest modes from the reed."""
+    """Return the key that takes the highest modes from the reed."""
     return f"fewer {MODES}" if scene.reed.beam_modes is not None else "a lower reed.greens.bandwidth"
 
 

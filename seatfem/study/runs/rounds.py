@@ -61,7 +61,7 @@ def rounds(
     tell: Tell = untold,
     start: float | None = None,
 ) -> Iterator[Round]:
-    """Rounds of run, measured error and refinement, until the target is met or nothing more can be done.
+    """Yield rounds of run, measured error and refinement, until the target is met or nothing more can be done.
 
     What dominates the error is made finer; keys that the file states are left alone, and no round is begun that would
     take more than the ``limits`` or `MEMORY` by prediction, or more steps than can be stored. Where a finer round
@@ -80,30 +80,32 @@ def rounds(
             "seatfem plan shows what takes them, and what cheaper targets take"
         )
     deadline = limits.seconds + (time.perf_counter() if start is None else start)
-    done = _measured(partial(_first_round, limits=limits), plan, folder, watch, progress)
+    latest = _measured(partial(_first_round, limits=limits), plan, folder, watch, progress)
     while True:
         further: Plan | None = None
         why = ""
         try:
-            if done.met is False:
-                further, why = next_plan(done, limits, deadline - time.perf_counter())
+            if latest.met is False:
+                further, why = next_plan(latest, limits, deadline - time.perf_counter())
         except FAILURES as problem:
             why = _impossible(problem)
-        tell(in_words(done))
+        tell(in_words(latest))
         if further is None:
-            yield replace(done, stopped=why)
+            yield replace(latest, stopped=why)
             return
-        number = done.number + 1
-        yield replace(done, stopped=f"round {number} was begun and not finished")
-        cost = f"about {in_time(price(done, further))} and {further.cost.memory / 1e9:.2g} GB predicted"
-        tell(f"round {done.number} is on file; round {number} follows, {cost}: {changed(done, further)}")
+        number = latest.number + 1
+        yield replace(latest, stopped=f"round {number} was begun and not finished")
+        cost = f"about {in_time(price(latest, further))} and {further.cost.memory / 1e9:.2g} GB predicted"
+        tell(f"round {latest.number} is on file; round {number} follows, {cost}: {changed(latest, further)}")
         try:
-            done = _measured(partial(_round, limits=limits), further, folder, watch, _until(deadline, progress), done)
+            latest = _measured(
+                partial(_round, limits=limits), further, folder, watch, _until(deadline, progress), latest
+            )
         except FAILURES as problem:
-            yield replace(done, stopped=_impossible(problem) + _seat_again(done, further, folder))
+            yield replace(latest, stopped=_impossible(problem) + _seat_again(latest, further, folder))
             return
         except KeyboardInterrupt:
-            _seat_again(done, further, folder)
+            _seat_again(latest, further, folder)
             raise
 
 
@@ -112,7 +114,7 @@ class OutOfTime(RuntimeError):
 
 
 def _until(deadline: float, progress: Progress) -> Progress:
-    """``progress``, which ends the work that reports to it once the time is over."""
+    """Return ``progress``, which ends the work that reports to it once the time is over."""
 
     def listen(stage: str, done: float) -> None:
         if time.perf_counter() > deadline:
@@ -125,23 +127,23 @@ def _until(deadline: float, progress: Progress) -> Progress:
 def _measured(
     carried_out: Callable[..., Round], plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *more: Round
 ) -> Round:
-    """A round with its number, and what it took."""
+    """Return a round with its number, and what it took."""
     before = dict(watch.stages)
-    done = carried_out(plan, folder, watch, progress, *more)
+    result = carried_out(plan, folder, watch, progress, *more)
     spent = {stage: s - before.get(stage, 0.0) for stage, s in watch.stages.items() if s > before.get(stage, 0.0)}
     number, known = (more[0].number + 1, more[0].paces) if more else (1, {})
-    return replace(done, number=number, spent=spent, memory=peak_memory(), paces=paces(spent, plan, known))
+    return replace(result, number=number, spent=spent, memory=peak_memory(), paces=paces(spent, plan, known))
 
 
 def _impossible(problem: Exception) -> str:
     if isinstance(problem, OutOfTime):
         return f"the next round was stopped: {problem}"
-    told = str(problem) or ("out of memory" if isinstance(problem, MemoryError) else type(problem).__name__)
-    return f"a finer round is not possible: {told}"
+    reason = str(problem) or ("out of memory" if isinstance(problem, MemoryError) else type(problem).__name__)
+    return f"a finer round is not possible: {reason}"
 
 
 def _seat_again(done: Round, further: Plan, folder: Path) -> str:
-    """The seat of ``done`` on file where the round that failed may have written a finer one; if it cannot be, words."""
+    """Keep the seat of ``done`` on file, where a round that failed may have written a finer one; return why not."""
     if _seat_key(further) == (key := _seat_key(done.plan)):
         return ""
     try:
@@ -152,12 +154,12 @@ def _seat_again(done: Round, further: Plan, folder: Path) -> str:
 
 
 def _seat_key(plan: Plan) -> str:
-    """What the plan's seat is kept under."""
+    """Return what the plan's seat is kept under."""
     return key_of(plan.scene.seat, plan.method.seat)
 
 
 def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *, limits: Limits) -> Round:
-    """Where no Krylov space holds what was planned: at a looser tolerance, if none is stated; the bar tells."""
+    """Run the first round; at a looser tolerance, if none is stated, where no Krylov space holds what was planned."""
     for tolerance in LOOSER if plan.is_open(TOLERANCE) else ():
         try:
             return _round(plan, folder, watch, progress, limits=limits)
@@ -169,7 +171,7 @@ def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress,
 def _round(
     plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None, *, limits: Limits
 ) -> Round:
-    """``before``: the round whose seat serves again if nothing of it has become finer."""
+    """Run a round; ``before``: the round whose seat is used again if nothing of it has become finer."""
     scene, method = plan.scene, plan.method
     if before is not None and _seat_key(before.plan) == _seat_key(plan):
         seat = before.seat
@@ -195,18 +197,18 @@ def _round(
         with watch("reed stress"):
             since = stress_since(touches, scene.accuracy.landing)
             stress = stress_of(scene, striker, result.force, result.dt, lift, stopper=met, since=since)
-    done = Round(plan, seat, striker, touches, stress, Budget({}, {}, ()), reed)
+    computed = Round(plan, seat, striker, touches, stress, Budget({}, {}, ()), reed)
     if any_needs_stress(scene.accuracy.measures) and has_plate_stress(scene, striker):
         progress("reed stress", 0.0)
         with watch("reed stress"):
-            plate = plate_reed_stress(done, stress_since(touches, scene.accuracy.landing))
-        done = replace(done, plate=plate, stress=None if plate is None else plate.found)
+            plate = plate_reed_stress(computed, stress_since(touches, scene.accuracy.landing))
+        computed = replace(computed, plate=plate, stress=None if plate is None else plate.found)
     with watch("error budget"):
-        wanted_stress = done.stress if scene.needs_stress else None
-        left = error_budget(scene, method, seat, striker, touches, wanted_stress, reed, done.look, progress)
+        wanted_stress = computed.stress if scene.needs_stress else None
+        budget = error_budget(scene, method, seat, striker, touches, wanted_stress, reed, computed.look, progress)
     landings = () if touches.landings is None else touches.landings.seat
-    left = with_bars_of_measures(_at_least_planned(plan, left), landings)
-    return replace(done, left=_with_recovery(left, done.plate))
+    budget = with_bars_of_measures(_at_least_planned(plan, budget), landings)
+    return replace(computed, left=_with_recovery(budget, computed.plate))
 
 
 def _with_recovery(left: Budget, plate: PlateReedStress | None) -> Budget:
@@ -220,7 +222,7 @@ def _with_recovery(left: Budget, plate: PlateReedStress | None) -> Budget:
 
 
 def _at_least_planned(plan: Plan, left: Budget) -> Budget:
-    """No less of step, model and lip than the plan's pre-runs say, which also know finer steps, more modes, and waves.
+    """Return the budget with no less of step, model and lip than the pre-runs of the plan say, which know more.
 
     A change between two steps may be small by accident, and a spring in place of the seat cannot tell of waves.
     """

@@ -58,24 +58,24 @@ class SeatMesh:
 
     @property
     def body(self) -> Elastic:
-        """The seat."""
+        """Return the seat."""
         body = self.plan.scene.seat
         assert isinstance(body, Elastic)
         return body
 
     @property
     def singular(self) -> Array:
-        """(k, d) points of its singular edges [m]."""
+        """Return the points (k, d) of its singular edges [m]."""
         return singular_points(self.mesh, self.body.held)
 
     @property
     def distance(self) -> float:
-        """From these within which no stress is told [m]."""
+        """Return the distance from these within which no stress is known [m]."""
         assert self.plan.scene.stress is not None
         return self.plan.scene.stress.distance
 
     def surface(self) -> Sites:
-        """All nodes of the surface away from singular edges, and from the struck face where it does not count."""
+        """Return all nodes of the surface away from singular edges, and from a struck face that does not count."""
         sites, stress = on_surface(elements_of(self.mesh)), self.plan.scene.stress
         assert stress is not None
         left_out = near(sites.points, self.singular, self.distance)
@@ -90,73 +90,73 @@ class SeatMesh:
 
     @property
     def struck(self) -> Array:
-        """(k, d) nodes of the struck face: corners, middles of edges and of facets [m]."""
+        """Return the nodes (k, d) of the struck face: corners, middles of edges and of facets [m]."""
         mesh = elements_of(self.mesh).mesh
         corners = mesh.p[:, mesh.facets[:, mesh.boundaries[self.body.struck_face]]]
         pairs = [(corners[:, a] + corners[:, b]) / 2 for a, b in combinations(range(corners.shape[1]), 2)]
         return np.concatenate([*np.moveaxis(corners, 1, 0), *pairs, corners.mean(axis=1)], axis=1).T
 
     def named(self) -> Sites:
-        """At ``stress.points``. Raises `SceneError` of those off the seat, or at a singular edge."""
+        """Return the places of ``stress.points``. Raises `SceneError` for those off the seat, or at a singular edge."""
         assert self.plan.scene.stress is not None
-        made, wanted = elements_of(self.mesh), self.plan.scene.stress.points
+        elements, wanted = elements_of(self.mesh), self.plan.scene.stress.points
         own, problems = self._own(np.array(wanted).reshape(-1, 3)), []
         close = near(own, self.singular, self.distance)
         for number, point in enumerate(wanted):
-            path, told = ("stress", "points", number), ""
+            path, message = ("stress", "points", number), ""
             try:
-                at_points(made, own[[number]])
+                at_points(elements, own[[number]])
             except ModelError:
-                surface = on_surface(made).points
+                surface = on_surface(elements).points
                 away = np.linalg.norm(surface - own[number], axis=1)
                 node = _in_mm(surface[int(away.argmin())])
-                told = (
+                message = (
                     f"{_in_mm(point)} mm lies off the seat: its nearest node, at {node} mm"
                     f"{' in (r, z)' if self.flat else ''}, is {1e3 * away.min():.3g} mm away; name a point in the "
                     "seat or on its surface, in its own coordinates"
                 )
-            if close[number] and not told:
-                told = (
+            if close[number] and not message:
+                message = (
                     f"{_in_mm(point)} mm is within stress.distance = {1e3 * self.distance:.4g} mm of an edge where "
                     "elastic stress has no limit: move the point away, round the edge, or lower stress.distance"
                 )
-            if told:
-                problems.append(Problem(None, 0, f"stress.points.{number}", told, path))
+            if message:
+                problems.append(Problem(None, 0, f"stress.points.{number}", message, path))
         if problems:
             raise SceneError(tuple(problems))
-        return at_points(made, own)
+        return at_points(elements, own)
 
     @property
     def flat(self) -> bool:
-        """Whether it is a half section."""
+        """Return whether it is a half section."""
         return isinstance(self.mesh, MeridianMesh)
 
     def _own(self, points: Array) -> Array:
-        """In the mesh's coordinates."""
+        """Return the points in the mesh's coordinates."""
         return np.column_stack([np.hypot(points[:, 0], points[:, 1]), points[:, 2]]) if self.flat else points
 
     # Fields
 
     def fields(self, done: Round, places: Sequence[tuple[Sites, Array]], waves: Waves | None) -> Sequence[Fields]:
-        """At several sets of places, each at angles (A,), or (G, 1) of its own, where there are ``waves`` around."""
+        """Return fields at several sets of places, each at angles (A,), or (G, 1) of its own, with ``waves`` around."""
         if waves is None:
             model = self.model
             response = self._response(model, done, VECTORS + MORE * (len(model.ports) - 1))
             return [self._both(model, response, sites) for sites, _ in places]
-        found: list[list[tuple[Harmonic, Harmonic]]] = [[] for _ in places]
+        by_place: list[list[tuple[Harmonic, Harmonic]]] = [[] for _ in places]
         for n, model, response, mixing in self.harmonics(done, waves):
-            for each, (sites, _) in zip(found, places, strict=True):
+            for each, (sites, _) in zip(by_place, places, strict=True):
                 one, two = self._both(model, response, sites, harmonic=n)
                 each.append((Harmonic(n, one, mixing), Harmonic(n, two, mixing)))
         both = []
-        for each, (sites, turns) in zip(found, places, strict=True):
+        for each, (sites, turns) in zip(by_place, places, strict=True):
             angles = np.broadcast_to(turns, (len(sites), turns.shape[-1]))
             full, less = (RingField(sites.points, angles, of) for of in zip(*each, strict=True))
             both.append((full, less))
         return both
 
     def harmonics(self, done: Round, waves: Waves) -> Iterator[tuple[int, SecondOrderModel, Response, Array]]:
-        """Number, model and answers of each harmonic, and its `Harmonic.mixing`, one after the other."""
+        """Yield number, model and answers of each harmonic, and its `Harmonic.mixing`, one after the other."""
         rings, slowest = list(dict.fromkeys(patch.boundary for patch in waves.patches.values())), 0.0
         for n in waves.numbers:
             model = self._matrices(harmonic=n)
@@ -167,18 +167,18 @@ class SeatMesh:
             yield n, model, response, mixing_of(waves.patches, rings, n)
 
     def stress_of(self, model: SecondOrderModel, sites: Sites, harmonic: int = 0) -> Any:
-        """(6 P, n) C of its unknowns: stress at P sites."""
+        """Return C (6 P, n) of its unknowns: stress at P sites."""
         solids = self.body.solids(regions_of(self.mesh))
         return solid_stress(elements_of(self.mesh), solids, model, sites, harmonic=harmonic)
 
     @property
     def bandwidth(self) -> float:
-        """Of the seat's own response [Hz]."""
+        """Return the bandwidth of the seat's own response [Hz]."""
         return self.plan.method.seat.bandwidth or 1 / self.plan.scene.run.filter_width
 
     @cached_property
     def model(self) -> SecondOrderModel:
-        """On the mesh; of a body of revolution that of harmonic 0."""
+        """Return the model on the mesh; of a body of revolution that of harmonic 0."""
         return self._matrices()
 
     def _matrices(self, harmonic: int = 0) -> SecondOrderModel:
@@ -206,7 +206,7 @@ class SeatMesh:
 
 @dataclass(frozen=True)
 class Waves:
-    """Around a body of revolution that is struck in arcs of its ring.
+    """Waves around a body of revolution that is struck in arcs of its ring.
 
     Attributes:
         patches: by port.
@@ -220,7 +220,7 @@ class Waves:
 
     @staticmethod
     def of(seat: SeatMesh, force: Array) -> Waves | None:
-        """Of a seat under forces by port; ``None`` where no harmonics are needed.
+        """Return the waves of a seat under forces by port; ``None`` where no harmonics are needed.
 
         Harmonics up to two elements of the struck ring a wave, which the mesh resolves.
         """
@@ -260,8 +260,8 @@ def check_stress(plan: Plan, progress: Progress) -> None:
 
 
 def force_by_port(done: Round, touches: Touches) -> Array:
-    """(n + 1, ports) forces of a run on the seat; of one that is struck as a whole, shared by its rings as a pressure
-    is [N]."""
+    """Return the forces (n + 1, ports) of a run on the seat; of one that is struck as a whole, shared by its rings as a
+    pressure is [N]."""
     if touches.parts is not None:
         return -touches.parts.force
     return np.asarray(-touches.seat.force[:, None] * Division.of(done.seat.greens).shares)

@@ -87,24 +87,24 @@ class SeatStress:
 
     @property
     def named_places(self) -> Array:
-        """The named points as sites are told: of a section by r and z."""
+        """Return the named points in the coordinates of sites: of a section r and z."""
         if self.sites.shape[1] == 3:
             return self.points
         return np.column_stack([np.hypot(*self.points[:, :2].T), self.points[:, 2]])
 
     @property
     def is_around(self) -> bool:
-        """Whether its components are those of cylindrical coordinates."""
+        """Return whether its components are those of cylindrical coordinates."""
         return int(self.mesh.dim()) == 2 or isinstance(self.field, RingField)
 
     @property
     def where(self) -> int:
-        """The site of the largest von Mises stress."""
+        """Return the site of the largest von Mises stress."""
         return int(self.peak.von_mises.argmax())
 
 
 def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
-    """The stress in the seat of a round, on a mesh that is drawn again; ``None`` where the scene asks for none.
+    """Return the stress in the seat of a round, on a mesh that is drawn again; ``None`` where the scene asks for none.
 
     Its bar is `MESH_SAFETY` times the change by a coarser mesh at any place over r - 1, plus the changes by fewer
     vectors and by fewer harmonics; a mesh leaves as much in the tension as in von Mises' stress, and the larger change
@@ -125,21 +125,21 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     named = [(fine.named(), np.arctan2(points[:, 1], points[:, 0])[:, None])] if len(points) else []
     where = (fine.surface(), np.zeros(1) if waves is None else waves.angles) if scene.stress.surface else named[0]
     (field, fewer), *of_points = fine.fields(done, [where, *named], waves)
-    found = largest(field, force, dt).after_contact
-    worst = int(found.von_mises.argmax())
-    both = field.at(np.array([worst, int(found.principal.argmax())]))
-    others = [fewer.at(np.array([worst, int(found.principal.argmax())])), *_without(both)]
-    bars = np.sum([np.abs(_both(largest(other, force, dt).after_contact) - _both(found)) for other in others], axis=0)
+    peaks = largest(field, force, dt).after_contact
+    worst = int(peaks.von_mises.argmax())
+    both = field.at(np.array([worst, int(peaks.principal.argmax())]))
+    others = [fewer.at(np.array([worst, int(peaks.principal.argmax())])), *_without(both)]
+    bars = np.sum([np.abs(_both(largest(other, force, dt).after_contact) - _both(peaks)) for other in others], axis=0)
     if coarser is None:
         bars = bars * math.nan
     else:
         coarse = SeatMesh(done.plan, coarser)
         places = coarse.surface() if scene.stress.surface else coarse.named()
-        ((there, _),) = coarse.fields(done, [(places, where[1])], waves)
+        ((coarse_field, _),) = coarse.fields(done, [(places, where[1])], waves)
         weight = MESH_SAFETY / (refinement_of(fine.mesh, coarse.mesh) - 1)
-        other = largest(there, force, dt).after_contact
-        pairs = ((found.von_mises, other.von_mises), (found.principal, other.principal))
-        bars += max(left_by_mesh(field.points, own, there.points, theirs, weight) for own, theirs in pairs)
+        other = largest(coarse_field, force, dt).after_contact
+        pairs = ((peaks.von_mises, other.von_mises), (peaks.principal, other.principal))
+        bars += max(left_by_mesh(field.points, own, coarse_field.points, theirs, weight) for own, theirs in pairs)
     named_fields = [each for each, _ in of_points]
     kept = [*named_fields, both.at(np.array([0]))]
     singular = edge_distances(where[0].points, fine.singular)
@@ -153,14 +153,14 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
         np.arange(len(field.points)) % angles == worst % angles,
         np.repeat(singular, angles),
         np.repeat(near(where[0].points, fine.struck, scene.stress.apart), angles),
-        local_maxima(field.points, found.von_mises, scene.stress.apart, least=LEAST_SPOT)[:MOST_SPOTS],
-        found,
+        local_maxima(field.points, peaks.von_mises, scene.stress.apart, least=LEAST_SPOT)[:MOST_SPOTS],
+        peaks,
         float(bars[0]),
         float(bars[1]),
         done.result.time,
         points,
         np.concatenate([histories(each, force, dt) for each in kept]),
-        at_time(field, force, dt, round(found.von_mises_time[worst] / dt)),
+        at_time(field, force, dt, round(peaks.von_mises_time[worst] / dt)),
         _front(done),
         field,
         named_fields[0] if named_fields else field.at(np.zeros(0, dtype=np.int64)),
@@ -170,12 +170,12 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
 
 
 def _both(found: Largest) -> Array:
-    """(2,) the largest von Mises stress and the largest tension of all places [Pa]."""
+    """Return (2,) the largest von Mises stress and the largest tension of all places [Pa]."""
     return np.array([found.von_mises.max(), found.principal.max()])
 
 
 def _without(field: AnyField) -> list[AnyField]:
-    """The same with `FEWER_HARMONICS` of its harmonics, where it is a sum of several."""
+    """Return the same with `FEWER_HARMONICS` of its harmonics, where it is a sum of several."""
     if not isinstance(field, RingField) or len(field.harmonics) < 2:
         return []
     count = max(1, int(FEWER_HARMONICS * len(field.harmonics)))
@@ -183,7 +183,7 @@ def _without(field: AnyField) -> list[AnyField]:
 
 
 def stress_keys(stress: SeatStress | None) -> dict[str, object]:
-    """For summary.json: the largest von Mises stress in the seat, where and when, also over rho c_0 v."""
+    """Return for summary.json the largest von Mises stress in the seat, where and when, also over rho c_0 v."""
     if stress is None:
         return {}
     k, peak = stress.where, stress.peak
@@ -201,12 +201,12 @@ def stress_keys(stress: SeatStress | None) -> dict[str, object]:
 
 
 def axes_of(place: Sequence[float] | Array, body: str) -> tuple[str, ...]:
-    """What the coordinates of a place in a body are called: of a seat's section r and z."""
+    """Return the names of the coordinates of a place in a body: of a seat's section r and z."""
     return ("r", "z") if len(place) == 2 and body == "seat" else ("x", "y", "z")[: len(place)]
 
 
 def place_words(place: Sequence[float] | Array, body: str) -> str:
-    """A place with its axes, in millimetres: ``"(r, z) = (4.62, 6) mm"``."""
+    """Return a place with its axes, in millimetres: ``"(r, z) = (4.62, 6) mm"``."""
     axes, values = ", ".join(axes_of(place, body)), ", ".join(f"{1e3 * x:.3g}" for x in place)
     return f"({axes}) = ({values}) mm" if len(place) > 1 else f"{axes} = {values} mm"
 
@@ -214,7 +214,7 @@ def place_words(place: Sequence[float] | Array, body: str) -> str:
 def stress_pictures(
     stress: SeatStress | None, title: str, unsure: tuple[float, float] = (math.nan, math.nan)
 ) -> list[Picture]:
-    """seat_stress.png and seat_stress.vtu; none where no stress is known. ``unsure``: as `plot_stress` has it."""
+    """Return seat_stress.png and seat_stress.vtu; none if no stress is known. ``unsure``: as in `plot_stress`."""
     if stress is None:
         return []
     k, peak = stress.where, stress.peak
@@ -239,7 +239,7 @@ def stress_pictures(
 
 
 def _front(done: Round) -> float:
-    """rho c_0 v of the first touch [Pa]."""
+    """Return rho c_0 v of the first touch [Pa]."""
     body = done.plan.scene.seat
     assert isinstance(body, Elastic)
     solid = body.material.solid

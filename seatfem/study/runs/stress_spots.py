@@ -60,14 +60,14 @@ class Spot:
 
     @staticmethod
     def of(body: str, part: str, at: Array, edge: float, time: float, state: Array, names: Sequence[str]) -> Spot:
-        """By the stress (6,), or (1,) of one axis, at its time."""
+        """Return the spot of the stress (6,), or (1,) of one axis, at its time."""
         value = float(von_mises(state)) if len(state) > 1 else abs(float(state[0]))
         k = int(np.argmax(np.abs(state)))
         return Spot(body, part, tuple(map(float, at)), edge, value, time, names[k], float(state[k]))
 
     @property
     def name(self) -> str:
-        """Its body, part and place in words."""
+        """Return its body, part and place in words."""
         return f"{self.body}, {self.part}, {place_words(self.at, self.body)}"
 
 
@@ -81,12 +81,12 @@ class History:
 
     @property
     def leading(self) -> Array:
-        """(m,) of the component that is the largest at the spot's time."""
+        """Return the history (m,) of the component that is the largest at the spot's time."""
         return np.asarray(self.stress[self.components.index(self.spot.component)])
 
     @property
     def mises(self) -> Array | None:
-        """(m,) von Mises' stress; ``None`` of one axis."""
+        """Return von Mises' stress (m,); ``None`` for one axis."""
         return von_mises(self.stress.T) if len(self.components) > 1 else None
 
 
@@ -100,19 +100,19 @@ class Spots:
 
     @staticmethod
     def of(done: Round, seat: SeatStress | None, plate: PlatePeaks | None) -> Spots:
-        """Of a round whose stress is known; of a beam it always is."""
+        """Return the spots of a round whose stress is known; of a beam it always is."""
         named = 0 if seat is None else len(seat.points)
         stride = math.ceil(6 * (MOST_SHOWN + named) * len(done.result.time) / MOST_NUMBERS)
         own = _of_plate(done, plate, stride) if plate is not None else _of_beam(done, stride)
-        there, others = ((), ()) if seat is None else _of_seat(done, seat, stride)
-        return Spots((*(history.spot for history in own), *there), (*own, *others), done.result.time[::stride])
+        of_seat, others = ((), ()) if seat is None else _of_seat(done, seat, stride)
+        return Spots((*(history.spot for history in own), *of_seat), (*own, *others), done.result.time[::stride])
 
 
 def spot_keys(spots: Spots) -> dict[str, object]:
-    """For summary.json: the lists of both bodies, as far as they have any."""
-    found: dict[str, object] = {}
+    """Return for summary.json the lists of both bodies, as far as they have any."""
+    keys: dict[str, object] = {}
     for body in _FILES:
-        told = [
+        rows = [
             {
                 "von_mises_Pa": spot.value,
                 "time_s": spot.time,
@@ -125,13 +125,13 @@ def spot_keys(spots: Spots) -> dict[str, object]:
             for spot in spots.all
             if spot.body == body
         ]
-        if told:
-            found[f"{body}_stress_hot_spots"] = told
-    return found
+        if rows:
+            keys[f"{body}_stress_hot_spots"] = rows
+    return keys
 
 
 def write_spots(spots: Spots, folder: Path, *, courses: bool = True) -> tuple[Path, ...]:
-    """hot_spots.csv of the seat and reed_hot_spots.csv, and stress.h5 with the ``courses``."""
+    """Write hot_spots.csv of the seat and reed_hot_spots.csv, and stress.h5 with the ``courses``."""
     files = []
     for body, file in _FILES.items():
         if not (own := [spot for spot in spots.all if spot.body == body]):
@@ -164,17 +164,17 @@ def load_histories(path: Path) -> tuple[Array, dict[str, Array]]:
     with opened(path, "stress") as file:
         if sum(group["stress"].size for key, group in file.items() if key != "time") > 2 * MOST_NUMBERS:
             raise StorageError(f"{path}: claims more numbers than a run writes; compute it again")
-        found = {
+        courses = {
             f"{group.attrs['name']}, {name}": values
             for key, group in file.items()
             if key != "time"
             for name, values in zip(json.loads(group.attrs["components"]), finite_array(group, "stress"), strict=True)
         }
-        return finite_array(file, "time"), found
+        return finite_array(file, "time"), courses
 
 
 def spot_pictures(done: Round, spots: Spots) -> list[Picture]:
-    """stress_histories.png."""
+    """Return stress_histories.png."""
     shown = spots.histories[:MOST_SHOWN]
     if not shown:
         return []
@@ -184,7 +184,7 @@ def spot_pictures(done: Round, spots: Spots) -> list[Picture]:
 
 
 def _of_beam(done: Round, stride: int) -> list[History]:
-    """At the root, the contacts and where its stress is the largest, in the face towards the seat."""
+    """Return the histories at root, contacts and the largest stress of a beam, in the face towards the seat."""
     scene, stress = done.plan.scene, done.stress
     if stress is None:
         return []
@@ -192,35 +192,35 @@ def _of_beam(done: Round, stride: int) -> list[History]:
     places = at if isinstance(at, tuple) else () if at is None else (at,)
     worst = (stress.after_contact or stress.initial).at
     known = {f"{1e3 * worst:.4g} mm from the root": worst, **dict(zip(("contact", "stopper"), places, strict=False))}
-    known["root"], found = 0.0, []
+    known["root"], kept = 0.0, []
     for name, course in beam_histories(scene, done.striker, done.touches, stress, few=True):
         place, _, face = name.partition(", face ")
         if face == "towards the seat" and place in known:
             k = _since(done, np.abs(course), touch)
             time, where = float(done.result.time[k]), np.array([known[place]])
             spot = Spot.of("reed", place, where, math.inf, time, course[k : k + 1], COMPONENTS)
-            found.append(History(spot, COMPONENTS[:1], course[None, ::stride]))
-    return _foremost(found)
+            kept.append(History(spot, COMPONENTS[:1], course[None, ::stride]))
+    return _foremost(kept)
 
 
 def _of_plate(done: Round, plate: PlatePeaks, stride: int) -> list[History]:
-    """Where von Mises' stress is the largest in each part of a plate, in the face away from the seat."""
+    """Return the histories of the largest von Mises stress in each part of a plate, in the face away from the seat."""
     parts = parts_of_plate(done, plate.field.points)
     peak = plate.found.after_contact if math.isfinite(plate.found.spans.touch) else plate.found.initial
     own = [np.flatnonzero(parts == part) for part in np.unique(parts)]
     chosen = np.array([which[peak.von_mises[which].argmax()] for which in own])
     some, force, dt = plate.field.at(chosen), plate_pushes(done, done.touches), done.result.dt
     times, edges = peak.von_mises_time[chosen], edge_distances(some.points, singular_of_plate(done))
-    states, found = at_own_times(some, force, dt, np.round(times / dt).astype(np.int64)), []
+    states, kept = at_own_times(some, force, dt, np.round(times / dt).astype(np.int64)), []
     for k, course in enumerate(histories(some, force, dt, stride)):
         part, edge, time = str(parts[chosen[k]]), float(edges[k]), float(times[k])
         spot = Spot.of("reed", part, some.points[k], edge, time, states[k], COMPONENTS)
-        found.append(History(spot, COMPONENTS, course))
-    return _foremost(found)
+        kept.append(History(spot, COMPONENTS, course))
+    return _foremost(kept)
 
 
 def _of_seat(done: Round, seat: SeatStress, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
-    """All hot spots; the largest on the lip and elsewhere, and the named points, with histories."""
+    """Return all hot spots; the largest on the lip and elsewhere, and the named points, with histories."""
     force, dt, names = force_by_port(done, done.touches), done.result.dt, AROUND if seat.is_around else COMPONENTS
     times, own = seat.peak.von_mises_time[seat.spots], seat.field.at(seat.spots)
     states = at_own_times(own, force, dt, np.round(times / dt).astype(np.int64))
@@ -231,16 +231,16 @@ def _of_seat(done: Round, seat: SeatStress, stride: int) -> tuple[tuple[Spot, ..
     )
     first = np.sort(np.unique(parts, return_index=True)[1])
     courses = histories(own.at(first), force, dt, stride)
-    found = [History(spots[k], names, course) for k, course in zip(first, courses, strict=True)]
+    kept = [History(spots[k], names, course) for k, course in zip(first, courses, strict=True)]
     for point, course in zip(seat.named_places, seat.named[:-1], strict=True):
         k = _since(done, von_mises(course.T), touch_of(done))
         spot = Spot.of("seat", "named", point, math.inf, float(done.result.time[k]), course[:, k], names)
-        found.append(History(spot, names, course[:, ::stride]))
-    return spots, tuple(found)
+        kept.append(History(spot, names, course[:, ::stride]))
+    return spots, tuple(kept)
 
 
 def _since(done: Round, size: Array, touch: float) -> int:
-    """The step at which ``size`` (n + 1,) is largest since the first touch, or, without one, ever."""
+    """Return the step at which ``size`` (n + 1,) is largest since the first touch, or, without one, ever."""
     first = 0 if math.isnan(touch) else int(np.searchsorted(done.result.time, touch))
     return first + int(size[first:].argmax())
 

@@ -42,12 +42,12 @@ UNKNOWN: Final = "\ngrey: beside the contact and sharp corners"
 
 
 def wave_pictures(done: Round, stress: SeatStress | None) -> list[Picture]:
-    """stress_wave.gif, .png and .h5, seat_stress.pvd, and the same of a plate that strikes; none where no frames are
-    asked for, or nothing touches and no time is stated."""
-    asked, title = done.plan.scene.stress, done.plan.scene.title or "Stress wave"
-    if stress is None or asked is None or not asked.frames:
+    """Return stress_wave.gif, .png and .h5, seat_stress.pvd, and the same of a plate that strikes; none where no frames
+    are asked for, or nothing touches and no time is stated."""
+    settings, title = done.plan.scene.stress, done.plan.scene.title or "Stress wave"
+    if stress is None or settings is None or not settings.frames:
         return []
-    found: list[Picture] = []
+    pictures: list[Picture] = []
     for stem, file, make in (
         ("stress_wave", "seat_stress", partial(seat_wave, done, stress)),
         ("reed_stress_wave", "reed_stress", partial(reed_wave, done)),
@@ -55,14 +55,14 @@ def wave_pictures(done: Round, stress: SeatStress | None) -> list[Picture]:
         try:
             wave = make()
         except Exception as problem:  # numbers are known already, as in `gap_of`
-            found.append((f"{stem}.gif", partial(raising, problem)))
+            pictures.append((f"{stem}.gif", partial(raising, problem)))
             continue
         if wave is not None:
-            found.append((f"{stem}.gif", partial(animate_wave, wave, title=title)))
-            found.append((f"{stem}.png", partial(plot_wave, wave, title=title)))
-            found.append((f"{file}.pvd", partial(write_wave, wave)))
-            found.append((f"{stem}.h5", partial(_keep, wave, WAVES[stem])))
-    return found
+            pictures.append((f"{stem}.gif", partial(animate_wave, wave, title=title)))
+            pictures.append((f"{stem}.png", partial(plot_wave, wave, title=title)))
+            pictures.append((f"{file}.pvd", partial(write_wave, wave)))
+            pictures.append((f"{stem}.h5", partial(_keep, wave, WAVES[stem])))
+    return pictures
 
 
 def _keep(wave: StressWave, title: str, path: Path) -> None:
@@ -70,7 +70,7 @@ def _keep(wave: StressWave, title: str, path: Path) -> None:
 
 
 def seat_wave(done: Round, stress: SeatStress) -> StressWave | None:
-    """Of the seat on the mesh of its stress."""
+    """Return the stress wave in the seat, on the mesh of its stress."""
     scene, body, model = done.plan.scene, done.plan.scene.seat, stress.model
     assert isinstance(body, Elastic)
     assert scene.stress is not None
@@ -78,32 +78,32 @@ def seat_wave(done: Round, stress: SeatStress) -> StressWave | None:
     steps = _steps(done, touch, touch + PASSES * extent / body.slowest)
     if not steps:
         return None
-    force, dt, made, time = (
+    force, dt, elements, time = (
         force_by_port(done, done.touches),
         done.result.dt,
         elements_of(stress.mesh),
         done.result.time,
     )
     if model is None:
-        skin = skin_of_section(made.mesh, *made.nodes).spread()
+        skin = skin_of_section(elements.mesh, *elements.nodes).spread()
         mises, moved = _around(done, stress, skin, force, steps)
-        points = made.nodes.T[skin.nodes]
-        told = ~near(points, stress.drawn.singular, scene.stress.distance)
-        return StressWave(skin, mises, moved, time[list(steps)], touch, told)
+        points = elements.nodes.T[skin.nodes]
+        known = ~near(points, stress.drawn.singular, scene.stress.distance)
+        return StressWave(skin, mises, moved, time[list(steps)], touch, known)
     skin = skin_of(model)
-    sites = at_nodes(made, skin.nodes)
+    sites = at_nodes(elements, skin.nodes)
     bandwidth = done.plan.method.seat.bandwidth or 1 / scene.run.filter_width
-    found = unknowns_in_frames(model, force, dt, steps, bandwidth=bandwidth, damping_ratio=body.damping_ratio)
+    unknowns = unknowns_in_frames(model, force, dt, steps, bandwidth=bandwidth, damping_ratio=body.damping_ratio)
     functional = stress.drawn.stress_of(model, sites)
-    mises = von_mises(np.moveaxis((functional @ found.T).reshape(len(sites), 6, -1), 2, 0))
-    told = ~near(sites.points, stress.drawn.singular, scene.stress.distance)
-    moved = np.array([model.expand(each)[:, skin.nodes].T for each in found])
-    return StressWave(skin, mises, moved, time[list(steps)], touch, told)
+    mises = von_mises(np.moveaxis((functional @ unknowns.T).reshape(len(sites), 6, -1), 2, 0))
+    known = ~near(sites.points, stress.drawn.singular, scene.stress.distance)
+    moved = np.array([model.expand(each)[:, skin.nodes].T for each in unknowns])
+    return StressWave(skin, mises, moved, time[list(steps)], touch, known)
 
 
 def _around(done: Round, stress: SeatStress, skin: Skin, force: Array, steps: range) -> tuple[Array, Array]:
-    """(F, S) von Mises stress and (F, S, 3) displacements u_r, u_th, u_z of a body of revolution that is struck in
-    arcs, at each point of its skin: harmonic by harmonic, so that memory holds their sums at the times shown."""
+    """Return von Mises stress (F, S) and displacements (F, S, 3) u_r, u_th, u_z of a body of revolution that is struck
+    in arcs, at each point of its skin: harmonic by harmonic, so that memory holds their sums at the times shown."""
     assert stress.waves is not None
     assert skin.angles is not None
     nodes, which = np.unique(skin.nodes, return_inverse=True)
@@ -113,9 +113,9 @@ def _around(done: Round, stress: SeatStress, skin: Skin, force: Array, steps: ra
         functional = stress.drawn.stress_of(model, sites, n)
         for by_sin in (False, True)[: 2 if n else 1]:
             pushes = force @ mixing[:, :, int(by_sin)]
-            found = response_in_frames(response, pushes, done.result.dt, steps)
-            stressed = np.asarray(functional @ found.T).reshape(len(sites), 6, -1)
-            for frame, unknowns in enumerate(found):
+            frames = response_in_frames(response, pushes, done.result.dt, steps)
+            stressed = np.asarray(functional @ frames.T).reshape(len(sites), 6, -1)
+            for frame, unknowns in enumerate(frames):
                 tensors[frame] += turned(stressed[which, :, frame], skin.angles, n, by_sin=by_sin)
                 shape = model.expand(unknowns)[:, skin.nodes].T
                 moved[frame] += turned(shape, skin.angles, n, by_sin=by_sin)
@@ -123,7 +123,7 @@ def _around(done: Round, stress: SeatStress, skin: Skin, force: Array, steps: ra
 
 
 def reed_wave(done: Round) -> StressWave | None:
-    """Of the plate that strikes; ``None`` of other reeds."""
+    """Return the stress wave in the plate that strikes; ``None`` for other reeds."""
     reed = done.plan.scene.reed
     if not isinstance(reed, ThinPlate) or done.striker.greens.modal is None:
         return None
@@ -143,8 +143,8 @@ def reed_wave(done: Round) -> StressWave | None:
     moved = np.zeros((len(steps), len(skin.nodes), 3))
     bends = np.flatnonzero(plate.modes.omega[: rows.shape[1]])  # a free plate's rigid motion would hide how it bends
     moved[..., 2] = [dofs.expand(shapes[:, bends] @ q[bends])[2][skin.nodes] for q in rows]
-    told = np.isfinite(mises).all(axis=0)
-    return StressWave(skin, mises, moved, done.result.time[list(steps)], float(start), told, UNKNOWN)
+    known = np.isfinite(mises).all(axis=0)
+    return StressWave(skin, mises, moved, done.result.time[list(steps)], float(start), known, UNKNOWN)
 
 
 def touch_of(done: Round) -> float:
@@ -154,25 +154,25 @@ def touch_of(done: Round) -> float:
 
 
 def after_touch(done: Round) -> tuple[float, float]:
-    """From the first touch on as long as the filter of its forces [s], in which stress depends on the time step."""
+    """Return the span [s] from the first touch on, as long as the filter, in which stress depends on the step."""
     touch = touch_of(done)
     return touch, touch + done.plan.scene.run.filter_width
 
 
 def _steps(done: Round, first: float, last: float) -> range:
-    """Numbers of the steps that are shown, each a multiple of the range's own step; none without a time."""
-    asked, dt = done.plan.scene.stress, done.result.dt
-    assert asked is not None
-    first, last = asked.frames_from or first, asked.frames_until or last
+    """Return the numbers of the steps that are shown, each a multiple of the range's own step; none without a time."""
+    settings, dt = done.plan.scene.stress, done.result.dt
+    assert settings is not None
+    first, last = settings.frames_from or first, settings.frames_until or last
     if math.isnan(first) or math.isnan(last) or first >= last:
         return range(0)
     count, end = len(done.result.time), min(last, float(done.result.time[-1]))
-    stride = max(1, round((end - max(first, 0.0)) / dt / max(1, asked.frames - 1)))
+    stride = max(1, round((end - max(first, 0.0)) / dt / max(1, settings.frames - 1)))
     begin = min(max(0, int(first / dt / stride)), (count - 1) // stride)
-    return range(begin * stride, min((begin + asked.frames) * stride, count), stride)
+    return range(begin * stride, min((begin + settings.frames) * stride, count), stride)
 
 
 def rows_of(points: Array, among: Array) -> Array:
-    """Rows of ``among`` (n, d) that are the same as points (P, d)."""
+    """Return the rows of ``among`` (n, d) that are the same as points (P, d)."""
     place = {tuple(each): k for k, each in enumerate(among.tolist())}
     return np.array([place[tuple(each)] for each in points.tolist()])

@@ -34,7 +34,7 @@ REED, SEAT, TENSION = "stress", "seat_stress", "seat_tension"
 
 
 def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | None, PlateReedStress | None]:
-    """In the seat, and in a plate that strikes, where the scene asks for them or for its life. Raises as `seat_stress`.
+    """Return the stress in the seat, and in a plate that strikes, if the scene needs them. Raises as `seat_stress`.
 
     What mesh and modes leave in the recovery is in their bars, and what is left in the force: its error budget again,
     with these stresses for measures. A stress in the seat that half the step changes by more than `RAW` follows the raw
@@ -53,18 +53,18 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
 
     def look(stepper: impact.ContactStepper) -> Values:
         forces = Forces.of(stepper)
-        return {name: value for told in looks.values() for name, value in told(forces).items()}
+        return {name: value for each in looks.values() for name, value in each(forces).items()}
 
     own, finer = _told(seat), _told(None)
     if seat is not None and SEAT in looks:
         finer = kept_numbers(done, done.touches, "stress in the seat at half the step", partial(_at_half, done))
     what = f"errors left in {', '.join(sorted(looks))}"
-    left = kept_numbers(done, done.touches, what, lambda: left_in(done, look, finer, progress))
+    errors = kept_numbers(done, done.touches, what, lambda: left_in(done, look, finer, progress))
     if seat is not None and SEAT in looks:
-        raw = [math.nan if abs(finer[name] - own[name]) > RAW * own[name] else left[name] for name in (SEAT, TENSION)]
+        raw = [math.nan if abs(finer[name] - own[name]) > RAW * own[name] else errors[name] for name in (SEAT, TENSION)]
         seat = replace(seat, bar=seat.bar + raw[0], tension_bar=seat.tension_bar + raw[1])
     if REED in looks and reed is not None:
-        reed = replace(reed, bar=reed.bar + left[REED])
+        reed = replace(reed, bar=reed.bar + errors[REED])
     return seat, reed
 
 
@@ -115,8 +115,8 @@ def _with_its_bar(done: Round) -> PlateReedStress | None:
 
 
 def _in_the_seat(seat: SeatStress, forces: Forces) -> Values:
-    found = largest(seat.largest_at, -forces.by(seat.division), forces.dt).after_contact
-    return {SEAT: float(found.von_mises.max()), TENSION: float(found.principal.max())}
+    peaks = largest(seat.largest_at, -forces.by(seat.division), forces.dt).after_contact
+    return {SEAT: float(peaks.von_mises.max()), TENSION: float(peaks.principal.max())}
 
 
 def _in_the_reed(done: Round, field: StressField, forces: Forces) -> Values:
@@ -126,7 +126,7 @@ def _in_the_reed(done: Round, field: StressField, forces: Forces) -> Values:
 
 
 def _told(seat: SeatStress | None) -> Values:
-    """The largest stresses in the seat."""
+    """Return the largest stresses in the seat."""
     if seat is None:
         return {}
     return {SEAT: float(seat.peak.von_mises.max()), TENSION: float(seat.peak.principal.max())}

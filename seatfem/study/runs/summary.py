@@ -47,7 +47,7 @@ FREQUENCIES: Final = 10  # of the striker that are told
 def summarise(
     touches: Touches, filter_width: float, stress: ReedStress | None = None, asked: LandingChoice = "hardest"
 ) -> dict[str, object]:
-    """The keys of the seat's contact; ``None`` where there was none, and where a rigid mass bears no bending stress.
+    """Return the keys of the seat's contact; ``None`` if there was none, and if a rigid mass bears no bending stress.
 
     A stopper may meet the striker, too: the impulses of a free one, which came back from it, tell no restitution.
     """
@@ -175,8 +175,8 @@ def _place(line: Line, arc: int) -> tuple[float | None, float]:
 
 
 def _blow_keys(result: ImpactResult, width: float) -> dict[str, object]:
-    """When the peak is, and the group of contacts that holds it: which one, from 1 on, how long, its restitution, of a
-    held striker; ``None`` without contact."""
+    """Return when the peak is, and the group of contacts that holds it: which one, from 1 on, how long, its
+    restitution, of a held striker; ``None`` without contact."""
     number, (start, end) = measures.hardest_group(result, width)
     return {
         "peak_time_s": _known(measures.peak_time(result, width)),
@@ -188,7 +188,7 @@ def _blow_keys(result: ImpactResult, width: float) -> dict[str, object]:
 
 
 def _film_keys(result: ImpactResult) -> dict[str, object]:
-    """Of a film in the gap: its largest forces against closing and opening, over the whole patch, and what it took."""
+    """Return a film's largest forces against closing and opening, over the whole patch, and what it took."""
     if result.energy.film_loss is None:
         return {}
     return {
@@ -199,8 +199,8 @@ def _film_keys(result: ImpactResult) -> dict[str, object]:
 
 
 def _line_keys(line: Line | None, dt: float, width: float) -> dict[str, object]:
-    """Of a contact along a lip, beside its measures: its arcs, over what it is averaged, where it is largest: by the
-    angle, and by the length along it from the first arc's beginning."""
+    """Return of a contact along a lip, beside its measures, its arcs, over what it is averaged, where it is largest: by
+    the angle, and by the length along it from the first arc's beginning."""
     if line is None:
         return {}
     pressed = (line.force if line.film is None else line.force - line.film) > 0
@@ -209,12 +209,12 @@ def _line_keys(line: Line | None, dt: float, width: float) -> dict[str, object]:
         "line_force_peak": line_force_peak(line.force[1:], dt, width, line.length, line.share, line.pieces)[1],
         "line_impulse_peak": line_impulse_peak(line.force[1:], dt, line.length, line.share, line.pieces)[1],
     }
-    length, found, touched = float(line.lengths.sum()), {}, bool(pressed.any())
+    length, keys, touched = float(line.lengths.sum()), {}, bool(pressed.any())
     for name, place in places.items():
-        found[f"{name}_at_deg"] = line.degrees_at(place) if touched else None
-        found[f"{name}_at_m"] = place * length if touched else None
+        keys[f"{name}_at_deg"] = line.degrees_at(place) if touched else None
+        keys[f"{name}_at_m"] = place * length if touched else None
     middles = np.cumsum(line.lengths) - line.lengths / 2
-    return found | {
+    return keys | {
         "ports": line.force.shape[1],
         "lip_length_m": length,
         "line_force_arc_m": line.share * length,
@@ -226,7 +226,7 @@ def _line_keys(line: Line | None, dt: float, width: float) -> dict[str, object]:
 
 
 def _mean_angle(line: Line, pressed: NDArray[np.bool_]) -> float | None:
-    """Of arcs around a line, in degrees; ``None`` where angles do not tell places."""
+    """Return the mean angle of arcs around a line, in degrees; ``None`` where angles do not name places."""
     if line.edges is None:
         return None
     turns = ((line.edges[1:] + line.edges[:-1]) / 2)[pressed]
@@ -234,12 +234,12 @@ def _mean_angle(line: Line, pressed: NDArray[np.bool_]) -> float | None:
 
 
 def _known(value: float) -> float | None:
-    """``None`` for nan."""
+    """Return the value; ``None`` for nan."""
     return None if math.isnan(value) else value
 
 
 def stopper_keys(touches: Touches, filter_width: float) -> dict[str, object]:
-    """The keys of its contact; none where there is no stopper. ``stopper_peak_force_N`` is raw, of a single step."""
+    """Return the keys of the stopper's contact, if there is one. ``stopper_peak_force_N`` is raw, of a single step."""
     if (result := touches.stopper) is None:
         return {}
     groups = measures.contact_groups(result)
@@ -253,39 +253,39 @@ def stopper_keys(touches: Touches, filter_width: float) -> dict[str, object]:
 
 
 def stopper_face_keys(stopper: Stopper) -> dict[str, object]:
-    """What is met, and in how many arcs, where it is divided."""
-    found: dict[str, object] = {"stopper_kind": stopper.body.kind}
+    """Return which face of the stopper is met, and in how many arcs, where it is divided."""
+    keys: dict[str, object] = {"stopper_kind": stopper.body.kind}
     if stopper.parts == Division():
-        return found
-    return found | {"stopper_arcs": stopper.parts.arcs, "stopper_tilt_deg": math.degrees(stopper.tilt)}
+        return keys
+    return keys | {"stopper_arcs": stopper.parts.arcs, "stopper_tilt_deg": math.degrees(stopper.tilt)}
 
 
 def _restitution(result: ImpactResult, group: int = 0) -> float | None:
-    """``None`` where it is not defined: no contact, one that is not over, no approach."""
+    """Return the restitution; ``None`` where it is not defined: no contact, one that is not over, no approach."""
     try:
-        found = measures.restitution(result, group=group)
+        value = measures.restitution(result, group=group)
     except measures.MeasureError:
         return None
-    return found if math.isfinite(found) else None
+    return value if math.isfinite(value) else None
 
 
 def regime_keys(striker: Body, seat: GreensFunction, result: ImpactResult) -> dict[str, object]:
-    """Where the impact stands among the regimes, in one line and in numbers; ``None`` for a number without meaning."""
-    found = regime(striker, Body(seat), result)
-    return {"regime": in_words(found)} | {
+    """Return the regime of the impact, in one line and in numbers; ``None`` for a number without meaning."""
+    numbers = regime(striker, Body(seat), result)
+    return {"regime": in_words(numbers)} | {
         f"regime_{name}": value if math.isfinite(value) else None
         for name, value in (
-            ("mass_ratio", found.mass_ratio),
-            ("round_trips_per_contact", found.round_trips_per_contact),
-            ("zener_lambda", found.zener_lambda),
-            ("predicted_peak_error", found.predicted_peak_error),
+            ("mass_ratio", numbers.mass_ratio),
+            ("round_trips_per_contact", numbers.round_trips_per_contact),
+            ("zener_lambda", numbers.zener_lambda),
+            ("predicted_peak_error", numbers.predicted_peak_error),
         )
     }
 
 
 def reed_stress_keys(stress: ReedStress | None) -> dict[str, object]:
-    """The largest stress in the reed, told apart by the first touch; and that at t = 0 and before the landing that the
-    stress was looked for at, ``None`` without one."""
+    """Return the largest stress in the reed before and after the first touch; and that at t = 0 and before the landing
+    that the stress was looked for at, ``None`` without one."""
     known = (stress.at_start, stress.before_landing) if stress else (None, None)
     start, landing = (None if peak is None else peak.value for peak in known)
     return {
@@ -298,7 +298,7 @@ def reed_stress_keys(stress: ReedStress | None) -> dict[str, object]:
 
 
 def front_of(result: ImpactResult, young: float, density: float) -> float:
-    """rho c_0 v [Pa], c_0^2 = E/rho, v the closing speed of the first touch; nan where that is zero or unknown."""
+    """Return rho c_0 v [Pa], c_0^2 = E/rho, v the closing speed of the first touch; nan if that is 0 or unknown."""
     return math.sqrt(young * density) * abs(measures.impact_velocity(result)) or math.nan
 
 
@@ -308,14 +308,14 @@ def _stress_keys(name: str, peak: PeakStress | None) -> dict[str, object]:
 
 
 def greens_error_keys(greens: GreensFunction) -> dict[str, object]:
-    """The stated error of the seat's Green's function."""
+    """Return the stated error of the seat's Green's function."""
     error = greens.error_estimate
     return {"greens_error_reduction": error.reduction, "greens_error_mesh": error.mesh, "greens_error": error.total}
 
 
 def reed_keys(kind: str, striker: Body, reed: Solved | None) -> dict[str, object]:
-    """What strikes, and its lowest natural frequencies where its modes are all there (Ritz pairs are not); of one that
-    was computed, whether it was there before, and the stated error of its g."""
+    """Return what strikes, and its lowest natural frequencies where its modes are all there (Ritz pairs are not); of
+    one that was computed, whether it was there before, and the stated error of its g."""
     modal = striker.greens.modal if reed is None or reed.greens.provenance.get("method") == "modes" else None
     lowest = [] if modal is None else [float(f) for f in modal.frequencies_hz if f > 0][:FREQUENCIES]
     known: dict[str, object] = {"reed_kind": kind, **({"reed_frequencies_Hz": lowest} if lowest else {})}
@@ -326,7 +326,7 @@ def reed_keys(kind: str, striker: Body, reed: Solved | None) -> dict[str, object
 
 
 def accuracy_keys(done: Round) -> dict[str, object]:
-    """The target, whether it was met, and in how many rounds."""
+    """Return the target, whether it was met, and in how many rounds."""
     accuracy = done.plan.scene.accuracy
     return {
         "accuracy_target": accuracy.target,
@@ -342,7 +342,7 @@ def accuracy_keys(done: Round) -> dict[str, object]:
 
 
 def plan_keys(plan: Plan, seconds: float) -> dict[str, object]:
-    """Every choice of the plan that was carried out, with its unit, and what was predicted of it."""
+    """Return every choice of the plan that was carried out, with its unit, and what was predicted of it."""
     return {
         "plan_wall_time_s": seconds,
         "plan_seat_level": plan.level,
@@ -367,6 +367,6 @@ def timing_keys(watch: Stopwatch, start: float) -> dict[str, object]:
 
 
 def write_json(path: Path, data: Mapping[str, object]) -> None:
-    """Whole or not at all."""
+    """Write a JSON file, whole or not at all."""
     with whole_file(path) as temporary:
         temporary.write_text(json.dumps(data, indent=2, default=str) + "\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Whether the tables of a scene agree with each other: what one of them asks of another."""
+"""Checks that the tables of a scene agree with each other: what one of them asks of another."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def check_agreement(scene: Scene) -> None:
-    """Raises the first `KeyProblem`."""
+    """Raise the first `KeyProblem`."""
     for check in _CHECKS:
         check(scene)
 
@@ -45,7 +45,7 @@ def _gas_of_the_run(scene: Scene) -> None:
 
 
 def _in_their_roles(scene: Scene) -> None:
-    """What is struck is at rest, and what strikes moves."""
+    """Check that what is struck is at rest, and what strikes moves."""
     if scene.seat.motion:
         raise KeyProblem(
             f"seat.{scene.seat.motion}", "the struck body is at rest; remove the key, or use the body as the reed"
@@ -121,7 +121,7 @@ def _contact_on_the_reed(scene: Scene) -> None:
 
 
 def check_start(scene: Scene) -> None:
-    """The stopper meets the reed where it has a place, and not before the start; raises `KeyProblem`."""
+    """Check that the stopper meets the reed where it has a place, and not before the start; raises `KeyProblem`."""
     if (stopper := scene.stopper) is None:
         return
     scene.reed.check_contact(stopper.at, "stopper.at")
@@ -198,13 +198,13 @@ def _rings_of_a_patch(scene: Scene) -> None:
 
 
 def _stress_of_what_bends(scene: Scene) -> None:
-    asked = scene.accuracy.measures
-    name = LifeMargin.name if LifeMargin.name in asked else Stress.name
-    if any_needs_stress(asked) and not (scene.reed.has_stress or scene.reed.has_surface_stress):
+    wanted = scene.accuracy.measures
+    name = LifeMargin.name if LifeMargin.name in wanted else Stress.name
+    if any_needs_stress(wanted) and not (scene.reed.has_stress or scene.reed.has_surface_stress):
         bends = "has no bending stress that is known" if scene.reed.reach else "does not bend, it has no stress"
         words = f"{name} is asked of a body of kind {scene.reed.kind!r}, which {bends}: remove it, or use a cantilever"
         raise KeyProblem("accuracy.measures", f"{words} or a plate")
-    if LifeMargin.name in asked and (scene.life is None or scene.life.demand() is None):
+    if LifeMargin.name in wanted and (scene.life is None or scene.life.demand() is None):
         raise KeyProblem(
             "accuracy.measures",
             f"{name} is asked, and no strength of the reed is stated: add life.strength, or remove the measure",

@@ -62,8 +62,8 @@ def with_places(given: Mapping[str, Any], folder: Path, *, unread: bool = False)
     try:
         seat = kind.model_validate(seat_table, context={"folder": folder})
     except ValidationError as error:
-        found = explain(error, kind, seat_table, folder, {})[0]
-        raise KeyProblem(f"seat.{found.key}", found.message) from None
+        problem = explain(error, kind, seat_table, folder, {})[0]
+        raise KeyProblem(f"seat.{problem.key}", problem.message) from None
     from seatfem.study.scene.parts_as_drawn import open_parts  # of scenes with this table only
 
     parts = open_parts(seat, file)
@@ -72,19 +72,19 @@ def with_places(given: Mapping[str, Any], folder: Path, *, unread: bool = False)
 
 def _seat_kind(seat: Mapping[str, Any]) -> type[Drawn]:
     """Return the kind of the seat. Raises `KeyProblem` of one whose face has no place in a file."""
-    found = _kind(seat)
-    if found is None or not found.face_as_drawn or not issubclass(found, Drawn):
+    kind = _kind(seat)
+    if kind is None or not kind.face_as_drawn or not issubclass(kind, Drawn):
         names = _names(each for each in kinds_of() if each.face_as_drawn)
         words = f"seat.kind = {seat.get('kind')!r} has no CAD file; take kind = {names}, or remove [assembly]"
         raise KeyProblem(KEY, words)
-    return found
+    return kind
 
 
 def _file_of_reed(reed: Mapping[str, Any], folder: Path) -> Path | None:
     """Return the reed's STEP file, ``None`` of one that is not there. Raises `KeyProblem` of another kind of reed."""
-    found, kind, file = _kind(reed), reed.get("kind"), reed.get("file")
+    table, kind, file = _kind(reed), reed.get("kind"), reed.get("file")
     step = isinstance(file, str) and Path(file).suffix.lower() in STEP_SUFFIXES
-    if found is None or not found.reed_as_drawn or not step:
+    if table is None or not table.reed_as_drawn or not step:
         what = f"reed.kind = {kind!r}" if file is None else f"reed.kind = {kind!r} with reed.file = {file!r}"
         names = _names(each for each in kinds_of() if each.reed_as_drawn)
         words = f"{what} is no flat reed from a STEP file; take kind = {names} with one, or remove [assembly]"
@@ -112,11 +112,11 @@ def _keys(
         clamp = parts.clamp(reed.get("clamped"))
     except ValidationError:
         return {"reed": _unplaced(reed)}
-    found = parts.placement(clamp)
-    at = parts.contact_at(found, reed["contact_at"]) if "contact_at" in reed else found.lip
+    placement = parts.placement(clamp)
+    at = parts.contact_at(placement, reed["contact_at"]) if "contact_at" in reed else placement.lip
     rings = contact.get("rings", 1)
-    gap = parts.opening(found, rings if isinstance(rings, int) and 0 < rings <= MOST_RINGS else 1)
-    frame, axis = found.frame, found.axis
+    gap = parts.opening(placement, rings if isinstance(rings, int) and 0 < rings <= MOST_RINGS else 1)
+    frame, axis = placement.frame, placement.axis
     return {
         "seat": {**seat, "along": frame.x},
         "reed": {
@@ -131,9 +131,9 @@ def _keys(
         },
         "contact": {
             **contact,
-            "offset": [_length(lip - own) for lip, own in zip(found.lip, at, strict=True)],
+            "offset": [_length(lip - own) for lip, own in zip(placement.lip, at, strict=True)],
             "gap": _length(gap),
-            "tilt": f"{math.degrees(found.tilt)!r} deg",
+            "tilt": f"{math.degrees(placement.tilt)!r} deg",
             "tilt_axis": f"{math.degrees(axis)!r} deg",
         },
     }

@@ -43,15 +43,15 @@ displacement = "base.csv"
 
     @model_validator(mode="after")
     def _one_of_three(self, info: ValidationInfo) -> Self:
-        if len(given := self._given) != 1:
-            words = f"{' and '.join(given)} are given" if given else "nothing says how it moves"
-            raise KeyProblem(given[1] if given else "displacement", f"{words}: give exactly one of {', '.join(KINDS)}")
+        if len(keys := self._given) != 1:
+            words = f"{' and '.join(keys)} are given" if keys else "nothing says how it moves"
+            raise KeyProblem(keys[1] if keys else "displacement", f"{words}: give exactly one of {', '.join(KINDS)}")
         if (info.context or {}).get("unread"):
             return self
         try:
             self.record()
         except TimeSeriesError as error:
-            raise KeyProblem(given[0], str(error)) from None
+            raise KeyProblem(keys[0], str(error)) from None
         return self
 
     @property
@@ -65,7 +65,7 @@ displacement = "base.csv"
         return Record(kind, read_time_series(getattr(self, kind), kind, columns=columns, units=units))
 
     def motion(self) -> BaseMotion:
-        """As its file has it. Raises `TimeSeriesError`."""
+        """Return the base's motion as its file has it. Raises `TimeSeriesError`."""
         (kind,) = self._given
         return BaseMotion.of(self.record().course, kind)
 

@@ -77,12 +77,12 @@ class Contact(Table):
 
     @property
     def uneven(self) -> str:
-        """The key by which the lip is not open everywhere alike; "" where none is given."""
+        """Return the key by which the lip is not open everywhere alike; "" where none is given."""
         return "tilt" if self.tilt else "waviness" if self.waviness else ""
 
     @property
     def along_a_lip(self) -> str:
-        """The first key that only a lip has a use for; "" where none is given."""
+        """Return the first key that only a lip has a use for; "" where none is given."""
         return "ports" if (self.ports or 1) > 1 else self.uneven or ("offset" if any(self.offset) else "")
 
     @model_validator(mode="after")

@@ -16,7 +16,7 @@ ACTING = ("pressure", "force", "gravity", "base_motion")
 
 
 def _as_table(given: object) -> object:
-    """area = "80 mm^2" and area = [["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]] as the two columns of a table."""
+    """Return area = "80 mm^2" and area = [["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]] as the two columns of a table."""
     if isinstance(given, Mapping | Table):
         return given
     if not isinstance(given, list):
@@ -51,7 +51,7 @@ class AreaByLift(Table):
         return self
 
     def __call__(self, lift: float) -> float:
-        """[m^2] at an opening [m]."""
+        """Return the area [m^2] at an opening [m]."""
         return float(np.interp(lift, self.lift, self.area))
 
 
@@ -90,9 +90,9 @@ area = "80 mm^2"
 
     @model_validator(mode="after")
     def _one_of_all(self) -> Self:
-        if len(given := [key for key in ACTING if getattr(self, key) is not None]) != 1:
-            words = f"{' and '.join(given)} are given" if given else "nothing acts"
-            raise KeyProblem(given[1] if given else ACTING[0], f"{words}: give exactly one of {', '.join(ACTING)}")
+        if len(keys := [key for key in ACTING if getattr(self, key) is not None]) != 1:
+            words = f"{' and '.join(keys)} are given" if keys else "nothing acts"
+            raise KeyProblem(keys[1] if keys else ACTING[0], f"{words}: give exactly one of {', '.join(ACTING)}")
         if (self.area is None) != (self.pressure is None):
             missing = self.pressure is not None
             raise KeyProblem(
@@ -107,10 +107,10 @@ area = "80 mm^2"
 
     @property
     def by_lift(self) -> bool:
-        """Whether it depends on how far the reed is off its seat."""
+        """Return whether the load depends on how far the reed is off its seat."""
         return self.area is not None and len(set(self.area.area)) > 1
 
     @property
     def needs_weight(self) -> bool:
-        """Whether it acts on the mass of the reed."""
+        """Return whether the load acts on the mass of the reed."""
         return self.gravity is not None or self.base_motion is not None

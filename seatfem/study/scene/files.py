@@ -33,14 +33,14 @@ def check_files(scene: Scene) -> None:
         try:
             findings += _of_lip(scene, scene.seat.lip(1, scene.contact.rings))
         except ModelError as error:
-            told = next((naming(file, str(error)) for file in scene.seat.files()), str(error))
-            findings.append((("contact", key), told))
+            message = next((naming(file, str(error)) for file in scene.seat.files()), str(error))
+            findings.append((("contact", key), message))
     if not findings and scene.stopper is not None and scene.stopper.parts != Division():
         try:
             scene.stopper.body.lip()
         except ModelError as error:
-            told = next((naming(file, str(error)) for file in scene.stopper.body.files()), str(error))
-            findings.append((("stopper", "arcs"), told))
+            message = next((naming(file, str(error)) for file in scene.stopper.body.files()), str(error))
+            findings.append((("stopper", "arcs"), message))
     if not findings:
         findings += misplaced(scene)
     if findings:
@@ -48,7 +48,7 @@ def check_files(scene: Scene) -> None:
 
 
 def _of_lip(scene: Scene, lip: AnyLip | None) -> Iterator[Finding]:
-    """What of [contact] does not fit the seat's lip."""
+    """Yield what of [contact] does not fit the seat's lip."""
     arcs = scene.contact.ports or 1
     if lip is not None and arcs > 1 and (whole := lip.whole(arcs)) != arcs:
         text = f"of {arcs} segments of equal areas some would lie on two of the seat's faces; take {whole}"
@@ -58,8 +58,8 @@ def _of_lip(scene: Scene, lip: AnyLip | None) -> Iterator[Finding]:
 
 
 def part_of_scene(path: Path) -> Part:
-    """The faces of a scene's seat. Raises `GeometryError` of a seat that has none, `SceneError`."""
+    """Return the faces of a scene's seat. Raises `GeometryError` for a seat that has none, `SceneError`."""
     seat = load_scene(path).seat
-    if (found := seat.part()) is None:
+    if (part := seat.part()) is None:
         raise GeometryError(f"{path}: seat.kind = {seat.kind!r} has no faces; take a cad, mesh or drawn seat")
-    return found
+    return part

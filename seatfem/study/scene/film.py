@@ -38,7 +38,7 @@ floor = "2 um"
     )
 
     def check(self, ring: tuple[float, float] | None, seat: str, rings: int) -> None:
-        """Of the seat's lip, mean radius and width [m]; `KeyProblem` where there is no such strip."""
+        """Check the film on the seat's lip, mean radius and width [m]; `KeyProblem` where there is no such strip."""
         if rings > 1:
             raise KeyProblem("film", f"the film is known across the whole lip, not in {rings} rings: remove either")
         for key in ("width", "length"):
@@ -49,7 +49,7 @@ floor = "2 um"
                 )
 
     def of(self, ring: tuple[float, float] | None) -> SqueezeFilm:
-        """On the whole lip."""
+        """Return the film on the whole lip."""
         radius, across = ring or (0.0, 0.0)
         return SqueezeFilm.strip(
             viscosity=self.viscosity,

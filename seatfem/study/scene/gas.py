@@ -57,7 +57,7 @@ class Fluid(Table):
 
     @property
     def gas(self) -> PerfectGas:
-        """In SI."""
+        """Return the gas in SI."""
         if self.name is not None:
             return GASES[self.name]
         assert self.k is not None
@@ -66,7 +66,7 @@ class Fluid(Table):
 
 
 def _named(given: object) -> object:
-    """fluid = "air" is fluid = { name = "air" }."""
+    """Return fluid = "air" as fluid = { name = "air" }."""
     if isinstance(given, str) and given not in GASES:
         raise ValueError(f"{given!r} is no gas known here; take {', '.join(GASES)}, or give k and molar_mass")
     return {"name": given} if isinstance(given, str) else given
@@ -89,7 +89,7 @@ class MeasuredArea(Table):
 
     @property
     def table(self) -> AreaTable:
-        """In SI."""
+        """Return the table of areas in SI."""
         lift, area = np.array(self.area).T
         return AreaTable(lift, area, self.source)
 
@@ -109,7 +109,7 @@ class Directions(Table):
     back: MeasuredArea | None = Field(None, description="as the valve leaks back; where absent, those of forward")
 
     def tables(self, estimate: AreaTable) -> tuple[AreaTable, AreaTable]:
-        """Forward and back; ``estimate`` where nothing is stated."""
+        """Return the tables forward and back; ``estimate`` where nothing is stated."""
         forward = estimate if self.forward is None else self.forward.table
         if self.back is not None:
             return forward, self.back.table
@@ -173,7 +173,7 @@ port_diameter = "12 mm"
 
     @model_validator(mode="after")
     def _computed_or_prescribed(self) -> Self:
-        given = [key for key in OF_THE_CRANK if getattr(self, key) is not None]
+        keys = [key for key in OF_THE_CRANK if getattr(self, key) is not None]
         if self.cylinder_pressure is not None:
             if unused := [key for key in (*OF_THE_CRANK, *BESIDE) if getattr(self, key) is not None]:
                 raise KeyProblem(unused[0], "cylinder_pressure prescribes the pressure; keep one of the two")
@@ -182,8 +182,8 @@ port_diameter = "12 mm"
             raise KeyProblem(
                 "units" if self.columns is None else "columns", "there is no cylinder_pressure; remove the key"
             )
-        elif len(given) < len(OF_THE_CRANK):
-            missing = next(key for key in OF_THE_CRANK if key not in given)
+        elif len(keys) < len(OF_THE_CRANK):
+            missing = next(key for key in OF_THE_CRANK if key not in keys)
             words = type(self).model_fields[missing].description
             raise KeyProblem(missing, f"required key is missing: {words}; or give cylinder_pressure")
         else:
@@ -206,21 +206,21 @@ port_diameter = "12 mm"
 
     @property
     def crank(self) -> SliderCrank | None:
-        """``None`` where the pressure is prescribed."""
+        """Return the crank; ``None`` where the pressure is prescribed."""
         if self.bore is None or self.stroke is None or self.rod is None or self.clearance is None:
             return None
         return SliderCrank(self.bore, self.stroke, self.rod, self.clearance, self.rpm, self.angle)
 
     @property
     def areas(self) -> ReedValve:
-        """In SI."""
+        """Return the effective areas in SI."""
         radius = self.port_diameter / 2
         flow = self.flow.tables(port_flow(radius, self.discharge_coefficient))
         return ReedValve(*flow, *self.force.tables(port_force(radius)))
 
     @property
     def plenums(self) -> tuple[Plenum, Plenum]:
-        """Suction and discharge."""
+        """Return the plenums of suction and discharge."""
         s, d = self.suction, self.discharge
         return Plenum(s.pressure, s.temperature), Plenum(d.pressure, d.temperature)
 
@@ -230,7 +230,7 @@ port_diameter = "12 mm"
 
     @property
     def course(self) -> TimeSeries:
-        """The prescribed pressure. Raises `KeyProblem` for a record that cannot be read, or has gaps."""
+        """Return the prescribed pressure. Raises `KeyProblem` for a record that cannot be read, or has gaps."""
         path = self.cylinder_pressure
         assert path is not None
         try:
@@ -239,7 +239,7 @@ port_diameter = "12 mm"
             named = table is not None and table.column_of("time", ("time",), {}) is not None
             by_time = "time" in columns or (named and "angle" not in columns)
             rpm, start = None if by_time else self.rpm, math.degrees(self.angle)
-            found = read_time_series(
+            series = read_time_series(
                 path,
                 "pressure",
                 outside="hold",
@@ -251,14 +251,14 @@ port_diameter = "12 mm"
             )
         except TimeSeriesError as problem:
             raise KeyProblem("cylinder_pressure", str(problem)) from None
-        if (least := float(found.value.min())) <= 0:
+        if (least := float(series.value.min())) <= 0:
             raise KeyProblem(
                 "cylinder_pressure",
                 f"{path}: {write_quantity(least, 'pressure')}: pressures are absolute, they must be above 0 Pa",
             )
-        return found
+        return series
 
     @property
     def turn(self) -> float:
-        """Duration of one turn of the crank [s]."""
+        """Return the duration of one turn of the crank [s]."""
         return 60 / self.rpm

@@ -1,4 +1,4 @@
-"""What a key of a scene may hold, in words and by an example: for documents and for scenes to begin with."""
+"""Descriptions of what a key of a scene may hold, in words and by an example: for documents and templates."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _NUMBERS: Final = {2: "two", 3: "three", 4: "four"}
 
 
 def own_keys(table: type[BaseModel]) -> dict[str, FieldInfo]:
-    """Its keys, but for a field whose own keys stand in its place: they are described under the same heading."""
+    """Return the table's keys, but for a field whose own keys are written in its place, under its heading."""
     return {name: field for name, field in table.model_fields.items() if name != getattr(table, "inlined", "")}
 
 
 def holds(field: FieldInfo) -> str:
-    """What the value is, in Markdown: a quantity with an example, the options, "table"."""
+    """Return what the value is, in Markdown: a quantity with an example, the options, "table"."""
     if elements := _elements(field):
         return _several(field, elements)
     if tables_in(field.annotation):
@@ -41,13 +41,13 @@ def holds(field: FieldInfo) -> str:
 
 
 def _registered(field: FieldInfo) -> str:
-    """The names that a registry has."""
+    """Return the names that a registry has."""
     checks = [note.func for note in _notes(field) if isinstance(note, AfterValidator)]
     return ", ".join(f"`{as_toml(name)}`" for each in checks if isinstance(each, Registered) for name in each.options)
 
 
 def dimension_of(field: FieldInfo) -> str:
-    """Of a quantity, or of the quantities in a list: a name in `DIMENSIONS`, or "temperature"; "" of other values."""
+    """Return the dimension of a quantity, or of a list of them: a name in `DIMENSIONS`, or "temperature"; else ""."""
     notes = [*_notes(field), *(note for kind in _elements(field) for note in get_args(kind)[1:])]
     for note in notes:
         if isinstance(note, BeforeValidator):
@@ -60,7 +60,7 @@ def dimension_of(field: FieldInfo) -> str:
 
 
 def _measured(notes: Iterable[object]) -> str | None:
-    """A quantity with its unit, or a number: what the reader among a key's notes takes."""
+    """Return a quantity with its unit, or a number: what the reader among a key's notes takes."""
     for note in notes:
         if isinstance(note, BeforeValidator):
             reader: Any = note.func
@@ -71,7 +71,7 @@ def _measured(notes: Iterable[object]) -> str | None:
 
 
 def _elements(field: FieldInfo) -> tuple[Any, ...]:
-    """The types of a list of a fixed number of values, or of any number of plain ones (two, for "and so on")."""
+    """Return the types of a list of a fixed number of values, or of any number of plain ones (two, for "and so on")."""
     for kind in (field.annotation, *get_args(field.annotation)):
         if get_origin(kind) is tuple and not tables_in(kind):
             return get_args(kind)
@@ -79,7 +79,7 @@ def _elements(field: FieldInfo) -> tuple[Any, ...]:
 
 
 def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
-    """How many of what, with an example."""
+    """Return how many of what, with an example."""
     first = elements[0]
     any_number = elements[1:] == (Ellipsis,)
     if get_origin(first) is tuple and get_args(first)[1:] == (Ellipsis,):
@@ -102,7 +102,7 @@ def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
 
 
 def _dimension(kind: Any) -> str:
-    """Of a quantity; of a plain value what it is."""
+    """Return the dimension of a quantity; of a plain value what it is."""
     return (_measured(get_args(kind)[1:]) or _PLAIN[next(iter(leaves(kind)))]).partition(",")[0]
 
 
@@ -117,7 +117,7 @@ def _quantity(dimension: str) -> str:
 
 
 def default_of(field: FieldInfo) -> str:
-    """Its default in Markdown, or that it is required or absent."""
+    """Return its default in Markdown, or that it is required or absent."""
     if field.is_required():
         return "required"
     if field.default is None:
@@ -130,7 +130,7 @@ def default_of(field: FieldInfo) -> str:
 
 
 def as_toml(value: object) -> str:
-    """A value as it is written in a scene file."""
+    """Return a value as it is written in a scene file."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, tuple | list):
@@ -141,7 +141,7 @@ def as_toml(value: object) -> str:
 
 
 def _notes(field: FieldInfo) -> Iterator[object]:
-    """What is annotated to the field, or to one side of `... | None`."""
+    """Yield what is annotated to the field, or to one side of `... | None`."""
     yield from field.metadata
     for kind in get_args(field.annotation):
         if get_origin(kind) is Annotated:

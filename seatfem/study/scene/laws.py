@@ -17,17 +17,17 @@ class ContactLaw(Table):
     kind: str
 
     def law(self, share: float = 1.0) -> Law:
-        """The law itself, of a ``share`` of the patch's area."""
+        """Return the law itself, of a ``share`` of the patch's area."""
         raise NotImplementedError
 
     @property
     def of_a_sphere(self) -> float | None:
-        """Hertz's stiffness (4/3) E* sqrt(R) [N/m^1.5]; ``None`` where the contact is none of a sphere."""
+        """Return Hertz's stiffness (4/3) E* sqrt(R) [N/m^1.5]; ``None`` where the contact is none of a sphere."""
         return None
 
 
 def laws() -> tuple[type[ContactLaw], ...]:
-    """Every law that is defined by now, ours first."""
+    """Return every law that is defined by now, ours first."""
     return kinds_below(ContactLaw)
 
 
@@ -85,7 +85,7 @@ class HuntCrossleyLaw(ContactLaw):
 
 
 def law_as_text(given: object) -> object:
-    """law = "signorini" is law = { kind = "signorini" }, in the table ``given``."""
+    """Return law = "signorini" as law = { kind = "signorini" }, in the table ``given``."""
     if isinstance(given, Mapping) and isinstance(given.get("law"), str):
         return {**given, "law": {"kind": given["law"]}}
     return given

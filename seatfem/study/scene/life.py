@@ -96,16 +96,16 @@ source = "report, page"
 
     @property
     def of_bending(self) -> bool:
-        """Whether the stress of bodies is to be judged."""
+        """Return whether the stress of bodies is to be judged."""
         return (self.strength or self.seat_strength) is not None and self.blocks > 0
 
     @property
     def blocks(self) -> float:
-        """Design number of repetitions."""
+        """Return the design number of repetitions."""
         return self.cycles or 60 * (self.hours or 0.0) * (self.rpm or 0.0)
 
     def measured(self, key: str = "strength") -> Strength | None:
-        """As a key's file has it; ``None`` where there is none. Raises `KeyProblem` for what is wrong with it."""
+        """Return the strength as a key's file has it; ``None`` without one. Raises `KeyProblem` for what is wrong."""
         from seatfem.study.scene.problems import SceneError
         from seatfem.study.scene.strength import load_strength  # it reads tables as scenes are read
 
@@ -117,7 +117,7 @@ source = "report, page"
             raise KeyProblem(key, str(problem).replace("\n", "; ")) from None
 
     def demand(self, of: Of = "reed") -> Demand | None:
-        """What a body or the contact has to endure; ``None`` where no strength is given, or nobody asks.
+        """Return what a body or the contact has to endure; ``None`` where no strength is given, or nobody asks.
 
         Raises:
             KeyProblem: a file of strength that is wrong, or lacks what the criterion or the survival needs.
@@ -128,7 +128,7 @@ source = "report, page"
         from impact.life.places import Demand
 
         file = "seat_strength" if of == "seat" else "strength"
-        bends, asked = of != "contact", "contact_criterion" if of == "contact" else "multiaxial"
+        bends, criterion_key = of != "contact", "contact_criterion" if of == "contact" else "multiaxial"
         if not (self.of_bending if bends else self.contact_criterion) or (strength := self.measured(file)) is None:
             return None
         key, judge, axes = file, None, None
@@ -139,15 +139,15 @@ source = "report, page"
                 judge = mean_stress(self.criterion, strength)
                 key = "survival"
                 curve.stress(self.blocks, self.survival)
-            if criterion := getattr(self, asked):
-                key = asked
+            if criterion := getattr(self, criterion_key):
+                key = criterion_key
                 axes = multiaxial(criterion, strength)
         except LifeError as problem:
             raise KeyProblem(key, f"{problem} ({file}: {getattr(self, file).name})") from None
         return Demand(strength, judge, self.blocks, self.survival, axes)
 
     def allowed_speed(self) -> Strength | None:
-        """The largest speed of closing allowed, as strength with its source; ``None`` where none is stated."""
+        """Return the largest speed of closing allowed, as strength with its source; ``None`` where none is stated."""
         from impact.life.strength import Strength
 
         if self.impact_speed_limit is not None:
@@ -156,7 +156,7 @@ source = "report, page"
         return strength if strength is not None and strength.impact_velocity is not None else None
 
     def check(self, scene: Scene) -> None:
-        """Raises `KeyProblem` where the scene gives no stress to judge, or no turn of the crank."""
+        """Raise `KeyProblem` where the scene gives no stress to judge, or no turn of the crank."""
         if self.contact_criterion and (scene.contact.law.of_a_sphere is None or scene.contact.rings > 1):
             words = "the stress below a contact is known of a law of Hertz, not in rings: state one, or remove the key"
             raise KeyProblem("contact_criterion", words)

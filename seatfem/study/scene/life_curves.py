@@ -34,27 +34,27 @@ class Curves(Table):
 
     @model_validator(mode="after")
     def _two_each(self) -> Self:
-        asked = {name: getattr(self, name) for name in UNITS if getattr(self, name)}
-        if not asked:
+        curves = {name: getattr(self, name) for name in UNITS if getattr(self, name)}
+        if not curves:
             raise KeyProblem("speed", "no curve is asked for: give speed, tilt or lift, or remove the table")
-        for name, values in asked.items():
+        for name, values in curves.items():
             if len(set(values)) < 2:
                 raise KeyProblem(name, f"a curve needs two values or more, not {len(set(values))}")
         return self
 
     def asked(self) -> Iterator[tuple[str, tuple[float, ...]]]:
-        """Names with their values in SI, each once, rising."""
+        """Yield names with their values in SI, each once, rising."""
         yield from ((name, tuple(sorted(set(values)))) for name in UNITS if (values := getattr(self, name)))
 
     @property
     def runs(self) -> tuple[int, int]:
-        """Runs that all curves take, at least and at most."""
-        asked = dict(self.asked())
-        least = sum(map(len, asked.values()))
-        return least, least + OF_A_CURVE * len(asked)
+        """Return the number of runs that all curves take, at least and at most."""
+        curves = dict(self.asked())
+        least = sum(map(len, curves.values()))
+        return least, least + OF_A_CURVE * len(curves)
 
     def check(self, scene: Scene) -> None:
-        """Raises `KeyProblem` of a value that the scene cannot have."""
+        """Raise `KeyProblem` for a value that the scene cannot have."""
         for name, values in self.asked():
             for value in values:
                 try:
@@ -65,7 +65,7 @@ class Curves(Table):
 
 
 def varied(scene: Scene, name: str, value: float) -> Scene:
-    """The scene with another speed [m/s], tilt [rad] or lift [m]. Raises `KeyProblem` of one that has no such key."""
+    """Return the scene with another speed [m/s], tilt [rad] or lift [m]. Raises `KeyProblem` if it has no such key."""
     reed, contact, stopper = scene.reed, scene.contact, scene.stopper
     if name == "tilt":
         from seatfem.study.scene.lips import usual_ports  # it reads whole scenes

@@ -28,8 +28,8 @@ USUAL: Final = 32  # arcs, where nothing else is known
 
 
 def usual_ports(scene: Scene) -> int:
-    """Arcs of a scene that states none: `USUAL` where it opens unevenly or lies off the middle, or where a plate that
-    touches where the lip is meets a ring, else one."""
+    """Return the number of arcs of a scene that states none: `USUAL` where it opens unevenly or lies off the middle, or
+    where a plate that touches where the lip is meets a ring, else one."""
     touches = scene.reed.meets_lips and not scene.reed.states_contact
     uneven = scene.contact.uneven or scene.reed.is_curved or any(scene.contact.offset)
     many = (touches and scene.seat.struck_ring is not None) or uneven
@@ -37,7 +37,7 @@ def usual_ports(scene: Scene) -> int:
 
 
 def lip_of(scene: Scene, ports: int | None = None, rings: int | None = None) -> AnyLip | None:
-    """The seat's lip in so many arcs and rings, by default those that the scene states, or the usual number of arcs.
+    """Return the seat's lip in so many arcs and rings, by default those that the scene states, or usual ones.
 
     ``None`` where the patch is not divided around, or no ring is struck. A face that is no ring of a body of revolution
     is struck as ``contact.ports`` says alone. Raises `ModelError` of a face of a file that is no lip.
@@ -46,16 +46,16 @@ def lip_of(scene: Scene, ports: int | None = None, rings: int | None = None) -> 
     as_it_states = scene.contact.ports is None and (scene.reed.states_contact or scene.seat.struck_ring is None)
     if arcs == 1 and (as_it_states or not scene.reed.meets_lips):
         return None
-    found = scene.seat.lip(arcs, rings)
+    lip = scene.seat.lip(arcs, rings)
     stated = ports or scene.contact.ports
-    if stated or found is None or arcs == 1 or (whole := found.whole(arcs)) == arcs:
-        return found
+    if stated or lip is None or arcs == 1 or (whole := lip.whole(arcs)) == arcs:
+        return lip
     return scene.seat.lip(whole, rings)
 
 
 def arcs_behind_rings(scene: Scene, division: Division) -> int:
-    """Arcs in which rings across them are compared: half of those there are, or fewer where that makes more than
-    `MOST_CHOSEN` parts, as far as they are whole and enough."""
+    """Return the number of arcs in which rings across them are compared: half of those there are, or fewer where that
+    makes more than `MOST_CHOSEN` parts, as far as they are whole and enough."""
     arcs, most = division.arcs, max(division.rings, across_behind(division.rings)[0])
     while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS and (arcs == division.arcs or arcs * most > MOST_CHOSEN):
         lip = scene.seat.lip(arcs // 2)
@@ -66,40 +66,40 @@ def arcs_behind_rings(scene: Scene, division: Division) -> int:
 
 
 def across_of(scene: Scene) -> int:
-    """Rings across the arcs of a lip that tell what the scene's own leave; a film knows none."""
+    """Return the rings across the lip's arcs that show the error of the scene's own; a film knows none."""
     rings = scene.contact.rings
     return rings if scene.contact.film is not None else max(rings, across_behind(rings)[0])
 
 
 def on_the_reed(scene: Scene, lip: AnyLip | None) -> AnyLip | None:
-    """The same lip as a plate sees it, off its centre; ``None`` of a striker that touches as one rigid face."""
+    """Return the same lip as a plate sees it, off its centre; ``None`` for a striker that touches as one rigid face."""
     if lip is None or not scene.reed.meets_lips:
         return None
     return replace(lip, offset=scene.contact.offset)  # type: ignore[type-var]
 
 
 def stopper_lip(scene: Scene) -> AnyLip | None:
-    """What of the stopper is met, in the parts that the scene asks for; ``None``: it is met as a whole.
+    """Return the part of the stopper that is met, in the parts that the scene asks for; ``None``: it is met as a whole.
 
     Its own flat face, or what the reed touches with of a body that has none. Raises `ModelError` of a face of a file
     that is no lip.
     """
     if scene.stopper is None or (parts := scene.stopper.parts) == Division():
         return None
-    found = scene.stopper.body.lip(parts.arcs, parts.rings)
+    lip = scene.stopper.body.lip(parts.arcs, parts.rings)
     own: AnyLip | None = getattr(scene.reed, "own_lip", None)
-    return replace(own, arcs=parts.arcs, rings=parts.rings) if found is None and own is not None else found  # type: ignore[type-var]
+    return replace(own, arcs=parts.arcs, rings=parts.rings) if lip is None and own is not None else lip  # type: ignore[type-var]
 
 
 def behind_the_reed(scene: Scene) -> AnyLip | None:
-    """The same as the reed sees it, by names of its own."""
+    """Return the stopper's lip as the reed sees it, by names of its own."""
     lip = stopper_lip(scene)
     return None if lip is None else replace(lip, side=STOPPER)  # type: ignore[type-var]
 
 
 def stopper_gaps(scene: Scene) -> Array:
-    """(parts,) openings between the undeformed reed and the stopper [m], as `gaps_of`: with h of the stopper's tilt,
-    less the height of a reed that is not flat."""
+    """Return the openings (parts,) between the undeformed reed and the stopper [m], as `gaps_of`: with h of the
+    stopper's tilt, less the height of a reed that is not flat."""
     assert scene.stopper is not None
     lip, stopper = stopper_lip(scene), scene.stopper
     if lip is None:
@@ -110,7 +110,7 @@ def stopper_gaps(scene: Scene) -> Array:
 
 
 def gaps_of(scene: Scene, division: Division) -> Array:
-    """(parts,) openings of the undeformed bodies [m], arc by arc, the mean over each part of
+    """Return the openings (parts,) of the undeformed bodies [m], arc by arc, the mean over each part of
 
         gap(th) = gap + h(th) - min h,   h = r(th) tan(tilt) sin(th - tilt_axis) + waviness(th) + w0(th)
 
@@ -124,7 +124,7 @@ def gaps_of(scene: Scene, division: Division) -> Array:
 
 
 def _openings(gap: float, heights: Array) -> Array:
-    """(parts,) means of (arcs, rings, n) heights over the lowest of them, which is open by ``gap`` [m]."""
+    """Return the means (parts,) of (arcs, rings, n) heights over the lowest of them, which is open by ``gap`` [m]."""
     return np.asarray(gap + (heights - heights.min()).mean(axis=-1)).ravel()
 
 
@@ -150,8 +150,8 @@ def films_of(scene: Scene, division: Division) -> tuple[SqueezeFilm | None, ...]
 
 
 def _heights(scene: Scene, points: Array, angles: Array | None) -> Array:
-    """(arcs, lines, n) heights of the gap at points (arcs, lines, n, 2) from the lip's centre, at these angles
-    (arcs, n) [m].
+    """Return the heights (arcs, lines, n) of the gap at points (arcs, lines, n, 2) from the lip's centre, at these
+    angles (arcs, n) [m].
 
     Raises `SceneError` of a table by angles of a lip that has none."""
     contact = scene.contact
@@ -165,8 +165,8 @@ def _heights(scene: Scene, points: Array, angles: Array | None) -> Array:
 
 
 def of_the_reed(scene: Scene, points: Array, offset: tuple[float, float]) -> Array:
-    """Heights of the stress-free reed over a flat one, at points (..., 2) about what is off its contact by ``offset``
-    [m]. Raises `SceneError` where they are not known."""
+    """Return the heights of the stress-free reed over a flat one, at points (..., 2) about what is off its contact by
+    ``offset`` [m]. Raises `SceneError` where they are not known."""
     if not scene.reed.is_curved:
         return np.zeros(points.shape[:-1])
     try:
@@ -180,13 +180,13 @@ def _problem(key: str, message: str) -> SceneError:
 
 
 def closed_line(lip: AnyLip) -> ClosedLine:
-    """The centre line of a lip in its arcs."""
+    """Return the centre line of a lip in its arcs."""
     return ClosedLine(lip.lengths, lip.edges, lip.line().mean(axis=1), lip.pieces)
 
 
 def line_of(scene: Scene, problem: ContactProblem, parts: Array | None, film: Array | None = None) -> Line | None:
-    """The contact along the lip of a problem, from the forces (n + 1, parts) of the seat's parts [N] and what of them a
-    film bears; ``None`` where it has no arcs."""
+    """Return the contact along the lip of a problem, from the forces (n + 1, parts) of the seat's parts [N] and what of
+    them a film bears; ``None`` where it has no arcs."""
     division = Division.of(problem.target.greens)
     if parts is None or division.arcs == 1 or (lip := scene.seat.lip(division.arcs)) is None:
         return None

@@ -64,7 +64,7 @@ def load_table(path: Path | str, model: type[AnyTable], changed: Mapping[str, ob
 
 
 def has_table(path: Path, name: str) -> bool:
-    """Whether a file is TOML with such a table; what is wrong with it otherwise is told by who reads it."""
+    """Return whether a file is TOML with such a table; what is wrong with it otherwise is reported by who reads it."""
     try:
         return isinstance(_parse(_read(path), path).get(name), dict)
     except SceneError:
@@ -75,7 +75,7 @@ def has_table(path: Path, name: str) -> bool:
 def scene_of(
     kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...], measures: tuple[str, ...]
 ) -> type[Scene]:
-    """A scene of these kinds of bodies, laws and measures: those of the program, and what else is defined by now."""
+    """Return the type of scenes of these kinds of bodies, laws and measures, and what else is defined by now."""
     if (kinds, laws, measures) == _BUILT_IN:
         return Scene
     law: Any = {"law": (one_of(laws), Contact.model_fields["law"])}
@@ -90,7 +90,7 @@ def scene_of(
 
 
 def located(error: SceneError, path: Path) -> SceneError:
-    """The same problems with the scene's file, and the lines of their keys in it."""
+    """Return the same problems with the scene's file, and the lines of their keys in it."""
     if all(problem.file for problem in error.problems):
         return error
     lines = _lines(_read(path))
@@ -111,8 +111,8 @@ def _read(path: Path) -> str:
 
 
 def _parse(text: str, path: Path) -> dict[str, Any]:
-    if found := _DEEP_KEY.search(text):
-        line = text.count("\n", 0, found.start()) + 1
+    if deep_key := _DEEP_KEY.search(text):
+        line = text.count("\n", 0, deep_key.start()) + 1
         raise SceneError((Problem(path, line, "", f"a key of more than {DEEPEST} parts; use at most four"),))
     try:
         return tomllib.loads(text)
@@ -152,7 +152,7 @@ def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
 
 
 def _lines(text: str) -> dict[KeyPath, int]:
-    """Without lines where nesting is deeper than the reader of places goes."""
+    """Return the line of each key; no lines where nesting is deeper than the reader of places goes."""
     try:
         return {single(path): line for path, line in key_lines(text).items()}
     except RecursionError:

@@ -1,4 +1,4 @@
-"""On which line of a TOML text does each key stand? tomllib does not tell.
+"""Lines on which the keys of a TOML text are written, which tomllib does not report.
 
 The text is known to be valid TOML (tomllib has read it), so this reader only follows its structure.
 """
@@ -24,14 +24,14 @@ _BARE: Final = re.compile(r"[^,\]}#\n]+")
 
 
 def key_lines(text: str) -> dict[KeyPath, int]:
-    """The line (from 1) of each key, e.g. {("seat",): 2, ("seat", "material", "young"): 5}."""
+    """Return the line (from 1) of each key, e.g. {("seat",): 2, ("seat", "material", "young"): 5}."""
     reader = _Reader(text)
     reader.document()
     return reader.lines
 
 
 def single(path: KeyPath) -> KeyPath:
-    """The same place with every dotted name in its parts, however it is quoted: ("vary", "reed.length") in three."""
+    """Return the place with every dotted name in parts, however quoted: ("vary", "reed.length") in three."""
     return tuple(part for each in path for part in (each.split(".") if isinstance(each, str) else [each]))
 
 
@@ -43,7 +43,7 @@ class _Reader:
     ends: list[int] = field(init=False)  # of lines
 
     def __post_init__(self) -> None:
-        self.ends = [found.start() for found in re.finditer("\n", self.text)]
+        self.ends = [newline.start() for newline in re.finditer("\n", self.text)]
 
     def document(self) -> None:
         table: KeyPath = ()

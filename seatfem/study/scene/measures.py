@@ -53,11 +53,11 @@ class Line:
 
     @property
     def lengths(self) -> Array:
-        """(arcs,) [m]."""
+        """Return the lengths of the arcs (arcs,) [m]."""
         return lengths_of(self.length, self.force.shape[1])
 
     def degrees_at(self, place: float) -> float | None:
-        """Angle at a share of the line from the first arc's beginning; ``None`` where angles do not tell places."""
+        """Return the angle at a share of the line from the first arc's beginning; ``None`` without angles."""
         if self.edges is None:
             return None
         borders = np.concatenate([[0.0], np.cumsum(self.lengths)]) / self.lengths.sum()
@@ -66,7 +66,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Blow:
-    """What measures are taken from.
+    """Histories of one run from which measures are taken.
 
     Attributes:
         force: (n + 1,) of one contact [N].
@@ -121,7 +121,7 @@ class Measure(ABC):
     judged_by: ClassVar[str] = ""
 
     def is_known(self, blow: Blow) -> bool:
-        """Whether the run tells it."""
+        """Return whether the run has a value of it."""
         return not (
             (self.needs_displacement and blow.displacement is None)
             or (self.needs_stress and blow.stress is None)
@@ -130,15 +130,15 @@ class Measure(ABC):
 
     @abstractmethod
     def of(self, blow: Blow) -> float:
-        """Its value [SI]. A contact that never was has the value 0."""
+        """Return its value [SI]. A contact that never was has the value 0."""
 
     def of_landing(self, blow: Blow, landing: Landing) -> float | None:
         """Return its value of one landing [SI]; ``None`` where that has none."""
         return None
 
     def jump(self, blow: Blow, share: float) -> float:
-        """By how much it may jump [SI] where the impulse is known to a ``share`` of it; 0 of what follows the force
-        smoothly."""
+        """Return by how much it may jump [SI] where the impulse is known to a ``share`` of it; 0 for what follows the
+        force smoothly."""
         return 0.0
 
     def jump_of_landing(self, blow: Blow, landing: Landing, share: float) -> float:
@@ -156,7 +156,7 @@ class Impulse(Measure):
         return float(np.sum(blow.force[1:])) * blow.dt
 
     def of_landing(self, blow: Blow, landing: Landing) -> float:
-        """Above the quasi-static load."""
+        """Return the impulse above the quasi-static load."""
         return landing.impulse
 
 
@@ -170,12 +170,12 @@ class FilteredPeak(Measure):
         return largest_average(blow.force[1:], blow.dt, blow.filter_width)
 
     def of_landing(self, blow: Blow, landing: Landing) -> float:
-        """With the quasi-static load."""
+        """Return the filtered peak with the quasi-static load."""
         return landing.filtered_peak
 
 
 class ContactDuration(Measure):
-    """Of the first group of contacts, of the bodies themselves."""
+    """Duration of the first group of contacts, of the bodies themselves."""
 
     name, key, words = "contact_duration", "contact_duration_s", "contact duration"
     landing_key = "landing_duration_s"
@@ -187,11 +187,11 @@ class ContactDuration(Measure):
         return landing.duration
 
     def jump(self, blow: Blow, share: float) -> float:
-        """Touches that bear less than the ``share`` may be none; openings near the limit may end a group or not."""
+        """Return the jump of the duration: a touch below ``share`` may be none, an opening near the limit an end."""
         return self._jump(blow, _solid(blow), share)
 
     def jump_of_landing(self, blow: Blow, landing: Landing, share: float) -> float:
-        """The same of a landing after which the bodies part; of another one, by which its end moves with the band."""
+        """Return the same of a landing: where the bodies part, or else by which its end moves with the band."""
         if landing.pressed_on:
             return landing.end_doubt
         solid = _solid(blow)
@@ -207,27 +207,27 @@ class ContactDuration(Measure):
         steps = measures.closed_steps(solid[1:])
         if not len(steps):
             return 0.0
-        done = np.concatenate([[0.0], np.cumsum(solid[1:])])
-        borne = np.diff(done[steps])[:, 0]
+        impulse = np.concatenate([[0.0], np.cumsum(solid[1:])])
+        borne = np.diff(impulse[steps])[:, 0]
         raw, off = blow.dt * steps, min(OPENING, OF_IMPULSE * share)
-        kept = raw[borne > min(share * done[-1], float(borne.max()) / 2)]
+        kept = raw[borne > min(share * impulse[-1], float(borne.max()) / 2)]
         others = (_first(kept), *(_first(raw, measures.MERGE * (1 + by)) for by in (-off, off)))
         return max(abs(other - _first(raw)) for other in others)
 
 
 def _solid(blow: Blow) -> Array:
-    """(n + 1,) force of the bodies themselves [N]."""
+    """Return the force (n + 1,) of the bodies themselves [N]."""
     return blow.force if blow.film is None else blow.force - blow.film
 
 
 def _first(raw: Array, merge: float = measures.MERGE) -> float:
-    """How long the first group lasts of contacts (n, 2) [s]; 0 without any."""
+    """Return how long the first group lasts of contacts (n, 2) [s]; 0 without any."""
     groups = measures.merged(raw, merge)
     return float(groups[0, 1] - groups[0, 0]) if len(groups) else 0.0
 
 
 class Restitution(Measure):
-    """Of the first landing, its coefficient of restitution; of a run where a free striker lands but once."""
+    """Coefficient of restitution of the first landing, in a run where a free striker lands but once."""
 
     name, key, words = "restitution", "restitution", "restitution"
     landing_key = "landing_restitution"
@@ -270,7 +270,7 @@ class Stress(Measure):
         return peak.value if peak else 0.0
 
     def of_landing(self, blow: Blow, landing: Landing) -> float | None:
-        """The largest since it began."""
+        """Return the largest stress since the landing began."""
         peak = blow.stress.after_landing if blow.stress and blow.stress_since == landing.start else None
         return peak.value if peak else None
 
@@ -304,7 +304,7 @@ class LineForce(Measure):
         return self._peak(blow, blow.line.force[1:])
 
     def of_landing(self, blow: Blow, landing: Landing) -> float | None:
-        """With the quasi-static load."""
+        """Return the line force with the quasi-static load."""
         return None if blow.line is None else self._peak(blow, blow.line.force[1:][blow.steps_of(landing)])
 
     @staticmethod
@@ -326,7 +326,7 @@ class LineImpulse(Measure):
         return self._peak(blow, blow.line.force[1:])
 
     def of_landing(self, blow: Blow, landing: Landing) -> float | None:
-        """With that of the quasi-static load."""
+        """Return the line impulse with that of the quasi-static load."""
         return None if blow.line is None else self._peak(blow, blow.line.force[1:][blow.steps_of(landing)])
 
     @staticmethod
@@ -337,7 +337,7 @@ class LineImpulse(Measure):
 
 
 def all_measures() -> Mapping[str, Measure]:
-    """One of each that is defined by now, by name, ours first."""
+    """Return one of each measure that is defined by now, by name, ours first."""
     return {each.name: each() for each in Measure.__subclasses__() if "name" in vars(each)}
 
 
@@ -386,9 +386,9 @@ def values_of(blow: Blow, like: Sequence[Landing] | None = None) -> dict[str, fl
     one that has no partner is infinite.
     """
     values = {name: each.of(blow) for name, each in all_measures().items() if each.is_known(blow)}
-    asked = blow.landings if like is None else like
-    partners = dict(zip(asked, pair_landings(asked, blow.landings), strict=True)) if like is not None else {}
-    for prefix, wanted in judged_landings(asked).items():
+    reference = blow.landings if like is None else like
+    partners = dict(zip(reference, pair_landings(reference, blow.landings), strict=True)) if like is not None else {}
+    for prefix, wanted in judged_landings(reference).items():
         if prefix == FIRST and blow.asked != "first":
             continue
         partner = wanted if like is None else partners[wanted]
@@ -409,8 +409,8 @@ def in_words(name: str) -> str:
 def short_words(name: str) -> str:
     """Return what a value of a run is in words, its key and which landing it is of left out."""
     prefix, measure = _parted(name)
-    found = all_measures()[measure]
-    return (prefix and found.landing_words) or found.words
+    entry = all_measures()[measure]
+    return (prefix and entry.landing_words) or entry.words
 
 
 def label_of(key: str) -> str:
@@ -445,10 +445,10 @@ def _parted(name: str) -> tuple[str, str]:
 
 
 def any_needs_displacement(names: Collection[str]) -> bool:
-    """Whether the displacement of the seat's patch is wanted for one of these measures."""
+    """Return whether the displacement of the seat's patch is wanted for one of these measures."""
     return any(each.needs_displacement for name, each in all_measures().items() if name in names)
 
 
 def any_needs_stress(names: Collection[str]) -> bool:
-    """Whether the reed's stress is wanted for one of these measures."""
+    """Return whether the reed's stress is wanted for one of these measures."""
     return any(each.needs_stress for name, each in all_measures().items() if name in names)

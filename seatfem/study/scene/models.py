@@ -53,14 +53,14 @@ class Scene(Table):
 
     @property
     def needs_stress(self) -> bool:
-        """Whether the reed's stress is asked for while it strikes, by a measure or for its life."""
+        """Return whether the reed's stress is asked for while it strikes, by a measure or for its life."""
         for_life = self.life is not None and self.life.demand() is not None and self.reed.has_stress
         return any_needs_stress(self.accuracy.measures) or for_life
 
     @model_validator(mode="before")
     @classmethod
     def _places_as_drawn(cls, given: object, info: ValidationInfo) -> object:
-        """What follows from the files of [assembly]; what is wrong with its key is told where that is read."""
+        """Return the scene with what the files of [assembly] give; what is wrong with its key is reported there."""
         context = info.context or {}
         if not isinstance(given, Mapping) or given.get("assembly") != {"placed": "as drawn"}:
             return given
@@ -69,7 +69,7 @@ class Scene(Table):
     @model_validator(mode="before")
     @classmethod
     def _duration_of_the_cycles(cls, given: object) -> object:
-        """gas.cycles in place of run.duration; what is wrong with either is told where it is read."""
+        """Return gas.cycles in place of run.duration; what is wrong with either is reported where it is read."""
         gas = given.get("gas") if isinstance(given, Mapping) else None
         if not isinstance(given, Mapping) or not isinstance(gas, Mapping) or "cycles" not in gas:
             return given
@@ -83,28 +83,28 @@ class Scene(Table):
 
     @property
     def bodies(self) -> Mapping[str, Structure]:
-        """The bodies that take part, by the names of their tables."""
-        found = {"seat": self.seat, "reed": self.reed}
-        return found if self.stopper is None else {**found, "stopper": self.stopper.body}
+        """Return the bodies that take part, by the names of their tables."""
+        bodies = {"seat": self.seat, "reed": self.reed}
+        return bodies if self.stopper is None else {**bodies, "stopper": self.stopper.body}
 
     @property
     def contact_at(self) -> float | tuple[float, float] | None:
-        """Where on the reed the contacts lie [m]: the seat's, and the stopper's where that is another place."""
+        """Return where on the reed the contacts lie [m]: the seat's, and the stopper's where that is another place."""
         at = self.contact.at
         if self.stopper is None or self.stopper.at is None:
             return at
-        here = self.reed.free_point if at is None else at
-        assert here is not None
-        return at if self.stopper.at == here else (here, self.stopper.at)
+        place = self.reed.free_point if at is None else at
+        assert place is not None
+        return at if self.stopper.at == place else (place, self.stopper.at)
 
     @property
     def has_two_places(self) -> bool:
-        """Whether seat and stopper meet the reed at different places: the second is a port of its own."""
+        """Return whether seat and stopper meet the reed at different places: the second is a port of its own."""
         return isinstance(self.contact_at, tuple)
 
     @property
     def stopper_gap(self) -> float:
-        """From the undeformed reed to the stopper, lift - contact.gap where its lift is stated [m]."""
+        """Return the distance from the undeformed reed to the stopper, or its stated lift - contact.gap [m]."""
         assert self.stopper is not None
         if self.stopper.lift is not None:
             return self.stopper.lift - self.contact.gap
@@ -112,17 +112,17 @@ class Scene(Table):
         return self.stopper.gap
 
     def base_of(self, role: str) -> Base | None:
-        """What moves the base of the body in this role; ``None``: it rests."""
+        """Return what moves the base of the body in this role; ``None``: it rests."""
         return next((base for base in self.base if base.of == role), None)
 
     @property
     def is_loaded(self) -> bool:
-        """Whether known forces drive the reed, or gas or springs do, or bases move."""
+        """Return whether known forces drive the reed, or gas or springs do, or bases move."""
         return bool(self.load or self.base or self.spring) or self.gas is not None or self.reed.is_loaded
 
     @property
     def is_blown_by_lift(self) -> bool:
-        """Whether any load depends on how far the reed is off its seat."""
+        """Return whether any load depends on how far the reed is off its seat."""
         return self.gas is not None or any(load.by_lift for load in self.load)
 
     @model_validator(mode="after")

@@ -31,8 +31,7 @@ _ALIKE: Final = {".58": ".uff", ".npz": ".mtx", ".npy": ".mtx", ".hdf5": ".h5"}
 
 
 def no_scene(path: Path) -> str:
-    """Why a file of this name is no scene and what to do with it; "" of one that may be, or is
-    not there."""
+    """Return why a file of this name is no scene and what to do with it; "" for one that may be, or is not there."""
     suffix = path.suffix.lower()
     if path.is_dir() and suffix != ".toml":
         return "cannot be read: is a folder, no scene (TOML); `seatfem report` and `seatfem view` take folders of runs"

@@ -19,19 +19,19 @@ _PLAIN: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
 
 
 def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any], dict[str, Path]]:
-    """A scene with some keys changed, for another computer: its place and changes there, and its files, by their names.
+    """Return a changed scene for another computer: its place and changes there, and its files by their names.
 
     Files that a file is read with (decks that it includes, the HDF5 of an .xdmf, the curve of a strength) travel under
     their own names, which stand in it. Raises `SceneError` of what is wrong with the scene, and of such names that are
     not plain.
     """
     files = {"0/input.toml": path}
-    there = dict(changed)
+    renamed = dict(changed)
     for number, (key, file) in enumerate(_files(load_scene(path, changed).model_dump(by_alias=True)), start=1):
         suffix = _SUFFIX.search(file.name)
         name = f"{number}/input{suffix[0] if suffix else ''}"
         files[name] = file
-        there[key] = f"{FILES}/{name}"
+        renamed[key] = f"{FILES}/{name}"
         for other in _with(file, strength=key.startswith("life.")):
             half = other.stem == file.stem and file.suffix.lower() in (".ele", ".node")
             inner = f"input{other.suffix}" if half else other.name
@@ -42,16 +42,16 @@ def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any],
                 )
                 raise SceneError((Problem(path, 0, key, text),))
             files[f"{number}/{inner}"] = other
-    return f"{FILES}/0/input.toml", there, files
+    return f"{FILES}/0/input.toml", renamed, files
 
 
 def files_of(scene: Scene) -> set[Path]:
-    """All files that a scene names, by their whole paths."""
+    """Return all files that a scene names, by their whole paths."""
     return {path for _, path in _files(scene.model_dump(by_alias=True))}
 
 
 def _files(table: Any, key: str = "") -> Iterator[tuple[str, Path]]:
-    """By dotted key."""
+    """Yield the files by dotted key."""
     if isinstance(table, Path):
         yield key, table
     parts = table.items() if isinstance(table, Mapping) else enumerate(table) if isinstance(table, list | tuple) else ()
@@ -60,7 +60,7 @@ def _files(table: Any, key: str = "") -> Iterator[tuple[str, Path]]:
 
 
 def _with(file: Path, *, strength: bool) -> list[Path]:
-    """What is read with it."""
+    """Return the files that are read with it."""
     from seatfem.structures.formats.meshio_files import all_files  # for load time
 
     if strength:
@@ -69,20 +69,20 @@ def _with(file: Path, *, strength: bool) -> list[Path]:
 
 
 def by_content(scene: Scene, known: dict[Path, object] | None = None) -> dict[str, Any]:
-    """What a scene asks for, its title left out; in place of every file a hash of its content and of that of all files
-    it is read with. ``known``: those by path, each of which is read once."""
+    """Return what a scene asks for, its title left out; in place of every file a hash of its content and of that of all
+    files it is read with. ``known``: those by path, each of which is read once."""
     hashes = {} if known is None else known
 
-    def told(asked: Any, key: str) -> Any:
+    def hashed(asked: Any, key: str) -> Any:
         if isinstance(asked, Mapping):
-            return {name: told(value, f"{key}{name}.") for name, value in asked.items()}
+            return {name: hashed(value, f"{key}{name}.") for name, value in asked.items()}
         if isinstance(asked, list | tuple):
-            return [told(value, key) for value in asked]
+            return [hashed(value, key) for value in asked]
         if not isinstance(asked, Path):
             return asked
         if asked not in hashes:
             hashes[asked] = content_key({"files": [asked, *_with(asked, strength=key.startswith("life."))]})
         return hashes[asked]
 
-    asked: dict[str, Any] = told(scene.model_dump(exclude={"title"}, exclude_unset=True), "")
-    return asked
+    content: dict[str, Any] = hashed(scene.model_dump(exclude={"title"}, exclude_unset=True), "")
+    return content

@@ -44,7 +44,7 @@ WITHIN: Final = 8.0  # times that and part of it, where a factor is taken for th
 
 @dataclass(frozen=True)
 class DrawnClamp:
-    """What is clamped of a reed: two points on the line [m], and the table, with the direction of what lies beyond."""
+    """Clamp of a drawn reed: two points on the line [m], and the table, with the direction of what lies beyond."""
 
     table: Any
     ends: tuple[Vector, Vector]
@@ -120,18 +120,18 @@ class PartsAsDrawn:
     def placement(self, clamp: DrawnClamp) -> Placement:
         """Return how the reed lies over the lip. Raises `KeyProblem` of parts that do not fit together."""
         side = facing_side(self.drawn, self._normal)
-        found, name, contact = placed(self.land, side, np.array(clamp.ends)), self._name, self._contact_words
+        place, name, contact = placed(self.land, side, np.array(clamp.ends)), self._name, self._contact_words
         self._check_sizes(float(np.ptp(self.found.edges[self.seat.struck_face].reshape(-1, 3), axis=0).max()))
-        corners = loops.polygon(self._outline(found)[0])[0]
-        if not polygons.holds(corners, found.lip):
+        corners = loops.polygon(self._outline(place)[0])[0]
+        if not polygons.holds(corners, place.lip):
             x, y, z = np.round(1e3 * np.array(self.land.centre), 6) + 0.0
             raise KeyProblem(
                 KEY,
                 f"the centre of {contact}, ({x:.4g}, {y:.4g}, {z:.4g}) mm in {name}, lies beside the reed in "
-                f"{self.file.name}, in plan {1e3 * loops.nearest(self._outline(found)[0], np.array(found.lip)):.4g} mm "
+                f"{self.file.name}, in plan {1e3 * loops.nearest(self._outline(place)[0], np.array(place.lip)):.4g} mm "
                 f"from its edge ({self._units}): draw both parts in one coordinate system, or strike another face",
             )
-        return found
+        return place
 
     def opening(self, found: Placement, rings: int) -> float:
         """Return the smallest opening between lip and reed [m]. Raises `KeyProblem` of parts that overlap."""
@@ -172,9 +172,9 @@ class PartsAsDrawn:
     def _normal(self) -> Vector:
         """Return the normal of the struck face, out of the seat. Raises `KeyProblem` of curved ones."""
         normals = [face.normal for face in self.found.faces if self.seat.struck_face in face.groups]
-        if (found := normals[0]) is None:
+        if (normal := normals[0]) is None:
             raise KeyProblem("seat.contact", f"{self._name}: {self._contact_words} is not flat; {self._facing()}")
-        return found
+        return normal
 
     @property
     def _contact_words(self) -> str:
@@ -241,13 +241,13 @@ class PartsAsDrawn:
 
     def _facing(self) -> str:
         """Return what to select: the nearest flat faces of the seat that look towards the reed."""
-        found = sorted(self._towards(), key=lambda each: each[0])
-        if not found:
+        faces = sorted(self._towards(), key=lambda each: each[0])
+        if not faces:
             return "draw both parts in one coordinate system, no flat face of the seat looks towards the reed"
         words = (
             f"{_number(face)} (centre ({', '.join(f'{1e3 * c:.4g}' for c in np.round(face.centre, 12) + 0.0)}) mm, "
             f"{1e3 * away:.4g} mm from the reed)"
-            for away, face in found[:NEAREST]
+            for away, face in faces[:NEAREST]
         )
         return f"select a face that looks towards the reed, the nearest are {', '.join(words)}"
 

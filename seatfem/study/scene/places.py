@@ -1,4 +1,4 @@
-"""Whether the bodies of a scene can meet as they lie: the reed above what it is to strike."""
+"""Check that the bodies of a scene can meet as they lie: the reed above what it is to strike."""
 
 from __future__ import annotations
 
@@ -40,19 +40,19 @@ def misplaced(scene: Scene) -> Iterator[Finding]:
     part = f"{percent(share)} of the seat's struck face"
     reach = 1e3 * max(float(np.hypot(*loop.T).max()) for loop in face.contact)
     if by_the_lip:
-        there = 1e3 * min(float(np.hypot(*_fine(loop).T).min()) for loop in over.plan)
+        room = 1e3 * min(float(np.hypot(*_fine(loop).T).min()) for loop in over.plan)
         x, y = (1e3 * each for each in contact.offset)
         if scene.assembly is not None:
             text = (
                 f"in plan the reed, as drawn, covers {part} (limit: all of it), which reaches {reach:.4g} mm from its "
-                f"middle; the reed has {in_digits(there, 2)} mm about it: move one of the parts in the CAD program, or "
+                f"middle; the reed has {in_digits(room, 2)} mm about it: move one of the parts in the CAD program, or "
                 "take a wider reed or a smaller lip"
             )
             yield ("assembly", "placed"), text
             return
         text = (
             f"[{x:.4g} mm, {y:.4g} mm]: in plan the reed covers {part} (limit: all of it); this face reaches "
-            f"{reach:.4g} mm from its middle; the reed has {in_digits(there, 2)} mm about the middle of its contact: "
+            f"{reach:.4g} mm from its middle; the reed has {in_digits(room, 2)} mm about the middle of its contact: "
             "change the offset, or reed and seat, until the reed covers the lip"
         )
         yield ("contact", "offset"), text
@@ -71,6 +71,6 @@ def misplaced(scene: Scene) -> Iterator[Finding]:
 
 
 def _fine(loop: Array) -> Array:
-    """A loop with points between its corners."""
+    """Return a loop with points between its corners."""
     shares = np.arange(8)[:, None] / 8
     return np.asarray((loop[:, None] + shares * (np.roll(loop, -1, axis=0) - loop)[:, None]).reshape(-1, 2))

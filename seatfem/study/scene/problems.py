@@ -1,4 +1,4 @@
-"""What is wrong with a scene, in words: all of it at once, each with file, line and key."""
+"""Problems of a scene, in words: all of them at once, each with file, line and key."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ class Problem:
         if self.file is None:
             return f"{self.key}: {self.message}"
         place = f"{self.file}:{self.line}" if self.line else str(self.file)
-        told = f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
-        return _LINE_END.sub(r"\\n", told)
+        text = f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
+        return _LINE_END.sub(r"\\n", text)
 
 
 _LIMITS: Final = {
@@ -64,14 +64,14 @@ class SceneError(ValueError):
 def explain(
     error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], file: Path, lines: Mapping[KeyPath, int]
 ) -> tuple[Problem, ...]:
-    """Pydantic's findings in the words of scene files, in the order of the file; of a crowd the first `MOST`."""
-    found = [_Place.of(details, model, lines) for details in error.errors(include_url=False)]
-    found = [place for place in found if not _follows(place, found)]
-    found.sort(key=lambda place: place.line)
-    problems = [Problem(file, place.line, place.key, _message(place, data)) for place in found[:MOST]]
-    if len(found) > MOST:
+    """Return pydantic's findings in the words of scene files, in the order of the file; of a crowd the first `MOST`."""
+    places = [_Place.of(details, model, lines) for details in error.errors(include_url=False)]
+    places = [place for place in places if not _follows(place, places)]
+    places.sort(key=lambda place: place.line)
+    problems = [Problem(file, place.line, place.key, _message(place, data)) for place in places[:MOST]]
+    if len(places) > MOST:
         problems.append(
-            Problem(file, found[MOST].line, "", f"{len(found) - MOST} more problems from here on; mend these first")
+            Problem(file, places[MOST].line, "", f"{len(places) - MOST} more problems from here on; mend these first")
         )
     return tuple(problems)
 
@@ -86,7 +86,7 @@ def _follows(place: _Place, found: list[_Place]) -> bool:
 
 @dataclass(frozen=True)
 class _Place:
-    """What pydantic found, and where in the file."""
+    """A finding of pydantic, and where it is in the file."""
 
     details: ErrorDetails
     path: KeyPath
@@ -119,7 +119,7 @@ class _Place:
 
 
 def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int:
-    """The line of the key, or of the nearest table around it; ``lines``: by paths that are `single`."""
+    """Return the line of the key, or of the nearest table around it; ``lines``: by paths that are `single`."""
     path = single(path)
     return next((lines[path[:length]] for length in range(len(path), 0, -1) if path[:length] in lines), 0)
 
@@ -127,7 +127,7 @@ def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int:
 def _message(place: _Place, data: Mapping[str, Any]) -> str:
     details, path = place.details, place.path
     context = details.get("ctx", {})
-    written = _written(data, path) if (found := _written(data, single(path))) is None else found
+    written = _written(data, path) if (stated := _written(data, single(path))) is None else stated
     match details["type"]:
         case "extra_forbidden":
             close = _did_you_mean(str(path[-1]), list(place.known))
@@ -211,7 +211,7 @@ def _purpose(table: type[BaseModel] | None, key: object) -> str:
 
 
 def _written(data: object, path: KeyPath) -> object:
-    """What the file says at `path`; None where it says nothing."""
+    """Return what the file says at `path`; None where it says nothing."""
     for part in path:
         among = isinstance(data, Mapping) and part in data
         if not (among or (isinstance(data, list) and isinstance(part, int) and part < len(data))):
@@ -221,8 +221,8 @@ def _written(data: object, path: KeyPath) -> object:
 
 
 def _walk(model: type[BaseModel], location: KeyPath) -> tuple[KeyPath, type[BaseModel] | None, tuple[str, ...]]:
-    """The path in the file (without the tags that pydantic puts in), the table its last key belongs to, and the keys
-    of the table around where that one stands in it without a name of its own (``inlined``)."""
+    """Return the path in the file (without the tags that pydantic puts in), the table its last key belongs to, and the
+    keys of the table around where that one stands in it without a name of its own (``inlined``)."""
     table: type[BaseModel] | None = model
     tables: tuple[type[BaseModel], ...] = ()
     named = False  # the next part is a name that the user chose
@@ -252,12 +252,12 @@ def _walk(model: type[BaseModel], location: KeyPath) -> tuple[KeyPath, type[Base
 
 
 def tables_in(annotation: object) -> tuple[type[BaseModel], ...]:
-    """The tables that a key of this type may hold."""
+    """Return the tables that a key of this type may hold."""
     return tuple(kind for kind in leaves(annotation) if isinstance(kind, type) and issubclass(kind, BaseModel))
 
 
 def leaves(annotation: object) -> Iterator[Any]:
-    """The plain types behind unions and annotations."""
+    """Yield the plain types behind unions and annotations."""
     if get_origin(annotation) is Literal or not get_args(annotation):
         yield annotation
         return

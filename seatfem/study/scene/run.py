@@ -57,7 +57,7 @@ class Accuracy(Table):
 
     @property
     def judged(self) -> tuple[str, ...]:
-        """The names of the measures asked for, of the landing that they are asked of, among the values of a run."""
+        """Return the names of the measures asked for, of their landing, among the values of a run."""
         return judged_names(self.measures, self.landing)
 
     @model_validator(mode="before")

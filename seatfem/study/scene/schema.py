@@ -22,7 +22,7 @@ _NOT_FOR_EDITORS: Final = ("title", "ge", "gt", "le", "lt")
 
 
 class _AsWritten(GenerateJsonSchema):
-    """Of the values as they stand in a file: quantities are text, tables with a short form text, too."""
+    """Generator of schemas of values as a file has them: quantities are text, tables with a short form text, too."""
 
     def function_before_schema(self, schema: core_schema.BeforeValidatorFunctionSchema) -> JsonSchemaValue:
         function: Any = schema["function"]["function"]
@@ -38,7 +38,7 @@ class _AsWritten(GenerateJsonSchema):
         return {"anyOf": [inner, {"type": ["string", "array"]}]}
 
     def tagged_union_schema(self, schema: core_schema.TaggedUnionSchema) -> JsonSchemaValue:
-        """By its kind, where one is written; a name that may mean several is checked against any of these."""
+        """Return a union's schema by its kind, where one is written; a name of several is checked against any."""
         kinds = {str(name): self.generate_inner(each) for name, each in schema["choices"].items()}
         if not isinstance(schema["discriminator"], str):
             return {"anyOf": list(kinds.values())}
@@ -46,40 +46,40 @@ class _AsWritten(GenerateJsonSchema):
         rules = []
         for name in kinds:
             meant = [kinds[name], *(kinds[other] for other in kinds if name in also.get(other, ()))]
-            asked = {"properties": {"kind": {"const": name}}, "required": ["kind"]}
-            rules.append({"if": asked, "then": {"anyOf": meant}})
+            condition = {"properties": {"kind": {"const": name}}, "required": ["kind"]}
+            rules.append({"if": condition, "then": {"anyOf": meant}})
         return {"type": ["object", "string"], "properties": {"kind": {"enum": list(kinds)}}, "allOf": rules}
 
 
 def scene_schema() -> dict[str, Any]:
-    """The schema of a scene file, JSON Schema draft 2020-12.
+    """Return the schema of a scene file, JSON Schema draft 2020-12.
 
     Editors check the names of keys, options and kinds of values by it; what is missing, units, ranges and what depends
     on several keys are checked by the program alone. A [stopper] is checked for nothing: its keys are those of a body.
     """
-    made = schema_of(Scene, "seatfem scene")
-    for name, table in made["$defs"].items():
-        made["$defs"][name] = {**table, "additionalProperties": True} if name == Stopper.__name__ else table
+    schema = schema_of(Scene, "seatfem scene")
+    for name, table in schema["$defs"].items():
+        schema["$defs"][name] = {**table, "additionalProperties": True} if name == Stopper.__name__ else table
     for table in kinds_of():
-        if table.also and table.__name__ in made["$defs"]:
-            made["$defs"][table.__name__]["properties"]["kind"] = {"enum": [kind_of(table), *table.also]}
-    return made
+        if table.also and table.__name__ in schema["$defs"]:
+            schema["$defs"][table.__name__]["properties"]["kind"] = {"enum": [kind_of(table), *table.also]}
+    return schema
 
 
 def schema_of(table: type[BaseModel], title: str) -> dict[str, Any]:
-    """The schema of a file that holds ``table``, as its values are written there."""
-    made = _as_in_a_file(table.model_json_schema(schema_generator=_AsWritten))
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": title, **made}
+    """Return the schema of a file that holds ``table``, as its values are written there."""
+    schema = _as_in_a_file(table.model_json_schema(schema_generator=_AsWritten))
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": title, **schema}
 
 
 def schema_text(schema: Mapping[str, Any]) -> str:
-    """A schema as JSON."""
+    """Return a schema as JSON."""
     return json.dumps(schema, separators=(",", ":")) + "\n"
 
 
 def _as_in_a_file(value: Any, *, keys: bool = False) -> Any:
-    """Without null, which TOML has not, what only pydantic reads, and what tables require, which their short forms
-    leave out; ``keys``: the names in this mapping are the file's own."""
+    """Return the schema without null, which TOML has not, what only pydantic reads, and what tables require, which
+    their short forms leave out; ``keys``: the names in this mapping are the file's own."""
     if isinstance(value, list):
         return [_as_in_a_file(each) for each in value if each != {"type": "null"}]
     if not isinstance(value, Mapping):

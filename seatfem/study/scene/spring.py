@@ -55,9 +55,9 @@ preload = "5 N"
         if (self.number is None) != (self.radius is None):
             missing = "number" if self.number is None else "radius"
             raise KeyProblem(missing, "required key is missing: springs on a circle have number and radius")
-        given = [key for key in ("at", "points", "number") if getattr(self, key) is not None]
-        if len(given) > 1:
-            raise KeyProblem(given[1], f"{given[0]} is given too; keep one")
+        keys = [key for key in ("at", "points", "number") if getattr(self, key) is not None]
+        if len(keys) > 1:
+            raise KeyProblem(keys[1], f"{keys[0]} is given too; keep one")
         return self
 
     @property

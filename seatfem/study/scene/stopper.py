@@ -66,7 +66,7 @@ gap = "1.5 mm"
     @model_validator(mode="before")
     @classmethod
     def _apart(cls, given: object) -> object:
-        """The keys of the role, and those of the body."""
+        """Return the keys of the role, and those of the body."""
         if not isinstance(given, Mapping) or isinstance(given.get("body"), Structure):
             return given
         own = {key: value for key, value in given.items() if key in set(cls.model_fields) - {"body"}}
@@ -74,7 +74,7 @@ gap = "1.5 mm"
 
     @model_serializer(mode="wrap")
     def _together(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """As it stands in a file: one table."""
+        """Return the stopper as it is written in a file: one table."""
         own: dict[str, Any] = dict(handler(self))
         return {**own.pop("body", {}), **own}
 
@@ -93,7 +93,7 @@ gap = "1.5 mm"
 
     @property
     def parts(self) -> Division:
-        """Into which its face is divided."""
+        """Return the parts into which its face is divided."""
         many = self.arcs or (USUAL_ARCS if self.tilt or self.rings > 1 else 1)
         return Division(min(many, MOST_PORTS // self.rings), self.rings)
 
@@ -117,7 +117,7 @@ gap = "1.5 mm"
 
 
 def stopper_of(kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...]) -> type[Stopper]:
-    """A stopper whose body may be of these kinds, met by these laws."""
+    """Return a stopper whose body may be of these kinds, met by these laws."""
     fields: Any = {
         "body": (one_of(kinds), Stopper.model_fields["body"]),
         "law": (one_of(laws), Stopper.model_fields["law"]),

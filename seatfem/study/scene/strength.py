@@ -72,7 +72,7 @@ class CurveTable(Table):
 
     @cached_property
     def curve(self) -> Curve:
-        """In SI."""
+        """Return the curve in SI."""
         if self.knee_stress is None or self.knee_cycles is None or self.slope is None:
             return tabled(self.points or self._of_file(), scatter=self.scatter, survival=self.survival)
         second = math.inf if self.endurance_limit else self.second_slope
@@ -81,7 +81,7 @@ class CurveTable(Table):
         )
 
     def _of_file(self) -> list[tuple[float, float]]:
-        """Amplitude and cycles of each row. Raises `ColumnsError`."""
+        """Return amplitude and cycles of each row. Raises `ColumnsError`."""
         assert self.file is not None
         table = read_columns(self.file, COLUMNS, tuple(COLUMNS))
         return list(zip(table["stress"].tolist(), table["cycles"].tolist(), strict=True))
@@ -119,7 +119,7 @@ class StrengthTable(Table):
 
     @cached_property
     def strength(self) -> Strength:
-        """In SI."""
+        """Return the strength in SI."""
         return of_same_names(Strength, self, curve=self.curve and self.curve.curve)
 
 

@@ -74,7 +74,7 @@ frames = 40
         return self
 
     def check(self, duration: float) -> None:
-        """Raises `KeyProblem` of frames that lie beyond the run, ``duration`` [s]."""
+        """Raise `KeyProblem` for frames that lie beyond the run, ``duration`` [s]."""
         for key in ("frames_from", "frames_until"):
             if (time := getattr(self, key)) is not None and time > duration:
                 raise KeyProblem(

@@ -41,7 +41,7 @@ class NoTemplate(ValueError):
 
 
 def scene_template(name: str, *, file: str = "scene.toml") -> str:
-    """The text of a scene in which a body of the kind ``name`` meets one of a kind that suits it.
+    """Return the text of a scene in which a body of the kind ``name`` meets one of a kind that suits it.
 
     Args:
         name: of any kind that `[seat]` and `[reed]` take; it stands where it usually does.
@@ -78,10 +78,10 @@ def _begun(kind: type[Structure], motion: str = "") -> Mapping[str, Any]:
 
 def _body(role: str, kind: type[Structure], stated: Stated) -> list[str]:
     words = textwrap.wrap((kind.__doc__ or "").replace("`", ""), WIDE - 2)
-    given = {key: value for key, value in stated[role].items() if key != "kind"}
+    values = {key: value for key, value in stated[role].items() if key != "kind"}
     moving = kind.model_construct().moved_by if role == "seat" else ()
     head = [f"[{role}]", *(f"# {line}" for line in words), f'kind = "{kind_of(kind)}"']
-    return [*head, *table_lines(kind, given, leave=("kind", *moving), of=role, beside=stated), ""]
+    return [*head, *table_lines(kind, values, leave=("kind", *moving), of=role, beside=stated), ""]
 
 
 def table_lines(
@@ -92,7 +92,7 @@ def table_lines(
     of: str = "",
     beside: Stated | None = None,
 ) -> list[str]:
-    """The keys of a table: those that are given, then the others as comments, then its own tables.
+    """Return the keys of a table: those that are given, then the others as comments, then its own tables.
 
     ``beside``: what the scene states, of which the table is ``of``; its own tables are filled as far as they fit that.
     """
@@ -107,7 +107,7 @@ def table_lines(
 
 
 def _block(name: str, field: FieldInfo, beside: Stated | None) -> list[str]:
-    """A table behind #, as its class has it, where a scene with it is one; else what it would be, in words."""
+    """Return a table behind #, as its class has it, where a scene with it is one; else what it would be, in words."""
     words = " ".join((field.description or "").split()).replace("`", "")
     several = get_origin(field.annotation) is tuple
     header = f"[[{name}]]" if several else f"[{name}]"
@@ -131,7 +131,7 @@ def _block(name: str, field: FieldInfo, beside: Stated | None) -> list[str]:
 
 
 def _is_scene(stated: Stated, name: str, table: object) -> bool:
-    """Whether the scene may have this table, if its files are there."""
+    """Return whether the scene may have this table, if its files are there."""
     from seatfem.study.scene.load import scene_of  # with what is defined by now
 
     model, key = scene_of(kinds_of(), laws(), tuple(all_measures())), name.partition(".")
@@ -151,14 +151,18 @@ def _key(key: str, value: object, field: FieldInfo) -> list[str]:
 
 
 def _example(field: FieldInfo) -> str:
-    """The default, or a value that shows how one is written."""
+    """Return the default, or a value that shows how one is written."""
     if (default := default_of(field)).startswith("`"):
         return default.strip("`")
     if field.examples and isinstance(field.examples[0], str):
         return as_toml(field.examples[0])
-    told = holds(field)
-    found = re.findall("`([^`]+)`", told)
-    return found[0] if found else _SPOKEN.get(told, f"[{_SPOKEN.get(told.removeprefix('list of ').rstrip('s'), '')}]")
+    words = holds(field)
+    examples = re.findall("`([^`]+)`", words)
+    return (
+        examples[0]
+        if examples
+        else _SPOKEN.get(words, f"[{_SPOKEN.get(words.removeprefix('list of ').rstrip('s'), '')}]")
+    )
 
 
 def _is_table(field: FieldInfo) -> bool:
@@ -166,7 +170,7 @@ def _is_table(field: FieldInfo) -> bool:
 
 
 def _commented(text: str, words: str) -> list[str]:
-    """A line with what it means behind it, on lines of their own where that is long."""
+    """Return a line with what it means behind it, on lines of their own where that is long."""
     words = " ".join(words.split()).replace("`", "")
     if not words:
         return [text]

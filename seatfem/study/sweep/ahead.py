@@ -1,4 +1,4 @@
-"""What a study will take, before anything runs."""
+"""Prediction of what a study will take, before anything runs."""
 
 from __future__ import annotations
 
@@ -52,21 +52,21 @@ class Ahead:
     looked_at: int = 0
 
     def seconds(self, workers: int = 1) -> float:
-        """Of the clock. The seats are waited for by all, the scenes are shared out."""
+        """Return the time by the clock [s]. The seats are waited for by all, the scenes are shared out."""
         shared = self.scenes * self.each + self.beside * self.lane
         return self.start + self.seats * self.seat + shared / max(1, min(workers, self.scenes + self.beside))
 
     def workers(self) -> int:
-        """One a core, fewer where the memory that is there would not do."""
+        """Return the number of workers: one a core, fewer where the memory that is there would not do."""
         return max(1, min(cores(), int(MEMORY * available_memory() / self.memory)))
 
     def as_json(self) -> str:
-        """All of it, and the time with as many workers as there would be."""
+        """Return all of it as JSON, and the time with as many workers as there would be."""
         workers = self.workers()
         return json.dumps({**asdict(self), "workers": workers, "time_s": self.seconds(workers)}, indent=1)
 
     def in_words(self, workers: int) -> str:
-        """One line."""
+        """Return it in one line."""
         seats = f" with {self.seats} seat{'s'[: self.seats > 1]} to compute" if self.seats else ""
         a_seat = f" {in_time(self.seat)} a seat," if self.seats else ""
         beside = f" and {self.beside} in batches" if self.beside else ""
@@ -87,14 +87,14 @@ def ahead_of_many(study: Study, file: Path | None = None) -> Ahead:
     count = study.number_of_scenes
     drawn = np.random.default_rng(study.seed).choice(count, LOOKED_AT, replace=False) + 1
     cases = cases_of(study, file=file, numbers=frozenset(drawn.tolist()))
-    found = ahead(study.scene, cases)
-    times = count / len(cases) if 2 * found.seats > len(cases) else 1.0  # few seats come again and again
-    return replace(found, scenes=count, seats=round(times * found.seats), looked_at=len(cases))
+    sample = ahead(study.scene, cases)
+    times = count / len(cases) if 2 * sample.seats > len(cases) else 1.0  # few seats come again and again
+    return replace(sample, scenes=count, seats=round(times * sample.seats), looked_at=len(cases))
 
 
 def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
-    """Of these cases of the scene at a path. Raises what plans raise where none of the sampled scenes can be planned;
-    one that cannot stands in the table when it has been tried."""
+    """Return what these cases of the scene at a path will take. Raises what plans raise where none of the sampled
+    scenes can be planned; one that cannot is in the table when it has been tried."""
     machine = Machine.known()
     last = len(cases) - 1
     chosen = [cases[place] for place in sorted({round(last * k / (SAMPLED - 1)) for k in range(SAMPLED)})]

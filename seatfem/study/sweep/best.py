@@ -1,4 +1,4 @@
-"""What a search has found: the best points at the scene's own target, how they stand to the limits, in words."""
+"""Results of a search: the best points at the scene's own target, how they stand to the limits, in words."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from seatfem.study.sweep.table import StudyTable, table_of
 
 @dataclass(frozen=True)
 class Optimum:
-    """What a search has found.
+    """Best points that a search has found.
 
     Attributes:
         study: what was asked.
@@ -38,27 +38,27 @@ class Optimum:
 
     @property
     def goal(self) -> Optimise:
-        """What was sought."""
+        """Return what was sought."""
         return goal_of(self.study)
 
     @property
     def best(self) -> Found:
-        """At the scene's own target."""
+        """Return the best point at the scene's own target."""
         return self.confirmed[0]
 
     @property
     def has_numbers(self) -> bool:
-        """Whether the best was carried out."""
+        """Return whether the best was carried out."""
         return math.isfinite(self.best.value(self.goal.measure))
 
     @property
     def is_met(self) -> bool:
-        """Whether the best keeps all limits, up to their error bars."""
+        """Return whether the best keeps all limits, up to their error bars."""
         return self.has_numbers and violation(self.best, self.goal) == 0
 
     @cached_property
     def is_told_apart(self) -> bool:
-        """Whether the best two, both within all limits, differ by more than their error bars."""
+        """Return whether the best two, both within all limits, differ by more than their error bars."""
         met = [each for each in self.confirmed if violation(each, self.goal) == 0]
         if len(met) < 2:
             return True
@@ -74,17 +74,19 @@ class Optimum:
         return left_out_in_words(each.outcome.summary.get(STATUS, LANDED) for each in self.searched)
 
     def table(self, of: Sequence[Found]) -> StudyTable:
-        """A row for each point: values, measures, error bars, the margin of each limit, what became of it."""
+        """Return a row for each point: values, measures, error bars, the margin of each limit, what became of it."""
         measures = tuple(dict.fromkeys((*self.goal.measures, *self.study.outputs.asked())))
-        found = table_of(self.study, [each.case for each in of], {each.case.key: each.outcome for each in of}, measures)
+        results = table_of(
+            self.study, [each.case for each in of], {each.case.key: each.outcome for each in of}, measures
+        )
         margins = {
             f"margin of {each}": [None if math.isnan(m := each.margin(one.value(each.measure))) else m for one in of]
             for each in self.goal.constraints
         }
-        return replace(found, columns={**found.columns, **margins})
+        return replace(results, columns={**results.columns, **margins})
 
     def as_json(self) -> dict[str, Any]:
-        """The best point, how it stands to the limits, and how it was found."""
+        """Return the best point, how it stands to the limits, and how it was found."""
         limits = [
             {
                 "constraint": str(each),
@@ -111,7 +113,7 @@ class Optimum:
         }
 
     def in_words(self) -> str:
-        """One sentence, with what has to be known of it."""
+        """Return one sentence, with what has to be known of it."""
         if not self.has_numbers:
             outcome = self.best.outcome
             why = outcome.message or f"landing_status is {outcome.summary.get(STATUS, LANDED)!r} at the target"
@@ -133,7 +135,7 @@ class Optimum:
 
 
 def draw_search(found: Optimum, path: Path) -> str:
-    """The best so far over the evaluations; in words what kept it from being drawn, "" if nothing did."""
+    """Draw the best so far over the evaluations; return in words what kept it from being drawn, "" if nothing did."""
     goal = found.goal
     numbers = {each.point: each.case.number for each in found.searched}
     confirmed = [(numbers[each.point], each.value(goal.measure), _bar(each, goal.measure)) for each in found.confirmed]
@@ -142,7 +144,7 @@ def draw_search(found: Optimum, path: Path) -> str:
 
 
 def goal_of(study: Study) -> Optimise:
-    """What is sought. Raises `StudyError` of a study without [optimise]."""
+    """Return what is sought. Raises `StudyError` for a study without [optimise]."""
     if study.optimise is None:
         raise StudyError(
             "optimise: required table is missing: minimise or maximise = a key of summary.json, subject_to"
@@ -151,7 +153,7 @@ def goal_of(study: Study) -> Optimise:
 
 
 def violation(found: Found, goal: Optimise) -> float:
-    """Relative, of the limits that are not kept up to the error bars; infinite of a scene without numbers."""
+    """Return the relative violation of the limits not kept up to the error bars; infinite without numbers."""
     total = 0.0
     for each in goal.constraints:
         margin = each.margin(found.value(each.measure))

@@ -53,7 +53,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Cases:
-    """Makes the cases of a study, one after another.
+    """Builder of the cases of a study, one after another.
 
     Attributes:
         study, rounds: of all of them.
@@ -69,14 +69,14 @@ class Cases:
     files: dict[Path, object] = field(default_factory=dict)
 
     def case(self, number: int, changed: Changes) -> Case:
-        """The scene with these values. Raises `SceneError` or `RunError` of what is wrong with it."""
+        """Return the scene with these values. Raises `SceneError` or `RunError` for what is wrong with it."""
         scene = load_scene(self.study.scene, changed)
         check_step(scene)
-        asked = by_content(scene, self.files)
+        content = by_content(scene, self.files)
         stress = self.study.asks_for_stress
-        own = _key(asked if stress else [asked, "no stress"], self.rounds)
+        own = _key(content if stress else [content, "no stress"], self.rounds)
         if own not in self.made:
-            first = self.first.setdefault(_key(asked["seat"], 0), [])
+            first = self.first.setdefault(_key(content["seat"], 0), [])
             leads, guides = len(first) <= PILOTS, tuple(first if len(first) > PILOTS else first[:1])
             key = _key([own, *guides], self.rounds) if guides else own
             self.made[own] = Case(number, changed, key, leads, guides, stress=stress)
@@ -94,7 +94,7 @@ def cases_of(
     numbers: Collection[int] | None = None,
     progress: Progress = silent,
 ) -> list[Case]:
-    """All scenes of the study, or those with such ``changes``, or with these ``numbers`` from 1.
+    """Return all scenes of the study, or those with such ``changes``, or with these ``numbers`` from 1.
 
     Args:
         rounds: of refinement that each may take.
@@ -103,10 +103,10 @@ def cases_of(
     Raises:
         SceneError: what is wrong with the scene or with values of it; for each key the first scene of which it is so.
     """
-    found: list[Case] = []
+    cases: list[Case] = []
     problems: dict[str, Problem] = {}
     wrong: Counter[str] = Counter()
-    made = Cases(study, rounds)
+    builder = Cases(study, rounds)
     count = study.number_of_scenes if changes is None else len(changes)
     for number, changed in enumerate(changes_of(study) if changes is None else changes, start=1):
         if numbers is not None and number not in numbers:
@@ -114,21 +114,21 @@ def cases_of(
         if number % TOLD_EVERY == 0:
             progress("checking scenes", number / count)
         try:
-            found.append(made.case(number, changed))
+            cases.append(builder.case(number, changed))
         except (SceneError, RunError) as error:
             for problem in _problems(error, study):
                 which = f"scene {number} of {count}"
-                told = _in_the_study(problem, changed, which)
-                problems.setdefault(told.key, told)
-                wrong[told.key] += 1
+                of_study = _in_the_study(problem, changed, which)
+                problems.setdefault(of_study.key, of_study)
+                wrong[of_study.key] += 1
     if problems:
-        told_all = SceneError(tuple(_with_others(problem, wrong[key] - 1) for key, problem in problems.items()))
-        raise told_all if file is None else located(told_all, file)
-    return found
+        failure = SceneError(tuple(_with_others(problem, wrong[key] - 1) for key, problem in problems.items()))
+        raise failure if file is None else located(failure, file)
+    return cases
 
 
 def key_of_case(case: Case, *way: str) -> str:
-    """The key of a case that is carried out in another way."""
+    """Return the key of a case that is carried out in another way."""
     return content_key({"scene": case.key, "way": list(way)})[:32]
 
 
@@ -143,7 +143,7 @@ def _problems(error: SceneError | RunError, study: Study) -> tuple[Problem, ...]
 
 
 def _in_the_study(problem: Problem, changed: Changes, which: str) -> Problem:
-    """A problem of a key that varies, with its value, at its place in the study; others as they are in the scene."""
+    """Return a problem of a key that varies, with its value, at its place in the study; others as in the scene."""
     touching = [key for key in changed if _within(problem.key, key) or _within(key, problem.key)]
     if not touching:
         varied = ", ".join(f"{key} = {value!r}" for key, value in changed.items())
@@ -158,16 +158,16 @@ def _within(key: str, table: str) -> bool:
 
 
 def _with_others(problem: Problem, others: int) -> Problem:
-    told = f"{problem.message}; {others} more scene{'s'[: others > 1]} alike"
-    return replace(problem, message=told) if others else problem
+    message = f"{problem.message}; {others} more scene{'s'[: others > 1]} alike"
+    return replace(problem, message=message) if others else problem
 
 
 def columns_of(cases: list[Case], study: Study) -> Mapping[str, list[object]]:
-    """The values of each key by scene: numbers in the unit of the key, else as they are."""
-    found: dict[str, list[object]] = {}
+    """Return the values of each key by scene: numbers in the unit of the key, else as they are."""
+    columns: dict[str, list[object]] = {}
     for key, variation in study.vary.items():
         texts = isinstance(variation, Listed) and not variation.numbers()
         values = [case.changed[key] for case in cases]
         name = f"{key} [{variation.unit}]" if variation.unit else key
-        found[name] = [str(value) if texts else number_and_unit(value)[0] for value in values]
-    return found
+        columns[name] = [str(value) if texts else number_and_unit(value)[0] for value in values]
+    return columns

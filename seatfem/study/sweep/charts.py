@@ -35,7 +35,7 @@ def _titled(figure: Figure, table: StudyTable, what: str, mark: str = "") -> Non
 
 
 def draw_effects(table: StudyTable, effects: Sequence[Effect], path: Path) -> None:
-    """A panel for each parameter (columns) and measure (rows): every scene, and the mean with its standard error.
+    """Draw a panel for each parameter (columns) and measure (rows): every scene, and the mean with its standard error.
 
     Raises:
         PictureError: matplotlib is missing; as all functions here.
@@ -73,7 +73,7 @@ def _effect(axes: Axes, table: StudyTable, effect: Effect) -> None:
 
 
 def _scenes(axes: Axes, table: StudyTable, x: np.ndarray, measure: str) -> None:
-    """Every scene, with its error bar where there are few; one that does not count hollow, at the bottom."""
+    """Draw every scene, with its error bar where there are few; one that does not count hollow, at the bottom."""
     y, bars = table.values(measure), table.values(BAR + measure)
     size = 3.0 if len(table) <= FEW else 1.8
     if len(table) <= FEW and np.isfinite(bars).any():
@@ -91,7 +91,7 @@ def _left_out(axes: Axes, x: np.ndarray) -> None:
 
 
 def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> None:
-    """First-order and total index of each key with its confidence interval, a panel for each measure."""
+    """Draw the first-order and total index of each key with its confidence interval, a panel for each measure."""
     shown = found[:MOST]
     places = np.arange(len(table.parameters), dtype=float)
     columns = min(len(shown), 3)
@@ -120,7 +120,7 @@ def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> Non
 
 
 def draw_bands(table: StudyTable, bands: Sequence[Band], path: Path) -> None:
-    """The share of scenes below each value, with the percentiles, a panel for each measure."""
+    """Draw the share of scenes below each value, with the percentiles, a panel for each measure."""
     shown = bands[:MOST]
     columns = min(len(shown), 3)
     rows = math.ceil(len(shown) / columns)
@@ -152,7 +152,7 @@ def draw_bands(table: StudyTable, bands: Sequence[Band], path: Path) -> None:
 
 
 def draw_scatter(table: StudyTable, names: Sequence[str], path: Path) -> None:
-    """Every column against every other, their histograms in the diagonal."""
+    """Draw every column against every other, their histograms in the diagonal."""
     shown = list(names)
     rows = drawn_rows(table) | (not table.study.is_drawn)
     rows = rows & table.has_numbers & ~table.left_out
@@ -184,7 +184,7 @@ def draw_scatter(table: StudyTable, names: Sequence[str], path: Path) -> None:
 
 
 def draw_front(table: StudyTable, path: Path) -> None:
-    """Every scene by the two measures, those that none beats in both joined by a line and numbered."""
+    """Draw every scene by the two measures, those that none beats in both joined by a line and numbered."""
     (across, more_across), (up, more_up) = objectives(table)
     x, y, best = table.values(across), table.values(up), front(table)
     with sheet(path, 5.2, 4.0) as figure:
@@ -207,7 +207,7 @@ def draw_history(
     confirmed: Sequence[tuple[int, float, float]],
     path: Path,
 ) -> None:
-    """The measure of every scene of a search, the best so far, and what was confirmed: number, value, error bar."""
+    """Draw the measure of every scene of a search, the best so far, and the confirmed: number, value, error bar."""
     number, value, inside = table.numbers("scene"), table.values(goal.measure), np.array(within)
     best = goal.sign * np.fmin.accumulate(np.where(inside, goal.sign * value, np.nan))
     with sheet(path, 5.6, 3.6) as figure:

@@ -16,7 +16,7 @@ Changes = Mapping[str, Value]
 
 
 def changes_of(study: Study) -> Iterator[Changes]:
-    """What each scene of the study changes, in their order. The same seed gives the same values.
+    """Yield what each scene of the study changes, in their order. The same seed gives the same values.
 
     Grids count the last key fastest. "sobol_indices" has the two samples A and B of Saltelli (2010), n scenes each,
     then for each key the scenes of A with that key's column from B.
@@ -32,7 +32,7 @@ def changes_of(study: Study) -> Iterator[Changes]:
 
 
 def shares_of(study: Study) -> NDArray[np.float64]:
-    """(scenes, keys) shares of the distributions, in 0..1, that a design draws."""
+    """Return shares (scenes, keys) of the distributions, in 0..1, that a design draws."""
     from scipy.stats import qmc  # takes long to load
 
     count, keys = study.number, len(study.vary)

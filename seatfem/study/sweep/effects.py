@@ -1,4 +1,4 @@
-"""What follows from the table of a study: main effects, Sobol's indices, percentiles, a Pareto front."""
+"""Statistics of the table of a study: main effects, Sobol's indices, percentiles, a Pareto front."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ RESAMPLES: Final = 999
 
 
 def varying(table: StudyTable) -> list[str]:
-    """Parameters with several values."""
+    """Return the parameters with several values."""
     return [name for name in table.parameters if len(set(table.columns[name])) > 1]
 
 
 def told(table: StudyTable) -> list[str]:
-    """Measures with several values."""
+    """Return the measures with several values."""
     return [name for name in table.measures if len(set(table.values(name)[_known(table, name)].tolist())) > 1]
 
 
@@ -54,10 +54,10 @@ class Effect:
 
 
 def main_effect(table: StudyTable, parameter: str, measure: str) -> Effect:
-    """By each value of the parameter, or of many values by groups of neighbours."""
+    """Return the effect by each value of the parameter, or for many values by groups of neighbours."""
     known = _known(table, measure)
     y = table.values(measure)[known]
-    column = [value for value, there in zip(table.columns[parameter], known, strict=True) if there]
+    column = [value for value, counts in zip(table.columns[parameter], known, strict=True) if counts]
     text = table.is_text(parameter)
     values = np.array(column, dtype=object if text else float)
     levels = list(dict.fromkeys(column)) if text else sorted(set(column))  # type: ignore[type-var]
@@ -74,7 +74,7 @@ def main_effect(table: StudyTable, parameter: str, measure: str) -> Effect:
 
 
 def main_effects(table: StudyTable) -> list[Effect]:
-    """Of every parameter on every measure; none of a zip of several keys, whose values go together."""
+    """Return every parameter's effect on every measure; none for a zip of several keys, which vary together."""
     parameters = varying(table)
     if table.study.design == "zip" and len(table.parameters) > 1:
         return []
@@ -82,7 +82,7 @@ def main_effects(table: StudyTable) -> list[Effect]:
 
 
 def effects_columns(effects: Sequence[Effect]) -> Columns:
-    """As a table."""
+    """Return the effects as a table."""
     rows = [
         (each.parameter, each.measure, at, float(mean), float(error), int(count))
         for each in effects
@@ -111,21 +111,23 @@ class Indices:
 
 
 def sobol_indices(table: StudyTable) -> list[Indices]:
-    """Of every measure; none of other designs. Blocks with a scene that failed or does not count are left out."""
+    """Return the indices of every measure; none for other designs. Blocks with a scene that does not count are left
+    out."""
     count, keys = table.study.number, len(table.parameters)
     if table.study.design != "sobol_indices" or count is None:
         return []
-    found = []
+    indices = []
     for measure in told(table):
         blocks = table.values(measure).reshape(keys + 2, count)
         whole = np.isfinite(blocks).all(axis=0)
         if whole.sum() > 2:
-            found.append(saltelli(blocks[0, whole], blocks[1, whole], blocks[2:, whole], measure, table.study.seed))
-    return found
+            indices.append(saltelli(blocks[0, whole], blocks[1, whole], blocks[2:, whole], measure, table.study.seed))
+    return indices
 
 
 def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed: int = 0) -> Indices:
-    """Indices from two samples (n,) of a measure, and from those of the first with one key from the second (keys, n).
+    """Return the indices from two samples (n,) of a measure, and those of the first with one key of the second (keys,
+    n).
 
         S_i = mean(f_B (f_ABi - f_A))/V,  ST_i = mean((f_A - f_ABi)^2)/(2 V),
 
@@ -138,7 +140,7 @@ def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed:
     samples = np.array([first, second, *mixed]) - mean
 
     def indices(blocks: NDArray[np.int64], axis: int = -1) -> Array:
-        """(2 keys, ...) of resampled blocks (..., n)."""
+        """Return the indices (2 keys, ...) of resampled blocks (..., n)."""
         a, b, *others = samples[:, blocks]
         variance = np.var(np.concatenate([a, b], axis=-1), axis=-1)
         one = [np.mean(b * (ab - a), axis=-1) / variance for ab in others]
@@ -146,7 +148,7 @@ def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed:
         return np.array([*one, *every])
 
     numbers = np.arange(samples.shape[1])
-    here = indices(numbers)
+    own = indices(numbers)
     spread = bootstrap(
         (numbers,), indices, n_resamples=RESAMPLES, confidence_level=CONFIDENCE, method="percentile",
         rng=np.random.default_rng(seed), vectorized=True,
@@ -154,13 +156,13 @@ def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed:
     low, high = np.asarray(spread.low), np.asarray(spread.high)
     keys = len(mixed)
     return Indices(
-        measure, here[:keys], here[keys:], np.array([low[:keys], high[:keys]]), np.array([low[keys:], high[keys:]]),
+        measure, own[:keys], own[keys:], np.array([low[:keys], high[:keys]]), np.array([low[keys:], high[keys:]]),
         len(numbers),
     )  # fmt: skip
 
 
 def indices_columns(table: StudyTable, found: Sequence[Indices]) -> Columns:
-    """As a table."""
+    """Return the indices as a table."""
     return {
         "measure": [each.measure for each in found for _ in table.parameters],
         "parameter": [parameter for _ in found for parameter in table.parameters],
@@ -175,7 +177,7 @@ def indices_columns(table: StudyTable, found: Sequence[Indices]) -> Columns:
 
 
 def drawn_rows(table: StudyTable) -> NDArray[np.bool_]:
-    """(scenes,) those that are a sample of the distributions: of "sobol_indices" the first two samples alone."""
+    """Return the scenes (scenes,) drawn from the distributions: of "sobol_indices" the first two samples alone."""
     rows = np.full(len(table), table.study.is_drawn)
     if table.study.design == "sobol_indices" and table.study.number is not None:
         rows[2 * table.study.number :] = False
@@ -202,10 +204,10 @@ class Band:
 
 
 def tolerance_bands(table: StudyTable) -> list[Band]:
-    """Of every measure with at least `ENOUGH` scenes; none of designs that draw nothing."""
+    """Return the bands of every measure with at least `ENOUGH` scenes; none for designs that draw nothing."""
     from scipy.stats import quantile_test  # takes long to load
 
-    found = []
+    bands = []
     for measure in told(table):
         rows = drawn_rows(table) & _known(table, measure)
         sample = np.sort(table.values(measure)[rows])
@@ -217,25 +219,25 @@ def tolerance_bands(table: StudyTable) -> list[Band]:
             interval = np.array([test.confidence_interval(CONFIDENCE) for test in tests], dtype=float).T
         bars = table.numbers(f"error_bar_{measure}")[rows]
         bar = float(np.max(bars)) if np.isfinite(bars).all() else float("nan")
-        found.append(Band(measure, sample, np.percentile(sample, PERCENTILES), interval, bar))
-    return found
+        bands.append(Band(measure, sample, np.percentile(sample, PERCENTILES), interval, bar))
+    return bands
 
 
 def bands_columns(bands: Sequence[Band]) -> Columns:
-    """As a table."""
-    found: dict[str, list[object]] = {
+    """Return the bands as a table."""
+    columns: dict[str, list[object]] = {
         "measure": [band.measure for band in bands],
         "scenes": [len(band.sample) for band in bands],
     }
     for k, share in enumerate(PERCENTILES):
-        found[f"p{share:g}"] = [float(band.at[k]) for band in bands]
-        found[f"p{share:g}_low"] = [float(band.interval[0, k]) for band in bands]
-        found[f"p{share:g}_high"] = [float(band.interval[1, k]) for band in bands]
-    return found | {"largest_error_bar": [band.bar for band in bands]}
+        columns[f"p{share:g}"] = [float(band.at[k]) for band in bands]
+        columns[f"p{share:g}_low"] = [float(band.interval[0, k]) for band in bands]
+        columns[f"p{share:g}_high"] = [float(band.interval[1, k]) for band in bands]
+    return columns | {"largest_error_bar": [band.bar for band in bands]}
 
 
 def front(table: StudyTable) -> list[int]:
-    """Rows on the Pareto front of the two measures asked for, by the first of them; none where none are."""
+    """Return the rows on the Pareto front of the two measures asked for, by the first of them; none where none are."""
     if table.study.outputs.pareto is None:
         return []
     costs = [-table.values(name) if more else table.values(name) for name, more in objectives(table)]
@@ -243,5 +245,5 @@ def front(table: StudyTable) -> list[int]:
 
 
 def objectives(table: StudyTable) -> list[tuple[str, bool]]:
-    """The measures of the front, and whether more is better."""
+    """Return the measures of the front, and whether more is better."""
     return [(text.split()[-1], text.startswith("max ")) for text in table.study.outputs.pareto or ()]

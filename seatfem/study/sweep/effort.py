@@ -1,4 +1,4 @@
-"""What the scenes of a study may take; without what runs them, so that a command line can state it at once."""
+"""Limits on what the scenes of a study may take; without what runs them, for a quick start of a command line."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from seatfem.study.safety import MOST_ROUNDS
 
 @dataclass(frozen=True)
 class Effort:
-    """What a study may take.
+    """Limits on what a study may take.
 
     Attributes:
         workers: processes; ``None``: one a core, as far as the memory does.

@@ -29,26 +29,26 @@ class Constraint:
         return f"{self.measure} {'>=' if self.sign > 0 else '<='} {self.limit:g}"
 
     def margin(self, value: float) -> float:
-        """By how much the limit is kept, in the unit of the measure; negative where it is not."""
+        """Return by how much the limit is kept, in the unit of the measure; negative where it is not."""
         return self.sign * (value - self.limit)
 
     def holds(self, margin: float, bar: float) -> bool:
-        """Up to the error bar of the measure; up to `LOOSE` of the limit where it has none (nan)."""
+        """Return whether the limit is kept up to the measure's error bar, or up to `LOOSE` of it without one (nan)."""
         return margin >= -(bar if math.isfinite(bar) else LOOSE * abs(self.limit))
 
 
 def _constraint(text: object) -> Constraint:
-    found = _CONSTRAINT.fullmatch(text) if isinstance(text, str) else None
+    parts = _CONSTRAINT.fullmatch(text) if isinstance(text, str) else None
     try:
-        limit = float(found[3]) if found else math.nan
+        limit = float(parts[3]) if parts else math.nan
     except ValueError:
         limit = math.nan
-    if found is None or not math.isfinite(limit):
+    if parts is None or not math.isfinite(limit):
         raise ValueError(
             f"{str(text)[:80]!r} cannot be read; write a key of summary.json, <= or >=, and a number in SI units, as "
             "in 'life_margin >= 1.2' or 'impulse_Ns <= 2e-3'"
         )
-    return Constraint(found[1], 1.0 if found[2] == ">=" else -1.0, limit)
+    return Constraint(parts[1], 1.0 if parts[2] == ">=" else -1.0, limit)
 
 
 class Optimise(Table):
@@ -64,22 +64,22 @@ class Optimise(Table):
 
     @property
     def measure(self) -> str:
-        """What is optimised."""
+        """Return the measure that is optimised."""
         return self.minimise or self.maximise or ""
 
     @property
     def sign(self) -> float:
-        """1 where less is better, else -1."""
+        """Return 1 where less is better, else -1."""
         return 1.0 if self.minimise else -1.0
 
     @property
     def constraints(self) -> tuple[Constraint, ...]:
-        """All limits."""
+        """Return all limits."""
         return self.subject_to
 
     @property
     def measures(self) -> tuple[str, ...]:
-        """All that are asked for, each once."""
+        """Return all measures that are asked for, each once."""
         return tuple(dict.fromkeys((self.measure, *(each.measure for each in self.constraints))))
 
     @model_validator(mode="after")
@@ -89,7 +89,7 @@ class Optimise(Table):
         return self
 
     def check_keys(self, count: int) -> None:
-        """Raises `KeyProblem` where the evaluations do not do for a quadratic model in so many keys."""
+        """Raise `KeyProblem` where the evaluations do not do for a quadratic model in so many keys."""
         if self.most < 2 * count + 3:
             raise KeyProblem(
                 "optimise.most", f"{self.most} evaluations are too few for {count} keys: at least {2 * count + 3}"

@@ -43,7 +43,7 @@ def run_optimum(
     progress: Progress = silent,
     tell: Tell = untold,
 ) -> Optimum:
-    """The scene whose measure is least or greatest within limits; optimum.json, optimum.csv, search.csv in ``folder``.
+    """Find the scene with the least or greatest measure within limits; write optimum.json, optimum.csv, search.csv.
 
     A third of the evaluations is a Latin hypercube, in all workers; from its best point COBYQA goes on. What it finds
     is carried out at the scene's own target; by what the measures differ there those of the search are shifted, and it
@@ -74,21 +74,21 @@ def run_optimum(
             for outcome in [known[case.key] for case in cases if case.key in known][:1]:
                 heard(outcome)
             once = replace(effort, retry=False)  # those of this very search
-            found = run_cases(study.scene, cases, journal, known, about=about, effort=once, ask=ask, heard=heard)
-            known.update(found)
+            outcomes = run_cases(study.scene, cases, journal, known, about=about, effort=once, ask=ask, heard=heard)
+            known.update(outcomes)
             about.clear()
             progress(STAGE, min(1.0, (len(search.found) + len(target.found) + 1) / (goal.most + CONFIRMED)))
-            return found
+            return outcomes
 
         search = Level(study, Cases(study, rounds), _coarse(study), carry_out)
         target = Level(study, Cases(study, rounds), {}, carry_out)
         _search(search, target, goal)
     confirmed = sorted(target.found.values(), key=lambda each: (violation(each, goal), rank(each, goal, {})[1]))
-    found = Optimum(study, tuple(search.found.values()), tuple(confirmed))
-    write_csv(folder / "search.csv", found.table(found.searched).columns)
-    write_csv(folder / "optimum.csv", found.table(found.confirmed).columns)
-    write_whole(folder / "optimum.json", (json.dumps(found.as_json(), indent=1) + "\n").encode("utf-8"))
-    return found
+    optimum = Optimum(study, tuple(search.found.values()), tuple(confirmed))
+    write_csv(folder / "search.csv", optimum.table(optimum.searched).columns)
+    write_csv(folder / "optimum.csv", optimum.table(optimum.confirmed).columns)
+    write_whole(folder / "optimum.json", (json.dumps(optimum.as_json(), indent=1) + "\n").encode("utf-8"))
+    return optimum
 
 
 def _search(search: Level, target: Level, goal: Optimise) -> None:
@@ -96,18 +96,18 @@ def _search(search: Level, target: Level, goal: Optimise) -> None:
     model = 2 * keys + 1  # points of a first quadratic model
     search.at(first_points(keys, max(1, min(goal.most // 3, goal.most - model)), search.study.seed))
     shift: Shift = {}
-    for left in range(CONFIRMED, 0, -1):
+    for turns in range(CONFIRMED, 0, -1):
         spare = goal.most - len(search.found)
-        part = max(model, 2 * spare // 3 if left == CONFIRMED else spare // left)
+        part = max(model, 2 * spare // 3 if turns == CONFIRMED else spare // turns)
         if spare >= model:
-            improve(search, goal, shift, RADIUS if left == CONFIRMED else AGAIN, len(search.found) + min(part, spare))
+            improve(search, goal, shift, RADIUS if turns == CONFIRMED else AGAIN, len(search.found) + min(part, spare))
         ranked = sorted(search.found.values(), key=lambda each: rank(each, goal, shift))
         if math.isinf(rank(ranked[0], goal, shift)[0]):
             first = ranked[0].outcome
             statuses = [each.outcome.summary.get(STATUS, LANDED) for each in search.found.values()]
-            told = first.message or left_out_in_words(statuses) or f"{', '.join(goal.measures)}: not known"
+            message = first.message or left_out_in_words(statuses) or f"{', '.join(goal.measures)}: not known"
             raise StudyError(
-                f"optimise: none of {len(ranked)} scenes has the numbers that are asked for; the first: {told}"
+                f"optimise: none of {len(ranked)} scenes has the numbers that are asked for; the first: {message}"
             )
         for each in ranked:
             if math.isfinite(rank(each, goal, shift)[0]) and all(
@@ -131,7 +131,7 @@ def optimise(
     rounds: int = MOST_ROUNDS,
     cluster: str | None = None,
 ) -> Optimum:
-    """The best scene of a study file with a table [optimise] (docs/studies.md).
+    """Find the best scene of a study file with a table [optimise] (docs/studies.md).
 
         found = seatfem.optimise("study.toml"); found.in_words(); found.as_json()["keys"]
 
@@ -146,39 +146,40 @@ def optimise(
 
 @dataclass(frozen=True)
 class SearchAhead:
-    """What an optimisation would take: its search, and the scenes that confirm it."""
+    """Prediction of what an optimisation would take: its search, and the scenes that confirm it."""
 
     search: Ahead
     target: Ahead
 
     def workers(self) -> int:
-        """As many as either could use."""
+        """Return as many workers as either could use."""
         return min(self.search.workers(), self.target.workers())
 
     def as_json(self) -> str:
-        """Both, and the time of all with one worker: one scene follows from the other."""
+        """Return both as JSON, and the time of all with one worker: one scene follows from the other."""
         parts = {"search": json.loads(self.search.as_json()), "confirmation": json.loads(self.target.as_json())}
         return json.dumps({**parts, "time_s": self.search.seconds() + self.target.seconds()}, indent=1)
 
     def in_words(self, workers: int) -> str:
-        """One line."""
+        """Return it in one line."""
         return f"search: at most {self.search.in_words(1)}; then at the target: {self.target.in_words(1)}"
 
 
 def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) -> SearchAhead:
-    """Of a study with [optimise], by its lowest, middle and highest values. Raises `SceneError` of what is wrong."""
+    """Return the prediction for a study with [optimise], by its lowest, middle and highest values. Raises
+    `SceneError`."""
     goal = goal_of(study)
     points = [(share,) * len(study.vary) for share in (0.0, 0.5, 1.0)]
 
     def price(accuracy: Changes, scenes: int) -> Ahead:
         cases = cases_of(study, rounds, file, [{**changes_at(study, point), **accuracy} for point in points])
-        found = ahead(study.scene, cases)
-        return replace(found, scenes=scenes, seats=scenes if found.seats > 1 else found.seats)
+        prediction = ahead(study.scene, cases)
+        return replace(prediction, scenes=scenes, seats=scenes if prediction.seats > 1 else prediction.seats)
 
     target = price({}, CONFIRMED)  # first: its messages are of the scene as it is
-    asked = load_scene(study.scene, changes_at(study, points[1])).accuracy.target
-    if goal.coarse < asked:
-        words = f"{goal.coarse:g} is finer than the scene's accuracy.target, {asked:g}; raise one or lower the other"
+    finest = load_scene(study.scene, changes_at(study, points[1])).accuracy.target
+    if goal.coarse < finest:
+        words = f"{goal.coarse:g} is finer than the scene's accuracy.target, {finest:g}; raise one or lower the other"
         wrong = SceneError((Problem(None, 0, "optimise.coarse", words, ("optimise", "coarse")),))
         raise wrong if file is None else located(wrong, file)
     return SearchAhead(price(_coarse(study), goal.most), target)

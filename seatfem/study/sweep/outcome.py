@@ -30,7 +30,7 @@ NOTES: Final = "notes"
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a scene.
+    """Summary of a scene, or why there is none.
 
     Attributes:
         state: "done"; "missed": done, its target of accuracy missed; "stopped" at the limit of time; "failed".
@@ -55,7 +55,7 @@ class Outcome:
 
     @property
     def has_numbers(self) -> bool:
-        """Whether the scene was carried out."""
+        """Return whether the scene was carried out."""
         return self.state in ("done", "missed")
 
 
@@ -69,7 +69,7 @@ def carry_out(
     once: bool = False,
     stress: bool = True,
 ) -> Outcome:
-    """The scene at ``path`` with some keys changed; files go to a folder that is removed. Whatever fails is the
+    """Run the scene at ``path`` with some keys changed; files go to a folder that is removed. Whatever fails is the
     outcome.
 
     Args:
@@ -84,10 +84,10 @@ def carry_out(
 
     begun = time.perf_counter()
     limits = Limits(1 if once and start else rounds, steady=True, stress=stress)
-    found = _tried(path, changed, limits, start, leads=leads, once=once)
-    if start and found.state != "done" and not once:
-        found = _tried(path, changed, replace(limits, rounds=rounds), {}, leads=leads, once=once)
-    return replace(found, wall=time.perf_counter() - begun)
+    outcome = _tried(path, changed, limits, start, leads=leads, once=once)
+    if start and outcome.state != "done" and not once:
+        outcome = _tried(path, changed, replace(limits, rounds=rounds), {}, leads=leads, once=once)
+    return replace(outcome, wall=time.perf_counter() - begun)
 
 
 def _tried(
@@ -116,15 +116,15 @@ def _carried_out(
         if plan is None:
             scene = load_scene(path, {**changed, **start.get("seat", {})})
             plan = plan_scene(scene, Machine(), store=Store(folder / "no-store"))  # never written: no seat is at hand
-        found = run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
-    summary = {key: _scalar(value) for key, value in found.summary.items() if _is_scalar(value)}
-    notes = found.summary[NOTES]
+        result = run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
+    summary = {key: _scalar(value) for key, value in result.summary.items() if _is_scalar(value)}
+    notes = result.summary[NOTES]
     summary[NOTES] = " | ".join(map(str, notes)) if isinstance(notes, list) else ""
-    assert found.plan is not None
-    serves = found.met is True or summary.get("landing_status") == "cut off"  # which no other plan would mend
-    left = start_of(found.plan) if leads and serves else {}
-    missed = found.met is False
-    return Outcome("missed" if missed else "done", found.messages[0] if missed else "", 0.0, summary, left)
+    assert result.plan is not None
+    serves = result.met is True or summary.get("landing_status") == "cut off"  # which no other plan would mend
+    next_start = start_of(result.plan) if leads and serves else {}
+    missed = result.met is False
+    return Outcome("missed" if missed else "done", result.messages[0] if missed else "", 0.0, summary, next_start)
 
 
 def _is_scalar(value: object) -> bool:

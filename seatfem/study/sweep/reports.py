@@ -19,9 +19,9 @@ Report = tuple[str, Columns | None, Callable[[Path], None]]
 
 
 def reports_of(table: StudyTable) -> Iterator[Report]:
-    """All that are meaningful."""
-    if found := effects.main_effects(table):
-        yield "main_effects", effects.effects_columns(found), partial(charts.draw_effects, table, found)
+    """Yield all reports that are meaningful."""
+    if main := effects.main_effects(table):
+        yield "main_effects", effects.effects_columns(main), partial(charts.draw_effects, table, main)
     if indices := effects.sobol_indices(table):
         columns = effects.indices_columns(table, indices)
         yield "sobol_indices", columns, partial(charts.draw_indices, table, indices)
@@ -36,7 +36,7 @@ def reports_of(table: StudyTable) -> Iterator[Report]:
 
 
 def write_reports(table: StudyTable, folder: Path, *, pictures: bool = True) -> tuple[list[Path], list[str]]:
-    """The files written, and in words what could not be drawn. Raises `OSError` of a CSV that cannot be written."""
+    """Write the reports; return the files, and in words what was not drawn. Raises `OSError` if a CSV fails."""
     files, gaps = [], []
     for name, columns, draw in reports_of(table):
         if columns is not None:

@@ -1,4 +1,4 @@
-"""Carries out the scenes of a study in workers, each outcome on file at once: one that was stopped goes on there."""
+"""Runner of the scenes of a study in workers, each outcome on file at once: one that was stopped goes on there."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class StudyError(ValueError):
 
 
 def check_effort(effort: Effort) -> int | None:
-    """How many scenes are to run at once; None where that is open.
+    """Return how many scenes are to run at once; None where that is open.
 
     Raises:
         StudyError: options out of range.
@@ -59,7 +59,7 @@ def check_effort(effort: Effort) -> int | None:
 
 @contextmanager
 def folder_of_ours(folder: Path) -> Iterator[Path]:
-    """The journal in a folder that can be written to and that no other study is at work in.
+    """Yield the journal in a folder that can be written to and that no other study is at work in.
 
     Raises:
         OutputError, StudyError: it is not so.
@@ -86,7 +86,7 @@ def run_cases(
     progress: Progress = silent,
     heard: Callable[[Outcome], None] = lambda _: None,
 ) -> dict[str, Outcome]:
-    """Outcomes by the cases' keys. Those ``known`` are not computed again; new ones go to the ``journal`` at once.
+    """Return outcomes by the cases' keys. Those ``known`` are not computed again; new ones go to the ``journal``.
 
     Args:
         scene: its file.
@@ -97,14 +97,14 @@ def run_cases(
         heard: hears of each new outcome once it is on file; what it raises ends the study.
     """
     wanted = {case.key: case for case in cases}
-    found = {key: known[key] for key in wanted if key in known and not _again(known[key], effort)}
-    pending = [case for key, case in wanted.items() if key not in found]
+    results = {key: known[key] for key in wanted if key in known and not _again(known[key], effort)}
+    pending = [case for key, case in wanted.items() if key not in results]
     if pending and about:
         lines.append(journal, {"study": about})
-    progress(STAGE, len(found) / len(wanted))
+    progress(STAGE, len(results) / len(wanted))
 
     def carry_out(pending: list[list[Case]], attempt: int = 1) -> None:
-        died, jobs = [], [_job(scene, bundle, effort.rounds, found, wanted) for bundle in pending]
+        died, jobs = [], [_job(scene, bundle, effort.rounds, results, wanted) for bundle in pending]
         for number, answer in ask(jobs, effort.limit * max(map(len, pending))):
             bundle = pending[number]
             if isinstance(answer, Lost) and not answer.hung and attempt < TRIES:
@@ -113,9 +113,9 @@ def run_cases(
             outcomes = [_lost(answer, effort.limit)] * len(bundle) if isinstance(answer, Lost) else _read(answer)
             for case, outcome in zip(bundle, outcomes, strict=True):
                 append(journal, case, outcome)
-                found[case.key] = outcome
+                results[case.key] = outcome
                 heard(outcome)
-            progress(STAGE, len(found) / len(wanted))
+            progress(STAGE, len(results) / len(wanted))
         if died:
             carry_out(died, attempt + 1)
 
@@ -123,22 +123,22 @@ def run_cases(
         now = [case for case in pending if _turn(case) == (beside, guides)]
         size = SIDE_BY_SIDE if beside else 1
         carry_out([now[first : first + size] for first in range(0, len(now), size)])
-    return found
+    return results
 
 
 def _turn(case: Case) -> tuple[bool, int]:
-    """Those with the same may be carried out at the same time, the lowest first."""
+    """Return the turn of a case: those with the same may be carried out at the same time, the lowest first."""
     return case.way == "beside", len(case.guides)
 
 
 def crew_of(workers: int, cluster: str | None = None) -> AbstractContextManager[Ask]:
-    """So many workers for `run_cases`, one call or several; or those of the cluster at an address."""
+    """Start so many workers for `run_cases`, one call or several; or take those of the cluster at an address."""
     program = Program(WORKER, renew=RENEW, own_session=True, environment=ONE_THREAD)
     return crew(program, workers=workers) if cluster is None else cluster_crew(cluster, program, _packed)
 
 
 def _packed(line: str) -> Parcel:
-    """A job with all files of its scene."""
+    """Return a job with all files of its scene."""
     job = json.loads(line)
     place, changed, files = packed(Path(job["path"]), job["changed"])
     return Parcel(json.dumps(job | {"path": place, "changed": changed}), files)
@@ -147,7 +147,7 @@ def _packed(line: str) -> Parcel:
 def _job(
     scene: Path, bundle: Sequence[Case], rounds: int, found: Mapping[str, Outcome], wanted: Mapping[str, Case]
 ) -> str:
-    """A line for the worker; those of the first scenes with the seat that met their target show how to begin."""
+    """Return a line for the worker; those of the first scenes with the seat that met their target show how to begin."""
     case = bundle[0]
     guides = [found[key] for key in case.guides if key in found]
     start = chosen([each.start for each in guides if each.start])
@@ -159,18 +159,18 @@ def _job(
 
 
 def _read(answer: str) -> list[Outcome]:
-    """Of one scene, or of several side by side."""
-    told = json.loads(answer)
-    return [Outcome(**each) for each in (told if isinstance(told, list) else [told])]
+    """Return the outcomes of one scene, or of several side by side."""
+    entries = json.loads(answer)
+    return [Outcome(**each) for each in (entries if isinstance(entries, list) else [entries])]
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:
-    """Outcomes by key. A line that a kill cut short, or that is none of ours, is skipped."""
+    """Return outcomes by key. A line that a kill cut short, or that is none of ours, is skipped."""
     return lines.outcomes(path, "key", lambda changed, outcome: Outcome(**outcome))
 
 
 def append(path: Path, case: Case, outcome: Outcome) -> None:
-    """One more line, on file at once."""
+    """Append one more line, on file at once."""
     lines.append(path, {"key": case.key, "changed": case.changed, "outcome": asdict(outcome)})
 
 

@@ -45,14 +45,14 @@ PRESSED_ON: Final = ("pressed_on_time_s", "pressed_on_largest_load_N")
 
 
 def settings(scene: Scene) -> Changes:
-    """What is changed in all scenes of such a study, besides what varies: the target, and one port for the contact."""
+    """Return what is changed in all scenes of such a study, besides what varies: the target, and one port."""
     one_port = {RINGS: scene.seat.is_meshed, PORTS: lip_of(scene) is not None}
-    ports = {key: 1 for key, there in one_port.items() if there and not is_given(scene, key)}
+    ports = {key: 1 for key, applies in one_port.items() if applies and not is_given(scene, key)}
     return {"accuracy.target": TIGHTER * scene.accuracy.target, **ports}
 
 
 def divided(study: Study, cases: list[Case], scene: Scene, measures: Sequence[str]) -> list[Case]:
-    """The cases: the first as they are, the sample in one round, the others to be marched side by side.
+    """Return the cases: the first as they are, the sample in one round, the others to be marched side by side.
 
     Raises `SceneError` of a ``scene``, the first of them, that is marched by itself, and of measures that take a run
     in full.
@@ -71,12 +71,12 @@ def divided(study: Study, cases: list[Case], scene: Scene, measures: Sequence[st
 
 
 def _needs(measures: Sequence[str]) -> tuple[str, ...]:
-    """What these keys of summary.json take beside the force."""
+    """Return what these keys of summary.json take beside the force."""
     every = all_measures().values()
     moved = [key for each in every if each.needs_displacement for key in _keys(each)]
     stressed = [key for each in every if each.needs_stress for key in _keys(each)]
-    asked = {"displacement": moved, "stress": {*stressed, *STRESS}}
-    return tuple(name for name, keys in asked.items() if set(keys) & set(measures))
+    needs = {"displacement": moved, "stress": {*stressed, *STRESS}}
+    return tuple(name for name, keys in needs.items() if set(keys) & set(measures))
 
 
 def _keys(measure: Measure) -> tuple[str, ...]:
@@ -85,23 +85,23 @@ def _keys(measure: Measure) -> tuple[str, ...]:
 
 
 def _sample(study: Study, cases: list[Case]) -> set[int]:
-    """Places of the scenes that run in full, besides the first."""
+    """Return the places of the scenes that run in full, besides the first."""
     numbers = [np.asarray(column, dtype=float) for column in columns_of(cases, study).values()]
     unit = np.array([(n - n.min()) / np.ptp(n) for n in numbers if np.ptp(n) > 0]).reshape(-1, len(cases))
-    found = {int(place) for place in np.linspace(0, len(cases) - 1, LEAST).round()}
+    places = {int(place) for place in np.linspace(0, len(cases) - 1, LEAST).round()}
     for key in unit:
-        found |= {int(key.argmin()), int(key.argmax())}
+        places |= {int(key.argmin()), int(key.argmax())}
     corners = islice(product((0.0, 1.0), repeat=len(unit)), CORNERS)
-    return found | {int(np.abs(unit.T - corner).max(axis=1).argmin()) for corner in corners if corner}
+    return places | {int(np.abs(unit.T - corner).max(axis=1).argmin()) for corner in corners if corner}
 
 
 def is_own(outcome: Outcome) -> bool:
-    """Whether a scene has been run in full."""
+    """Return whether a scene has been run in full."""
     return "accuracy_met" in outcome.summary or not outcome.has_numbers
 
 
 def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> dict[str, Outcome]:
-    """The outcomes, those marched side by side with the bars of the sample, all by the target of the study's scene.
+    """Return the outcomes, those marched side by side with the sample's bars, by the target of the study's scene.
 
     A measure that is zero has none, nor has a scene that did not land or was cut off: none of the sample is like it,
     and no target is asked of it. Nor has one of which a scene of the sample has none, nor has any where such a scene
@@ -110,9 +110,9 @@ def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Seq
     full = [outcomes[case.key].summary for case in cases if is_own(outcomes[case.key])]
     sample = [each for case in cases if case.way == "sample" and has_landed(each := outcomes[case.key].summary)]
     first = next((summary for summary in full if "accuracy_target" in summary), {})
-    asked = str(first.get("accuracy_judged_keys", "")).split(", ")
+    keys = str(first.get("accuracy_judged_keys", "")).split(", ")
     target = float(first.get("accuracy_target") or math.inf) / TIGHTER
-    shares = {name: [_share(each, name) for each in sample if each.get(name)] for name in {*measures, *asked}}
+    shares = {name: [_share(each, name) for each in sample if each.get(name)] for name in {*measures, *keys}}
     lost = [case.number for case in cases if case.way == "sample" and not outcomes[case.key].has_numbers]
     largest = {name: SAFETY * max(of) for name, of in shares.items() if not lost and of and max(of) < math.inf}
 
@@ -123,8 +123,8 @@ def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Seq
         if not is_own(outcome):
             values = {name: summary.get(name) for name in largest}
             summary |= {BAR + k: largest[k] * abs(v) for k, v in values.items() if isinstance(v, int | float) and v}
-        above = {name: share for name in asked if target < (share := _share(summary, name)) < math.inf}
-        unknown = [name for name in asked if summary.get(name) and summary.get(BAR + name) is None]
+        above = {name: share for name in keys if target < (share := _share(summary, name)) < math.inf}
+        unknown = [name for name in keys if summary.get(name) and summary.get(BAR + name) is None]
         if unknown:
             which = f"scene {lost[0]} of the sample was not carried out" if lost else "one of the sample has none"
             why = f"{unknown[0]} has no error bar, as {which}; leave error_bars out"
@@ -140,7 +140,7 @@ def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Seq
 
 
 def _share(summary: Mapping[str, object], name: str) -> float:
-    """The relative bar; infinite where it is not known."""
+    """Return the relative bar; infinite where it is not known."""
     value, bar = summary.get(name), summary.get(BAR + name)
     known = isinstance(value, int | float) and isinstance(bar, int | float)
     return abs(float(bar) / float(value)) if known and value else math.inf  # type: ignore[arg-type]
@@ -156,12 +156,12 @@ def _check(scene: Scene, measures: Sequence[str]) -> None:
         "contact.rings": is_given(scene, RINGS) and scene.contact.rings not in (None, 1),
         "contact.ports": is_given(scene, PORTS) and scene.contact.ports not in (None, 1),
     }
-    for name in [name for name, there in words.items() if there][:1]:
+    for name in [name for name, forbids in words.items() if forbids][:1]:
         raise _wrong("error_bars", f"'sampled' marches scenes side by side, which {name} forbids; leave the key out")
-    told = {key for each in all_measures().values() if not each.needs_line for key in _keys(each)}
-    told = (told | {*STRESS, *OTHERS, *OF_LANDINGS, *PRESSED_ON}) - {Restitution.key}  # of all energies of a run
-    for name in [name for name in measures if name not in told][:1]:
-        known = ", ".join(sorted(told))
+    keys = {key for each in all_measures().values() if not each.needs_line for key in _keys(each)}
+    keys = (keys | {*STRESS, *OTHERS, *OF_LANDINGS, *PRESSED_ON}) - {Restitution.key}  # of all energies of a run
+    for name in [name for name in measures if name not in keys][:1]:
+        known = ", ".join(sorted(keys))
         raise _wrong("outputs.measures", f"{name!r} takes a run in full: leave error_bars out, or ask for {known}")
 
 

@@ -65,21 +65,21 @@ class Level:
     found: dict[Point, Found] = field(default_factory=dict)
 
     def at(self, points: Sequence[Point]) -> list[Found]:
-        """Those that are new are carried out. A scene that cannot be is an outcome, too."""
-        made: dict[Point, Case] = {}
+        """Return what was found at points; new ones are carried out. A scene that cannot be is an outcome, too."""
+        new: dict[Point, Case] = {}
         for point in dict.fromkeys(points):
             if point in self.found:
                 continue
-            number, changed = len(self.found) + len(made) + 1, changes_at(self.study, point) | dict(self.accuracy)
+            number, changed = len(self.found) + len(new) + 1, changes_at(self.study, point) | dict(self.accuracy)
             try:
-                made[point] = self.cases.case(number, changed)
+                new[point] = self.cases.case(number, changed)
             except (SceneError, RunError) as error:
                 case = Case(number, changed, f"no scene {number}")
                 self.found[point] = Found(point, case, Outcome("failed", str(error), 0.0))
-        if made:
+        if new:
             earlier = [each.case for each in self.found.values() if each.case.leads or each.case.guides]
-            outcomes = self.carry_out([*earlier, *made.values()])
-            self.found |= {point: Found(point, case, outcomes[case.key]) for point, case in made.items()}
+            outcomes = self.carry_out([*earlier, *new.values()])
+            self.found |= {point: Found(point, case, outcomes[case.key]) for point, case in new.items()}
         return [self.found[point] for point in points]
 
 
@@ -88,12 +88,12 @@ class _SpentError(Exception):
 
 
 def changes_at(study: Study, point: Point) -> dict[str, object]:
-    """The values of the keys there."""
+    """Return the values of the keys at a point."""
     return {key: each.at(share) for (key, each), share in zip(study.vary.items(), point, strict=True)}
 
 
 def first_points(keys: int, count: int, seed: int) -> list[Point]:
-    """The middle, and a Latin hypercube."""
+    """Return the middle, and a Latin hypercube."""
     from scipy.stats import qmc  # takes long to load
 
     drawn = qmc.LatinHypercube(keys, rng=np.random.default_rng(seed)).random(count - 1) if count > 1 else ()
@@ -101,7 +101,7 @@ def first_points(keys: int, count: int, seed: int) -> list[Point]:
 
 
 def rank(found: Found, goal: Optimise, shift: Shift) -> tuple[float, float]:
-    """The lower, the better: relative violation of the limits, then the measure. Infinite where one is not known."""
+    """Return the rank, lower is better: relative violation of the limits, then the measure. Infinite if unknown."""
     violation = 0.0
     for each in goal.constraints:
         margin, slack = each.margin(found.value(each.measure) + shift.get(each.measure, 0.0)), LOOSE * abs(each.limit)
@@ -122,7 +122,7 @@ def improve(level: Level, goal: Optimise, shift: Shift, radius: float, most: int
     start = min(level.found.values(), key=lambda each: rank(each, goal, shift))
 
     def raw(found: Found) -> NDArray[np.float64]:
-        """The measure, less is better, then the margins."""
+        """Return the measure, less is better, then the margins."""
         margins = [each.margin(found.value(each.measure) + shift.get(each.measure, 0.0)) for each in goal.constraints]
         return np.array([goal.sign * found.value(goal.measure), *(-margin for margin in margins)])
 

@@ -52,15 +52,15 @@ def side_by_side(
     start: Mapping[str, Any],
     needs: Collection[str],
 ) -> list[Outcome]:
-    """The scenes at ``path`` with each of the ``others`` changed besides ``changed``.
+    """Return the outcomes of the scenes at ``path`` with each of the ``others`` changed besides ``changed``.
 
     ``start``: what they are planned by. ``needs``: "stress", "displacement", where these are asked for. Those that
     cannot be marched beside the scene with ``changed`` alone are carried out by themselves, with their error bars.
     """
     begin, why = time.perf_counter(), "it differs from the first by more than contact data"
-    found: list[dict[str, Any] | None] = [None] * len(others)
+    summaries: list[dict[str, Any] | None] = [None] * len(others)
     try:
-        found = _marched(path, changed, others, start, needs)
+        summaries = _marched(path, changed, others, start, needs)
     except (ArithmeticError, LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
         why = str(error)
     wall = (time.perf_counter() - begin) / len(others)
@@ -71,14 +71,14 @@ def side_by_side(
 
     return [
         alone(other) if summary is None else Outcome("done", "", wall, summary)
-        for other, summary in zip(others, found, strict=True)
+        for other, summary in zip(others, summaries, strict=True)
     ]
 
 
 def _marched(
     path: Path, changed: Changes, others: Sequence[Changes], start: Mapping[str, Any], needs: Collection[str]
 ) -> list[dict[str, Any] | None]:
-    """A summary of each; ``None`` of those that cannot be marched so."""
+    """Return a summary of each; ``None`` for those that cannot be marched so."""
     base = load_scene(path, changed)
     plan = begun(base, start, as_it_is=True)
     if plan is None:
@@ -99,8 +99,8 @@ def _marched(
         release_scales=None if problem.striker.state is None else releases, record="force",
         filter_width=base.run.filter_width, workers=1,
     )  # fmt: skip
-    made = iter(_summary(each, batch, place, dt, needs) for place, each in enumerate(chosen))
-    return [None if each is None else next(made) for each in known]
+    summaries = iter(_summary(each, batch, place, dt, needs) for place, each in enumerate(chosen))
+    return [None if each is None else next(summaries) for each in known]
 
 
 def _problem(scene: Scene, plan: Plan, target: Body) -> ContactProblem:
@@ -110,14 +110,14 @@ def _problem(scene: Scene, plan: Plan, target: Body) -> ContactProblem:
 
 
 def _beside(base: ContactProblem, scene: Scene, plan: Plan) -> _Scene | None:
-    """The scene, if it differs from that of ``base`` by its gap, velocity and size of its initial state alone."""
+    """Return the scene, if only its gap, velocity and size of its initial state differ from those of ``base``."""
     problem = _problem(scene, plan, base.target)
-    own, there = problem.striker, base.striker
-    if len(problem.contacts) > 1 or problem.contacts[0].law != base.contacts[0].law or not _alike(own, there):
+    own, reference = problem.striker, base.striker
+    if len(problem.contacts) > 1 or problem.contacts[0].law != base.contacts[0].law or not _alike(own, reference):
         return None
     release = 1.0
-    if own.state is not None and there.state is not None:
-        mine, first = (np.concatenate([b.state.displacement, b.state.velocity]) for b in (own, there) if b.state)
+    if own.state is not None and reference.state is not None:
+        mine, first = (np.concatenate([b.state.displacement, b.state.velocity]) for b in (own, reference) if b.state)
         release = float(mine @ first / (first @ first)) if np.any(first) else np.nan
         if not np.abs(mine - release * first).max() <= SAME * np.abs(mine).max():
             return None
@@ -125,7 +125,7 @@ def _beside(base: ContactProblem, scene: Scene, plan: Plan) -> _Scene | None:
 
 
 def _alike(one: Body, other: Body) -> bool:
-    """Whether two bodies have the same modes, and both an initial state or none."""
+    """Return whether two bodies have the same modes, and both an initial state or none."""
     first, second = one.greens.modal, other.greens.modal
     if first is None or second is None or (one.state is None) != (other.state is None):
         return False
@@ -133,17 +133,17 @@ def _alike(one: Body, other: Body) -> bool:
 
 
 def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Collection[str]) -> dict[str, Any]:
-    """As far as summary.json has the same."""
+    """Return the summary as far as summary.json has the same."""
     assert batch.force is not None
     assert batch.gap is not None
     force, problem, width = batch.force[place], each.problem, each.scene.run.filter_width
     landings = landings_of_one_contact(problem, force, batch.gap[place], dt, width)
-    asked = each.scene.accuracy.landing
-    judged = judged_landing(landings.seat, asked)
+    choice = each.scene.accuracy.landing
+    judged = judged_landing(landings.seat, choice)
     since = None if judged is None else judged.start
     stress = stress_of(each.scene, problem.striker, force, dt, np.zeros(0), since=since) if "stress" in needs else None
     moved = _displacement(problem.target, force, dt) if "displacement" in needs else None
-    values = values_of(Blow(force, dt, width, moved, stress, landings=landings.seat, asked=asked, stress_since=since))
+    values = values_of(Blow(force, dt, width, moved, stress, landings=landings.seat, asked=choice, stress_since=since))
     touched = batch.contact_count[place] > 0
     return {
         **(reed_stress_keys(stress) if "stress" in needs else {}),
@@ -158,7 +158,7 @@ def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Col
 
 
 def _displacement(target: Body, force: Array, dt: float) -> Array:
-    """(n + 1,) of the seat's patch [m]."""
+    """Return the displacement (n + 1,) of the seat's patch [m]."""
     discrete = Discrete.of(target, dt, len(force) - 1)
     moved = mean_displacement(discrete, -force[None, 1:], Division.of(target.greens).shares)
     return moved if target.base is None else moved + target.carried(np.asarray(dt * np.arange(len(moved))))

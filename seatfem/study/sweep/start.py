@@ -1,4 +1,4 @@
-"""Where a scene of a study begins: with the plan that one of the first scenes with its seat has ended with.
+"""Plans that a scene of a study begins with: that which one of the first scenes with its seat has ended with.
 
 Their rounds of refinement are done, so that one round suffices for most that follow; each measures its own error, and
 is refined where it misses its target. What a scene begins with depends on those scenes alone, not on when they ran.
@@ -32,7 +32,7 @@ as a scene file has them, as far as the scene's own does not say."""
 
 
 def start_of(plan: Plan) -> Start:
-    """What scenes after that of the ``plan`` may begin with. Nothing that was measured on this computer is in it."""
+    """Return what scenes after that of the ``plan`` may begin with; nothing that this computer measured is in it."""
     scene, method = plan.scene, plan.method
     open_keys = [key for key in FIELDS if key.startswith("seat.") and has_key(scene, key) and not is_given(scene, key)]
     chosen = {key: method.value(key) for key in open_keys}
@@ -48,7 +48,7 @@ def start_of(plan: Plan) -> Start:
 
 
 def begun(scene: Scene, start: Start, *, as_it_is: bool = False) -> Plan | None:
-    """The plan that ``scene`` begins with; ``None`` where it is too different for one of these.
+    """Return the plan that ``scene`` begins with; ``None`` where it is too different for one of these.
 
     Nor does it begin with one that leaves out the waves of its seat, unless ``as_it_is``: what they would change is
     known by pre-runs alone, and those of another scene would stand in this one's error bar.
@@ -62,14 +62,14 @@ def begun(scene: Scene, start: Start, *, as_it_is: bool = False) -> Plan | None:
 
 
 def chosen(starts: Iterable[Start]) -> Start:
-    """What a scene begins with, of what those before it have left; nothing where they left nothing."""
+    """Return what a scene begins with, of what those before it have left; nothing where they left nothing."""
     ranked = sorted(starts, key=lambda start: float(start["work"]))
     return ranked[max(0, len(ranked) - 2)] if ranked else {}
 
 
 def _like(scene: Scene) -> str:
-    """The same of all scenes that one plan may serve: duration, filter and target, kinds, and all stated keys of
-    `FIELDS`."""
+    """Return the same text for all scenes that may share one plan: duration, filter and target, kinds, and all stated
+    keys of `FIELDS`."""
     stated = {key: value_of(scene, key) for key in FIELDS if is_given(scene, key)}
     tables = scene.model_dump(include={"run", "accuracy"}, exclude_unset=True)
     kinds = {name: body.kind for name, body in scene.bodies.items()}

@@ -60,7 +60,7 @@ class Outputs(Table):
     )
 
     def asked(self) -> tuple[str, ...]:
-        """All keys that are named, each once."""
+        """Return all keys that are named, each once."""
         return tuple(dict.fromkeys((*self.measures, *(text.split()[-1] for text in self.pareto or ()))))
 
 
@@ -87,24 +87,24 @@ class Study(Table):
     @model_validator(mode="before")
     @classmethod
     def _dotted(cls, given: object) -> object:
-        """[vary] with reed.thickness = ... as with "reed.thickness" = ..."""
+        """Return [vary] with reed.thickness = ... as with "reed.thickness" = ..."""
         if isinstance(given, Mapping) and isinstance(vary := given.get("vary"), Mapping):
             return {**given, "vary": dict(_flat(vary))}
         return given
 
     @property
     def heading(self) -> str:
-        """For people."""
+        """Return the heading, for people."""
         return self.title or self.scene.stem.replace("_", " ")
 
     @property
     def is_drawn(self) -> bool:
-        """Whether values are drawn from distributions."""
+        """Return whether values are drawn from distributions."""
         return self.design in DRAWN
 
     @property
     def number_of_scenes(self) -> int:
-        """Of the design."""
+        """Return the number of scenes of the design."""
         if self.design == "grid":
             numbers: list[int] = [len(each.levels(key)) for key, each in self.vary.items()]
             return math.prod(numbers)
@@ -115,7 +115,7 @@ class Study(Table):
 
     @property
     def asks_for_stress(self) -> bool:
-        """Whether any output or goal is a stress, or comes from one."""
+        """Return whether any output or goal is a stress, or comes from one."""
         names = (*self.outputs.asked(), *(() if self.optimise is None else self.optimise.measures))
         return any(word in name for name in names for word in ("stress", "life"))
 
@@ -188,7 +188,7 @@ class Study(Table):
 
 
 def _flat(vary: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
-    """Values by dotted key; a table with a key of a variation is one, others hold further keys."""
+    """Yield values by dotted key; a table with a key of a variation is one, others hold further keys."""
     for key, value in vary.items():
         if isinstance(value, Mapping) and not OF_VARIATIONS & value.keys() and before.count(".") < DEEPEST:
             yield from _flat(value, f"{before}{key}.")

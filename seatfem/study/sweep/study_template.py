@@ -37,18 +37,18 @@ measures = ["impulse_Ns", "filtered_peak_force_N"]                       # keys 
 
 
 def study_template(*, file: str, scene: str = "flapper.toml") -> str:
-    """The text of a study of ``scene``, every key with its meaning; ``file``: what the comments call it."""
-    given = {"scene": scene, "design": "latin_hypercube", "number": 32}
-    keys = table_lines(Study, given, leave=("vary", "outputs", "optimise"))
+    """Return the text of a study of ``scene``, every key with its meaning; ``file``: what the comments call it."""
+    values = {"scene": scene, "design": "latin_hypercube", "number": 32}
+    keys = table_lines(Study, values, leave=("vary", "outputs", "optimise"))
     return "\n".join([_HEAD.replace("{file}", file), *keys, "", _VARY.replace("{file}", file)])
 
 
 def study_schema() -> dict[str, Any]:
-    """The schema of a study file, JSON Schema draft 2020-12; keys of [vary] may be dotted or tables in tables."""
-    made = schema_of(Study, "seatfem study")
-    values = made["properties"]["vary"]["additionalProperties"]
+    """Return the schema of a study file, JSON Schema draft 2020-12; keys of [vary] may be dotted or tables."""
+    schema = schema_of(Study, "seatfem study")
+    values = schema["properties"]["vary"]["additionalProperties"]
     keys = {"additionalProperties": {"anyOf": [values, {"$ref": "#/$defs/Vary"}]}}
     no_distribution = {"properties": {"kind": {"not": {"type": "string"}}}}
-    made["$defs"]["Vary"] = {"type": "object", **keys, "allOf": [no_distribution]}
-    made["properties"]["vary"] = {"$ref": "#/$defs/Vary"}
-    return made
+    schema["$defs"]["Vary"] = {"type": "object", **keys, "allOf": [no_distribution]}
+    schema["properties"]["vary"] = {"$ref": "#/$defs/Vary"}
+    return schema

@@ -48,7 +48,7 @@ def run_study(
     progress: Progress = silent,
     tell: Tell = untold,
 ) -> StudyTable:
-    """Every scene of a study, and its table in study.csv (study.parquet where pyarrow is there).
+    """Run every scene of a study, and write its table in study.csv (study.parquet where pyarrow is there).
 
     Outcomes go to a journal in ``folder`` one by one and are taken from there: a study that was stopped at any moment
     goes on where it was, with the same numbers. Scenes that fail stand in the table with their message.
@@ -86,13 +86,13 @@ def run_study(
 
         for outcome in [each for each in known.values() if each.has_numbers][:1]:
             heard(outcome)
-        left = list({case.key: case for case in cases if case.key not in known}.values())
-        if left:
-            predicted = ahead(study.scene, left)
+        pending = list({case.key: case for case in cases if case.key not in known}.values())
+        if pending:
+            predicted = ahead(study.scene, pending)
             workers = workers or predicted.workers()
             tell(predicted.in_words(workers))
         if known:
-            tell(f"{len(cases) - len(left)} of {len(cases)} scenes are in {journal} already")
+            tell(f"{len(cases) - len(pending)} of {len(cases)} scenes are in {journal} already")
         about = study.model_dump(mode="json", by_alias=True)
         with crew_of(workers or 1, effort.cluster) as ask:
             outcomes = run_cases(
@@ -107,7 +107,7 @@ def run_study(
 def scenes_of(
     study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None, progress: Progress = silent
 ) -> tuple[list[Case], Scene, Measures]:
-    """All scenes of a study as they are going to be carried out, the first of them, and the measures asked for.
+    """Return all scenes of a study as they are going to be carried out, the first of them, and the measures asked for.
 
     Raises `SceneError` of what is wrong; ``file``: of the study, for messages.
     """
@@ -139,7 +139,7 @@ def sweep(
     cluster: str | None = None,
     progress: Progress = silent,
 ) -> Any:
-    """A study as a table: a pandas DataFrame where pandas is there, else lists by the names of the columns.
+    """Run a study; return its table: a pandas DataFrame if pandas is there, else lists by names of columns.
 
         seatfem.sweep("scene.toml", {"contact.gap": ["0 mm", "0.1 mm"], "reed.n_modes": [10, 20]})
 
@@ -165,13 +165,13 @@ def sweep(
         SceneError, StudyError, OutputError: as `run_study`.
     """
     values = {key: each.tolist() if isinstance(each, np.ndarray) else each for key, each in vary.items()}
-    given = {"scene": str(scene), "vary": values, "design": design, "seed": seed, "limit": limit}
-    given |= {"error_bars": error_bars}
-    given |= {"outputs": {"measures": list(measures)}, **({} if number is None else {"number": number})}
+    content = {"scene": str(scene), "vary": values, "design": design, "seed": seed, "limit": limit}
+    content |= {"error_bars": error_bars}
+    content |= {"outputs": {"measures": list(measures)}, **({} if number is None else {"number": number})}
     try:
-        study = Study.model_validate(given, context={"folder": Path()})
+        study = Study.model_validate(content, context={"folder": Path()})
     except ValidationError as error:
-        raise SceneError(explain(error, Study, given, Path(scene), {})) from None
+        raise SceneError(explain(error, Study, content, Path(scene), {})) from None
     for package in ("pyarrow", "pandas"):  # pandas imports the other one
         is_usable(package)
     with ExitStack() as ours:

@@ -35,7 +35,7 @@ MODULES: Final[Mapping[str, str]] = {"pandas": "pandas", "pyarrow": "pyarrow.par
 
 @dataclass(frozen=True)
 class StudyTable:
-    """What came out of a study.
+    """Table of the results of a study.
 
     Attributes:
         study: what was asked.
@@ -57,7 +57,7 @@ class StudyTable:
         return len(self.columns["scene"])
 
     def numbers(self, name: str) -> NDArray[np.float64]:
-        """(scenes,) a column; nan where it is no number."""
+        """Return a column (scenes,); nan where it is no number."""
         values = self.columns.get(name, [None] * len(self))
         return np.array([float(v) if isinstance(v, int | float) else np.nan for v in values])
 
@@ -70,24 +70,24 @@ class StudyTable:
         return np.where(self.counted(name), self.numbers(name), np.nan)
 
     def is_text(self, name: str) -> bool:
-        """Whether a column holds names."""
+        """Return whether a column holds names."""
         return any(isinstance(value, str) for value in self.columns[name])
 
     @cached_property
     def has_numbers(self) -> NDArray[np.bool_]:
-        """(scenes,) which were carried out."""
+        """Return (scenes,) which were carried out."""
         return np.array([state in ("done", "missed") for state in self.columns["status"]])
 
     @cached_property
     def has_landed(self) -> NDArray[np.bool_]:
-        """(scenes,) in which the reed landed on its seat, and the end of the run did not cut that off."""
+        """Return (scenes,) in which the reed landed on its seat, and the end of the run did not cut that off."""
         return np.array([status in (None, LANDED) for status in self.columns.get(STATUS, [None] * len(self))])
 
     @property
     def left_out(self) -> NDArray[np.bool_]:
-        """(scenes,) carried out, and left out of what follows from a measure that is asked for."""
-        asked = [name for name in self.measures if needs_landing(name)]
-        return self.has_numbers & ~self.has_landed if asked else np.zeros(len(self), dtype=np.bool_)
+        """Return (scenes,) carried out, and left out of what follows from a measure that is asked for."""
+        needing = [name for name in self.measures if needs_landing(name)]
+        return self.has_numbers & ~self.has_landed if needing else np.zeros(len(self), dtype=np.bool_)
 
     def left_out_in_words(self) -> str:
         """Return how many scenes did not land or were cut off, and so count for nothing; "" of none."""
@@ -97,14 +97,14 @@ class StudyTable:
         return left_out_in_words(status if out else LANDED for status, out in every)
 
     def ranges(self) -> list[str]:
-        """Of each measure that is a number its least, mean and largest over the scenes that count for it [SI]."""
-        told = []
+        """Return the least, mean and largest of each measure that is a number, over the scenes that count [SI]."""
+        lines = []
         for name in self.measures:
             values = self.values(name)
             values = values[np.isfinite(values)]
             if values.size and not name.startswith(BAR):
-                told.append(f"{name}: {values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}")
-        return told
+                lines.append(f"{name}: {values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}")
+        return lines
 
     def unanswered(self) -> tuple[str, ...]:
         """Return the measures that are empty in all scenes that count for them."""
@@ -123,12 +123,12 @@ class StudyTable:
         return words
 
     def _answers(self, name: str) -> NDArray[np.bool_]:
-        """(scenes,) which count for a measure and have a value of it."""
+        """Return (scenes,) which count for a measure and have a value of it."""
         known = np.array([value is not None for value in self.columns[name]], dtype=np.bool_)
         return np.asarray(self.counted(name) & known)
 
     def failures(self) -> list[str]:
-        """What became of the scenes without numbers, in words."""
+        """Return what became of the scenes without numbers, in words."""
         shown = zip(*(self.columns[name] for name in ("scene", "status", "message", *self.parameters)), strict=True)
         return [
             f"scene {number} ({', '.join(f'{key} = {v}' for key, v in zip(self.parameters, row, strict=True))}): "
@@ -139,14 +139,14 @@ class StudyTable:
 
 
 def measures_of(study: Study, first: Scene) -> tuple[str, ...]:
-    """Keys of summary.json that the study asks for; where it names none those that its first scene is judged by."""
+    """Return the keys of summary.json that the study asks for; without any those that its first scene is judged by."""
     named = study.outputs.measures
     usual = () if named else tuple(map(key_of, first.accuracy.judged))
     return tuple(dict.fromkeys((*usual, *study.outputs.asked())))
 
 
 def check_measures(measures: Sequence[str], outcome: Outcome, table: str = "outputs") -> None:
-    """Raises `StudyError` of keys, named in a ``table`` of the study, that a scene's summary does not have.
+    """Raise `StudyError` for keys, named in a ``table`` of the study, that a scene's summary does not have.
 
     One that did not land tells nothing of that: it may lack some.
     """
@@ -160,30 +160,30 @@ def check_measures(measures: Sequence[str], outcome: Outcome, table: str = "outp
 
 
 def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> StudyTable:
-    """One row for each case."""
+    """Return the table, one row for each case."""
     if study.error_bars == "sampled":
         outcomes = judged(cases, outcomes, measures)
-    found = [outcomes[case.key] for case in cases]
+    results = [outcomes[case.key] for case in cases]
     parameters = columns_of(cases, study)
     columns: dict[str, list[object]] = {"scene": [case.number for case in cases], **parameters}
     for name in measures:
-        columns[name] = [outcome.summary.get(name) for outcome in found]
-        bars: list[object] = [outcome.summary.get(BAR + name) for outcome in found]
+        columns[name] = [outcome.summary.get(name) for outcome in results]
+        bars: list[object] = [outcome.summary.get(BAR + name) for outcome in results]
         if any(bar is not None for bar in bars):
             columns[BAR + name] = bars
     if study.error_bars == "sampled":
-        columns["error_bars"] = ["own" if is_own(outcome) else "sampled" for outcome in found]
-    if any(STATUS in outcome.summary for outcome in found):
-        columns[STATUS] = [outcome.summary.get(STATUS) for outcome in found]
-    columns["status"] = [outcome.state for outcome in found]
-    columns["wall_time_s"] = [outcome.wall for outcome in found]
-    columns["message"] = [" ".join(outcome.message.split()) for outcome in found]
-    columns[NOTES] = [" ".join(str(outcome.summary.get(NOTES) or "").split()) for outcome in found]
+        columns["error_bars"] = ["own" if is_own(outcome) else "sampled" for outcome in results]
+    if any(STATUS in outcome.summary for outcome in results):
+        columns[STATUS] = [outcome.summary.get(STATUS) for outcome in results]
+    columns["status"] = [outcome.state for outcome in results]
+    columns["wall_time_s"] = [outcome.wall for outcome in results]
+    columns["message"] = [" ".join(outcome.message.split()) for outcome in results]
+    columns[NOTES] = [" ".join(str(outcome.summary.get(NOTES) or "").split()) for outcome in results]
     return StudyTable(study, tuple(parameters), tuple(measures), columns)
 
 
 def write_csv(path: Path, columns: Columns) -> None:
-    """All digits of every number, nothing where there is none; whole or absent."""
+    """Write all digits of every number, nothing where there is none; whole or absent."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
@@ -208,7 +208,7 @@ def is_usable(package: str) -> bool:
 
 
 def write_parquet(path: Path, columns: Columns) -> bool:
-    """The same for programs that read Parquet, if pyarrow is there; whole or absent."""
+    """Write the same for programs that read Parquet, if pyarrow is there; whole or absent."""
     if not is_usable("pyarrow"):
         return False
     import pyarrow
@@ -220,7 +220,7 @@ def write_parquet(path: Path, columns: Columns) -> bool:
 
 
 def as_frame(columns: Columns) -> Any:
-    """A pandas DataFrame where pandas is there, else the columns."""
+    """Return a pandas DataFrame where pandas is there, else the columns."""
     if not is_usable("pandas"):
         return columns
     import pandas

@@ -19,7 +19,7 @@ Value = Any
 
 
 def _quantity(value: object) -> tuple[float, str]:
-    """Number and unit, as written."""
+    """Return number and unit, as written."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"{value!r} is no number; write one with its unit, e.g. '0.3 mm', or a pure one")
     number, unit = number_and_unit(value)
@@ -39,27 +39,27 @@ class Variation(Table):
 
     @property
     def unit(self) -> str:
-        """Of its numbers, as the file has it; "" of pure numbers and of what are none."""
+        """Return the unit of its numbers, as the file has it; "" for pure numbers and for what are none."""
         return ""
 
     def levels(self, keys: str) -> tuple[Value, ...]:
-        """For grids; raises `KeyProblem` where there are none. ``keys``: the dotted key, for messages."""
+        """Return the values for grids; raises `KeyProblem` if there are none. ``keys``: dotted, for messages."""
         raise KeyProblem(keys, f"{self.kind!r} has no levels for this design: give a list, or from, to and number")
 
     def at(self, share: float) -> Value:
-        """The value below which this share (0..1) of all lies."""
+        """Return the value below which this share (0..1) of all lies."""
         raise NotImplementedError
 
     def check_drawn(self, keys: str) -> None:
-        """Raises `KeyProblem` of what a design that draws values cannot heed."""
+        """Raise `KeyProblem` for what a design that draws values cannot heed."""
 
     def written(self, number: float) -> Value:
-        """A number as a scene file has it."""
+        """Return a number as a scene file has it."""
         return f"{number!r} {self.unit}" if self.unit else number
 
 
 def _one_unit(**given: tuple[float, str] | None) -> None:
-    """Raises `KeyProblem` where quantities have several units."""
+    """Raise `KeyProblem` where quantities have several units."""
     units = {key: each[1] for key, each in given.items() if each is not None}
     first = next(iter(units.values()))
     for key, unit in units.items():
@@ -84,12 +84,12 @@ class Listed(Variation):
         return numbers[0][1] if numbers else ""
 
     def numbers(self) -> list[tuple[float, str]]:
-        """Of all values in one unit; none where one is something else."""
+        """Return the numbers of all values in one unit; none where one is something else."""
         try:
-            found = [_quantity(value) for value in self.values]
+            quantities = [_quantity(value) for value in self.values]
         except ValueError:
             return []
-        return found if len({unit for _, unit in found}) == 1 else []
+        return quantities if len({unit for _, unit in quantities}) == 1 else []
 
     def levels(self, keys: str) -> tuple[Value, ...]:
         return self.values
@@ -192,8 +192,8 @@ class TruncatedNormal(Normal):
         return self._below(self.high[0]) - self._below(self.low[0])
 
     def at(self, share: float) -> Value:
-        found = self.mean[0] + self.deviation[0] * _normal(self._below(self.low[0]) + share * self._inside())
-        return self.written(min(max(found, self.low[0]), self.high[0]))
+        value = self.mean[0] + self.deviation[0] * _normal(self._below(self.low[0]) + share * self._inside())
+        return self.written(min(max(value, self.low[0]), self.high[0]))
 
 
 class LogNormal(Variation):
@@ -245,14 +245,14 @@ class Tabled(Variation):
 
 
 def _normal(share: float) -> float:
-    """The inverse of the standard normal distribution."""
+    """Return the inverse of the standard normal distribution."""
     from scipy.special import ndtri  # for load time
 
     return float(ndtri(min(max(share, EDGE), 1 - EDGE)))
 
 
 def _as_table(given: object) -> object:
-    """A list is one of kind "list", a single value a list of one; a table with ``from`` and no kind is a range."""
+    """Return the value as a table: a list of kind "list", a single value a list, ``from`` without kind a range."""
     if isinstance(given, str | int | float):
         return {"kind": "list", "values": [given]}
     if isinstance(given, list | tuple):

@@ -47,7 +47,7 @@ _MARKS: Final = ((PLANNED, "*", 13.0), (AS_FILED, "d", 7.0))
 
 
 def draw_trade(trade: Trade, path: Path) -> None:
-    """One panel for each measure the scene asks for.
+    """Draw one panel for each measure the scene asks for.
 
     Errors below the reference's own uncertainty (shaded) are drawn at its edge. Line: Pareto front, without the guesses
     (hollow).
@@ -112,7 +112,7 @@ def _panel(axes: Axes, trade: Trade, measure: str) -> None:
 
 
 def _limits(trade: Trade, measure: str) -> tuple[float, float]:
-    """Of the error [%]: from below the floor to above the largest error."""
+    """Return the limits of the error [%]: from below the floor to above the largest error."""
     errors = [100 * trade.trusted_error(point.name, measure) for point in trade.done()]
     shown = [*(e for e in errors if math.isfinite(e) and e > 0), 100 * trade.target]
     return max(min(shown) / 4, 1e-12), 2.5 * max(shown)
@@ -129,7 +129,7 @@ def _front(axes: Axes, trade: Trade, measure: str) -> None:
 
 
 def _ticks(axis: Axis, decades: float) -> None:
-    """Plain numbers, 1, 2 and 5 of each decade where there are few, and none on the minor ticks."""
+    """Set plain numbers, 1, 2 and 5 of each decade where there are few, and none on the minor ticks."""
     from matplotlib.ticker import LogLocator, NullFormatter  # pictures are optional
 
     axis.set_major_locator(LogLocator(subs=(1, 2, 5) if decades < 2 else (1,), numticks=9))
@@ -138,7 +138,7 @@ def _ticks(axis: Axis, decades: float) -> None:
 
 
 def _legend(trade: Trade) -> Sequence[Any]:
-    """Families by colour, what is varied by shape, then the lines."""
+    """Return the legend: families by colour, what is varied by shape, then the lines."""
     from matplotlib.lines import Line2D  # pictures are optional
 
     def handle(label: str, marker: Any, colour: str, size: float = 5.0) -> Line2D:
@@ -153,9 +153,9 @@ def _legend(trade: Trade) -> Sequence[Any]:
     for name, marker, size in _MARKS:
         if name in trade.outcomes:
             outcome = trade.outcomes[name]
-            there = outcome.state == "done"
-            words = name if there else f"{name}: {outcome.reason[:60]}"
-            mark = handle(words, marker, "#F0E442" if there else "white", size - 2)
-            mark.set_markeredgecolor("black" if there else GREY)
+            ended = outcome.state == "done"
+            words = name if ended else f"{name}: {outcome.reason[:60]}"
+            mark = handle(words, marker, "#F0E442" if ended else "white", size - 2)
+            mark.set_markeredgecolor("black" if ended else GREY)
             handles.append(mark)
     return handles

@@ -62,16 +62,16 @@ class Centre:
 
     @property
     def is_solid(self) -> bool:
-        """Whether its meshes are three-dimensional."""
+        """Return whether its meshes are three-dimensional."""
         return self.level in SOLID
 
     @property
     def family(self) -> str:
-        """Its level; of a seat that is not drawn "as given"."""
+        """Return its level; of a seat that is not drawn "as given"."""
         return str(self.level or "as given")
 
     def settings(self, fineness: float = 0.0, *, band: bool = True) -> Settings:
-        """As stated keys, mesh (and ``band``) finer by `RATIO` to the power ``fineness``."""
+        """Return the settings as stated keys, mesh (and ``band``) finer by `RATIO` to the power ``fineness``."""
         factor = RATIO**fineness
         values: dict[str, object] = {
             "seat.model": self.level,
@@ -88,13 +88,13 @@ class Centre:
 
 
 def centre_of(scene: Scene) -> Centre:
-    """What the file states; what it leaves open follows the filter's band, the waves in it and the struck face."""
+    """Return what the file states; what it leaves open follows the filter's band, its waves and the struck face."""
     seat, n_modes = scene.seat, scene.reed.beam_modes
     stated = stated_method(scene).seat
     if not seat.is_reduced:
         return Centre(n_modes=n_modes)
-    given = stated.bandwidth if is_given(scene, BAND) else None
-    bandwidth = given or BAND_PER_FILTER / scene.run.filter_width
+    band = stated.bandwidth if is_given(scene, BAND) else None
+    bandwidth = band or BAND_PER_FILTER / scene.run.filter_width
     if not seat.is_drawn:
         return Centre(bandwidth=bandwidth, tolerance=stated.tolerance, n_modes=n_modes)
     level = next(a.level for a in seat.levels() if a.applies and a.error == 0.0)
@@ -104,7 +104,7 @@ def centre_of(scene: Scene) -> Centre:
 
 
 def _sizes(seat: Structure, stated: Method, level: AnyLevel, bandwidth: float) -> tuple[float, float]:
-    """Bulk and contact: `ACROSS` the column's height and the patch's width, and what the slowest wave needs."""
+    """Return element sizes in bulk and contact: `ACROSS` the column's height and the patch, and the slowest wave."""
     wave, column = seat.slowest / (PER_WAVELENGTH[seat.discrete(level)] * bandwidth), seat.column()
     across = ACROSS[level in SOLID]
     size = stated.size or (wave if column is None else min(wave, column.height / across))
@@ -113,7 +113,7 @@ def _sizes(seat: Structure, stated: Method, level: AnyLevel, bandwidth: float) -
 
 
 def ladder(scene: Scene, *, quick: bool = False, rings: int = 1) -> tuple[Point, ...]:
-    """Every rung that applies to the scene, each family from coarse to fine.
+    """Return every rung that applies to the scene, each family from coarse to fine.
 
     ``quick``: about a third of them; ``rings``: of the patch, where a plan takes several.
     """
@@ -133,7 +133,7 @@ _QUICK: Final = (
 
 
 def _by_hand(scene: Scene) -> Iterator[Point]:
-    """The column as a spring and as a rod."""
+    """Yield the column as a spring and as a rod."""
     seat = scene.seat
     if (column := seat.column()) is None:
         return
@@ -153,28 +153,28 @@ def _by_hand(scene: Scene) -> Iterator[Point]:
 
 
 def _diagonals(scene: Scene, centre: Centre, depth: int) -> Iterator[Point]:
-    """Mesh and band together, for each level; that of the centre last, and up to the centre."""
+    """Yield mesh and band together, for each level; that of the centre last, and up to the centre."""
     if centre.size is None:
         yield Point("as given", "as given", "diagonal", centre.settings())
         return
     for k in (-1, 0):
         yield replace(_rung(replace(centre, level=None), "spring", k), name=_name("spring, statics", k))
-    for found in scene.seat.levels():
-        if found.applies and found.error > 0:  # a closed form: nothing to refine
-            yield Point(found.level, found.level, "diagonal", {**centre.settings(), "seat.model": found.level})
-        elif found.applies and found.level != centre.level and centre.ports is None:  # no other is struck along a lip
-            yield from _chain(replace(centre, level=found.level), -depth, -1)
+    for model in scene.seat.levels():
+        if model.applies and model.error > 0:  # a closed form: nothing to refine
+            yield Point(model.level, model.level, "diagonal", {**centre.settings(), "seat.model": model.level})
+        elif model.applies and model.level != centre.level and centre.ports is None:  # no other is struck along a lip
+            yield from _chain(replace(centre, level=model.level), -depth, -1)
     yield from _chain(centre, -depth, 0)
 
 
 def finer_rung(scene: Scene, fineness: int) -> Point:
-    """The diagonal beyond the centre, for as far as it can be afforded."""
+    """Return the diagonal beyond the centre, for as far as it can be afforded."""
     centre = centre_of(scene)
     return replace(_rung(centre, centre.family, fineness), after=_name(centre.family, fineness - 1))
 
 
 def _chain(centre: Centre, first: int, last: int) -> Iterator[Point]:
-    """Rungs of one level; none is tried beyond one that did not end."""
+    """Yield the rungs of one level; none is tried beyond one that did not end."""
     before = ""
     for k in range(first, last + 1):
         rung = replace(_rung(centre, centre.family, k), after=before)
@@ -192,7 +192,7 @@ def _name(family: str, fineness: int) -> str:
 
 
 def _around(scene: Scene, centre: Centre, rings: int) -> Iterator[Point]:
-    """Each choice varied alone; the rest is the centre's."""
+    """Yield each choice varied alone; the rest is the centre's."""
     family, base = centre.family, centre.settings()
 
     def vary(name: str, varied: str, key: str, value: object) -> Point:
@@ -231,14 +231,14 @@ def _around(scene: Scene, centre: Centre, rings: int) -> Iterator[Point]:
 
 
 def _has_a_beam(scene: Scene) -> bool:
-    """Whether a beam is known that could stand in place of the scene's plate."""
+    """Return whether a beam is known that could stand in place of the scene's plate."""
     method = stated_method(scene).replaced({REED_BAND: OF_A_BEAM}).along(scene, 1)
     striker = striker_of(scene, method=method.reed)
     return BEAM in dict(simpler_bodies(scene, striker, Division()))
 
 
 def _reductions(scene: Scene, centre: Centre) -> Iterator[Point]:
-    """Every reduction that may serve; on hexahedra, of diagonal mass, those that need them and the usual one."""
+    """Yield every reduction that applies; on hexahedra, of diagonal mass, those that need them and the usual one."""
     if centre.level == "harmonics":
         return
     seat, (usual, *_), hexes = scene.seat, reducers(), {"seat.mesh.shape": "hex"}
@@ -252,7 +252,7 @@ def _reductions(scene: Scene, centre: Centre) -> Iterator[Point]:
 
 
 def _in_time(scene: Scene, base: Settings, family: str) -> Iterator[Point]:
-    """Steps, and engines at one step that all of them can afford."""
+    """Yield steps, and engines at one step that all of them can afford."""
     width, duration = scene.run.filter_width, scene.run.duration
     for number in STEPS_PER_FILTER:
         step = written("run.time_step", width / number)
@@ -266,7 +266,7 @@ def _in_time(scene: Scene, base: Settings, family: str) -> Iterator[Point]:
 
 
 def reference_point(scene: Scene, fineness: float, *, coarser: bool = False, rings: int = 1) -> Point:
-    """Finer than the whole ladder in every choice; ``coarser``: the same, one notch back in every choice.
+    """Return a point finer than the whole ladder in every choice; ``coarser``: the same, one notch back in all.
 
     ``fineness``: of the mesh, above the centre's; ``rings``: of the patch, where a plan takes several.
     """

@@ -51,7 +51,7 @@ ALL_OPEN: Final[Settings] = dict.fromkeys(key for key in FIELDS if key != REED_B
 
 
 def scene_with(path: Path, settings: Settings) -> Scene:
-    """The scene of a file with ``settings`` stated: a planner obeys them, and chooses what is taken out.
+    """Return the scene of a file with ``settings`` stated: a planner obeys them, and chooses what is taken out.
 
     Raises:
         SceneError: a value that does not belong in a scene.
@@ -60,12 +60,12 @@ def scene_with(path: Path, settings: Settings) -> Scene:
 
 
 def written(key: str, value: object) -> object:
-    """An SI value of a key as a scene file has it: ``"0.001 m"``."""
+    """Return an SI value of a key as a scene file has it: ``"0.001 m"``."""
     return f"{value!r} {UNITS[key]}" if key in UNITS else value
 
 
 def stated_choices(scene: Scene, method: RunMethod) -> Settings:
-    """Everything that decides the fidelity of a planned scene, as settings."""
+    """Return everything that decides the fidelity of a planned scene, as settings."""
     values = {key: method.value(key) for key in FIELDS if has_key(scene, key)}
     return {key: written(key, value) for key, value in values.items() if value is not None}
 
@@ -102,7 +102,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a point.
+    """Cost and measures of a point, or why there are none.
 
     Attributes:
         state: "done"; "stopped" at the time limit; "failed" with the reason.
@@ -125,7 +125,7 @@ class Outcome:
 
 
 def carry_out(path: Path, point: Point, start: float = math.nan) -> Outcome:
-    """The point's seat, contact and measures; without error bars, files and pictures. Whatever fails is the outcome.
+    """Compute the point's seat, contact and measures; no error bars, files, pictures. Whatever fails is the outcome.
 
     ``start``: seconds that the program took to load.
     """
@@ -176,7 +176,7 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float
 
 
 def _processor_time() -> float:
-    """Seconds of all threads of this process and of those it started (the mesher)."""
+    """Return the processor time of all threads of this process and of those it started (the mesher) [s]."""
     try:
         import resource  # absent on Windows
     except ImportError:
@@ -186,7 +186,7 @@ def _processor_time() -> float:
 
 
 def _reply(line: str) -> str:
-    """The outcome of one job, within its processor time."""
+    """Return the outcome of one job, within its processor time."""
     job: dict[str, Any] = json.loads(line)
     limit_process(seconds=math.ceil(job["limit"]))
     return json.dumps(asdict(carry_out(Path(job["scene"]), Point(**job["point"]), time.time() - job["begun"])))

@@ -1,4 +1,4 @@
-"""Carries out points, each in a process of its own: on one thread, with an empty store, within a time limit.
+"""Runner of points, each in a process of its own: on one thread, with an empty store, within a time limit.
 
 Outcomes are on file at once, one JSON line each: a ladder that was stopped goes on where it was.
 """
@@ -44,7 +44,7 @@ def run_points(
     cluster: str | None = None,
     progress: Progress = silent,
 ) -> dict[str, Outcome]:
-    """Outcomes by point name. Those in the ``journal`` are not computed again; each new one goes there at once.
+    """Return outcomes by point name. Those in the ``journal`` are not computed again; each new one goes there at once.
 
     A point that hangs, crashes or fails ends as an outcome. ``known``: outcomes of other points, for `Point.after`.
     ``cluster``: the address of a scheduler of dask, whose workers carry out side by side what waits for no other point.
@@ -52,26 +52,26 @@ def run_points(
     if cluster is not None:
         _carry_out_there(scene, points, journal, time_limit, dict(known or {}), cluster)
     version, on_file = code_version(), read_journal(journal)
-    found = dict(known or {})
+    outcomes = dict(known or {})
     for number, point in enumerate(points, start=1):
         key = _key(scene, point, version)
         outcome = on_file.get(key)
         if outcome is None or _may_end_now(outcome, time_limit):
-            outcome = _obstacle(point, found, time_limit) or run_point(scene, point, time_limit)
+            outcome = _obstacle(point, outcomes, time_limit) or run_point(scene, point, time_limit)
             append(journal, key, point, outcome)
-        found[point.name] = outcome
+        outcomes[point.name] = outcome
         progress("fidelity ladder", number / len(points))
-    return found
+    return outcomes
 
 
 def _carry_out_there(
     scene: Path, points: Sequence[Point], journal: Path, limit: float, found: dict[str, Outcome], cluster: str
 ) -> None:
-    """What can be tried of the points, to the journal."""
-    version, on_file, left = code_version(), read_journal(journal), list(points)
+    """Carry out those of the points that can be tried, and write them to the journal."""
+    version, on_file, waiting = code_version(), read_journal(journal), list(points)
     with cluster_crew(cluster, PROGRAM, _packed) as ask:
-        while ready := [p for p in left if p.after not in {other.name for other in left} - {p.name}]:
-            left = [point for point in left if point not in ready]
+        while ready := [p for p in waiting if p.after not in {other.name for other in waiting} - {p.name}]:
+            waiting = [point for point in waiting if point not in ready]
             pending = []
             for point in ready:
                 outcome = on_file.get(_key(scene, point, version))
@@ -88,28 +88,28 @@ def _carry_out_there(
 
 
 def _key(scene: Path, point: Point, version: str) -> str:
-    """What an outcome depends on: the text of the scene, what the point changes in it, and the code."""
+    """Return what an outcome depends on: the text of the scene, what the point changes in it, and the code."""
     parts = [version, scene.read_text(encoding="utf-8"), asdict(point)]
     return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:20]
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:
-    """Outcomes by key. A line that a kill cut short, or that is none of ours, is skipped."""
+    """Return outcomes by key. A line that a kill cut short, or that is none of ours, is skipped."""
     return lines.outcomes(path, "key", lambda point, outcome: Outcome(**outcome))
 
 
 def append(path: Path, key: str, point: Point, outcome: Outcome) -> None:
-    """One more line, on file at once."""
+    """Append one more line, on file at once."""
     lines.append(path, {"key": key, "point": point.name, "outcome": asdict(outcome)})
 
 
 def _may_end_now(outcome: Outcome, time_limit: float) -> bool:
-    """A point that was stopped is tried again where it is given more time."""
+    """Return whether a point that was stopped may end within the time limit now, and is tried again."""
     return outcome.state == "stopped" and not outcome.processor >= time_limit
 
 
 def _obstacle(point: Point, found: Mapping[str, Outcome], time_limit: float) -> Outcome | None:
-    """Why a point is not even tried."""
+    """Return why a point is not even tried."""
     if point.predicted > TOO_LONG * time_limit:
         return Outcome("stopped", f"not tried: {in_time(point.predicted)} predicted", processor=time_limit)
     before = found.get(point.after)
@@ -119,7 +119,7 @@ def _obstacle(point: Point, found: Mapping[str, Outcome], time_limit: float) -> 
 
 
 def run_point(scene: Path, point: Point, time_limit: float) -> Outcome:
-    """One point, in a process of its own."""
+    """Carry out one point, in a process of its own."""
     with crew(PROGRAM, workers=1) as ask:
         [(_, answer)] = ask([_job(scene, point, time_limit)], PATIENCE * time_limit)
     return _outcome(answer, time_limit)
@@ -130,7 +130,7 @@ def _job(scene: Path, point: Point, limit: float) -> str:
 
 
 def _packed(line: str) -> Parcel:
-    """A job with all files of its scene; clocks of other computers tell nothing of its start."""
+    """Return a job with all files of its scene; clocks of other computers tell nothing of its start."""
     job = json.loads(line)
     place, changed, files = packed(Path(job["scene"]), {})
     point = job["point"] | {"settings": {**changed, **job["point"]["settings"]}}

@@ -15,7 +15,7 @@ from seatfem.study.trade.trade import AS_FILED, PLANNED, Trade
 
 
 def rows_of(trade: Trade) -> list[dict[str, object]]:
-    """One row per point, units in the keys; NaN where a point did not end."""
+    """Return one row per point, units in the keys; NaN where a point did not end."""
     fronts = {name: trade.front(name) for name in trade.measures}
     together = trade.front()
     rows = []
@@ -44,7 +44,7 @@ def rows_of(trade: Trade) -> list[dict[str, object]]:
 
 
 def summary_of(trade: Trade) -> dict[str, object]:
-    """What the trade comes to."""
+    """Return the summary of the trade."""
     exact = trade.outcomes[trade.reference]
     planner = trade.outcomes[PLANNED]
     return {
@@ -69,7 +69,7 @@ def summary_of(trade: Trade) -> dict[str, object]:
 
 
 def write_trade(trade: Trade, csv_path: Path, json_path: Path) -> None:
-    """The table as CSV; table, settings and summary as JSON. Files are whole or absent."""
+    """Write the table as CSV; table, settings and summary as JSON. Files are whole or absent."""
     write_rows(csv_path, rows_of(trade))
     points = [asdict(point) | {"outcome": asdict(trade.outcomes[point.name])} for point in trade.points]
     data = summary_of(trade) | {"reference_outcome": asdict(trade.outcomes[trade.reference]), "points": points}
@@ -78,7 +78,7 @@ def write_trade(trade: Trade, csv_path: Path, json_path: Path) -> None:
 
 
 def in_words(trade: Trade) -> str:
-    """The front, the planner's place, and what did not end."""
+    """Return the front, the planner's place, and what did not end."""
     ended = len(trade.done())
     floors = ", ".join(f"{m.replace('_', ' ')} {trade.floor[m]:.1e}" for m in trade.measures)
     lines = [f"{ended} of {len(trade.points)} points ended; the reference itself is uncertain by: {floors}"]

@@ -63,7 +63,7 @@ class Trade:
     __repr__ = brief
 
     def done(self) -> tuple[Point, ...]:
-        """The points that ended."""
+        """Return the points that ended."""
         return tuple(point for point in self.points if self.outcomes[point.name].state == "done")
 
     def left_out_in_words(self) -> str:
@@ -73,20 +73,20 @@ class Trade:
         return left_out_in_words(statuses, "points")
 
     def cost(self, name: str) -> float:
-        """Processor seconds of a point; not a number where it did not end."""
+        """Return the processor seconds of a point; not a number where it did not end."""
         outcome = self.outcomes[name]
         return outcome.processor if outcome.state == "done" else math.nan
 
     def error(self, name: str, measure: str) -> float:
-        """|value - reference|/|reference| of a point; not a number where it did not end, or does not tell: a measure of
-        a landing where it did not land, or was cut off."""
+        """Return |value - reference|/|reference| of a point; not a number where it did not end, or does not tell: a
+        measure of a landing where it did not land, or was cut off."""
         outcome, exact = self.outcomes[name], self.outcomes[self.reference].values[measure]
         if outcome.state != "done" or measure not in outcome.values or not _answers(outcome, [measure]):
             return math.nan
         return _relative(outcome.values[measure] - exact, exact)
 
     def trusted_error(self, name: str, measure: str | None = None) -> float:
-        """The error, but at least the floor; without a ``measure`` that of the worst of them, in floors or above.
+        """Return the error, but at least the floor; without a ``measure`` that of the worst, in floors or above.
 
         The worst is the largest error of all measures, each of which counts as at least its floor.
         """
@@ -97,27 +97,27 @@ class Trade:
         return error if math.isnan(error) else max(error, self.floor[measure])
 
     def contenders(self, *, guesses: bool = False) -> tuple[str, ...]:
-        """Names of the points that can be chosen; ``guesses``: also those by hand.
+        """Return the names of the points that can be chosen; ``guesses``: also those by hand.
 
         A stiffness guessed by hand has no error bar: that it is right is known only once the reference is there.
         """
         return tuple(point.name for point in self.points if guesses or point.varied != BY_HAND)
 
     def front(self, measure: str | None = None) -> tuple[str, ...]:
-        """The contenders that none beats in time and error, the cheapest first; by default in the worst error."""
+        """Return the contenders that none beats in time and error, cheapest first; by default in the worst error."""
         names = self.contenders()
         errors = [self.trusted_error(name, measure) for name in names]
         return tuple(names[i] for i in pareto_front([self.cost(name) for name in names], errors))
 
     def excess(self, name: str, measure: str | None = None, *, guesses: bool = False) -> float:
-        """Cost of a point over the least cost of an equal or smaller error; by default of the worst error."""
+        """Return a point's cost over the least cost of an equal or smaller error; by default of the worst error."""
         names = self.contenders(guesses=guesses)
         errors = [self.trusted_error(each, measure) for each in names]
         costs = [self.cost(each) for each in names]
         return cost_excess(self.cost(name), self.trusted_error(name, measure), costs, errors)
 
     def excess_at_target(self, name: str) -> float:
-        """Cost of a point over that of the cheapest that meets the target in all measures; NaN where it misses it."""
+        """Return a point's cost over the cheapest's that meets the target in all measures; NaN where it misses it."""
         if not self.trusted_error(name) <= self.target:
             return math.nan
         meeting = [self.cost(n) for n in self.contenders() if self.trusted_error(n) <= self.target]
@@ -179,7 +179,7 @@ class _Runs:
     found: dict[str, Outcome] = field(default_factory=dict)
 
     def carry_out(self, points: Sequence[Point], longer: float = 1.0, progress: Progress = silent) -> None:
-        """These too, each within ``longer`` times the limit."""
+        """Carry out these points too, each within ``longer`` times the limit."""
         limit = longer * self.limit
         self.found = run_points(
             self.path, points, self.journal, time_limit=limit, known=self.found, cluster=self.cluster, progress=progress
@@ -188,8 +188,8 @@ class _Runs:
     def check_landed(self, names: Sequence[str]) -> None:
         """Raise `TradeError` where the scene asks for a landing, and each of these points that ended has none."""
         ended = [each for name in names if (each := self.found.get(name)) is not None and each.state == "done"]
-        asked = self.scene.accuracy.judged
-        if ended and not any(_answers(each, asked) for each in ended):
+        judged = self.scene.accuracy.judged
+        if ended and not any(_answers(each, judged) for each in ended):
             why = left_out_in_words((each.about[STATUS] for each in ended), "points")
             raise TradeError(
                 f"{self.path}: no landing to compare: {why}; lengthen run.duration = "
@@ -198,7 +198,7 @@ class _Runs:
             )
 
     def seconds(self, top: int, notches: int) -> float:
-        """Predicted for a mesh that many notches finer than the rung ``top`` of the diagonal; infinite if unknown."""
+        """Return the predicted seconds of a mesh that many notches finer than the rung ``top``; infinite if unknown."""
         centre = centre_of(self.scene)
         last = self.found.get(finer_rung(self.scene, top).name) if centre.size else None
         if last is None or last.state != "done":
@@ -207,7 +207,7 @@ class _Runs:
 
 
 def _planned(path: Path, scene: Scene, empty: Store) -> tuple[Point, ...]:
-    """The planner's choice with every key open and, where the file states some, what becomes of the file as it is."""
+    """Return the planner's choice with every key open and, where the file states some, of the file as it is."""
     points = [_as_point(PLANNED, plan_scene(scene_with(path, ALL_OPEN), store=empty))]
     if any(is_given(scene, key) for key in FIELDS):
         points.append(_as_point(AS_FILED, plan_scene(scene, store=empty)))
@@ -222,7 +222,7 @@ def _as_point(name: str, plan: Plan) -> Point:
 
 
 def _finer(runs: _Runs, most: int) -> list[Point]:
-    """The diagonal goes on above the centre while a rung is predicted to end within half the time limit."""
+    """Run the diagonal above the centre while a rung is predicted to end in half the limit; return its points."""
     added: list[Point] = []
     while len(added) < most and runs.seconds(len(added), 1) <= runs.limit / 2:
         added.append(finer_rung(runs.scene, len(added) + 1))
@@ -231,7 +231,7 @@ def _finer(runs: _Runs, most: int) -> list[Point]:
 
 
 def _reference(runs: _Runs, top: int, rings: int, progress: Progress) -> tuple[str, str]:
-    """The finest that can be afforded: its name, and that of the same one notch back.
+    """Return the finest that can be afforded: its name, and that of the same one notch back.
 
     All candidates are finer than the rung ``top``, the ladder's last; the first is predicted to take half the time
     allowed.
@@ -251,7 +251,7 @@ def _reference(runs: _Runs, top: int, rings: int, progress: Progress) -> tuple[s
 
 
 def _answers(outcome: Outcome, measures: Sequence[str]) -> bool:
-    """Whether a point has what these measures speak of: landings, or its whole run."""
+    """Return whether a point has what these measures speak of: landings, or its whole run."""
     return has_landed(outcome.about) or not any(name.startswith((HARDEST, FIRST)) for name in measures)
 
 
@@ -262,7 +262,7 @@ def _relative(difference: float, exact: float) -> float:
 
 
 def pareto_front(costs: Sequence[float], errors: Sequence[float]) -> tuple[int, ...]:
-    """Indices of the points that no other one beats, by increasing cost.
+    """Return the indices of the points that no other one beats, by increasing cost.
 
     A point is beaten by one that is at least as cheap and at least as accurate, and better in one of the two; of equal
     points the first stands for all. Points with a cost or error that is no finite number are left out.
@@ -279,7 +279,7 @@ def pareto_front(costs: Sequence[float], errors: Sequence[float]) -> tuple[int, 
 
 
 def cost_excess(cost: float, error: float, costs: Sequence[float], errors: Sequence[float]) -> float:
-    """``cost`` over the least cost among the points at most as wrong as ``error``; 1 on the front or before it.
+    """Return ``cost`` over the least cost among the points at most as wrong as ``error``; 1 on the front or before it.
 
     Not a number where the point itself is none, or nothing is as accurate.
     """
