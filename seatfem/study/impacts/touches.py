@@ -68,8 +68,8 @@ def taken_apart(scene: Scene, problem: impact.ContactProblem, result: ImpactResu
 def _mass_that_moves(problem: impact.ContactProblem, pushed: Array, shares: Array) -> float | None:
     """Return the sum of the forces on the seat's contacts over the acceleration that they give to the mean of these.
 
-    It is the mass [kg] of a striker that is free and does not turn, less where it turns as well; ``None`` of one that is
-    held, and without force.
+    It is the mass [kg] of a striker that is free and does not turn, less where it turns as well; ``None`` of one that
+    is held, and without force.
     """
     inverse = problem.striker.greens.inverse_mass()
     seen = problem.directions(problem.striker)[:, : len(shares)]
