@@ -62,10 +62,10 @@ def no_load() -> StaticLoad:
 def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
     """Return the quasi-static forces of a problem over a ``duration`` [s].
 
-    A body free to move is held by a spring so soft that it bears `SOFT` of the largest load; one that no load pushes
-    rests on nothing, however its target moves. Hertz' and Hunt-Crossley's laws press as their secants do, a law of one's
-    own as a rigid one. Loads that depend on the opening act as at the start: give a striker whose loads are as they were
-    marched (`impact.march.followed.as_marched`).
+    A body free to move is held by a spring so soft that it bears `SOFT` of the largest load; one that no load
+    pushes rests on nothing, however its target moves. Hertz' and Hunt-Crossley's laws press as their secants do, a
+    law of one's own as a rigid one. Loads that depend on the opening act as at the start: give a striker whose loads
+    are as they were marched (`impact.march.followed.as_marched`).
     """
     count = INSTANTS if len(problem.contacts) <= FEW else INSTANTS_OF_MANY
     time = np.asarray(np.linspace(0.0, duration, count + 1), dtype=np.float64)
