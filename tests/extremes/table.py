@@ -84,7 +84,8 @@ def counts(cells: Sequence[Cell], outcomes: Mapping[str, Outcome]) -> str:
             number = Counter(o.verdict for o in found)
             several = len(axes.get(name, ())) or len({cell.axis for cell in run})
             lines.append(f"| {name} | {several} | {len(found)} | {' | '.join(str(number[v]) for v in VERDICTS)} |")
-    return "\n".join([*lines, "", _standing(every), ""])
+    left = f"{len(cells) - len(run)} of {len(cells)} runs are still to be made.\n" if len(run) < len(cells) else ""
+    return "\n".join([*lines, "", _standing(every), left])
 
 
 def group_of(cell: Cell) -> str:

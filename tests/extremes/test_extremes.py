@@ -189,7 +189,7 @@ def test_mixed_scenes_hold_every_pair_and_come_again() -> None:
     assert drawn == [cell.name for cell in random_cells(SHORT + 2)][:SHORT]
 
 
-@pytest.mark.parametrize("number", [2, 3, 4, 11, 24])
+@pytest.mark.parametrize("number", [3, 4, 9, 19])
 def test_random_scenes_keep_their_balances(number: int) -> None:
     outcome = carry_out(random_cells(number + 1)[number])
     assert outcome.verdict not in ("wrong", "slow"), outcome.reason
