@@ -11,7 +11,6 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 from drawn_scenes import draw_scene
@@ -280,15 +279,3 @@ def balanced(run: SceneRun, *known: Known) -> Finding:
     peak, mean = run.number("peak_force_N"), run.number("filtered_peak_force_N")
     over = Known("filtered_peak_force_N", peak, 1e-9, value=max(mean, peak))
     return judge(run, Known("energy_residual", 0.0, 1e-6, scale=1.0), over, *known)
-
-
-def write_scene(scene: Driven, folder: Path) -> None:
-    """Write a random scene and its files into a folder, to be run by hand."""
-    text, files, _ = scene._scene()
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, content in files.items():
-        if isinstance(content, str):
-            (folder / name).write_text(content, encoding="utf-8")
-        else:
-            content(folder / name)
-    (folder / "scene.toml").write_text(text, encoding="utf-8")
