@@ -154,8 +154,9 @@ def pressed_on(record: ContactRecord, landings: Sequence[Landing]) -> tuple[floa
     return record.dt * float(closed.sum()), float(mean[calm if np.any(calm) else closed].max())
 
 
-def closing_speeds(problem: ContactProblem) -> Array:
-    """Return the (p,) speeds at which the contacts close at t = 0, -d(gap)/dt [m/s]; of the bodies' own motion."""
+def closing_speeds(problem: ContactProblem, dt: float) -> Array:
+    """Return the (p,) speeds at which the contacts close at t = 0, -d(gap)/dt [m/s]: of the bodies' own motion, and of
+    their bases' over the first step ``dt`` [s]."""
     opening = np.zeros(len(problem.contacts))
     for body in problem.bodies:
         ports = np.zeros(len(body.greens.ports))
@@ -164,6 +165,8 @@ def closing_speeds(problem: ContactProblem) -> Array:
         if body.state is not None and body.greens.modal is not None:
             ports = ports + body.greens.modal.shapes.T @ body.state.velocity
         opening += problem.directions(body).T @ ports
+    if (carried := problem.carried(np.array([0.0, dt]))) is not None:
+        opening += (carried[1] - carried[0]) / dt
     return -opening
 
 

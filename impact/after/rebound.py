@@ -29,7 +29,8 @@ def restitutions(
 
     Of a striker that is held: sqrt(E'/E) of its energy after and before; other contacts and loads at work meanwhile
     count. Of one free to translate: the speed at which the bodies' translations part over that at which they closed,
-    the mean of the contacts. ``None`` of a landing that does not end apart, and where the energy is not known.
+    the mean of the contacts, motion of bases included. ``None`` of a landing that does not end apart, and where the
+    energy is not known.
 
     Args:
         problem: that was marched.
@@ -82,4 +83,6 @@ def _closing_speeds(problem: ContactProblem, force: Array, dt: float, loads: Arr
         for load, amplitude in zip(problem.striker.loads, loads, strict=True):
             moved = float((modal.shapes[rigid] @ seen) @ load.shape[rigid])
             speed[1:] += moved * dt * np.cumsum(amplitude)
+    if (carried := problem.carried(np.asarray(dt * np.arange(len(speed)), dtype=np.float64))) is not None:
+        speed += np.gradient(carried[:, face].mean(axis=1), dt)
     return -speed

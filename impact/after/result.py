@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 
 _WAYS = ("gap", "striker_displacement", "target_displacement")
 _TERMS = ("input", "striker", "target", "contact", "dissipated")
+
+
+NO_ENERGY: Final = 1e-200
+"""Energy that is none [J]: squares of the 1e-140 that the march adds to every state against denormal numbers."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,7 @@ class EnergyLedger:
         """
         largest = float(np.max(np.abs(self.striker) + np.abs(self.target) + np.abs(self.contact)))
         error = float(np.max(np.abs(self.input - self.stored - self.dissipated)))
-        return error / largest if largest > 0 else error
+        return error / largest if largest > NO_ENERGY else 0.0
 
 
 def pressed_in(problem: ContactProblem, force: Array, gap: Array) -> Array:

@@ -62,14 +62,15 @@ def no_load() -> StaticLoad:
 def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
     """Return the quasi-static forces of a problem over a ``duration`` [s].
 
-    A body free to move is held by a spring so soft that it bears `SOFT` of the largest load. Hertz' and Hunt-Crossley's
-    laws press as their secants do, a law of one's own as a rigid one. Loads that depend on the opening act as at the
-    start: give a striker whose loads are as they were marched (`impact.march.followed.as_marched`).
+    A body free to move is held by a spring so soft that it bears `SOFT` of the largest load; one that no load
+    pushes rests on nothing, however its target moves. Hertz' and Hunt-Crossley's laws press as their secants do, a
+    law of one's own as a rigid one. Loads that depend on the opening act as at the start: give a striker whose loads
+    are as they were marched (`impact.march.followed.as_marched`).
     """
     count = INSTANTS if len(problem.contacts) <= FEW else INSTANTS_OF_MANY
     time = np.asarray(np.linspace(0.0, duration, count + 1), dtype=np.float64)
     opening, compliance = _openings(problem, time)
-    if np.all(opening >= 0):
+    if np.all(opening >= 0) or not _is_held(problem.striker, time):
         return no_load()
     force, seats = np.zeros(opening.shape), np.array([contact.side > 0 for contact in problem.contacts])
     pressed = np.zeros(len(seats))
@@ -80,6 +81,13 @@ def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
         pressed = _pressing(problem.contacts, compliance, gap, pressed)
         force[row] = pressed
     return StaticLoad(time, force[:, seats].sum(axis=1), force[:, ~seats].sum(axis=1))
+
+
+def _is_held(body: Body, time: Array) -> bool:
+    """Return whether a support or a load keeps a body where it is."""
+    modal = body.greens.modal
+    free = modal is not None and bool(np.any(modal.omega == 0))
+    return not free or bool(np.any(body.load_amplitudes(time)))
 
 
 def _openings(problem: ContactProblem, time: Array) -> tuple[Array, Array]:

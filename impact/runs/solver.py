@@ -16,6 +16,7 @@ from impact.after.advice import (
     unsolved_advice,
 )
 from impact.after.result import EnergyLedger, ImpactResult, ledger
+from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.engines import Engine
 from impact.march.motion import Discrete, Motion
@@ -94,8 +95,8 @@ def collect(stepper: ContactStepper) -> ImpactResult:
         dt=s.dt,
         striker_mass=s.problem.striker.greens.mass(first.striker_port),
         target_mass=first.target.greens.mass(first.port),
-        striker_velocity=s.problem.striker.velocity_of(first.striker_port),
-        target_velocity=first.target.velocity_of(first.port),
+        striker_velocity=_speed_at_start(s.problem.striker, first.striker_port, s.dt),
+        target_velocity=_speed_at_start(first.target, first.port, s.dt),
         engine=s.plan.words,
         advice=(
             *unsolved_advice(stepper.unsolved, n),
@@ -128,6 +129,12 @@ def _refuse_overflow(dt: float, *histories: Array) -> None:
                 f"forces, motions or energies leave the range of numbers at {first * dt:.3g} s: some mass, stiffness, "
                 "shape or velocity is beyond all measure; check their units"
             )
+
+
+def _speed_at_start(body: Body, port: str | int, dt: float) -> float:
+    """Return the initial translation of a port [m/s], and of the body's base over the first step."""
+    start, end = body.carried(np.array([0.0, dt]))
+    return body.velocity_of(port) + float(end - start) / dt
 
 
 def _at_contacts(s: Prepared, motions: tuple[Motion, ...], single: bool, *, of_striker: bool) -> Array:

@@ -163,12 +163,14 @@ def enlarged(body: Body, factor: float) -> Body:
 
 
 def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
-    """The body without its highest modes, down to ``ratio`` below the last; ``None`` where it has none."""
+    """The body without its highest modes, down to ``ratio`` below the last; ``None`` where none are left."""
     g = body.greens.modal
     if g is None or not np.any(g.omega):
         return None
     highest = float(g.omega.max()) / (2 * np.pi) / ratio
     kept, state = _below(g, highest), body.state
+    if not len(g.omega[kept]):
+        return None
     if state is not None:
         state = ModalState(state.displacement[kept], state.velocity[kept])
     loads = tuple(replace(load, shape=load.shape[kept]) for load in body.loads)

@@ -305,7 +305,15 @@ def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
         mesh = _mesh(asked, coarser)
         model = _model(asked, mesh)
         fresh.append(model)
-        return mesh, with_parity(solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth), model, mesh.points)
+        modes = solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth)
+        if not len(modes.omega):
+            lowest = write_quantity(float(solve_modes(model, 1).frequencies_hz[0]), "frequency", 3)
+            band = write_quantity(asked.bandwidth, "frequency", 4)
+            raise ModelError(
+                f"reed.greens.bandwidth = {band}: the plate has no mode below {CUTOFF:g} times it, its lowest is at "
+                f"{lowest}; raise it to that at least"
+            )
+        return mesh, with_parity(modes, model, mesh.points)
 
     mesh, modes = kept(asked, coarser, compute)
     return PlateModes(asked, mesh, modes, coarser, *fresh)

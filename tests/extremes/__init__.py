@@ -4,11 +4,18 @@
 and `draw_map` show the outcomes; `make extremes` (`python -m tests.extremes`) does all of it.
 """
 
+import sys
+from pathlib import Path
+
+if (path := str(Path(__file__).parents[2] / "benchmarks")) not in sys.path:
+    sys.path.append(path)  # as pytest's pythonpath: random scenes are drawn by benchmarks/drawn_scenes.py
+
 from tests.extremes.battery import battery, subset
 from tests.extremes.cell import Cell, Finding, Outcome, carry_out
+from tests.extremes.mixed import random_cells
 from tests.extremes.picture import draw_map
 from tests.extremes.runner import run_battery
-from tests.extremes.table import in_words, write_table
+from tests.extremes.table import in_words, write_counts, write_table
 
 __all__ = [
     "Cell",
@@ -18,7 +25,9 @@ __all__ = [
     "carry_out",
     "draw_map",
     "in_words",
+    "random_cells",
     "run_battery",
     "subset",
+    "write_counts",
     "write_table",
 ]

@@ -1,7 +1,7 @@
-"""`python -m tests.extremes [--folder F] [--subset N] [--seed S] [--cluster ADDRESS]`: the battery, its table, its map.
+"""The battery, its table and its map: `python -m tests.extremes`, with the options below.
 
-The whole battery rewrites docs/extremes.csv and docs/images/extremes.png; a subset writes both into the folder. A run
-that was stopped goes on where it was.
+The whole battery rewrites docs/extremes.csv, docs/images/extremes.png and the counts in docs/extremes.md; a subset, and
+random scenes alone, write table and map into the folder. A run that was stopped goes on where it was.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from pathlib import Path
 from impact.files.atomic import OutputError
 from impact.pictures.drawing import gap_of
 
-from . import battery, draw_map, in_words, run_battery, subset, write_table
+from . import battery, draw_map, in_words, random_cells, run_battery, subset, write_counts, write_table
+from .worker import MOST_RANDOM
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -22,16 +23,22 @@ DOCS = Path(__file__).parents[2] / "docs"
 def main(words: Sequence[str] | None = None) -> int:
     """Exit code 0: no cell is wrong; 1: some are; 2: the folder cannot be written to."""
     given = _arguments(words)
-    whole = given.subset is None
-    cells = battery() if whole else subset(battery(), given.subset, seed=given.seed)
+    whole = given.subset is None and given.random is None
+    cells = battery() if given.random is None else random_cells(min(given.random, MOST_RANDOM))
+    if given.subset is not None:
+        cells = subset(cells, given.subset, seed=given.seed)
     table = DOCS / "extremes.csv" if whole else given.folder / "extremes.csv"
     picture = DOCS / "images" / "extremes.png" if whole else given.folder / "extremes.png"
     try:
-        outcomes = run_battery(cells, given.folder / "extremes.jsonl", cluster=given.cluster, progress=_bar)
+        outcomes = run_battery(
+            cells, given.folder / "extremes.jsonl", cluster=given.cluster, workers=given.workers, progress=_bar
+        )
     except OutputError as error:
         sys.stderr.write(f"{error}\n")
         return 2
     write_table(cells, outcomes, table)
+    if whole:
+        write_counts(cells, outcomes, DOCS / "extremes.md")
     gap = gap_of(lambda path: draw_map(cells, outcomes, path), picture)
     told = (in_words(outcomes), f"wrote {table}", f"note: {gap}" if gap else f"wrote {picture}")
     sys.stdout.write("\n".join(told) + "\n")
@@ -42,6 +49,8 @@ def _arguments(words: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m tests.extremes", description=__doc__)
     parser.add_argument("--folder", type=Path, default=Path("extremes"), help="of the log, and of a subset's table")
     parser.add_argument("--subset", type=int, help="only so many cells, drawn at random")
+    parser.add_argument("--random", type=int, help=f"random scenes alone, {MOST_RANDOM} at most: the long form")
+    parser.add_argument("--workers", type=int, default=1, help="processes that carry out cells")
     parser.add_argument("--seed", type=int, default=0, help="of the draw")
     parser.add_argument("--cluster", help="address of a scheduler of dask, whose workers find these tests")
     return parser.parse_args(words)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +12,12 @@ from tests.extremes.bodies import body_cells
 from tests.extremes.bouncing import bouncing_cells
 from tests.extremes.cell import Cell
 from tests.extremes.encounters import encounter_cells
+from tests.extremes.lasting_axes import lasting_cells
+from tests.extremes.lips_axes import lip_cells
 from tests.extremes.marching import marching_cells
+from tests.extremes.mixed import mixed_cells
+from tests.extremes.moved_axes import moved_cells
+from tests.extremes.plates_axes import plate_cells
 from tests.extremes.ports import port_cells
 from tests.extremes.records import record_cells
 from tests.extremes.scene_files import scene_file_cells
@@ -28,14 +34,24 @@ PROVIDERS: tuple[Callable[[], tuple[Cell, ...]], ...] = (
     record_cells,
     solid_cells,
     alike_cells,
-    scene_file_cells,
     together_cells,
 )
+OF_SCENE_FILES: tuple[Callable[[], tuple[Cell, ...]], ...] = (
+    scene_file_cells,
+    plate_cells,
+    lip_cells,
+    moved_cells,
+    lasting_cells,
+    mixed_cells,
+)
+"""The same of cells that run whole scene files."""
 
 
 def battery() -> tuple[Cell, ...]:
     """All cells, in the order of the map."""
-    return tuple(cell for provider in PROVIDERS for cell in provider())
+    marches = (cell for provider in PROVIDERS for cell in provider())
+    files = (replace(cell, of_scene_file=True) for provider in OF_SCENE_FILES for cell in provider())
+    return (*marches, *files)
 
 
 def subset(cells: Sequence[Cell], size: int, *, seed: int) -> tuple[Cell, ...]:

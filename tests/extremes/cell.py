@@ -10,10 +10,63 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, Generic, Literal, TypeVar
 
-Verdict = Literal["right", "advised", "warned", "refused", "wrong"]
+from seatfem.structures.reduction.modes import ConvergenceError
+
+Verdict = Literal["right", "advised", "barred", "warned", "refused", "slow", "wrong"]
 _PACKAGES = ("impact", "seatfem")
+_REFUSALS = (ValueError, ArithmeticError, ConvergenceError)
+TIMES: Final = 3.0  # of a price that was predicted: beyond it a run is called slow or large
+LITTLE_TIME, LITTLE_MEMORY = 5.0, 0.5e9  # s and bytes that it may take in addition: start of processes and libraries
 EXCUSED: Final = 0.5  # largest error that any advice excuses: beyond it not even the order of magnitude is known
 T = TypeVar("T", float, str)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How a number of a run stands against what is known of it; all numbers are relative.
+
+    Attributes:
+        name: of the number.
+        error: its deviation.
+        bar: stated with it; 0: it has none; infinite: stated as not known.
+        theory: what the known value leaves out.
+        target: the accuracy that was asked for.
+        predicted: the error that the plan predicted; nan: none.
+    """
+
+    name: str
+    error: float
+    bar: float
+    theory: float
+    target: float
+    predicted: float = math.nan
+
+    @property
+    def stated(self) -> float:
+        """Largest error that is right, or that the bar tells."""
+        return self.bar + self.theory
+
+    @property
+    def within_target(self) -> bool:
+        """Whether the error is what was asked for."""
+        return self.error <= self.target + self.theory
+
+    @property
+    def excess(self) -> float:
+        """Error over what is stated; where no bar is known, over the target. Not a number is the worst."""
+        if not math.isfinite(self.error):
+            return math.inf
+        return self.error / (self.stated if math.isfinite(self.bar) else self.target + self.theory)
+
+
+@dataclass(frozen=True)
+class Price:
+    """What a run cost, and what its plan said: processor time [s], resident memory [bytes]."""
+
+    seconds: float
+    predicted_seconds: float
+    memory: float
+    predicted_memory: float
 
 
 @dataclass(frozen=True)
@@ -25,12 +78,16 @@ class Finding:
         stated: what the method states, or its theory promises, for this cell.
         advice: warnings that the program itself gave with its answer.
         note: what the error is the error of, where that is not the axis' own quantity.
+        standing: of a number with an error bar, or a statement that it has none.
+        too_costly: how a run cost more than its plan said; empty where it did not.
     """
 
     error: float
     stated: float
     advice: tuple[str, ...] = ()
     note: str = ""
+    standing: Standing | None = None
+    too_costly: str = ""
 
 
 def worst(*pairs: tuple[float, float]) -> tuple[float, float]:
@@ -48,6 +105,7 @@ class Cell:
         check: computes the answer and compares it with the oracle.
         end: whether this is an extreme end of its axis.
         decade: log10 of the value, where the axis has decades (orders the map).
+        of_scene_file: whether it runs a whole scene file.
     """
 
     axis: str
@@ -55,6 +113,7 @@ class Cell:
     check: Callable[[], Finding]
     end: bool = False
     decade: float = math.nan
+    of_scene_file: bool = False
 
     @property
     def name(self) -> str:
@@ -66,8 +125,12 @@ class Cell:
 class Outcome:
     """How a cell ended.
 
-    ``verdict``: "right" (error <= stated), "advised" (right, and advice came with it), "warned" (off by more, and the
-    advice said so), "refused" (no answer but a reason), "wrong" (all else).
+    ``verdict``: "right" (error <= stated), "advised" (right, and advice came with it), "barred" (off by more than was
+    asked for, and the error bar covers it or is not known), "warned" (of a march, which has no bar: off by more than
+    stated, and the advice said so), "refused" (no answer but a reason), "slow" (it took far more time or memory than
+    its plan said), "wrong" (all else).
+
+    ``bar`` and ``predicted`` are nan where there are none, an unknown bar is infinite.
     """
 
     verdict: Verdict
@@ -75,6 +138,8 @@ class Outcome:
     stated: float
     reason: str
     seconds: float
+    bar: float = math.nan
+    predicted: float = math.nan
 
 
 def swept(
@@ -99,30 +164,56 @@ def carry_out(cell: Cell) -> Outcome:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
+            warnings.simplefilter("ignore", DeprecationWarning)  # of libraries: nothing numerical
             finding = cell.check()
-    except ValueError as error:
-        if type(error).__module__.partition(".")[0] in _PACKAGES:
+    except Exception as error:
+        if is_refusal(error):
             return Outcome("refused", math.nan, math.nan, str(error), time.perf_counter() - start)
         return _broken(error, start)
-    except Exception as error:
-        return _broken(error, start)
     return judged(finding, time.perf_counter() - start)
+
+
+def is_refusal(error: Exception) -> bool:
+    """Return whether an error is one of the program's own, which say in words what to change."""
+    return isinstance(error, _REFUSALS) and type(error).__module__.partition(".")[0] in _PACKAGES
 
 
 def judged(finding: Finding, seconds: float) -> Outcome:
     """The verdict on a finding.
 
-    Advice excuses an error up to `EXCUSED`; one that is not a number is wrong whatever the program said.
+    Where a number has an error bar, only this excuses an error. Of others advice excuses one up to `EXCUSED`; what is
+    not a number is wrong whatever the program said.
     """
-    reason = "; ".join(part for part in (finding.note, *finding.advice) if part)
+    told = (finding.note, finding.too_costly, *finding.advice)
+    reason = "; ".join(part for part in told if part)
+    standing = finding.standing
+    bar = standing.bar if standing is not None and standing.bar > 0 else math.nan
+    beside = (seconds, bar, math.nan if standing is None else standing.predicted)
     if not math.isfinite(finding.error):
-        return Outcome("wrong", finding.error, finding.stated, f"not finite; {reason}", seconds)
-    verdict: Verdict
+        return Outcome("wrong", finding.error, finding.stated, f"not finite; {reason}", *beside)
+    verdict = _verdict(finding)
+    if finding.too_costly and verdict != "wrong":
+        verdict = "slow"
+    return Outcome(verdict, finding.error, finding.stated, reason, *beside)
+
+
+def _verdict(finding: Finding) -> Verdict:
+    if finding.standing is not None and finding.error <= finding.stated and not finding.standing.within_target:
+        return "barred"
     if finding.error <= finding.stated:
-        verdict = "advised" if finding.advice else "right"
-    else:
-        verdict = "warned" if finding.advice and finding.error <= EXCUSED else "wrong"
-    return Outcome(verdict, finding.error, finding.stated, reason, seconds)
+        return "advised" if finding.advice else "right"
+    excused = finding.standing is None and finding.advice and finding.error <= EXCUSED
+    return "warned" if excused else "wrong"
+
+
+def judge_price(price: Price) -> str:
+    """Return in words how a run cost more than `TIMES` what was predicted and a little; empty where it did not."""
+    told = []
+    if price.seconds > TIMES * price.predicted_seconds + LITTLE_TIME:
+        told.append(f"{price.seconds:.0f} s, {price.predicted_seconds:.0f} s predicted")
+    if price.memory > TIMES * price.predicted_memory + LITTLE_MEMORY:
+        told.append(f"{price.memory / 1e9:.1f} GB, {price.predicted_memory / 1e9:.1f} GB predicted")
+    return ", ".join(told)
 
 
 @dataclass(frozen=True)

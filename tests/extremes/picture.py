@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from impact.pictures.drawing import sheet
 from tests.extremes.cell import Cell, Outcome, Verdict
-from tests.extremes.table import VERDICTS
+from tests.extremes.table import MEANING, TOGETHER, VERDICTS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,18 +18,12 @@ if TYPE_CHECKING:
 COLOURS: dict[Verdict, str] = {
     "right": "#2f6fad",
     "advised": "#9cc3e6",
+    "barred": "#7a5ea8",
     "warned": "#e3b23c",
     "refused": "#c4c8cc",
+    "slow": "#d9742b",
     "wrong": "#c0392b",
 }
-MEANING: dict[Verdict, str] = {
-    "right": "right within the stated error",
-    "advised": "right, with advice",
-    "warned": "off, and the advice says so",
-    "refused": "refused, with the reason",
-    "wrong": "wrong",
-}
-TOGETHER = "pairwise"
 PER_ROW = 40  # cells of the covering arrays
 ROW = 0.185  # inch
 Rows = list[tuple[str, list[Cell]]]
@@ -45,11 +39,14 @@ def draw_map(cells: Sequence[Cell], outcomes: Mapping[str, Outcome], path: Path)
     for cell in cells:
         if cell.name in outcomes:
             by_axis.setdefault(cell.axis, []).append(cell)
-    together = by_axis.pop(TOGETHER, [])
+    together = {axis: by_axis.pop(axis, []) for axis in TOGETHER}
     decades = [(axis, row) for axis, row in by_axis.items() if _spacing(row) >= 0.4]
     levels = [(axis, row) for axis, row in by_axis.items() if _spacing(row) < 0.4]
-    parts = [together[i : i + PER_ROW] for i in range(0, len(together), PER_ROW)]
-    pairs = [("all axes at once, every pair" if i == 0 else "", part) for i, part in enumerate(parts)]
+    pairs = [
+        (TOGETHER[axis] if i == 0 else "", row[i : i + PER_ROW])
+        for axis, row in together.items()
+        for i in range(0, len(row), PER_ROW)
+    ]
     panels = [(rows, draw) for rows, draw in ((decades, _decades), (levels, _levels), (pairs, _pairs)) if rows]
     heights = [len(rows) + 2.5 for rows, _ in panels]
     with sheet(path, 9.0, ROW * sum(heights) + 0.5) as figure:
@@ -62,7 +59,7 @@ def draw_map(cells: Sequence[Cell], outcomes: Mapping[str, Outcome], path: Path)
             label = f"{MEANING[verdict]} ({count[verdict]})"
             axes[0].fill_between([], [], color=COLOURS[verdict], label=label)
         handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=5, columnspacing=1.2, handlelength=1.2)
+        figure.legend(handles, labels, loc="outside upper center", ncols=4, columnspacing=1.2, handlelength=1.2)
 
 
 def _spacing(row: Sequence[Cell]) -> float:
@@ -103,7 +100,7 @@ def _levels(axes: Axes, rows: Rows, outcomes: Mapping[str, Outcome]) -> None:
         for x, cell in enumerate(row):
             verdict = outcomes[cell.name].verdict
             _square(axes, x, y, 1.0, verdict)
-            colour = "white" if verdict in ("right", "wrong") else "black"
+            colour = "white" if verdict in ("right", "barred", "slow", "wrong") else "black"
             axes.text(
                 x + 0.5, y + 0.53, _label(cell), ha="center", va="center", fontsize=5, color=colour, linespacing=0.9
             )
@@ -118,7 +115,7 @@ def _pairs(axes: Axes, rows: Rows, outcomes: Mapping[str, Outcome]) -> None:
             _square(axes, x, y, 1.0, outcomes[cell.name].verdict)
     axes.set(xlim=(0, PER_ROW), xticks=[], xlabel="runs, in the order of the table")
     axes.spines["bottom"].set_visible(False)
-    axes.set_title("c  Covering arrays: each run takes one level of every axis")
+    axes.set_title("c  All numbers at once: covering arrays and random scenes")
 
 
 def _square(axes: Axes, x: float, y: float, width: float, verdict: Verdict) -> None:

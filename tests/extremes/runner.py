@@ -27,6 +27,7 @@ def run_battery(
     *,
     time_limit: float = TIME_LIMIT,
     cluster: str | None = None,
+    workers: int = 1,
     progress: Progress = silent,
 ) -> dict[str, Outcome]:
     """Outcomes by cell name. Each is appended to ``log`` (JSON lines) at once; what it holds is not computed again.
@@ -38,7 +39,7 @@ def run_battery(
     version = battery_version()
     known = journal.outcomes(log, "cell", Outcome, version=version)
     todo = [cell.name for cell in cells if cell.name not in known]
-    with crew(PROGRAM, workers=1) if cluster is None else cluster_crew(cluster, PROGRAM, Parcel) as ask:
+    with crew(PROGRAM, workers=workers) if cluster is None else cluster_crew(cluster, PROGRAM, Parcel) as ask:
         for done, (number, answer) in enumerate(ask(todo, time_limit), start=1):
             name = todo[number]
             known[name] = _lost(answer, time_limit) if isinstance(answer, Lost) else Outcome(**json.loads(answer))
@@ -48,8 +49,9 @@ def run_battery(
 
 
 def battery_version() -> str:
-    """Of the program, and of the battery itself."""
-    return f"{code_version()} {hash_of([Path(__file__).parent])}"
+    """Of the program, of the battery itself, and of what draws its random scenes."""
+    drawn = sorted((Path(__file__).parents[2] / "benchmarks").glob("drawn_*.py"))
+    return f"{code_version()} {hash_of([Path(__file__).parent, *drawn])}"
 
 
 def _lost(job: Lost, time_limit: float) -> Outcome:

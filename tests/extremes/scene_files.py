@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
-import os
 from collections.abc import Mapping
 
-from seatfem.jobs.folders import private_folder
-from seatfem.study.runs.pipeline import RunError, run_scene
-from seatfem.study.scene import SceneError, load_scene
 from tests.extremes import scenes
 from tests.extremes.cell import Cell, Finding, chosen, swept
+from tests.extremes.scene_run import Known, SceneRun, judge, run_text
 
 YOUNG, DENSITY = 2e11, 8000.0  # waves at 5000 m/s
 SPEED = math.sqrt(YOUNG / DENSITY)
@@ -65,8 +61,8 @@ def reed_of_size(size: str) -> Finding:
     return _against(
         ours,
         {
-            "impulse_Ns": _number(exact, "impulse_Ns") * scale**3,
-            "filtered_peak_force_N": _number(exact, "filtered_peak_force_N") * scale**2,
+            "impulse_Ns": exact.number("impulse_Ns") * scale**3,
+            "filtered_peak_force_N": exact.number("filtered_peak_force_N") * scale**2,
         },
         stated=1e-6,
     )
@@ -120,7 +116,7 @@ def stepped(share: float) -> Finding:
     return _against(found, {"impulse_Ns": DENSITY * scenes.FIRST_BLOW}, stated=max(1e-4, min(share / 10, 1e-2)))
 
 
-def _rod(speed: float, **run: str) -> tuple[Mapping[str, object], tuple[str, ...]]:
+def _rod(speed: float, **run: str) -> SceneRun:
     """A rod of 1 m struck by its own mass, under the keys of [run]."""
     keys = "\n".join(f'{key} = "{value}"' for key, value in run.items())
     return _run(
@@ -138,7 +134,7 @@ def _rod(speed: float, **run: str) -> tuple[Mapping[str, object], tuple[str, ...
     )
 
 
-def _reed(length: float) -> tuple[Mapping[str, object], tuple[str, ...]]:
+def _reed(length: float) -> SceneRun:
     time = length / 0.01 * 1e-3
     return _run(
         f"""
@@ -162,9 +158,7 @@ def _reed(length: float) -> tuple[Mapping[str, object], tuple[str, ...]]:
     )
 
 
-def _spring(
-    stiffness: float, duration: float, width: float, gap: float = 0.0
-) -> tuple[Mapping[str, object], tuple[str, ...]]:
+def _spring(stiffness: float, duration: float, width: float, gap: float = 0.0) -> SceneRun:
     return _run(
         f"""
         [seat]
@@ -189,31 +183,11 @@ def _ball(mass: float, speed: float) -> str:
         """
 
 
-def _run(text: str) -> tuple[Mapping[str, object], tuple[str, ...]]:
-    """summary.json of a scene, and the messages that came with it."""
-    with private_folder("extremes") as folder:
-        path = folder / "scene.toml"
-        path.write_text(text, encoding="utf-8")
-        try:
-            scene = load_scene(path)
-        except SceneError as refusal:
-            raise RunError(str(refusal).replace(f"{folder}{os.sep}", "")) from None  # the same words in every run
-        outcome = run_scene(scene, folder / "out")
-        return json.loads((folder / "out" / "summary.json").read_text(encoding="utf-8")), outcome.messages
+def _run(text: str) -> SceneRun:
+    """Return what a run leaves, pictures included."""
+    return run_text(text, pictures=True)
 
 
-def _against(
-    found: tuple[Mapping[str, object], tuple[str, ...]], exact: Mapping[str, float], stated: float = 1e-4
-) -> Finding:
-    """Largest relative deviation of the measures from the exact ones."""
-    errors = [_off(_number(found, key), value) for key, value in exact.items()]
-    return Finding(max(errors), stated, found[1], " and ".join(exact))
-
-
-def _off(ours: float, exact: float) -> float:
-    return scenes.relative(ours, exact) if exact else abs(ours)
-
-
-def _number(found: tuple[Mapping[str, object], tuple[str, ...]], key: str) -> float:
-    value = found[0][key]
-    return float(value) if isinstance(value, int | float) else math.nan
+def _against(run: SceneRun, exact: Mapping[str, float], stated: float = 1e-4) -> Finding:
+    """Return the worst of the measures; ``stated``: what theory and step leave beside the error bars."""
+    return judge(run, *(Known(key, value, stated) for key, value in exact.items()), note=" and ".join(exact))

@@ -1,39 +1,113 @@
-"""The outcomes as a table (CSV) and in words."""
+"""The outcomes as a table (CSV), in words, and as the counts of docs/extremes.md."""
 
 from __future__ import annotations
 
 import csv
 import io
+import math
+import statistics
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Final
 
-from impact.files.atomic import whole_file
+from impact.files.atomic import whole_file, write_whole
 from tests.extremes.cell import Cell, Outcome, Verdict
 
-VERDICTS: tuple[Verdict, ...] = ("right", "advised", "warned", "refused", "wrong")
+VERDICTS: tuple[Verdict, ...] = ("right", "advised", "barred", "warned", "refused", "slow", "wrong")
+MEANING: Mapping[Verdict, str] = {
+    "right": "right",
+    "advised": "right, with advice",
+    "barred": "off, and the error bar says so",
+    "warned": "off, and the advice says so",
+    "refused": "refused, with the reason",
+    "slow": "slow or large against its price",
+    "wrong": "off and silent, or broken",
+}
+MARK: Final = "<!-- counts of the extremes -->", "<!-- end of the counts -->"
+PAIRS, RANDOM, FILES, MARCH = (
+    "Pairs of scene files",
+    "Random scenes",
+    "Scene files, one number at a time",
+    "Marches and models",
+)
+TOGETHER: Final = {"pairwise": "Marches, all at once", "pairs of scene files": PAIRS, "random scenes": RANDOM}
+"""Axes whose cells change all numbers at once, and what they are called in the page."""
 
 
 def write_table(cells: Sequence[Cell], outcomes: Mapping[str, Outcome], path: Path) -> None:
-    """One line per cell: axis, value, verdict, error, stated, seconds, reason."""
+    """One line per cell: axis, value, verdict, error, stated, bar, predicted, seconds, reason."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("axis", "value", "verdict", "error", "stated", "seconds", "reason"))
+    writer.writerow(("axis", "value", "verdict", "error", "stated", "bar", "predicted", "seconds", "reason"))
     for cell in cells:
         if (o := outcomes.get(cell.name)) is not None:
-            numbers = (f"{o.error:.2e}", f"{o.stated:.2e}", f"{o.seconds:.2g}")
+            numbers = (*(f"{x:.2e}" for x in (o.error, o.stated, o.bar, o.predicted)), f"{o.seconds:.2g}")
             writer.writerow((cell.axis, cell.value, o.verdict, *numbers, " ".join(o.reason.split())))
     with whole_file(path) as temporary:
         temporary.write_text(text.getvalue(), encoding="utf-8")
 
 
 def in_words(outcomes: Mapping[str, Outcome]) -> str:
-    """How many ended how, and every wrong one."""
+    """How many ended how, and every one that is wrong or slow."""
     counts = Counter(o.verdict for o in outcomes.values())
     head = f"{len(outcomes)} cells: " + ", ".join(f"{counts[v]} {v}" for v in VERDICTS)
-    wrong = [
-        f"wrong: {name}: error {o.error:.2e}, stated {o.stated:.2e}; {o.reason}"
+    told = [
+        f"{o.verdict}: {name}: error {o.error:.2e}, stated {o.stated:.2e}; {o.reason}"
         for name, o in outcomes.items()
-        if o.verdict == "wrong"
+        if o.verdict in ("wrong", "slow")
     ]
-    return "\n".join([head, *wrong])
+    return "\n".join([head, *told])
+
+
+def write_counts(cells: Sequence[Cell], outcomes: Mapping[str, Outcome], page: Path) -> None:
+    """Put the counts of a run between the marks of the page."""
+    text = page.read_text(encoding="utf-8")
+    before, rest = text.split(MARK[0])
+    after = rest.split(MARK[1])[1]
+    write_whole(page, f"{before}{MARK[0]}\n\n{counts(cells, outcomes)}\n{MARK[1]}{after}".encode())
+
+
+def counts(cells: Sequence[Cell], outcomes: Mapping[str, Outcome]) -> str:
+    """Return the page's table: how many cells of which kind ended how; and how bars and predictions stand."""
+    run = [cell for cell in cells if cell.name in outcomes]
+    groups: dict[str, list[Outcome]] = {name: [] for name in (MARCH, FILES, *TOGETHER.values())}
+    axes: dict[str, set[str]] = {name: set() for name in groups}
+    for cell in run:
+        kind = group_of(cell)
+        groups[kind].append(outcomes[cell.name])
+        axes[kind].add(cell.axis)
+    lines = [f"| | axes | runs | {' | '.join(MEANING[v] for v in VERDICTS)} |", "|---|" + "---|" * (2 + len(VERDICTS))]
+    every = [outcome for group in groups.values() for outcome in group]
+    for name, found in (*groups.items(), ("all", every)):
+        if found:
+            number = Counter(o.verdict for o in found)
+            several = len(axes.get(name, ())) or len({cell.axis for cell in run})
+            lines.append(f"| {name} | {several} | {len(found)} | {' | '.join(str(number[v]) for v in VERDICTS)} |")
+    left = f"{len(cells) - len(run)} of {len(cells)} runs are still to be made.\n" if len(run) < len(cells) else ""
+    return "\n".join([*lines, "", _standing(every), left])
+
+
+def group_of(cell: Cell) -> str:
+    """Return to which group of the page a cell belongs."""
+    if cell.axis in TOGETHER:
+        return TOGETHER[cell.axis]
+    return FILES if cell.of_scene_file else MARCH
+
+
+def _standing(outcomes: Sequence[Outcome]) -> str:
+    """Return how many errors are within bars and predictions, and how much larger these are."""
+    barred = [o for o in outcomes if math.isfinite(o.bar) and math.isfinite(o.error)]
+    foreseen = [o for o in barred if o.predicted > 0]
+    unknown = sum(math.isinf(o.bar) for o in outcomes)
+
+    def ratio(of: Sequence[Outcome], value: Callable[[Outcome], float]) -> float:
+        return statistics.median([value(o) / max(o.error, 1e-12) for o in of]) if of else math.nan
+
+    times = [sum(o.error <= factor * o.predicted for o in foreseen) for factor in (1, 3)]
+    return (
+        f"The number that stands worst has an error bar in {len(barred)} of these runs, "
+        f"{ratio(barred, lambda o: o.bar):.2g} times its error in the median; in {unknown} it is stated as not known. "
+        f"In {len(foreseen)} the plan had predicted the error of this number: {times[0]} errors are within the "
+        f"prediction, {times[1]} within three times it."
+    )

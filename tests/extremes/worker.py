@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import asdict
 
+from seatfem.jobs.folders import private_folder
 from seatfem.jobs.limits import limit_process
 from seatfem.jobs.worker import answer_lines
+from seatfem.structures.store import VARIABLE
 from tests.extremes.battery import battery
 from tests.extremes.cell import carry_out
+from tests.extremes.mixed import random_cells
 
+MOST_RANDOM = 2000  # random scenes, of the long form
 MEMORY_LIMIT = 6 << 30  # bytes of address space beyond what the libraries map
 
 
 def main() -> None:
-    """Carry out cells until the parent ends, or ends this process."""
-    cells = {cell.name: cell for cell in battery()}
+    """Carry out cells until the parent ends, or ends this process; bodies are stored for this process alone."""
+    cells = {cell.name: cell for cell in (*battery(), *random_cells(MOST_RANDOM))}
     limit_process(memory=MEMORY_LIMIT)
-    answer_lines(lambda name: json.dumps(asdict(carry_out(cells[name]))))
+    with private_folder("extremes-store") as folder:
+        os.environ[VARIABLE] = str(folder)
+        answer_lines(lambda name: json.dumps(asdict(carry_out(cells[name]))))
 
 
 if __name__ == "__main__":

@@ -41,8 +41,8 @@ def fallen(weight: float = WEIGHT, dt: float = 1e-7) -> tuple[impact.ContactProb
 
 
 def of_run(problem: impact.ContactProblem, result: impact.ImpactResult, static: np.ndarray) -> tuple[Landing, ...]:
-    columns = (result.force[:, None], result.gap[:, None])
-    return find_landings(ContactRecord(result.force, *columns, static, result.dt, 1e-6, closing_speeds(problem)))
+    columns, speeds = (result.force[:, None], result.gap[:, None]), closing_speeds(problem, result.dt)
+    return find_landings(ContactRecord(result.force, *columns, static, result.dt, 1e-6, speeds))
 
 
 def test_a_mass_on_a_spring_lands_with_its_speed_and_momentum() -> None:

@@ -18,6 +18,8 @@ def rigid_shapes(model: SecondOrderModel) -> Array:
     candidates = np.zeros((model.size, 0)) if model.dofs is None else _candidates(model.dofs)
     if candidates.shape[1] == 0 or len(candidates) != model.size:
         return np.zeros((model.size, 0))
+    inertia = np.einsum("ij,ij->j", candidates, model.M @ candidates)
+    candidates = candidates[:, inertia > 0] / np.sqrt(inertia[inertia > 0])  # turns of a body of any size count
     mass = candidates.T @ (model.M @ candidates)
     _, directions = scipy.linalg.eigh(mass)
     independent = np.diag(directions.T @ mass @ directions) > 1e-12 * np.trace(mass)

@@ -89,6 +89,8 @@ if TYPE_CHECKING:
     from seatfem.structures.solved import Solved
     from seatfem.study.impacts.plate_stress import PlateLook
 
+STEPS_A_TRANSIT: Final = 16  # of a rod: 1/16 of a step is left
+MOST_STEPS: Final = 1_000_000  # of a run that is compared with
 
 CUT: Final = ("impulse_Ns", "duration_s")
 """Numbers of a landing that its end takes part in."""
@@ -113,8 +115,9 @@ def error_budget(
 ) -> Budget:
     """Return what mesh, reduction, step, model and patch, and a computed striker, leave in ``result``'s measures.
 
-    - time_step: see `impact.runs.variations`; also half the step through the impact that is judged. The runs below
-      take the doubled step, if it resolves the filter, and are compared with that one.
+    - time_step: see `impact.runs.variations`; also half the step through the impact that is judged, and where waves
+      cross a rod within the step, one that they do not: all longer ones agree with each other. The
+      runs below take the doubled step, if it resolves the filter, and are compared with that one.
     - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not
       at hand, g made larger by its stated error.
     - reduction: the highest modes of the seat, down to 1.6 below the last, moved into the residual, and g larger by
@@ -165,6 +168,9 @@ def error_budget(
     finer = _finer_step(scene, problem, touches, look)
     if finer is None:
         finer = times(2.0, changes(values_of_record(own, like), run(problem, result.dt / 2)))
+    if shorter := _step_of_waves(problem, result.dt, scene.run.duration):
+        apart = changes(values_of_record(own, like), run(problem, shorter))
+        finer = {name: max(value, finer.get(name, 0.0)) for name, value in apart.items()}
     at_once = _at_once(len(result.force) * len(problem.contacts))
     values = values_with_clock(own)
     budget = budget_of(run, problem, values, result.dt, sources, filter_width=width, finer=finer, threads=at_once)
@@ -301,6 +307,18 @@ def sources_of(
             sources[name] = [term for terms in parts.values() for term in terms or ()]
     listed = [(name, part, terms) for name, parts in beside.items() for part, terms in (parts or {}).items()]
     return sources, tuple(f"{name}'s {part}" for name, part, terms in listed if terms is None)
+
+
+def _step_of_waves(problem: ContactProblem, dt: float, duration: float) -> float | None:
+    """Return a step that resolves how waves cross the rods of a problem [s], as far as `MOST_STEPS` allow.
+
+    ``None`` where that of the run does.
+    """
+    crossed = min((body.greens.rod.transit for body in problem.bodies if body.greens.rod is not None), default=math.inf)
+    if dt < crossed:
+        return None
+    shorter = max(crossed / STEPS_A_TRANSIT, duration / MOST_STEPS)
+    return shorter if shorter < dt / 2 else None
 
 
 def _finer_step(

@@ -117,7 +117,8 @@ def with_other_modes(body: Body) -> Iterator[tuple[Body, float]]:
 
     First without its highest modes, as `OF_MODES` says. These tell how the next ones go on if the modes that the
     contact feels lie evenly. A ring all around feels few, those that are alike there: where it yields more beyond the
-    last mode than by the highest ones, over `UNEVEN`, all that lies beyond may be one mode, at each of `BEYOND`.
+    last mode than by the highest ones, over `UNEVEN`, all that lies beyond may be one mode, at each of `BEYOND`; where
+    none can be left out, this alone tells, and counts twice.
     """
     modal = body.greens.modal
     beyond, with_highest = (0.0 if modal is None else float(np.trace(modal.residual.static()))), 0.0
@@ -128,7 +129,7 @@ def with_other_modes(body: Body) -> Iterator[tuple[Body, float]]:
     if beyond > UNEVEN * (with_highest - beyond):
         for ratio in BEYOND:
             if (ringing := ringing_on(body, ratio)) is not None:
-                yield ringing, 1.0
+                yield ringing, 1.0 if with_highest else 2.0
 
 
 def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:

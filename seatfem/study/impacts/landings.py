@@ -176,5 +176,5 @@ class _March:
             static=load.course(time, stopper=stopper),
             dt=self.dt,
             width=max(self.width, self.dt),
-            closing=closing_speeds(self.problem)[face],
+            closing=closing_speeds(self.problem, self.dt)[face],
         )

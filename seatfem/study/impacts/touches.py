@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -60,7 +60,21 @@ def taken_apart(scene: Scene, problem: impact.ContactProblem, result: ImpactResu
         return Touches(measures.of_contact(result, 0), stopper=stopper, stopper_parts=above, landings=landings)
     parts = of_contacts(result, slice(of_seat))
     line = line_of(scene, problem, parts.force, parts.film)
-    return Touches(as_one(parts, shares), parts, stopper, line, above, landings)
+    seat = as_one(parts, shares)
+    mass = _mass_that_moves(problem, np.asarray(parts.force.sum(axis=0)), shares)
+    return Touches(replace(seat, striker_mass=mass or seat.striker_mass), parts, stopper, line, above, landings)
+
+
+def _mass_that_moves(problem: impact.ContactProblem, pushed: Array, shares: Array) -> float | None:
+    """Return the sum of the forces on the seat's contacts over the acceleration that they give to the mean of these.
+
+    It is the mass [kg] of a striker that is free and does not turn, less where it turns as well; ``None`` of one that
+    is held, and without force.
+    """
+    inverse = problem.striker.greens.inverse_mass()
+    seen = problem.directions(problem.striker)[:, : len(shares)]
+    moved = float(shares @ seen.T @ np.where(np.isfinite(inverse), inverse, 0.0) @ seen @ pushed)
+    return float(pushed.sum()) / moved if moved > 0 else None
 
 
 def seat_contacts(problem: impact.ContactProblem) -> int:

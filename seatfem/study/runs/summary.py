@@ -351,7 +351,7 @@ def plan_keys(plan: Plan, seconds: float) -> dict[str, object]:
         "plan_predicted_time_s": plan.cost.seconds,
         "plan_predicted_memory_bytes": plan.cost.memory,
         **{
-            f"plan_predicted_error_{key_of(each)}": error
+            f"plan_predicted_error_{key_of(each)}": _known(error)
             for name, error in plan.error.items()
             for each in (name, asked_name(name))
         },
