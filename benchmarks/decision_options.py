@@ -379,11 +379,11 @@ def _with_modes(truth: Truth, number: int) -> Option:
 
 
 def _in_a_band(truth: Truth, band: float) -> Option | None:
-    """The plate with its modes up to a band [Hz]; ``None`` where it has none above."""
-    modal = truth.striker.greens.modal
-    if modal is None or not np.any(modal.omega > 2 * math.pi * band):
+    """The plate with the modes that it has for a band [Hz], up to a multiple of it; ``None`` where it has no others."""
+    wider = truth.method.reed.bandwidth
+    body = None if wider is None else narrower(truth.striker, wider / band)
+    if body is None:
         return None
-    body = narrower(truth.striker, float(modal.omega.max()) / (2 * math.pi * band))
     return Option(f"{band / 1e3:.3g} kHz", lambda: truth.with_other(striker=body), {REED_BAND: band})
 
 

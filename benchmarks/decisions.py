@@ -44,13 +44,13 @@ from seatfem.study.scene import Scene, load_scene
 
 SEED, SCENES, SHORT = 90210, 200, 20
 SHORT_SCENES: Final[tuple[int, ...]] = (0, 1, 3, 6, 11, 13, 17)
-WARM: Final = (7, 15)  # scenes that begin a run and are not kept
+WARM: Final = (7,)  # scenes that begin a run and are not kept
 FILE: Final = Path(__file__).parent / "results" / "decisions.jsonl"
 PAGE: Final = Path(__file__).parents[1] / "docs" / "decisions.md"
 LONGEST = 75.0  # s of processor time for a scene
 RUN_SECONDS: Final = 30.0  # for the rounds of a run
 QUICK = 3.0  # s of it that a run has taken, up to which its truth is the finest
-FRONTS: Final = 3  # of so many scenes one has its front measured
+FRONTS: Final = 6  # of so many scenes one has its front measured
 FRONT_SECONDS: Final = 60.0  # for it
 
 
@@ -94,7 +94,7 @@ class Record:
         reason: of what is not judged.
         level, target, measures, rounds, rung: of plan, run and truth.
         promised: whether the plan predicts that the target is met; met: whether the run says that it is.
-        run_seconds: of processor time, of plan, all rounds and their error bars.
+        planning_seconds, run_seconds: of processor time, of the plan alone, and with all rounds and their error bars.
         seconds: of it, of everything.
         decisions: what was judged.
         front: the plan against a grid of options, where that was measured.
@@ -115,6 +115,7 @@ class Record:
     promised: bool = True
     met: bool | None = None
     rung: int = -1
+    planning_seconds: float = math.nan
     run_seconds: float = math.nan
     seconds: float = math.nan
     decisions: tuple[Judged, ...] = ()
@@ -185,6 +186,7 @@ def _judged(head: Record, scene: Scene, folder: Path, only: Sequence[str]) -> tu
         rounds=last.number,
         promised=plan.meets_target,
         met=last.met,
+        planning_seconds=carried.planning,
         run_seconds=carried.all_seconds,
     )
     if not last.landed or last.touches.landings is None:
