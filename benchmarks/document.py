@@ -37,7 +37,7 @@ HEAD = """# Performance
 Written by `python benchmarks/document.py` from the tables that the scripts beside it leave in `benchmarks/results/`:
 first the contact march, then finite elements. Rerun them on your machine: ratios carry over, times do not.
 
-Measured, where a section does not name another processor, on {machine}. Other programs were running: read times as
+Measured, where a section does not say otherwise, on {machine}. Other programs were running: read times as
 upper bounds.
 
 `make history` measures the main parts against a kernel of NumPy beside them, commit by commit:
@@ -54,7 +54,7 @@ def main() -> None:
     for name, fields in zip(TABLES, loaded, strict=True):
         processor = fields.pop("machine")["processor"]
         parts.append(Table(**fields).markdown())
-        parts += [f"Measured on {processor}.\n"] if processor != usual["processor"] else []
+        parts += [f"Measured on {processor}, by an earlier program.\n"] if processor != usual["processor"] else []
         parts += [PICTURES[name]] if name in PICTURES else []
     DOCUMENT.write_text("\n".join(parts), encoding="utf-8")
 

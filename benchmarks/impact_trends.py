@@ -19,7 +19,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.fields.recovery import largest
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.life_curves import again
-from seatfem.study.runs.reed_stress import plate_field, plate_pushes, struck_by
+from seatfem.study.runs.reed_stress import plate_field, plate_pushes, struck_in
 from seatfem.study.runs.rounds import Round, rounds
 from seatfem.study.scene import load_scene
 
@@ -73,7 +73,7 @@ def stresses(done: Round, name: str, values: tuple[float, ...]) -> np.ndarray:
     for value in values:
         there = again(done, name, math.radians(value) if name == "tilt" else value)
         push = plate_pushes(there, there.touches)
-        struck = largest(struck_by(field, there.striker, there.touches), push, there.result.dt).after_contact
+        struck = largest(struck_in(field, there, there.touches), push, there.result.dt).after_contact
         found.append(struck.von_mises.max())
     return np.array(found)
 

@@ -66,11 +66,17 @@ def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
         LifeError: arrays of another shape, values that are not finite, stress for which no criterion is stated;
             what `impact.life.damage.life` raises.
     """
-    counted: list[tuple[str, Cycles]] = []
+    counted: list[tuple[float, str, Cycles]] = []
+    most = 0.0
     tensors: list[tuple[float, str]] = []
     for name, history in histories:
         if history.ndim == 1 and demand.judge is not None:
-            counted.append((name, rainflow(history)))
+            cycles = rainflow(history)
+            if (reach := _reach(cycles)) > most:
+                most = reach
+                counted = [each for each in counted if each[0] >= SHARE * most]
+            if reach >= SHARE * most:
+                counted.append((reach, name, cycles))
         elif history.ndim == 1:
             raise LifeError(f"{name}: stress of one axis needs a criterion of mean stress (goodman, ...)")
         elif demand.several_axes is None:
@@ -79,11 +85,9 @@ def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
             tensors.append((demand.several_axes.margin(history), name))
     found = Judged()
     if counted and demand.judge is not None:
-        reach = [_reach(cycles) for _, cycles in counted]
         lives = [
             (name, life(cycles, demand.strength, demand.judge, blocks=demand.blocks, survival=demand.survival))
-            for (name, cycles), one in zip(counted, reach, strict=True)
-            if one >= SHARE * max(reach)
+            for _, name, cycles in counted
         ]
         at, worst = min(lives, key=lambda place: place[1].margin)
         found = Judged(at, worst)

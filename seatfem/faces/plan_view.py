@@ -16,7 +16,7 @@ from seatfem.study.accuracy.source_words import STAGES, in_words
 from seatfem.study.method import as_stated
 from seatfem.study.planning.plan import Cost, Plan
 from seatfem.study.planning.refining import rounds_ahead
-from seatfem.study.scene.measures import all_measures, asked_name
+from seatfem.study.scene.measures import all_measures, asked_name, short_words
 
 COUNTS: Final = 0.01
 """Share of the largest source of error below which another one is not shown."""
@@ -32,7 +32,7 @@ def choices_table(plan: Plan) -> Table:
 
 def costs_table(plan: Plan) -> Table:
     """Time, memory and error of the plan, and of what would be cheaper or more accurate."""
-    words = (f"uncertainty of\n{all_measures()[asked_name(name)].words}" for name in plan.error)
+    words = (f"uncertainty of\n{short_words(name)}" for name in plan.error)
     table = Table("", "time", "memory", *words)
     for what, cost, error in (
         ("this plan", plan.cost, plan.error),
@@ -63,7 +63,7 @@ def shares_line(plan: Plan) -> str:
         largest = sorted(parts.items(), key=lambda item: -item[1])
         largest = [(source, value) for source, value in largest if value >= COUNTS * largest[0][1]]
         words = ", ".join(f"{in_words(source)} {percent(value)}" for source, value in largest)
-        lines.append(f"{all_measures()[asked_name(measure)].words}: {words}")
+        lines.append(f"{short_words(measure)}: {words}")
     return "; ".join(lines)
 
 

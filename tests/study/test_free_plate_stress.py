@@ -11,7 +11,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.fields.recovery import largest
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.life_curves import again
-from seatfem.study.runs.reed_stress import plate_field, plate_pushes, struck_by
+from seatfem.study.runs.reed_stress import plate_field, plate_pushes, struck_in
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import load_scene
@@ -78,7 +78,7 @@ def test_twice_the_speed_at_twice_the_tilt_is_twice_the_stress(tmp_path: Path) -
     def at(speed: float, tilt: float) -> float:
         there = again(again(done, "speed", speed), "tilt", math.atan(tilt))
         push = plate_pushes(there, there.touches)
-        changed = struck_by(field, there.striker, there.touches, push)
+        changed = struck_in(field, there, there.touches)
         return float(largest(changed, push, done.result.dt).after_contact.von_mises.max())
 
     one, two, faster = at(1, 1e-3), at(2, 2e-3), at(2, 1e-3)

@@ -7,12 +7,14 @@ from typing import cast
 import numpy as np
 import pytest
 
-from seatfem.structures.rings import Division, ring_shares
+from seatfem.structures.rings import Division
+from seatfem.study.impacts.plate_stress import Forces
+from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.seat_stress import SeatStress
-from seatfem.study.runs.stresses import Forces, stress_notes
+from seatfem.study.runs.stresses import stress_notes
 
 
-def test_forces_keep_their_sum_and_their_place_along_the_lip() -> None:
+def test_forces_keep_their_sum_and_their_place_on_the_lip() -> None:
     force = np.random.default_rng(0).uniform(0, 5, (3, 8))
     four = Forces(force, Division(4, 2), None, 1e-7)
     assert four.by(Division(4, 2)) is force
@@ -20,13 +22,24 @@ def test_forces_keep_their_sum_and_their_place_along_the_lip() -> None:
     arcs = force.reshape(3, 4, 2).sum(axis=2)
     np.testing.assert_allclose(four.by(Division(2)), arcs.reshape(3, 2, 2).sum(axis=2))
     np.testing.assert_allclose(four.by(Division(8)), np.repeat(arcs / 2, 2, axis=1))
-    np.testing.assert_allclose(four.by(Division(4, 3)), (arcs[:, :, None] * ring_shares(3)).reshape(3, 12))
+    rings = force.reshape(3, 4, 2)  # borders at 0, 1/2, 1 of the area, those of three at 0, 1/4, 3/4, 1
+    across = np.stack([rings[..., 0] / 2, rings.mean(axis=2), rings[..., 1] / 2], axis=2)
+    np.testing.assert_allclose(four.by(Division(4, 3)), across.reshape(3, 12))
 
 
 @pytest.mark.parametrize(("bars", "named"), [((1.0, 2.0), 0), ((math.nan, 2.0), 1), ((math.nan, math.nan), 2)])
 def test_a_stress_without_a_bar_is_told(bars: tuple[float, float], named: int) -> None:
     seat = cast("SeatStress", SimpleNamespace(bar=bars[0], tension_bar=bars[1]))
-    notes = stress_notes(seat)
+    plan = cast("Plan", SimpleNamespace(level="axisymmetric", shares={}))
+    notes = stress_notes(plan, seat)
     assert len(notes) == (named > 0)
     assert "".join(notes).count("_Pa") == named
-    assert stress_notes(None) == ()
+    assert stress_notes(plan, None) == ()
+
+
+def test_stress_behind_a_force_without_waves_says_so() -> None:
+    seat = cast("SeatStress", SimpleNamespace(bar=1.0, tension_bar=2.0))
+    plan = cast("Plan", SimpleNamespace(level="spring", shares={"model": {"impulse": 0.004, "filtered_peak": 0.031}}))
+    (note,) = stress_notes(plan, seat)
+    assert "without waves in the seat, predicted to change by 3.1 %" in note
+    assert "state seat.model" in note

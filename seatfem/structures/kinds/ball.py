@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Collection, Iterator
 from dataclasses import replace
-from typing import ClassVar, Literal, Self
+from typing import TYPE_CHECKING, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -12,8 +14,13 @@ from impact.bodies.body import Body
 from impact.greens.base import Array
 from seatfem.fields import KeyProblem, Length
 from seatfem.structures.kinds.drawn import Turned
+from seatfem.structures.kinds.striking import At
 from seatfem.structures.outlines import BodyViews, Size, length_text
 from seatfem.structures.shapes import Ball as Sphere
+
+if TYPE_CHECKING:
+    from impact.after.stresses import ReedStress
+    from impact.exact.contact_stress import ShearMaximum
 
 
 class Ball(Turned):
@@ -22,6 +29,7 @@ class Ball(Turned):
     a ball on a flat face, whose disc grows with the force, is kind = "rigid_mass" with law = { kind = "hertz", ... }:
     that has the compliance of both bodies, and no waves in the ball."""
 
+    has_stress: ClassVar[bool] = True
     group: ClassVar[str] = "strikers"
     sample: ClassVar[str] = """
 diameter = "10 mm"
@@ -59,6 +67,51 @@ damping_ratio = 0.005
         modal, pushed = body.greens.modal, super().pushed_at_points(body, points)
         assert modal is not None
         return np.where(modal.omega[:, None] == 0, pushed, 0.0)
+
+    def stress(
+        self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool, since: float | None = None
+    ) -> ReedStress | None:
+        """Return the largest von Mises stress on the axis below the facet, and its depth in place of its place.
+
+        The facet's pressure is uniform, as its port in the Green's function has it: p = N/(pi a^2). The stress below it
+        is that in a half-space, at rest under the force of each moment: sigma = 2 tau_max of `disk_shear_maximum`.
+
+        Source: Timoshenko and Goodier, load over part of the boundary of a semi-infinite solid.
+        """
+        from impact.after.spans import Spans
+        from impact.after.stresses import NO_STRESS, PeakStress, stress_by_spans
+
+        spans, facet = Spans.of_run(force, dt, since), self.geometry().contact_radius
+        most, pressed = self._most_stressed, np.abs(force)
+        number = spans.of_times(np.arange(len(force)))
+
+        def largest(chosen: slice) -> PeakStress:
+            wanted = np.isin(number, np.arange(spans.count)[chosen])
+            if not (wanted.any() and pressed[wanted].any()):
+                return NO_STRESS
+            step = int(np.argmax(np.where(wanted, pressed, 0.0)))
+            value = 2 * most.stress * pressed[step] / (math.pi * facet**2)
+            return PeakStress(float(value), most.depth * facet, dt * step)
+
+        return stress_by_spans(spans, largest)
+
+    def stress_histories(
+        self, force: Array, dt: float, body: Body, at: At, also: Collection[float] = (), *, few: bool = False
+    ) -> Iterator[tuple[str, Array]]:
+        """Yield the tensors at the depth below the facet where the von Mises stress is largest, as of `stress`."""
+        from impact.exact.contact_stress import disk_axis_stress
+
+        facet, depth = self.geometry().contact_radius, self._most_stressed.depth
+        across, along = disk_axis_stress(np.array([depth]), poisson=self.material.mean.poisson)
+        tensors = np.zeros((len(force), 6))
+        tensors[:, :2], tensors[:, 2] = across[0], along[0]
+        yield f"{length_text(depth * facet)} below the facet", tensors * np.abs(force)[:, None] / (math.pi * facet**2)
+
+    @property
+    def _most_stressed(self) -> ShearMaximum:
+        from impact.exact.contact_stress import disk_shear_maximum
+
+        return disk_shear_maximum(poisson=self.material.mean.poisson)
 
     def struck_part(self) -> tuple[float, float, float]:
         return self.struck_area, self.geometry().contact_radius, self.diameter

@@ -16,6 +16,7 @@ from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
 from impact.march.motion import Discrete
 from impact.march.problem import ContactProblem
+from impact.progress import Progress, silent
 from impact.runs.budget import Budget, Values, changes, times, total
 from impact.runs.variations import AT_ONCE, NARROWER, Terms, Variation, budget_of, narrowed, ringing_on
 from impact.runs.variations import of_g as of_body
@@ -86,6 +87,7 @@ from seatfem.study.scene.measures import (
 
 if TYPE_CHECKING:
     from seatfem.structures.solved import Solved
+    from seatfem.study.impacts.plate_stress import PlateLook
 
 
 CUT: Final = ("impulse_Ns", "duration_s")
@@ -106,6 +108,8 @@ def error_budget(
     touches: Touches,
     stress: ReedStress | None = None,
     reed: Solved | None = None,
+    look: PlateLook | None = None,
+    progress: Progress = silent,
 ) -> Budget:
     """What mesh, reduction, time step, model and patch, and a computed striker, leave in the measures of ``result``.
 
@@ -129,7 +133,8 @@ def error_budget(
     - record: of a measured seat, the largest change among the draws of its fit, what lies above the band as modes that
       ring at its end, and g larger by a misfit beyond the noise; its reduction has then no error of its own.
     - stopper: the same of one that is computed, with its patch, and of a beam its modes; twice as many of its arcs.
-    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``touches``, if wanted.
+    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``touches``, if wanted; ``look``:
+    at that of a plate in other runs; ``progress``: hears of each run.
     """
     result = touches.seat
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
@@ -149,10 +154,15 @@ def error_budget(
     def values_with_clock(record: RunRecord) -> Values:
         return {**values_of_record(record, like), CLOCK: last.time(record.blow)}
 
-    def run(varied: ContactProblem, dt: float) -> Values:
-        return values_with_clock(record_of(scene, varied, dt, flight, like))
+    runs, count = 2 + sum(len(term) for terms in found.values() for term in terms or ()), 0
 
-    finer = _finer_step(scene, problem, touches)
+    def run(varied: ContactProblem, dt: float) -> Values:
+        nonlocal count
+        count += 1
+        progress("error budget", min(count / runs, 1.0))
+        return values_with_clock(record_of(scene, varied, dt, flight, like, look=look))
+
+    finer = _finer_step(scene, problem, touches, look)
     if finer is None:
         finer = times(2.0, changes(values_of_record(own, like), run(problem, result.dt / 2)))
     at_once = _at_once(len(result.force) * len(problem.contacts))
@@ -292,7 +302,9 @@ def sources_of(
     return found, tuple(f"{name}'s {part}" for name, part, terms in listed if terms is None)
 
 
-def _finer_step(scene: Scene, problem: ContactProblem, touches: Touches) -> Values | None:
+def _finer_step(
+    scene: Scene, problem: ContactProblem, touches: Touches, look: PlateLook | None = None
+) -> Values | None:
     """Return twice what half the step changes in the impact of a striker with waves, marched from shortly before it.
 
     A spike of the force is as wide as a step: whether the filter holds it together with another one, no longer step
@@ -307,7 +319,7 @@ def _finer_step(scene: Scene, problem: ContactProblem, touches: Touches) -> Valu
         return {}
     if window.duration > SHORT * scene.run.duration:
         return None
-    bench = Bench(scene, seat, window, None, stopper_of(scene), striker)
+    bench = Bench(scene, seat, window, None, stopper_of(scene), striker, look)
     here, finer = (bench.measures(dt=dt) for dt in (result.dt, result.dt / 2))
     return times(2.0, changes(here, finer))
 

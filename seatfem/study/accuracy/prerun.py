@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -28,7 +28,14 @@ from impact.runs.budget import Values
 from seatfem.structures.kinds.roles import in_role
 from seatfem.structures.rings import Division, divided_less, parts_joined
 from seatfem.study.impacts.base import on_its_base
-from seatfem.study.impacts.contact import blow_of_march, problem_of, solved_striker, striker_of
+from seatfem.study.impacts.contact import (
+    StressLook,
+    bending_look,
+    blow_of_march,
+    problem_of,
+    solved_striker,
+    striker_of,
+)
 from seatfem.study.impacts.landings import landings_of_march, static_load_of_march
 from seatfem.study.impacts.touches import force_of, stopper_force_of
 from seatfem.study.method import MODES, has_key, value_of
@@ -42,6 +49,9 @@ from seatfem.study.scene.measures import (
     judged_landing,
     values_of,
 )
+
+if TYPE_CHECKING:
+    from seatfem.study.impacts.plate_stress import PlateLook
 
 FEW: Final = 16  # reed modes of the first look
 LOOK: Final = 20_000  # steps of the first look ...
@@ -158,6 +168,7 @@ class Bench:
         striker: of a body that has to be computed, its Green's function or what stands for it; ``None`` of others.
         stopper: of a scene that has one.
         other: in place of the scene's striker.
+        look: at the stress of a plate, where it is asked for; ``None``: at a few places.
     """
 
     scene: Scene
@@ -166,12 +177,14 @@ class Bench:
     striker: GreensFunction | None = None
     stopper: Body | None = None
     other: Body | None = None
+    look: PlateLook | None = None
     _strikers: dict[tuple[float, int | None], Discrete] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
     _seats: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
     _stoppers: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
     _loads: list[StaticLoad] = field(default_factory=list, init=False, repr=False, compare=False)
+    _plates: list[PlateLook | None] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def divided(self, division: Division) -> Bench:
         """With the lip of both bodies in fewer parts."""
@@ -200,7 +213,7 @@ class Bench:
                 stepper,
                 self._landings(stepper),
                 displacement=any_needs_displacement(asked),
-                stress=any_needs_stress(asked),
+                stress=self._look(dt) if any_needs_stress(asked) else None,
             )
         )
         names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *asked}]
@@ -218,6 +231,22 @@ class Bench:
             return landings
         begins = self.window.landing - self.window.start
         return (min(landings, key=lambda landing: abs(landing.start - begins)),)
+
+    def _look(self, dt: float) -> StressLook | None:
+        """Return the look at the reed's stress: a beam's, or a plate's at a few places."""
+        if (look := bending_look(self.scene)) is not None:
+            return look
+        if not self.scene.reed.has_surface_stress:
+            return None
+        if not self._plates:
+            from seatfem.study.impacts.plate_stress import PlateLook  # with finite elements, of plates alone
+
+            striker, division = striker_of(self.scene, None, self.striker), Division.of(self.seat)
+            self._plates.append(self.look or PlateLook.at_few_places(self.scene, striker, division))
+        if (plate := self._plates[0]) is None:
+            return None
+        start = dt * math.floor(self.window.start / dt)
+        return replace(plate, field=replace(plate.field, body=advanced(plate.field.body, start)))
 
     def _striker(self, dt: float, n_modes: int | None) -> Discrete:
         """With its free motion, which all runs of this step share."""

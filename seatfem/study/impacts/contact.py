@@ -61,6 +61,9 @@ CONTACT_BYTES = 48  # the same for each further contact
 PAIR_TIME = 6e-9  # s of a step for each pair of contacts, by spring laws; rigid ones take a quarter
 LONGEST_MARCH = 86400.0  # s that contacts may be predicted to take
 
+StressLook = Callable[[impact.ContactStepper, float | None], ReedStress | None]
+"""The largest stresses of a reed in a march, before and after the time at which a landing begins [s], too."""
+
 
 class RunError(ValueError):
     """A scene that is well formed but cannot be run as asked; the message names key, limit and remedy."""
@@ -200,6 +203,19 @@ def stress_of(
     return scene.reed.stress(pushed, dt, marched, scene.contact_at, coarsely=coarsely, since=since)
 
 
+def bending_look(scene: Scene) -> StressLook | None:
+    """Return the look at the bending stress of a beam, coarsely; ``None`` of other reeds."""
+    if not scene.reed.has_stress:
+        return None
+
+    def look(stepper: impact.ContactStepper, since: float | None) -> ReedStress | None:
+        striker, dt, force = stepper.prepared.problem.striker, stepper.prepared.dt, force_of(stepper)
+        stopper, opening = stopper_force_of(stepper), stepper.opening
+        return stress_of(scene, striker, force, dt, opening, coarsely=True, stopper=stopper, since=since)
+
+    return look
+
+
 def run_contacts(
     scene: Scene,
     striker: impact.Body,
@@ -304,15 +320,17 @@ def record_of(
     duration: float | None = None,
     *,
     stresses: bool = True,
+    look: StressLook | None = None,
 ) -> RunRecord:
     """Return what the measures of a run are taken from, of its forces as `marched`.
 
-    ``stresses``: whether with those that are asked for.
+    ``stresses``: whether with those that are asked for; ``look``: at them, in place of `bending_look`.
     """
     stepper = marched(scene, problem, dt, flight, duration)
     landings = landings_of_march(stepper, scene.run.filter_width, None if like is None else like.static)
     others = None if like is None else like.seat
-    blow = blow_of_march(scene, stepper, landings.seat, others, stress=stresses and scene.needs_stress)
+    wanted = (look or bending_look(scene)) if stresses and scene.needs_stress else None
+    blow = blow_of_march(scene, stepper, landings.seat, others, stress=wanted)
     return RunRecord(blow, landings, stopper_force_of(stepper))
 
 
@@ -323,7 +341,7 @@ def blow_of_march(
     like: Sequence[Landing] | None = None,
     *,
     displacement: bool = True,
-    stress: bool = False,
+    stress: StressLook | None = None,
 ) -> Blow:
     """Return what the measures of a march without energies are taken from.
 
@@ -333,24 +351,12 @@ def blow_of_march(
         landings: on the seat.
         like: those of a neighbouring run, whose judged one is looked for; ``None``: of the march's own.
         displacement: whether with that of the seat.
-        stress: whether with the reed's, coarsely.
+        stress: the look at the reed's; ``None``: it is not looked at.
     """
     prepared, asked, force = stepper.prepared, scene.accuracy.landing, force_of(stepper)
-    stresses, since = None, None
-    if stress:
-        judged = judged_landing(landings, asked, like)
-        since = None if judged is None else judged.start
-        stopper = stopper_force_of(stepper)
-        stresses = stress_of(
-            scene,
-            prepared.problem.striker,
-            force,
-            prepared.dt,
-            stepper.opening,
-            coarsely=True,
-            stopper=stopper,
-            since=since,
-        )
+    judged = judged_landing(landings, asked, like)
+    since = None if judged is None or stress is None else judged.start
+    stresses = None if stress is None else stress(stepper, since)
     return Blow(
         force=force,
         dt=prepared.dt,

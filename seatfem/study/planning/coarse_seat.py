@@ -19,7 +19,7 @@ from seatfem.study.impacts.contact import seat_of
 from seatfem.study.planning.costs import finite_elements
 from seatfem.study.planning.seen import Seen
 from seatfem.study.safety import AIM, DOUBT, DOUBT_OF_ARCS, DOUBT_OF_COARSE, FLOOR_OF_SPRING, LEVEL_SHARE, OVERSTATED
-from seatfem.study.scene.measures import all_measures, asked_name
+from seatfem.study.scene.measures import short_words
 
 TOLERANCE: Final = 0.02  # of the coarse seat's reduction: looser ones take as long and tell less
 PER_FILTER, REED_MODES = 320, 80
@@ -58,7 +58,7 @@ class WithoutWaves:
         """The largest change of what is asked for, and what it is known by."""
         name = max(self.asked, key=lambda measure: self.changes[measure])
         by = "measured on a coarse mesh of the seat" if self.measured else "estimated"
-        words = all_measures()[asked_name(name)].words
+        words = short_words(name)
         return f"without waves: {percent(self.changes[name])} change of {words} ({by})"
 
 

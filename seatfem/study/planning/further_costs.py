@@ -49,6 +49,8 @@ def further_seconds(
     if scene.stress is not None and seat is not None:
         parts["seat stress"] = rates.stress * SITES * seat.sizes.surface**0.5 * steps * seat.poles
         pictures += SHEETS_OF_STRESS
+    if plate and scene.needs_stress:
+        parts["reed stress"] = everywhere / 2
     if scene.life is not None:
         parts["life"] = everywhere
         pictures += SHEETS_OF_LIFE

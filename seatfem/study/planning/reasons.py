@@ -41,7 +41,7 @@ from seatfem.study.planning.lips import several_needed
 from seatfem.study.planning.plan import Choice
 from seatfem.study.safety import FEW, FEWER, LIP_SHARE, MANY
 from seatfem.study.scene import Scene
-from seatfem.study.scene.measures import all_measures, asked_name
+from seatfem.study.scene.measures import short_words
 from seatfem.units import write_quantity
 
 WORDS: Final = {ONE_PORT: "a single contact point", BEAM: "a beam model of the reed"}
@@ -143,7 +143,7 @@ def _most(changes: Changes) -> str:
 
 def _spoken(name: str) -> str:
     """A measure in words, whichever landing it is of."""
-    return all_measures()[asked_name(name)].words
+    return short_words(name)
 
 
 def _level(decision: Decision, method: RunMethod) -> str:

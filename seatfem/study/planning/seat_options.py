@@ -26,7 +26,7 @@ from seatfem.study.planning.coarse_seat import WithoutWaves, without_waves
 from seatfem.study.planning.costs import coarser_elements, finite_elements
 from seatfem.study.planning.seen import RING_NUMBERS, Seen
 from seatfem.study.safety import FEWER_POLES, MESH_BAR, MESH_BAR_OF_ARCS
-from seatfem.study.scene.measures import all_measures, asked_name
+from seatfem.study.scene.measures import short_words
 
 COARSEST_OF_ARCS: Final = 0.1  # error of g by a mesh for a lip in arcs: coarser ones cost a round more than they save
 REDUCTION: Final = 1e-6  # time of a reduction over its band, of a body whose modes cannot be counted yet [s/Hz]
@@ -140,7 +140,7 @@ def _rod(seen: Seen, method: Method) -> Iterator[SeatOption]:
     inertia, end = seen.sensitivity.between(form, better), seen.per_g(seen.scene.seat.form_error)
     left = {name: value + end[name] for name, value in inertia.items()}
     name = max(seen.sensitivity.asked, key=lambda measure: left[measure])
-    words = all_measures()[asked_name(name)].words
+    words = short_words(name)
     why = f"a rod, without lateral inertia and the clamped end, is off by {percent(left[name])} in {words}"
     yield SeatOption(method, why, {MODEL: left})
 

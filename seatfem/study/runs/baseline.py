@@ -22,6 +22,7 @@ from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.measures import RECORD, RunRecord, blow_of, stress_since, values_of_record
 from seatfem.study.impacts.simpler import simpler_models
 from seatfem.study.impacts.touches import Touches
+from seatfem.study.runs.reed_stress import stress_on_another_seat
 from seatfem.study.runs.round import Round
 from seatfem.study.safety import OF_DRAWS
 
@@ -54,7 +55,10 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
         spring = bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
         touches = run_contacts(scene, done.striker, spring, done.result.dt)
     stress = None
-    if done.stress is not None:
+    if done.plate is not None:
+        with watch("reed stress"):
+            stress = stress_on_another_seat(done, touches)
+    elif done.stress is not None:
         with watch("reed stress"):
             coarsely = not scene.needs_stress
             force, dt, lift, met = touches.seat.force, touches.seat.dt, lift_of(touches), touches.stopper_force
@@ -83,7 +87,7 @@ def _left_by_record(
         return problem_of(scene, done.striker, impact.Body(impact.spring(stiffness=value)))
 
     def run(varied: ContactProblem, dt: float) -> Values:
-        return values_of_record(record_of(scene, varied, dt, like=touches.landings), touches.landings)
+        return values_of_record(record_of(scene, varied, dt, like=touches.landings, look=done.look), touches.landings)
 
     own = problem(stiffness)
     blow = blow_of(touches, width, stress, scene.accuracy.landing)

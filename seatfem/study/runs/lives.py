@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impact.after.stresses import ReedStress
+from impact.progress import Progress, silent
 from seatfem.structures.fields.ranges import hottest, mises_range, tensor_histories
 from seatfem.structures.fields.recovery import StressField
 from seatfem.study.impacts.life import STRESS, Histories, Lasting, asked_keys, block_from, lasting, life_keys, of_beam
+from seatfem.study.impacts.life_json import as_json, from_json
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress, parts_of_plate, plate_pushes, struck_by
+from seatfem.study.runs.kept import UNSOUND, kept_numbers
+from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress, parts_of_plate, plate_pushes, struck_in
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_fields import force_by_port
 from seatfem.study.runs.seat_stress import SeatStress
@@ -48,14 +54,46 @@ class Stressed:
 
 
 def lives(
-    done: Round, stressed: Stressed, touches: Touches, stress: ReedStress | None, *, with_seat: bool = True
+    done: Round,
+    stressed: Stressed,
+    touches: Touches,
+    stress: ReedStress | None,
+    progress: Progress = silent,
+    *,
+    with_seat: bool = True,
 ) -> Lasting:
-    """The life under the forces of one run: the round's own, or one on a spring, ``with_seat=False``."""
+    """Return the life under the forces of one run: the round's own, or one on a spring, ``with_seat=False``.
+
+    It is on file where the same run was judged before. ``progress``: hears of the places that are judged.
+    """
+    what = "life of reed and seat" if with_seat and stressed.seat is not None else "life of the reed"
+
+    def judge() -> Mapping[str, Any]:
+        return as_json(_judged(done, stressed, touches, stress, progress, with_seat=with_seat))
+
+    numbers = kept_numbers(done, touches, what, judge)
+    with suppress(*UNSOUND):
+        return from_json(done.plan.scene, numbers)
+    return _judged(done, stressed, touches, stress, progress, with_seat=with_seat)
+
+
+def _judged(
+    done: Round,
+    stressed: Stressed,
+    touches: Touches,
+    stress: ReedStress | None,
+    progress: Progress,
+    *,
+    with_seat: bool,
+) -> Lasting:
     scene = done.plan.scene
+    progress("life", 0.0)
     beam, plate = of_beam(scene, done.striker, touches, stress), stressed.reed
     reed = beam if plate is None else _of_plate(done, plate, touches)
     seat = () if stressed.seat is None or not with_seat else _of_seat(done, stressed.seat, touches)
-    return lasting(scene, touches, reed, seat)
+    found = lasting(scene, touches, reed, seat)
+    progress("life", 1.0)
+    return found
 
 
 def run_keys(done: Round, stressed: Stressed, here: Lasting, there: Lasting) -> dict[str, object]:
@@ -79,7 +117,7 @@ def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
 def _of_plate(done: Round, field: StressField, touches: Touches) -> Histories:
     """In both faces where stress changes most in each part of the plate."""
     force, dt = plate_pushes(done, touches), touches.seat.dt
-    field = struck_by(field, done.striker, touches, force)
+    field = struck_in(field, done, touches)
     regions = parts_of_plate(done, field.points)
     ranges = mises_range(field, force, dt, since=block_from(done.plan.scene, touches))
     spots = hottest(ranges, regions)

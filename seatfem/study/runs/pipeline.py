@@ -131,8 +131,9 @@ def run_scene(
         write_json(folder / SUMMARY_FILE, {**summary, **keys, **timing_keys(watch, start)})
 
     later = afterwards(done, baseline, folder, watch, progress, tell=tell, histories=histories, keep=keep)
-    notes = (*missed(done), *remarks(done), *later.notes(scene))
-    summary |= {**later.keys, "notes": list(notes)}
+    notes = (*missed(done), *remarks(done), *later.notes(done.plan))
+    met = not later.margin_missed(scene) if done.met else done.met
+    summary |= {**later.keys, "accuracy_met": met, "notes": list(notes)}
     keep({})
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
@@ -162,7 +163,7 @@ def run_scene(
     written = (*tables, *((folder / RESULT_FILE,) if histories else ()), folder / SEAT_FILE)
     files = (*written, *gas_files, *later.files, *drawn)
     summary |= timing_keys(watch, start)
-    return RunOutcome(summary, (*notes, *gaps), files, watch.stages, done.met, plan=done.plan)
+    return RunOutcome(summary, (*notes, *gaps), files, watch.stages, met, plan=done.plan)
 
 
 def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -15,18 +15,23 @@ from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.quantities import in_time, percent
 from impact.runs.budget import Budget
+from seatfem.structures.rings import Division
 from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.seat_waves import tells_waves
 from seatfem.study.accuracy.source_words import in_words as source_in_words
 from seatfem.study.impacts.measures import LIP, RECORD, STOPPER, STRIKER, is_of_a_landing
+from seatfem.study.impacts.plate_stress import PlateLook
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import dishing_notes, film_notes, stopper_notes, validity_advice
 from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP
 from seatfem.study.planning.plan import Plan
 from seatfem.study.scene import Scene
-from seatfem.study.scene.measures import all_measures, asked_name
+from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.study.scene.measures import in_words as spoken
 from seatfem.units import write_quantity
+
+if TYPE_CHECKING:
+    from seatfem.study.runs.reed_stress import PlateReedStress
 
 REMEDIES: Final[Mapping[str, str]] = {
     "mesh": "refine seat.mesh",
@@ -56,6 +61,7 @@ class Round:
         stopped: why no further round follows; "" where the target is met.
         spent: wall time of this round by stage [s].
         memory: largest of the process up to its end [bytes].
+        plate: stress of a plate that strikes, where it is a measure asked for.
         paces: measured over predicted time of seat and contact, where a round so far has measured them.
     """
 
@@ -71,6 +77,16 @@ class Round:
     spent: Mapping[str, float] = field(default_factory=dict)
     memory: float = math.nan
     paces: Mapping[str, float] = field(default_factory=dict)
+    plate: PlateReedStress | None = None
+
+    @property
+    def look(self) -> PlateLook | None:
+        """The look at the stress of a plate in other runs, where it is largest; ``None``: the usual one."""
+        if self.plate is None:
+            return None
+        return PlateLook(
+            self.plan.scene, replace(self.plate.largest_at, body=self.striker), Division.of(self.seat.greens)
+        )
 
     @property
     def result(self) -> ImpactResult:
@@ -143,7 +159,7 @@ def _modes_kept(plan: Plan) -> list[str]:
 def in_words(done: Round) -> str:
     """The bar of each measure asked for, time and memory."""
     accuracy, left = done.plan.scene.accuracy, done.left
-    each = ((all_measures()[asked_name(name)].words, left.relative(name)) for name in done.judged)
+    each = ((short_words(name), left.relative(name)) for name in done.judged)
     bars = ", ".join(f"{words} {f'+-{percent(bar)}' if math.isfinite(bar) else 'not known'}" for words, bar in each)
     memory = "" if math.isnan(done.memory) else f", {done.memory / 1e9:.2g} GB"
     if done.met is None:

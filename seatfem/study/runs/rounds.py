@@ -11,7 +11,7 @@ from typing import Final
 
 from impact.progress import Progress, Tell, untold
 from impact.quantities import in_time
-from impact.runs.budget import Budget, Values
+from impact.runs.budget import Budget, Values, total
 from impact.storage.hdf5 import save_greens
 from seatfem.machine.memory import peak_memory
 from seatfem.machine.stopwatch import Stopwatch
@@ -31,11 +31,14 @@ from seatfem.study.impacts.contact import (
 )
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.measures import LIP, STRIKER, Source, stress_since
+from seatfem.study.impacts.plate_stress import has_plate_stress
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
+from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress
 from seatfem.study.runs.round import Round, in_words, missed
 from seatfem.study.safety import LOOSER
+from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
 
 __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "missed", "rounds"]
 
@@ -192,12 +195,28 @@ def _round(
         with watch("reed stress"):
             since = stress_since(touches, scene.accuracy.landing)
             stress = stress_of(scene, striker, result.force, result.dt, lift, stopper=met, since=since)
+    done = Round(plan, seat, striker, touches, stress, Budget({}, {}, ()), reed)
+    if any_needs_stress(scene.accuracy.measures) and has_plate_stress(scene, striker):
+        progress("reed stress", 0.0)
+        with watch("reed stress"):
+            plate = plate_reed_stress(done, stress_since(touches, scene.accuracy.landing))
+        done = replace(done, plate=plate, stress=None if plate is None else plate.found)
     with watch("error budget"):
-        wanted_stress = stress if scene.needs_stress else None
-        left = error_budget(scene, method, seat, striker, touches, wanted_stress, reed)
+        wanted_stress = done.stress if scene.needs_stress else None
+        left = error_budget(scene, method, seat, striker, touches, wanted_stress, reed, done.look, progress)
     landings = () if touches.landings is None else touches.landings.seat
     left = with_bars_of_measures(_at_least_planned(plan, left), landings)
-    return Round(plan, seat, striker, touches, stress, left, reed)
+    return replace(done, left=_with_recovery(left, done.plate))
+
+
+def _with_recovery(left: Budget, plate: PlateReedStress | None) -> Budget:
+    """Return the budget with what mesh and modes of a plate leave in the recovery of its stress."""
+    names = [name for name in left.values if asked_name(name) == Stress.name]
+    if plate is None or not names or not left.parts:
+        return left
+    of_recovery = dict.fromkeys(left.values, 0.0) | dict.fromkeys(names, plate.bar)
+    known = left.parts.get(STRIKER, dict.fromkeys(left.values, 0.0))
+    return replace(left, parts={**left.parts, STRIKER: total(known, of_recovery)})
 
 
 def _at_least_planned(plan: Plan, left: Budget) -> Budget:

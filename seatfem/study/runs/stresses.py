@@ -7,64 +7,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Final
 
 import numpy as np
 
 import impact
-from impact.greens.base import Array
 from impact.progress import Progress, silent
+from impact.quantities import percent
 from impact.runs.budget import Values
 from seatfem.structures.fields.recovery import StressField, largest
-from seatfem.structures.rings import Division, ring_shares
+from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.measures import stress_since
-from seatfem.study.impacts.touches import parts_of, stopper_force_of
+from seatfem.study.impacts.plate_stress import Forces, pushes_of
+from seatfem.study.planning.plan import Plan
+from seatfem.study.runs.kept import kept_numbers
 from seatfem.study.runs.left_in import left_in
-from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress, pushes_of
+from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress
 
 RAW: Final = 0.1
 REED, SEAT, TENSION = "stress", "seat_stress", "seat_tension"
-
-
-@dataclass(frozen=True)
-class Forces:
-    """Contact forces of one run.
-
-    Attributes:
-        parts: (n + 1, parts) of each part of the seat's patch [N].
-        division: of the patch into these.
-        stopper: (n + 1,) likewise; ``None`` where there is none.
-        dt: [s].
-    """
-
-    parts: Array
-    division: Division
-    stopper: Array | None
-    dt: float
-
-    @staticmethod
-    def of(stepper: impact.ContactStepper) -> Forces:
-        """Of a run that is over."""
-        problem, parts = stepper.prepared.problem, parts_of(stepper)
-        division = Division.of(problem.target.greens) if parts.shape[1] > 1 else Division()
-        return Forces(parts, division, stopper_force_of(stepper), stepper.prepared.dt)
-
-    def by(self, wanted: Division) -> Array:
-        """(n + 1, parts) on other parts: along the lip as it is, across it as a uniform pressure has it."""
-        have = self.division
-        if have == wanted:
-            return self.parts
-        arcs = self.parts.reshape(-1, have.arcs, have.rings).sum(axis=2)
-        edges, running = np.linspace(0, have.arcs, wanted.arcs + 1), np.cumsum(arcs, axis=1)
-        running = np.concatenate([np.zeros((len(arcs), 1)), running], axis=1)
-        low = np.minimum(edges.astype(np.int64), have.arcs - 1)
-        up_to = running[:, low] + (edges - low) * (running[:, low + 1] - running[:, low])
-        return np.asarray((np.diff(up_to)[:, :, None] * ring_shares(wanted.rings)).reshape(len(arcs), -1))
 
 
 def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | None, PlateReedStress | None]:
@@ -75,11 +41,12 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     force of a first touch, which has no limit without a law of contact that yields: no bar is known of it.
     """
     since = stress_since(done.touches, done.plan.scene.accuracy.landing)
-    seat, reed = seat_stress(done, progress), plate_reed_stress(done, since)
+    seat = seat_stress(done, progress)
+    reed = plate_reed_stress(done, since) if done.plate is None else _with_its_bar(done)
     looks: dict[str, Callable[[Forces], Values]] = {}
     if seat is not None and np.any(done.result.force):
         looks[SEAT] = partial(_in_the_seat, seat)
-    if reed is not None and reed.found.after_contact is not None:
+    if reed is not None and done.plate is None and reed.found.after_contact is not None:
         looks[REED] = partial(_in_the_reed, done, reed.largest_at)
     if not looks:
         return seat, reed
@@ -90,9 +57,9 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
 
     own, finer = _told(seat), _told(None)
     if seat is not None and SEAT in looks:
-        half = replace(done, touches=run_contacts(done.plan.scene, done.striker, done.seat.greens, done.result.dt / 2))
-        finer = _told(seat_stress(half))  # whose faster pairs answer a sharper blow
-    left = left_in(done, look, finer)
+        finer = kept_numbers(done, done.touches, "stress in the seat at half the step", partial(_at_half, done))
+    what = f"errors left in {', '.join(sorted(looks))}"
+    left = kept_numbers(done, done.touches, what, lambda: left_in(done, look, finer, progress))
     if seat is not None and SEAT in looks:
         raw = [math.nan if abs(finer[name] - own[name]) > RAW * own[name] else left[name] for name in (SEAT, TENSION)]
         seat = replace(seat, bar=seat.bar + raw[0], tension_bar=seat.tension_bar + raw[1])
@@ -101,9 +68,28 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     return seat, reed
 
 
-def stress_notes(seat: SeatStress | None) -> tuple[str, ...]:
-    """In a sentence, why a stress of the seat has no bar."""
-    if seat is None or not (math.isnan(seat.bar) or math.isnan(seat.tension_bar)):
+def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
+    """Return in sentences what the stress of a seat leaves out, and why it has no bar."""
+    if seat is None:
+        return ()
+    return (*_without_waves(plan), *_without_bar(seat))
+
+
+def _without_waves(plan: Plan) -> tuple[str, ...]:
+    """Return what the stress of a seat leaves out whose contact was computed on its static stiffness."""
+    if plan.level != "spring":
+        return ()
+    change = max(plan.shares.get("model", {}).values(), default=0.0)
+    words = f", predicted to change by {percent(change)} at most with them" if change else ""
+    return (
+        "stress in the seat: the contact force behind it is that on the seat's static stiffness, without waves in the "
+        f"seat{words}; the stress has the waves that this force sends in. To have them in the force, too, state "
+        "seat.model",
+    )
+
+
+def _without_bar(seat: SeatStress) -> tuple[str, ...]:
+    if not (math.isnan(seat.bar) or math.isnan(seat.tension_bar)):
         return ()
     bars = {"peak_seat_stress_Pa": seat.bar, "peak_seat_principal_stress_Pa": seat.tension_bar}
     names = [name for name, bar in bars.items() if math.isnan(bar)]
@@ -112,6 +98,20 @@ def stress_notes(seat: SeatStress | None) -> tuple[str, ...]:
         f"{100 * RAW:g} %, as for the raw force of a first touch, or there is no coarser mesh to compare with; state a "
         "compliant contact.law, or a shorter run.time_step",
     )
+
+
+def _at_half(done: Round) -> Values:
+    """Return the largest stresses in the seat at half the step, whose faster pairs answer a sharper blow."""
+    touches = run_contacts(done.plan.scene, done.striker, done.seat.greens, done.result.dt / 2)
+    return _told(seat_stress(replace(done, touches=touches)))
+
+
+def _with_its_bar(done: Round) -> PlateReedStress | None:
+    """Return the stress of a plate that was a measure of the round, with the bar that it has there."""
+    if done.plate is None or REED not in done.left.values:
+        return done.plate
+    bar = done.left.bar(REED)
+    return replace(done.plate, bar=bar if math.isfinite(bar) else math.nan)
 
 
 def _in_the_seat(seat: SeatStress, forces: Forces) -> Values:

@@ -10,7 +10,7 @@ import numpy as np
 
 from seatfem.fields import KeyProblem
 from seatfem.structures.rings import Division
-from seatfem.study.scene.measures import any_needs_stress
+from seatfem.study.scene.measures import LifeMargin, Stress, any_needs_stress
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
@@ -187,10 +187,17 @@ def _rings_of_a_patch(scene: Scene) -> None:
 
 
 def _stress_of_what_bends(scene: Scene) -> None:
-    if any_needs_stress(scene.accuracy.measures) and not scene.reed.has_stress:
+    asked = scene.accuracy.measures
+    name = LifeMargin.name if LifeMargin.name in asked else Stress.name
+    if any_needs_stress(asked) and not (scene.reed.has_stress or scene.reed.has_surface_stress):
         bends = "has no bending stress that is known" if scene.reed.reach else "does not bend, it has no stress"
-        words = f"a body of kind {scene.reed.kind!r} {bends}: remove it, or use a cantilever"
-        raise KeyProblem("accuracy.measures", words)
+        words = f"{name} is asked of a body of kind {scene.reed.kind!r}, which {bends}: remove it, or use a cantilever"
+        raise KeyProblem("accuracy.measures", f"{words} or a plate")
+    if LifeMargin.name in asked and (scene.life is None or scene.life.demand() is None):
+        raise KeyProblem(
+            "accuracy.measures",
+            f"{name} is asked, and no strength of the reed is stated: add life.strength, or remove the measure",
+        )
 
 
 def _life_of_what_bends(scene: Scene) -> None:

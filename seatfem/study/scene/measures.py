@@ -105,16 +105,20 @@ class Measure(ABC):
         key: in summary.json, with its unit.
         landing_key: in summary.json, of a landing; "" of one that speaks of the whole run alone.
         words: in the tables of a run.
+        landing_words: the same of one landing, where that is something else.
         needs_displacement, needs_stress, needs_line: what it takes of the run beside the force.
+        judged_by: the measure of the whole run whose relative error it has; "" of one with an error of its own.
     """
 
     name: ClassVar[str]
     key: ClassVar[str]
     words: ClassVar[str]
+    landing_words: ClassVar[str] = ""
     landing_key: ClassVar[str] = ""
     needs_displacement: ClassVar[bool] = False
     needs_stress: ClassVar[bool] = False
     needs_line: ClassVar[bool] = False
+    judged_by: ClassVar[str] = ""
 
     def is_known(self, blow: Blow) -> bool:
         """Whether the run tells it."""
@@ -258,7 +262,7 @@ class Stress(Measure):
     """The reed's largest after the first touch."""
 
     name, key, words = "stress", "peak_reed_stress_after_contact_Pa", "reed stress after the first touch"
-    landing_key = "landing_peak_reed_stress_Pa"
+    landing_key, landing_words = "landing_peak_reed_stress_Pa", "reed stress since the landing"
     needs_stress = True
 
     def of(self, blow: Blow) -> float:
@@ -269,6 +273,23 @@ class Stress(Measure):
         """The largest since it began."""
         peak = blow.stress.after_landing if blow.stress and blow.stress_since == landing.start else None
         return peak.value if peak else None
+
+
+class LifeMargin(Measure):
+    """The margin over the reed's design life, which is inversely proportional to its stress in the whole run.
+
+    It is found from histories once the last round is over: plans and rounds look at the stress.
+    """
+
+    name, key, words = "life_margin", "life_margin", "margin over the design life"
+    needs_stress = True
+    judged_by = Stress.name
+
+    def is_known(self, blow: Blow) -> bool:
+        return False
+
+    def of(self, blow: Blow) -> float:
+        return math.nan
 
 
 class LineForce(Measure):
@@ -323,10 +344,17 @@ def all_measures() -> Mapping[str, Measure]:
 def judged_names(names: Collection[str], landing: LandingChoice) -> tuple[str, ...]:
     """Return what measures are called among the values of a run when they are asked of this landing.
 
-    A measure that speaks of whole runs alone keeps its name.
+    A measure that speaks of whole runs alone keeps its name, or has that of the one by which it is judged.
     """
     every, prefix = all_measures(), PREFIXES[landing]
-    return tuple(prefix + name if name in every and every[name].landing_key else name for name in names)
+
+    def judged(name: str) -> str:
+        measure = every.get(name)
+        if measure is None:
+            return name
+        return measure.judged_by or (prefix + name if measure.landing_key else name)
+
+    return tuple(dict.fromkeys(judged(name) for name in names))
 
 
 def judged_landings(landings: Sequence[Landing]) -> Mapping[str, Landing]:
@@ -376,6 +404,13 @@ def in_words(name: str) -> str:
     """Return what a value of a run is, in words, its key in brackets."""
     prefix, measure = _parted(name)
     return f"{all_measures()[measure].words}{LANDING_WORDS[prefix]} ({key_of(name)})"
+
+
+def short_words(name: str) -> str:
+    """Return what a value of a run is in words, its key and which landing it is of left out."""
+    prefix, measure = _parted(name)
+    found = all_measures()[measure]
+    return (prefix and found.landing_words) or found.words
 
 
 def label_of(key: str) -> str:

@@ -1,0 +1,130 @@
+"""Stress and the margin of life as measures that an accuracy is asked of: plates, rings and balls."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatfem.fields import KeyProblem
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import SceneError, load_scene
+
+RING = """
+[seat]
+kind = "annular"
+bore_radius = "14.5 mm"
+lip_width = "1 mm"
+lip_edge_radius = "0 mm"
+outer_radius = "24 mm"
+material = "steel"
+model = "spring"
+mesh = { size = "3 mm", contact_size = "0.5 mm" }
+[reed]
+kind = "ring_plate"
+outer_diameter = "40 mm"
+inner_diameter = "20 mm"
+thickness = "1.5 mm"
+material = "steel"
+damping_ratio = 0.01
+velocity = "-1 m/s"
+greens = { bandwidth = "40 kHz" }
+mesh = { size = "3 mm" }
+[contact]
+tilt = "0.05 deg"
+ports = 8
+rings = 3
+law = { kind = "spring", stiffness = "20 N/um" }
+[run]
+duration = "200 us"
+time_step = "0.5 us"
+[accuracy]
+target = 0.5
+measures = ["impulse", "stress"]
+"""
+BALL = """
+[seat]
+kind = "stopper"
+radius = "6 mm"
+thickness = "6 mm"
+contact_radius = "1 mm"
+material = "steel"
+fixed = "underside"
+damping_ratio = 0.02
+model = "spring"
+[reed]
+kind = "ball"
+diameter = "10 mm"
+material = "steel"
+velocity = "-0.2 m/s"
+[run]
+duration = "30 us"
+filter_width = "1 us"
+[accuracy]
+target = 0.5
+measures = ["stress"]
+"""
+
+
+def run(folder: Path, text: str) -> dict[str, object]:
+    file = folder / "scene.toml"
+    file.write_text(text, encoding="utf-8")
+    run_scene(load_scene(file), folder, pictures=False)
+    return dict(json.loads((folder / "summary.json").read_text(encoding="utf-8")))
+
+
+def number(summary: dict[str, object], key: str) -> float:
+    value = summary[key]
+    assert isinstance(value, float), (key, value)
+    return value
+
+
+def test_stress_of_a_ring_is_planned_and_has_a_bar_of_its_own(tmp_path: Path) -> None:
+    """The seat is a spring: what is left is mostly the plate's own, and finer parts of the lip change little."""
+    summary = run(tmp_path, RING)
+    name = "landing_peak_reed_stress_Pa"
+    stress, bar = (number(summary, prefix + name) for prefix in ("", "error_bar_"))
+    assert "landing_peak_reed_stress_Pa" in str(summary["accuracy_judged_keys"])
+    assert 0 < number(summary, f"plan_predicted_error_{name}") < 1
+    assert number(summary, f"error_patch_{name}") < 0.1 * stress
+    assert 0 < number(summary, f"error_striker_{name}") < bar < 0.5 * stress
+    assert number(summary, f"spring_{name}") == pytest.approx(stress, rel=0.05)  # the seat is a spring
+
+
+def test_an_asked_stress_is_that_of_the_table(tmp_path: Path) -> None:
+    asked = run(tmp_path, RING)
+    beside = run(tmp_path, RING.replace('"impulse", "stress"', '"impulse"') + '[stress]\ndistance = "0.5 mm"\n')
+    key = "peak_reed_stress_after_contact_Pa"
+    assert number(asked, key) == pytest.approx(number(beside, key), rel=1e-9)
+    assert number(asked, f"error_bar_{key}") >= number(beside, f"error_bar_{key}") * 0.5
+
+
+def test_stress_of_a_ball_is_that_below_a_disk_under_uniform_pressure(tmp_path: Path) -> None:
+    """Timoshenko and Goodier: sigma_z = -(1 - c^3), sigma_r = -((1 + 2 nu)/2 - (1 + nu) c + c^3/2), c = cos of the cone
+    of the disk's edge, over the pressure; on the axis von Mises is their difference."""
+    summary = run(tmp_path, BALL)
+    c, nu = np.linspace(0, 1, 20001), 0.3
+    difference = np.abs((1 - c**3) - ((1 + 2 * nu) / 2 - (1 + nu) * c + c**3 / 2))
+    pressure = number(summary, "peak_force_N") / (math.pi * (10e-3 / 16) ** 2)
+    assert number(summary, "peak_reed_stress_Pa") == pytest.approx(difference.max() * pressure, rel=1e-6)
+    assert number(summary, "error_bar_landing_peak_reed_stress_Pa") > 0
+
+
+def test_a_margin_is_asked_of_a_strength(tmp_path: Path) -> None:
+    file = tmp_path / "scene.toml"
+    text = RING.replace('"impulse", "stress"', '"life_margin"')
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises((SceneError, KeyProblem), match=r"life_margin is asked.*life\.strength"):
+        load_scene(file)
+
+
+def test_a_margin_is_planned_by_its_stress(tmp_path: Path) -> None:
+    strength = Path(__file__).parents[2] / "examples" / "strengths" / "invented_strip.toml"
+    file = tmp_path / "scene.toml"
+    life = f'[life]\nstrength = "{strength.as_posix()}"\ncycles = 1e7\n'
+    file.write_text(RING.replace('"impulse", "stress"', '"life_margin"') + life, encoding="utf-8")
+    plan = plan_scene(load_scene(file))
+    assert set(plan.error) == {"stress"}
+    assert 0 < plan.error["stress"] < 1
