@@ -178,7 +178,9 @@ def _accuracy(seat: Seat, striker: Striker, rng: np.random.Generator) -> str:
     names = [
         name
         for name, each in known.items()
-        if (not each.needs_stress or striker.kind == "cantilever") and (not each.needs_line or lip)
+        if (not each.needs_stress or striker.kind == "cantilever")
+        and (not each.needs_line or lip)
+        and not each.judged_by
     ]
     weights = np.array([MEASURES.get(name, 1.0) for name in names])
     asked = sorted(rng.choice(names, size=rng.integers(1, 4), replace=False, p=weights / weights.sum()))
