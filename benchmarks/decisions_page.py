@@ -158,11 +158,11 @@ def fronts_table(records: Sequence[Record]) -> Iterator[str]:
     fronts = [record.front for record in records if record.front is not None]
     known = [front for front in fronts if front.meeting]
     points = sum(front.points for front in fronts)
-    yield f"{len(fronts)} scenes have a grid, {points} points in all; in {len(known)} a point meets the target in truth."
+    yield f"{len(fronts)} scenes have a grid, {points} points in all; in {len(known)} one meets the target in truth."
     yield ""
     yield (
-        "| plan over the cheapest point: median, worst | scenes | both with the start of the program | point with error "
-        "bars | seat, reed and march of the point alone |"
+        "| plan over the cheapest point: median, worst | scenes | both with the start of the program | point with its "
+        "error bars | seat, reed and march of the point alone |"
     )
     yield "|---|---|---|---|---|"
     groups = {
