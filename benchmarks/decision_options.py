@@ -68,7 +68,7 @@ RATIOS: Final = (1.4, 2.0, 2.8, 4.0)  # between numbers of modes and bands that 
 FEWEST_MODES: Final = 5  # of a reed that a plan looks at
 FEWEST_LOOKED_AT: Final = 4  # segments of a lip, below the fewest that a plan takes
 LONGER: Final = (2, 4, 8)  # steps over the chosen one
-SOLID_SECONDS: Final = 20.0  # predicted, up to which all of a seat is computed that the plan takes a part of
+SOLID_SECONDS: Final = 4.0  # predicted, up to which all of a seat is computed that the plan takes a part of
 
 
 @dataclass(frozen=True)

@@ -49,8 +49,8 @@ FILE: Final = Path(__file__).parent / "results" / "decisions.jsonl"
 PAGE: Final = Path(__file__).parents[1] / "docs" / "decisions.md"
 LONGEST = 75.0  # s of processor time for a scene
 RUN_SECONDS: Final = 30.0  # for the rounds of a run
-QUICK = 3.0  # s of it that a run has taken, up to which its truth is the finest
-FRONTS: Final = 6  # of so many scenes one has its front measured
+QUICK = 1.0  # s of it that a run has taken, up to which its truth is the finest
+FRONTS: Final = 12  # of so many scenes one has its front measured
 FRONT_SECONDS: Final = 60.0  # for it
 
 
@@ -90,7 +90,7 @@ class Record:
 
     Attributes:
         seed, index, seat, reed, about, stated: of the scene, as it was drawn.
-        outcome: "judged", "no landing", "never opened", "refused", "no reference", "stopped" or "failed".
+        outcome: "judged", "no landing", "never opened", "no value", "refused", "no reference", "stopped" or "failed".
         reason: of what is not judged.
         level, target, measures, rounds, rung: of plan, run and truth.
         promised: whether the plan predicts that the target is met; met: whether the run says that it is.
@@ -192,6 +192,8 @@ def _judged(head: Record, scene: Scene, folder: Path, only: Sequence[str]) -> tu
     if not last.landed or last.touches.landings is None:
         status = "no landing" if last.touches.landings is None else last.touches.landings.status
         return replace(head, outcome=status, reason="there is nothing to judge"), None, carried
+    if not last.judged:
+        return replace(head, outcome="no value", reason="no measure that is asked for has a value"), None, carried
     methods = [replace(last.plan.method, time_step=last.result.dt), plan.method, *_with_waves(plan)]
     truth = find_truth(scene, methods, last.touches.landings, 0 if carried.all_seconds <= QUICK else 1)
     asked = (question for question in questions(plan, truth) if question.decision in only)
@@ -325,7 +327,14 @@ def line(record: Record) -> str:
     return f"{head}target {record.target:.2g}, rung {record.rung}: {'; '.join(parts)}{tail}; {record.seconds:.0f} s"
 
 
-def run(seed: int, indices: Sequence[int], path: Path | None, seconds: float, longest: float) -> list[Record]:
+def run(
+    seed: int,
+    indices: Sequence[int],
+    path: Path | None,
+    seconds: float,
+    longest: float,
+    only: Sequence[str] = DECISIONS,
+) -> list[Record]:
     """Judge the scenes that are not on file, and return them."""
     there = set() if path is None else {(record.seed, record.index) for record in read_records(path)}
     begun, found = time.perf_counter(), list[Record]()
@@ -336,7 +345,8 @@ def run(seed: int, indices: Sequence[int], path: Path | None, seconds: float, lo
             break
         if (seed, index) in there:
             continue
-        record = judge(draw_scene(index, seed), index, seed, longest, front=path is not None and index % FRONTS == 0)
+        front = path is not None and index % FRONTS == 0
+        record = judge(draw_scene(index, seed), index, seed, longest, front=front, only=only)
         found.append(record)
         if path is not None:
             with path.open("a", encoding="utf-8") as file:
@@ -353,6 +363,7 @@ def main(given: Sequence[str] | None = None) -> int:
     parser.add_argument("--scenes", type=int, default=SCENES)
     parser.add_argument("--seconds", type=float, default=math.inf, help="after which no further scene is begun")
     parser.add_argument("--longest", type=float, default=LONGEST, help="seconds of processor time for a scene")
+    parser.add_argument("--skip", nargs="*", choices=DECISIONS, default=(), help="decisions that are not judged")
     parser.add_argument("--file", type=Path, default=FILE)
     parser.add_argument("--short", action="store_true", help=f"at least {SHORT} decisions of fixed scenes, not kept")
     parser.add_argument("--summary", action="store_true", help="run nothing")
@@ -364,7 +375,9 @@ def main(given: Sequence[str] | None = None) -> int:
         wrong = [is_courage(record, each) for record in records for each in record.decisions if each.by_plan]
         return 1 if any(wrong) else 0
     if not (asked.summary or asked.document):
-        run(asked.seed, range(asked.first, asked.first + asked.scenes), asked.file, asked.seconds, asked.longest)
+        indices = range(asked.first, asked.first + asked.scenes)
+        only = [decision for decision in DECISIONS if decision not in asked.skip]
+        run(asked.seed, indices, asked.file, asked.seconds, asked.longest, only)
     records = read_records(asked.file)
     print(summary(records))  # noqa: T201
     if asked.document:

@@ -89,6 +89,13 @@ def test_a_duration_that_two_marches_share_is_no_proof_of_a_spring() -> None:
     assert "without waves: 19 % change of contact duration (measured" in plan.choice(MODEL).reason
 
 
+def test_a_restitution_that_not_every_pre_run_has_ends_no_plan() -> None:
+    """With few modes of the reed a landing may have none; it is asked of the landing, and told of the whole run, too."""
+    with stored() as folder:
+        plan = plan_scene(load_scene(draw_scene(118, decisions.SEED).write(folder)))
+    assert plan.meets_target
+
+
 def test_wrong_statements_are_told_apart() -> None:
     bold = replace(ENOUGH, chosen_change=0.06)
     cautious = replace(NEEDED, cheaper_change=0.04, enough=True, seconds=3.0, cheaper_seconds=2.0)
