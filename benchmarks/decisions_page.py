@@ -133,7 +133,8 @@ def wrong_ones(records: Sequence[Record]) -> Iterator[str]:
 
 
 def _scene(record: Record) -> str:
-    return f"{record.index} {record.seat}, {record.reed} ({record.about}), target {record.target:.1%}"
+    target = "" if math.isnan(record.target) else f", target {record.target:.1%}"
+    return f"{record.index} {record.seat}, {record.reed} ({record.about}){target}"
 
 
 def _wrong_words(record: Record, each: Judged) -> str:
