@@ -86,8 +86,8 @@ def _apart(one: float, other: float) -> float:
 
 
 def larger(one: Values, other: Values) -> Values:
-    """The larger of the two, measure by measure."""
-    return {name: max(one[name], other[name]) for name in one}
+    """Return the larger of the two, measure by measure; infinite where the other has no such value."""
+    return {name: max(value, other.get(name, math.inf)) for name, value in one.items()}
 
 
 def times(factor: float, values: Values) -> Values:

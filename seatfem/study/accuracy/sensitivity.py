@@ -224,10 +224,23 @@ class Sensitivity:
 
     @cached_property
     def spring(self) -> Changes:
-        """Return what a spring of the same static stiffness changes; of a lip in arcs, its statics without waves."""
+        """Return what a spring of the same static stiffness changes; of a lip in arcs, its statics without waves.
+
+        What it changes of a contact's duration is no less than a step.
+        """
         if Division.of(self.bench.seat).arcs > 1:
-            return relative_changes(self.base, self._with(at_once(self.bench.seat)))
-        return self._spring_of(1.0)
+            changes = relative_changes(self.base, self._with(at_once(self.bench.seat)))
+        else:
+            changes = self._spring_of(1.0)
+        return self.known_to(self.step, changes)
+
+    def known_to(self, dt: float, changes: Changes) -> Changes:
+        """Return ``changes`` with those of a contact's duration no less than a step of ``dt`` [s].
+
+        A march knows a duration in whole steps: two may agree although a contact of a few steps lasts 20 % longer.
+        """
+        ends = {name: value for name, value in self.base.items() if name.endswith("contact_duration") and value}
+        return {**changes, **{name: max(changes[name], dt / duration) for name, duration in ends.items()}}
 
     @cached_property
     def guessed(self) -> Changes:

@@ -69,7 +69,7 @@ def _modes(seen: Seen) -> Iterator[Rung | None]:
 
 
 def _option(seen: Seen, step: Rung, modes: Rung | None, closed: bool) -> ContactOption:
-    errors = _known_to_a_step(seen, step)
+    errors = seen.sensitivity.known_to(step.value, step.changes)
     changes = {STEP: errors} if modes is None else {STEP: errors, MODES: modes.changes}
     if seen.band is not None:
         changes[REED_BAND] = seen.band.left
@@ -82,13 +82,6 @@ def _option(seen: Seen, step: Rung, modes: Rung | None, closed: bool) -> Contact
         return ContactOption(step.value, number, changes, sum(contact_seconds(model, seen.machine).values()), 0.0)
     bare, one = (_seconds(seen, stated, step.value, poles) for poles in (0.0, 1.0))
     return ContactOption(step.value, number, changes, bare, one - bare)
-
-
-def _known_to_a_step(seen: Seen, step: Rung) -> Changes:
-    """Return the error of a contact's duration, which is known to a step at best, as the error budget has it."""
-    base = {name: value for name, value in seen.sensitivity.base.items() if name.endswith("contact_duration") and value}
-    known = {name: max(step.changes[name], step.value / duration) for name, duration in base.items()}
-    return {**step.changes, **known}
 
 
 def _seconds(seen: Seen, method: RunMethod, dt: float, poles: float) -> float:

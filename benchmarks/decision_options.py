@@ -1,0 +1,436 @@
+"""What a plan decides, each decision with the option that it took and with cheaper ones, marched finer than planned.
+
+A `Truth` is the same impact finer in every key: mesh, band, tolerance, modes of both bodies, step, segments of a lip
+and parts across them. An option of a decision is the truth with that one thing as coarse as the option has it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from finer_scenes import MOST_PORTS, REFUSALS, Finer, NoReference, finer_in_every_key
+
+import impact
+from impact.bodies.body import Body, Load
+from impact.gas.compressor import Compressor, drop, gas_history
+from impact.greens.base import Array, GreensFunction
+from impact.runs.budget import Values
+from impact.runs.variations import narrower
+from seatfem.machine.rates import Machine
+from seatfem.structures.estimates.costs import seat_seconds
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.method import Method
+from seatfem.structures.rings import ACROSS, FEWEST_ARCS, Division, divided_less, parts_joined
+from seatfem.structures.statics import at_once, spring_of
+from seatfem.study.accuracy.prerun import relative_changes
+from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solved_striker, striker_of
+from seatfem.study.impacts.gas import gas_of
+from seatfem.study.impacts.landings import Landings
+from seatfem.study.impacts.simpler import BEAM, ONE_PORT, simpler_bodies
+from seatfem.study.method import MODEL, MODES, PORTS, REED_BAND, RINGS, STEP, RunMethod, as_stated, is_given
+from seatfem.study.planning.costs import finite_elements
+from seatfem.study.planning.lips import rings_refused
+from seatfem.study.planning.plan import Plan
+from seatfem.study.planning.seen import RING_NUMBERS
+from seatfem.study.scene import Scene
+
+WAVES, WAVES_OF_PARTS = "spring or waves in the seat", "statics or waves, lip in segments"
+ROD, WHOLE_BODY = "rod or finite elements", "part of the seat or all of it"
+ONE_POINT: Final = "one contact point or segments"
+SEGMENTS, ACROSS_LIP, REED_MODES, PLATE_BAND, TIME_STEP = (
+    "number of lip segments",
+    "parts across the contact face",
+    "number of reed modes",
+    "band of the plate",
+    "time step",
+)
+BEAM_REED, FILM, GAS = "beam or plate reed", "film in the gap", "gas coupled or prescribed"
+DECISIONS: Final = (
+    *(WAVES, WAVES_OF_PARTS, ROD, WHOLE_BODY, ONE_POINT, SEGMENTS, ACROSS_LIP, REED_MODES, PLATE_BAND, TIME_STEP),
+    *(BEAM_REED, FILM, GAS),
+)
+LADDERS: Final = (SEGMENTS, ACROSS_LIP, REED_MODES, PLATE_BAND, TIME_STEP)
+"""Decisions among many values: the plan says that one is enough, and that the next cheaper one is not."""
+BY_USER: Final = (BEAM_REED, FILM, GAS)
+"""What the scene states; the plan says of a beam alone whether it would be enough."""
+FINER: Final = (
+    Finer(band=1.6, stricter=2.0, step=2.0),
+    Finer(mesh=1.6, band=1.6, stricter=2.0, step=2.0),
+    Finer(mesh=1.6, band=1.6, stricter=2.0, step=2.0, reduction="modes"),
+    Finer(mesh=1.25, band=1.25, stricter=1.5, step=2.0),
+)
+"""From the finest on; every key is finer in each of them."""
+RATIOS: Final = (1.4, 2.0, 2.8, 4.0)  # between numbers of modes and bands that are looked at below the chosen one
+FEWEST_MODES: Final = 5  # of a reed that a plan looks at
+FEWEST_LOOKED_AT: Final = 4  # segments of a lip, below the fewest that a plan takes
+LONGER: Final = (2, 4, 8)  # steps over the chosen one
+SOLID_SECONDS: Final = 4.0  # predicted, up to which all of a seat is computed that the plan takes a part of
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The same impact, finer than its plans and its run in every key.
+
+    Attributes:
+        scene, method: with everything finer.
+        seat: Green's function of the struck body.
+        striker: in as many parts as the seat.
+        landings: of the run, each of which is looked for.
+        values: the measures.
+        rung: of `FINER`.
+    """
+
+    scene: Scene
+    method: RunMethod
+    seat: GreensFunction
+    striker: Body
+    landings: Landings | None
+    values: Values
+    rung: int
+
+    @property
+    def division(self) -> Division:
+        """Of the struck face into parts."""
+        return Division.of(self.seat)
+
+    def with_other(
+        self,
+        *,
+        seat: GreensFunction | None = None,
+        striker: Body | None = None,
+        scene: Scene | None = None,
+        step: float | None = None,
+    ) -> Values:
+        """Return the measures with something else in place of what is given, all else as it is."""
+        where = scene or self.scene
+        problem = problem_of(where, striker or self.striker, Body(seat or self.seat))
+        return _measured(where, problem, step or self.step, self.landings)
+
+    def in_parts(self, division: Division) -> Values:
+        """Return the measures with the contact face of both bodies in fewer parts."""
+        striker = replace(self.striker, greens=parts_joined(self.striker.greens, self.division, division))
+        return self.with_other(seat=divided_less(self.seat, division), striker=striker)
+
+    @property
+    def step(self) -> float:
+        """Of time [s]."""
+        assert self.method.time_step is not None
+        return self.method.time_step
+
+    def change(self, values: Values) -> tuple[float, str]:
+        """Return the largest relative change of the measures asked for, and the name of that measure."""
+        judged = [name for name in self.scene.accuracy.judged if name in self.values]
+        changes = relative_changes({name: self.values[name] for name in judged}, values)
+        name = max(judged, key=lambda each: changes[each])
+        return changes[name], name
+
+
+def find_truth(scene: Scene, methods: Sequence[RunMethod], landings: Landings | None, first: int) -> Truth:
+    """Return the finest of `FINER`, from the ``first`` on, that can be computed.
+
+    ``methods``: of plans and of the run, none of which is as fine in any key.
+    """
+    problem: Exception | None = None
+    for rung, by in enumerate(FINER[first:], first):
+        try:
+            return _truth(scene, finest_of(methods), landings, by, rung)
+        except REFUSALS as refusal:
+            problem = refusal
+    raise NoReference(f"{type(problem).__name__}: {problem}".replace("\n", "; "))
+
+
+def finest_of(methods: Sequence[RunMethod]) -> RunMethod:
+    """Return a method with the finest value of each key; statics and rods give way to waves."""
+    first = max(methods, key=lambda method: method.seat.level not in ("spring", "rod"))
+    seats, reeds = [method.seat for method in methods], [method.reed for method in methods]
+    seat = replace(
+        first.seat,
+        bandwidth=_largest(seat.bandwidth for seat in seats),
+        tolerance=min(seat.tolerance for seat in seats),
+        size=_smallest(seat.size for seat in seats),
+        contact_size=_smallest(seat.contact_size for seat in seats),
+        n_modes=_whole(_largest(seat.n_modes for seat in seats)),
+    )
+    reed = replace(
+        first.reed,
+        bandwidth=_largest(reed.bandwidth for reed in reeds),
+        n_modes=_whole(_largest(reed.n_modes for reed in reeds)),
+    )
+    return replace(first, seat=seat, reed=reed, time_step=_smallest(method.time_step for method in methods))
+
+
+def _largest(values: Iterator[float | None]) -> float | None:
+    return max((value for value in values if value is not None), default=None)
+
+
+def _smallest(values: Iterator[float | None]) -> float | None:
+    return min((value for value in values if value is not None), default=None)
+
+
+def _whole(value: float | None) -> int | None:
+    return None if value is None else round(value)
+
+
+def _truth(scene: Scene, method: RunMethod, landings: Landings | None, by: Finer, rung: int) -> Truth:
+    finer, how = finer_in_every_key(scene, method, replace(by, divides=False))
+    if method.ports is not None:
+        division = _finer_division(scene, method)
+        how = how.along(finer, division.arcs, division.rings)
+    elif scene.seat.is_meshed:
+        rings = method.seat.rings or 1
+        how = replace(how, seat=replace(how.seat, rings=2 * rings if rings in RING_NUMBERS[1:] else max(8, 2 * rings)))
+    finer = as_stated(finer, how)
+    seat = seat_of(finer, method=how.seat, mesh_error=False).greens
+    reed = solved_striker(finer, method=how.reed, mesh_error=False)
+    striker = striker_of(finer, how.reed.n_modes, None if reed is None else reed.greens)
+    assert how.time_step is not None
+    like = None if landings is None else replace(landings, static=None)  # type: ignore[arg-type]
+    values = _measured(finer, problem_of(finer, striker, Body(seat)), how.time_step, like)
+    return Truth(finer, how, seat, striker, like, values, rung)
+
+
+def _finer_division(scene: Scene, method: RunMethod) -> Division:
+    """More segments and more parts across, each a multiple of those of the method."""
+    arcs, rings = 2 * max(FEWEST_ARCS, method.ports or 1), method.seat.rings or 1
+    if scene.contact.film is None and not rings_refused(scene):
+        more = 3 * rings if rings == 1 else 2 * rings
+        rings = more if arcs * more <= MOST_PORTS else rings
+    return Division(arcs, rings)
+
+
+def _measured(scene: Scene, problem: impact.ContactProblem, step: float, landings: Landings | None) -> Values:
+    return measures_of(scene, problem, step, like=landings)
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option of a decision.
+
+    Attributes:
+        name: its value in words.
+        measure: marches the truth with it.
+        settings: by key, what a plan has that takes it; empty where that is not known.
+    """
+
+    name: str
+    measure: Callable[[], Values]
+    settings: Mapping[str, object]
+
+
+@dataclass(frozen=True)
+class Question:
+    """One decision of a scene.
+
+    Attributes:
+        decision: among `DECISIONS`.
+        by_plan: whether the plan decides; else the scene states it.
+        chosen: what was taken; ``None`` where that is the dearest, which the truth has.
+        cheaper: options below it, the dearest first.
+        said_enough: whether the plan says that the first of these would be enough, though it takes another one.
+        reason: the plan's.
+    """
+
+    decision: str
+    by_plan: bool
+    chosen: Option | None
+    cheaper: tuple[Option, ...]
+    said_enough: bool = False
+    reason: str = ""
+
+
+def questions(plan: Plan, truth: Truth) -> Iterator[Question]:
+    """Yield what a plan decides of its scene, and what the scene decides for it that can be tried otherwise."""
+    yield from _of_waves(plan, truth)
+    yield from _of_the_level(plan, truth)
+    yield from _of_parts(plan, truth)
+    yield from _of_the_reed(plan, truth)
+    yield from _of_the_step(plan, truth)
+    yield from _of_the_user(plan, truth)
+
+
+def _reason(plan: Plan, key: str) -> str:
+    return next((choice.reason for choice in plan.choices if choice.key == key), "")
+
+
+def _of_waves(plan: Plan, truth: Truth) -> Iterator[Question]:
+    if truth.seat.highest_rate == 0:  # a spring already
+        return
+    parts = truth.division.arcs > 1
+    by_plan = plan.scene.seat.is_drawn and not is_given(plan.scene, MODEL)
+    option = Option("spring", lambda: truth.with_other(seat=_statics(truth.seat)), {MODEL: "spring"} if by_plan else {})
+    reason, static = _reason(plan, MODEL), plan.level == "spring"
+    said = "would be enough" in reason
+    decision = WAVES_OF_PARTS if parts else WAVES
+    yield Question(decision, by_plan, option if static else None, () if static else (option,), said, reason)
+
+
+def _statics(seat: GreensFunction) -> GreensFunction:
+    """What a run takes that leaves out waves."""
+    if Division.of(seat).arcs > 1:
+        return at_once(seat)
+    return spring_of(seat.static_compliance(), 0.0, seat.ports, {})
+
+
+def _of_the_level(plan: Plan, truth: Truth) -> Iterator[Question]:
+    seat, how = plan.scene.seat, truth.method.seat
+    if not isinstance(seat, Drawn) or is_given(plan.scene, MODEL):
+        return
+    form = seat.closed_form()
+    if form is not None and any(level.level == "rod" and level.applies for level in seat.levels()):
+        rod, taken = Option("rod", lambda: truth.with_other(seat=form), {MODEL: "rod"}), plan.level == "rod"
+        yield Question(ROD, True, rod if taken else None, () if taken else (rod,), False, _reason(plan, MODEL))
+    if how.level in ("axisymmetric", "sector") and not how.in_arcs and _can_be_whole(truth):
+        whole = replace(how, level="3d")
+        # the truth has the cheaper option here: what all of the body changes is the same number
+        option = Option(how.level, lambda: truth.with_other(seat=_solved(truth, whole)), {})
+        yield Question(WHOLE_BODY, True, option, (), False, _reason(plan, MODEL))
+
+
+def _can_be_whole(truth: Truth) -> bool:
+    """Whether all of the body is predicted to be computed soon."""
+    whole = replace(truth.method, seat=replace(truth.method.seat, level="3d"))
+    try:
+        model = finite_elements(truth.scene, whole)
+    except REFUSALS:
+        return False
+    return model is not None and sum(seat_seconds(model, Machine()).values()) <= SOLID_SECONDS
+
+
+def _solved(truth: Truth, method: Method) -> GreensFunction:
+    return seat_of(truth.scene, method=method, mesh_error=False).greens
+
+
+def _of_parts(plan: Plan, truth: Truth) -> Iterator[Question]:
+    scene, ports, there = plan.scene, plan.method.ports, truth.division
+    rings = plan.method.seat.rings or 1
+    if ports is not None and not is_given(scene, PORTS) and there.arcs > 1:
+        one = _one_point(truth)
+        if one is not None and not asks_for_segments(_reason(plan, PORTS)):
+            said = ports == 1
+            yield Question(ONE_POINT, True, one if said else None, () if said else (one,), False, _reason(plan, PORTS))
+        if ports > 1:
+            yield _ladder(SEGMENTS, [_in_segments(truth, number) for number in _halves(ports)], _reason(plan, PORTS))
+    if not scene.seat.is_meshed or is_given(scene, RINGS) or ports == 1 or there.rings % rings or there.rings <= rings:
+        return
+    numbers = [number for number in (RING_NUMBERS if ports is None else ACROSS)[::-1] if number <= rings]
+    yield _ladder(ACROSS_LIP, [_across(truth, number) for number in numbers], _reason(plan, RINGS))
+
+
+def asks_for_segments(reason: str) -> bool:
+    """Whether the scene asks for something that no single contact point has, a line force or a stress under the lip."""
+    return "asked for" in reason or "needs lip segments" in reason
+
+
+def _one_point(truth: Truth) -> Option | None:
+    bodies = dict(simpler_bodies(truth.scene, truth.striker, truth.division))
+    body = bodies.get(ONE_PORT) or (truth.striker if len(truth.striker.greens.ports) == 1 else None)
+    if body is None:
+        return None
+    whole = divided_less(truth.seat, Division())
+    return Option("one point", lambda: truth.with_other(seat=whole, striker=body), {PORTS: 1})
+
+
+def _halves(number: int) -> Iterator[int]:
+    """Yield the chosen number of segments and halves of it."""
+    while number >= FEWEST_LOOKED_AT:
+        yield number
+        if number % 2:
+            return
+        number //= 2
+
+
+def _in_segments(truth: Truth, number: int) -> Option:
+    division = Division(number, truth.division.rings)
+    return Option(f"{number} segments", lambda: truth.in_parts(division), {PORTS: number})
+
+
+def _across(truth: Truth, rings: int) -> Option:
+    division = Division(truth.division.arcs, rings)
+    return Option(f"{rings} parts", lambda: truth.in_parts(division), {RINGS: rings})
+
+
+def _ladder(decision: str, options: Sequence[Option], reason: str) -> Question:
+    """The first is the chosen one."""
+    return Question(decision, True, options[0], tuple(options[1:]), False, reason)
+
+
+def _of_the_reed(plan: Plan, truth: Truth) -> Iterator[Question]:
+    scene, reed = plan.scene, plan.method.reed
+    if reed.n_modes is not None and not is_given(scene, MODES):
+        below = [round(reed.n_modes / ratio) for ratio in RATIOS]
+        numbers = [reed.n_modes, *(number for number in below if number >= FEWEST_MODES)]
+        yield _ladder(REED_MODES, [_with_modes(truth, number) for number in numbers], _reason(plan, MODES))
+    if scene.reed.meets_lips and reed.bandwidth is not None and not is_given(scene, REED_BAND):
+        bands = [reed.bandwidth, *(reed.bandwidth / ratio for ratio in RATIOS)]
+        options = [option for band in bands if (option := _in_a_band(truth, band)) is not None]
+        if options:
+            yield _ladder(PLATE_BAND, options, _reason(plan, REED_BAND))
+
+
+def _with_modes(truth: Truth, number: int) -> Option:
+    def measure() -> Values:
+        return truth.with_other(striker=striker_of(truth.scene, number))
+
+    return Option(f"{number} modes", measure, {MODES: number})
+
+
+def _in_a_band(truth: Truth, band: float) -> Option | None:
+    """The plate with the modes that it has for a band [Hz], up to a multiple of it; ``None`` where it has no others."""
+    wider = truth.method.reed.bandwidth
+    body = None if wider is None else narrower(truth.striker, wider / band)
+    if body is None:
+        return None
+    return Option(f"{band / 1e3:.3g} kHz", lambda: truth.with_other(striker=body), {REED_BAND: band})
+
+
+def _of_the_step(plan: Plan, truth: Truth) -> Iterator[Question]:
+    step = plan.method.time_step
+    if step is None or is_given(plan.scene, STEP):
+        return
+    steps = [step, *(factor * step for factor in LONGER if 2 * factor * step <= plan.scene.run.filter_width)]
+    yield _ladder(TIME_STEP, [_with_step(truth, each) for each in steps], _reason(plan, STEP))
+
+
+def _with_step(truth: Truth, step: float) -> Option:
+    return Option(f"{1e9 * step:.3g} ns", lambda: truth.with_other(step=step), {STEP: step})
+
+
+def _of_the_user(plan: Plan, truth: Truth) -> Iterator[Question]:
+    if truth.division.arcs > 1 and BEAM in (bodies := dict(simpler_bodies(truth.scene, truth.striker, truth.division))):
+        whole = divided_less(truth.seat, Division())
+        beam = Option("beam", lambda: truth.with_other(seat=whole, striker=bodies[BEAM]), {})
+        said = any("a beam model of the reed would be enough" in note for note in plan.notes)
+        yield Question(BEAM_REED, False, None, (beam,), said)
+    if plan.scene.contact.film is not None:
+        bare = truth.scene.model_copy(update={"contact": truth.scene.contact.model_copy(update={"film": None})})
+        yield Question(FILM, False, None, (Option("no film", lambda: truth.with_other(scene=bare), {}),))
+    if plan.scene.gas is not None and plan.scene.gas.crank is not None:
+        body = _under_prescribed_gas(truth)
+        yield Question(GAS, False, None, (Option("prescribed", lambda: truth.with_other(striker=body), {}),))
+
+
+def _under_prescribed_gas(truth: Truth) -> Body:
+    """The striker under the pressure of a cylinder whose valve, the reed, stays shut."""
+    drive = gas_of(truth.scene)
+    assert isinstance(drive, Compressor)
+    steps = math.ceil(truth.scene.run.duration / truth.step)
+    history = gas_history(drive, np.zeros(steps + 1), truth.step)
+    over = drop(drive, history.pressure)
+    loads = [load for load in truth.striker.loads if load.feedback is None]
+    [shape] = [load.shape for load in truth.striker.loads if load.feedback is not None]
+    for table, sign in ((drive.valve.force, 1.0), (drive.valve.force_back, -1.0)):
+        area = float(table.area[0])
+
+        def pushed(time: Array, sign: float = sign, area: float = area) -> Array:
+            dp = np.interp(time, history.time, over)
+            return np.asarray(np.where(sign * dp > 0, dp, 0.0) * area)
+
+        def share(opening: float, area: float = area, table: Callable[[float], float] = table) -> float:
+            return table(opening) / area
+
+        loads.append(Load(shape, pushed, share))
+    return replace(truth.striker, loads=tuple(loads))

@@ -1,0 +1,389 @@
+"""Does the planner decide rightly? Drawn scenes with cheaper options, everything else finer than planned.
+
+    python benchmarks/decisions.py [--seed N] [--scenes N] [--first N] [--seconds S] [--file JSONL]
+    python benchmarks/decisions.py --short
+    python benchmarks/decisions.py --summary | --document
+
+appends a line for each scene to results/decisions.jsonl; scenes that are in it are not run again, and ``--seconds``
+begins no further scene after so long. ``--short`` judges at least `SHORT` decisions of fixed scenes anew, in at most a
+quarter of an hour, and ends with 1 where the planner was wrong in courage. ``--document`` writes results/decisions.csv
+and the tables of docs/decisions.md.
+
+An option is enough where it changes no asked measure by more than the target (`decision_options.Truth`). Wrong courage:
+the plan's option was not enough. Wrong caution: a cheaper one was, at the price of the time of both.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any, Final
+
+from coverage_of_scenes import TooLong, limited, stored
+from decision_options import DECISIONS, Option, Question, Truth, find_truth, questions
+from decisions_page import document, is_courage, price, summary
+from drawn_scenes import DrawnScene, draw_scene
+from finer_scenes import REFUSALS, NoReference
+from fronts import Front, front_of, spent
+
+from impact.progress import silent
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.study.impacts import contact
+from seatfem.study.impacts.simpler import ONE_PORT
+from seatfem.study.method import MODEL, PORTS, RINGS, RunMethod
+from seatfem.study.planning.plan import Plan
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.rounds import Limits, Round, rounds
+from seatfem.study.scene import Scene, load_scene
+
+SEED, SCENES, SHORT = 90210, 200, 20
+SHORT_SCENES: Final[tuple[int, ...]] = (2, 7, 14, 15, 19, 20, 43)
+WARM: Final = (7,)  # scenes that begin a run and are not kept
+FILE: Final = Path(__file__).parent / "results" / "decisions.jsonl"
+PAGE: Final = Path(__file__).parents[1] / "docs" / "decisions.md"
+LONGEST = 75.0  # s of processor time for a scene
+RUN_SECONDS: Final = 30.0  # for the rounds of a run
+QUICK = 1.0  # s of it that a run has taken, up to which its truth is the finest
+FRONTS: Final = 12  # of so many scenes one has its front measured
+FRONT_SECONDS: Final = 60.0  # for it
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One decision of a scene, as it was said and as it is.
+
+    Attributes:
+        decision, by_plan, said_enough, reason: as of a `Question`.
+        chosen, chosen_change: the option taken and what it changes, relative; "" and 0 of the dearest.
+        measure: asked for, that changes most by it, or by the cheaper one where the dearest is taken.
+        cheaper, cheaper_change: the cheapest that is enough, or the next one, which is not; "" and nan of none.
+        enough: whether that one is.
+        seconds, cheaper_seconds: of processor time, of plan and first round with either, where the cheaper is enough.
+        final, final_change: of a chosen one that is not enough, what the run ended with, which checks its own errors.
+    """
+
+    decision: str
+    by_plan: bool
+    said_enough: bool
+    reason: str
+    chosen: str
+    chosen_change: float
+    measure: str
+    cheaper: str
+    cheaper_change: float
+    enough: bool
+    seconds: float = math.nan
+    cheaper_seconds: float = math.nan
+    final: str = ""
+    final_change: float = math.nan
+
+
+@dataclass(frozen=True)
+class Record:
+    """One scene.
+
+    Attributes:
+        seed, index, seat, reed, about, stated: of the scene, as it was drawn.
+        outcome: "judged", "no landing", "never opened", "no value", "refused", "no reference", "stopped" or "failed".
+        reason: of what is not judged.
+        level, target, measures, rounds, rung: of plan, run and truth.
+        promised: whether the plan predicts that the target is met; met: whether the run says that it is.
+        planning_seconds, run_seconds: of processor time, of the plan alone, and with all rounds and their error bars.
+        seconds: of it, of everything.
+        decisions: what was judged.
+        front: the plan against a grid of options, where that was measured.
+    """
+
+    seed: int
+    index: int
+    seat: str
+    reed: str
+    about: str
+    stated: bool
+    outcome: str
+    reason: str = ""
+    level: str = ""
+    target: float = math.nan
+    measures: tuple[str, ...] = ()
+    rounds: int = 0
+    promised: bool = True
+    met: bool | None = None
+    rung: int = -1
+    planning_seconds: float = math.nan
+    run_seconds: float = math.nan
+    seconds: float = math.nan
+    decisions: tuple[Judged, ...] = ()
+    front: Front | None = None
+
+
+@dataclass
+class _Carried:
+    """A run as the user waits for it: its first plan, its last round, and seconds of processor time."""
+
+    plan: Plan
+    last: Round
+    first_seconds: float
+    all_seconds: float
+    planning: float = field(default=0.0)
+
+
+def judge(
+    drawn: DrawnScene,
+    index: int,
+    seed: int,
+    longest: float = LONGEST,
+    *,
+    front: bool = False,
+    only: Sequence[str] = DECISIONS,
+) -> Record:
+    """Return what a plan decides of one scene, and what is true; ``only`` of these decisions."""
+    start = spent()
+    head = Record(seed, index, drawn.seat, drawn.reed, drawn.about, drawn.stated, "judged")
+    with stored() as folder:
+        try:
+            with limited(longest):
+                found, truth, carried = _judged(head, load_scene(drawn.write(folder)), folder, only)
+            if front and truth is not None:
+                found = replace(found, front=_front(carried, truth))
+        except TooLong:
+            found = replace(head, outcome="stopped", reason=f"more than {longest:g} s of processor time")
+        except NoReference as problem:
+            found = replace(head, outcome="no reference", reason=str(problem))
+        except REFUSALS as problem:
+            found = replace(head, outcome="refused", reason=_in_words(problem))
+        except Exception as problem:  # what is no refusal in words is a defect, told in the table
+            found = replace(head, outcome="failed", reason=_in_words(problem))
+    return replace(found, seconds=spent() - start)
+
+
+def _front(carried: _Carried, truth: Truth) -> Front | None:
+    """Return the plan against a grid of options; ``None`` where that takes too long, or none of them is enough."""
+    try:
+        with limited(FRONT_SECONDS), stored() as folder:
+            return front_of(carried.plan, truth, carried.all_seconds, folder)
+    except TooLong:
+        return None
+
+
+def _in_words(problem: Exception) -> str:
+    return f"{type(problem).__name__}: {problem}".replace("\n", "; ")
+
+
+def _judged(head: Record, scene: Scene, folder: Path, only: Sequence[str]) -> tuple[Record, Truth | None, _Carried]:
+    carried = _carry_out(scene, folder)
+    plan, last = carried.plan, carried.last
+    head = replace(
+        head,
+        level=plan.level,
+        target=scene.accuracy.target,
+        measures=tuple(scene.accuracy.judged),
+        rounds=last.number,
+        promised=plan.meets_target,
+        met=last.met,
+        planning_seconds=carried.planning,
+        run_seconds=carried.all_seconds,
+    )
+    if not last.landed or last.touches.landings is None:
+        status = "no landing" if last.touches.landings is None else last.touches.landings.status
+        return replace(head, outcome=status, reason="there is nothing to judge"), None, carried
+    if not last.judged:
+        return replace(head, outcome="no value", reason="no measure that is asked for has a value"), None, carried
+    methods = [replace(last.plan.method, time_step=last.result.dt), plan.method, *_with_waves(plan)]
+    truth = find_truth(scene, methods, last.touches.landings, 0 if carried.all_seconds <= QUICK else 1)
+    asked = (question for question in questions(plan, truth) if question.decision in only)
+    decisions = tuple(_answer(question, truth, carried) for question in asked)
+    if last.number > 1:
+        decisions = tuple(_at_the_end(each, list(questions(last.plan, truth)), truth) for each in decisions)
+    return replace(head, rung=truth.rung, decisions=decisions), truth, carried
+
+
+def _at_the_end(judged: Judged, after: Sequence[Question], truth: Truth) -> Judged:
+    """With what the last round had, where the plan's option is not enough."""
+    if judged.chosen_change <= truth.scene.accuracy.target:
+        return judged
+    for question in after:
+        if question.decision == judged.decision:
+            if question.chosen is None:
+                return replace(judged, final="dearest", final_change=0.0)
+            return replace(judged, final=question.chosen.name, final_change=truth.change(question.chosen.measure())[0])
+    return judged
+
+
+def _with_waves(plan: Plan) -> Iterator[RunMethod]:
+    """Yield the method of a plan that may take no spring, no rod and no single contact point, where this one does."""
+    if plan.level in ("spring", "rod") or plan.method.ports == 1:
+        yield plan_scene(plan.scene, without=("spring", "rod", ONE_PORT)).method
+
+
+def _carry_out(scene: Scene, folder: Path) -> _Carried:
+    contact._solved.cache_clear()  # a user's process begins with nothing computed
+    start = spent()
+    plan = plan_scene(scene)
+    planning = spent() - start
+    going = rounds(plan, folder, Stopwatch(), silent, limits=Limits(seconds=RUN_SECONDS))
+    last, first = next(going), spent() - start
+    for further in going:
+        last = further
+    return _Carried(plan, last, first, spent() - start, planning)
+
+
+def _answer(question: Question, truth: Truth, carried: _Carried) -> Judged:
+    target, chosen = truth.scene.accuracy.target, question.chosen
+    change, measure = (0.0, "") if chosen is None else truth.change(chosen.measure())
+    found: Option | None = None
+    cheaper, cheaper_change, enough = "", math.nan, False
+    for option in question.cheaper:
+        there, which = truth.change(option.measure())
+        measure = measure or which
+        if there > target:
+            if found is None:
+                cheaper, cheaper_change = option.name, there
+            break
+        found, cheaper, cheaper_change, enough = option, option.name, there, True
+    judged = Judged(
+        question.decision,
+        question.by_plan,
+        question.said_enough,
+        question.reason,
+        "" if chosen is None else chosen.name,
+        change,
+        measure,
+        cheaper,
+        cheaper_change,
+        enough,
+    )
+    if found is None or not found.settings:
+        return judged
+    return replace(judged, seconds=carried.first_seconds, cheaper_seconds=_seconds_with(found, carried))
+
+
+def _seconds_with(option: Option, carried: _Carried) -> float:
+    """Return the seconds of plan and first round with another option; nan where it is refused.
+
+    A spring and a single contact point are planned for, for they ask for another mesh and step; others take the place
+    of what the plan has.
+    """
+    scene, key, value = carried.plan.scene, *next(iter(option.settings.items()))
+    contact._solved.cache_clear()
+    with stored() as folder:
+        start = spent()
+        try:
+            if key == MODEL:
+                plan = plan_scene(scene.model_copy(update={"seat": scene.seat.model_copy(update={"model": value})}))
+            elif key == PORTS and value == 1:
+                plan = plan_scene(scene.model_copy(update={"contact": scene.contact.model_copy(update={"ports": 1})}))
+            else:
+                start -= carried.planning
+                plan = replace(carried.plan, method=_with_setting(carried.plan, key, value))
+            next(rounds(plan, folder, Stopwatch(), silent, limits=Limits(rounds=1)))
+        except REFUSALS:
+            return math.nan
+        return spent() - start
+
+
+def _with_setting(plan: Plan, key: str, value: Any) -> RunMethod:
+    method = plan.method
+    if method.ports is not None and key in (PORTS, RINGS):
+        division = method.seat.division
+        arcs, rings = (value, division.rings) if key == PORTS else (division.arcs, value)
+        return method.along(plan.scene, arcs, rings)
+    return method.replaced({key: value})
+
+
+def read_records(path: Path = FILE) -> list[Record]:
+    """Return the records so far, by scene."""
+    if not path.exists():
+        return []
+    records = [_record(json.loads(line)) for line in path.read_text(encoding="utf-8").splitlines()]
+    return sorted(records, key=lambda record: (record.seed, record.index))
+
+
+def _record(values: Mapping[str, Any]) -> Record:
+    decisions = tuple(Judged(**each) for each in values["decisions"])
+    front = None if values["front"] is None else Front(**values["front"])
+    return Record(**{**values, "decisions": decisions, "front": front, "measures": tuple(values["measures"])})
+
+
+def line(record: Record) -> str:
+    """Return a scene for the log."""
+    head = f"{record.index:3d} {record.seat}/{record.level} {record.reed} ({record.about}) "
+    if record.outcome != "judged":
+        return f"{head}{record.outcome}: {record.reason}; {record.seconds:.0f} s"
+    parts = []
+    for each in record.decisions:
+        mark = " COURAGE" if is_courage(record, each) else " caution" if each.enough else ""
+        cost = f" x{price(each):.2f}" if each.cheaper_seconds > 0 else ""
+        parts.append(
+            f"{each.decision}: {each.chosen or 'dearest'} {each.chosen_change:.1e}, "
+            f"{each.cheaper} {each.cheaper_change:.1e}{mark}{cost}"
+        )
+    tail = "" if record.front is None else f"; front {record.front.ratio:.2f}, bare {record.front.bare_ratio:.2f}"
+    return f"{head}target {record.target:.2g}, rung {record.rung}: {'; '.join(parts)}{tail}; {record.seconds:.0f} s"
+
+
+def run(
+    seed: int,
+    indices: Sequence[int],
+    path: Path | None,
+    seconds: float,
+    longest: float,
+    only: Sequence[str] = DECISIONS,
+) -> list[Record]:
+    """Judge the scenes that are not on file, and return them."""
+    there = set() if path is None else {(record.seed, record.index) for record in read_records(path)}
+    begun, found = time.perf_counter(), list[Record]()
+    for warm in WARM if path is not None else ():  # what is imported and compiled first costs no scene its time
+        judge(draw_scene(warm, SEED), warm, SEED, longest)
+    for index in indices:
+        if time.perf_counter() - begun > seconds:
+            break
+        if (seed, index) in there:
+            continue
+        front = path is not None and index % FRONTS == 0
+        record = judge(draw_scene(index, seed), index, seed, longest, front=front, only=only)
+        found.append(record)
+        if path is not None:
+            with path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(asdict(record)) + "\n")
+        print(line(record), flush=True)  # noqa: T201
+    return found
+
+
+def main(given: Sequence[str] | None = None) -> int:
+    """Run what is missing of a seed, and tell what the file holds."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else "")
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--scenes", type=int, default=SCENES)
+    parser.add_argument("--seconds", type=float, default=math.inf, help="after which no further scene is begun")
+    parser.add_argument("--longest", type=float, default=LONGEST, help="seconds of processor time for a scene")
+    parser.add_argument("--skip", nargs="*", choices=DECISIONS, default=(), help="decisions that are not judged")
+    parser.add_argument("--file", type=Path, default=FILE)
+    parser.add_argument("--short", action="store_true", help=f"at least {SHORT} decisions of fixed scenes, not kept")
+    parser.add_argument("--summary", action="store_true", help="run nothing")
+    parser.add_argument("--document", action="store_true", help="run nothing, write the table and docs/decisions.md")
+    asked = parser.parse_args(given)
+    if asked.short:
+        records = run(SEED, SHORT_SCENES, None, asked.seconds, asked.longest)
+        print(summary(records))  # noqa: T201
+        wrong = [is_courage(record, each) for record in records for each in record.decisions if each.by_plan]
+        return 1 if any(wrong) else 0
+    if not (asked.summary or asked.document):
+        indices = range(asked.first, asked.first + asked.scenes)
+        only = [decision for decision in DECISIONS if decision not in asked.skip]
+        run(asked.seed, indices, asked.file, asked.seconds, asked.longest, only)
+    records = read_records(asked.file)
+    print(summary(records))  # noqa: T201
+    if asked.document:
+        document(records, asked.file.with_suffix(".csv"), PAGE)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
