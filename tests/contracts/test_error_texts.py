@@ -36,7 +36,7 @@ REFUSED = re.compile(r"\bmust (?:be|lie)\b|\bnot finite\b|\bunknown\b")
 """What is only said of a value."""
 EXEMPT = {
     ("faces/errors.py", "text"): "the whole text of an error, which gets its line",
-    ("jobs/cluster.py", "told"): "the words of a worker, whose errors are of the same packages",
+    ("jobs/cluster.py", "reason"): "the words of a worker, whose errors are of the same packages",
     ("structures/inspection/parts.py", "found.problems"): "what the process of gmsh found wrong, in its words",
     ("structures/inspection/sides.py", "found.problems"): "the same",
     ("structures/kinds/cad.py", "found.problems"): "the same",
