@@ -28,10 +28,10 @@ def as_html(thing: object) -> str:
 
 def _cells(line: str) -> str:
     name, colon, value = line.partition(": ")
-    left = "style='text-align:left'"
+    style = "style='text-align:left'"
     if not colon:
-        return f"<td colspan='2' {left}>{escape(line)}</td>"
-    return f"<th scope='row' {left}>{escape(name)}</th><td {left}>{escape(value)}</td>"
+        return f"<td colspan='2' {style}>{escape(line)}</td>"
+    return f"<th scope='row' {style}>{escape(name)}</th><td {style}>{escape(value)}</td>"
 
 
 def brief_value(value: object) -> str:

@@ -80,8 +80,8 @@ def _parts(share: float, lengths: Array, pieces: Pieces) -> Iterator[tuple[slice
     for number, closed in pieces or ((len(lengths), True),):
         arcs = slice(first, first + number)
         starts, whole = np.cumsum(lengths[arcs]) - lengths[arcs], float(lengths[arcs].sum())
-        here = min(width, whole)
-        yield arcs, starts if closed else np.minimum(starts, whole - here), here, closed
+        span = min(width, whole)
+        yield arcs, starts if closed else np.minimum(starts, whole - span), span, closed
         first += number
 
 
@@ -149,10 +149,10 @@ def line_impulse(
     """Impulse per length averaged over a ``share`` of the line around it, (N,) [N s/m], and where, (N,): shares of the
     line from the first arc's beginning. The arguments are those of `line_impulse_peak`."""
     lengths = lengths_of(length, force.shape[1])
-    found = over_arcs(force.sum(axis=0, keepdims=True), share, lengths, pieces)[0] * dt
+    impulses = over_arcs(force.sum(axis=0, keepdims=True), share, lengths, pieces)[0] * dt
     places = _middles(lengths, share, pieces)
     order = np.argsort(places, kind="stable")
-    return found[order], places[order]
+    return impulses[order], places[order]
 
 
 def line_impulse_peak(
@@ -165,9 +165,9 @@ def line_impulse_peak(
 
 def _middles(lengths: Array, share: float, pieces: Pieces) -> Array:
     """(N,) of the parts that begin at each arc, as shares of the line."""
-    found, before = [], 0.0
+    places, before = [], 0.0
     for arcs, starts, width, closed in _parts(share, lengths, pieces):
         whole, middles = float(lengths[arcs].sum()), starts + width / 2
-        found.append(before + (middles % whole if closed else middles))
+        places.append(before + (middles % whole if closed else middles))
         before += whole
-    return np.asarray(np.concatenate(found) / lengths.sum())
+    return np.asarray(np.concatenate(places) / lengths.sum())

@@ -63,8 +63,8 @@ def total_impulse(result: ImpactResult) -> float:
     """
     total = 0.0
     for contact in range(_contacts(result)):
-        given = impulse(result, contact=contact)
-        total += _told_side(of_contact(result, contact)) * given if given > 0 else 0.0
+        momentum = impulse(result, contact=contact)
+        total += _told_side(of_contact(result, contact)) * momentum if momentum > 0 else 0.0
     return total
 
 

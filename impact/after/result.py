@@ -167,11 +167,11 @@ class ImpactResult:
             in_units(value, unit, 4) for value, unit in ((total.max(), "N"), (self.time[total.argmax()], "s"))
         )
         size = f"{parts} contact{'s'[: parts > 1]}, {len(self.time) - 1} steps of {in_units(self.dt, 's', 4)}"
-        told = some([advice.name for advice in self.advice]) or "no advice"
+        advice_names = some([advice.name for advice in self.advice]) or "no advice"
         return (
             f"ImpactResult, {size}\n  peak force {peak} at {when}, impulse "
             f"{in_units(float(total[1:].sum()) * self.dt, 'N s', 4)}\n  {self._touches()}\n  "
-            f"energy balance error {percent(self.energy.residual)}; {cut(self.engine, 160)}; {told}"
+            f"energy balance error {percent(self.energy.residual)}; {cut(self.engine, 160)}; {advice_names}"
         )
 
     def _touches(self) -> str:

@@ -95,8 +95,8 @@ def fixed_rod_modes(rod: ExactRod, n_modes: int, *, at: tuple[float, ...] = (), 
     transit, places = uniform.transit, np.array([0.0, *map(on_rod, at)])
     omega = np.asarray((2.0 * np.arange(1, n_modes + 1) - 1.0) * math.pi / (2 * transit), dtype=np.float64)
     shapes = math.sqrt(2 / (uniform.impedance * transit)) * np.cos(omega[:, None] * transit * places)
-    left = transit / uniform.impedance - math.fsum((shapes[:, 0] / omega) ** 2)
-    rest = Residual.exponential(left, rod.initial_value()) if residual else Residual.none(len(places))
+    compliance = transit / uniform.impedance - math.fsum((shapes[:, 0] / omega) ** 2)
+    rest = Residual.exponential(compliance, rod.initial_value()) if residual else Residual.none(len(places))
     return ModalGreens(
         omega,
         np.full(n_modes, uniform.damping_ratio),

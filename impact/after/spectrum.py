@@ -48,9 +48,9 @@ def largest_averages(force: Array, dt: float, width: float) -> Array:
     held = np.concatenate(
         [np.repeat(integral[:1], whole + 1, axis=0), integral, np.repeat(integral[-1:], whole + 1, axis=0)]
     )
-    here = slice(whole + 1, whole + 2 + last)
-    begins = (1 - share) * held[2 * whole + 1 :][: last + 1] + share * held[2 * whole + 2 :][: last + 1] - held[here]
-    ends = held[here] - (1 - share) * held[1 : last + 2] - share * held[: last + 1]
+    rows = slice(whole + 1, whole + 2 + last)
+    begins = (1 - share) * held[2 * whole + 1 :][: last + 1] + share * held[2 * whole + 2 :][: last + 1] - held[rows]
+    ends = held[rows] - (1 - share) * held[1 : last + 2] - share * held[: last + 1]
     return np.asarray(np.maximum(begins.max(axis=0), ends.max(axis=0)) / width)
 
 

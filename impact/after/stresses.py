@@ -218,20 +218,20 @@ def coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[A
     for part in blocks(pushes.shape[1] - 1, _BLOCK * stride):
         middle = np.asarray(dt * (np.arange(part.start, part.stop) + 0.5), dtype=np.float64)
         amplitudes = np.array([load.amplitude(middle) for load in reed.loads]).reshape(-1, len(middle))
-        found = replay.coordinates(pushes[:, 1:][:, part], amplitudes, stride)
-        found[:, -ports:] += (at_ports @ amplitudes[:, stride - 1 :: stride]).T
-        yield found
+        block = replay.coordinates(pushes[:, 1:][:, part], amplitudes, stride)
+        block[:, -ports:] += (at_ports @ amplitudes[:, stride - 1 :: stride]).T
+        yield block
 
 
 def _at_ports(reed: Body) -> Array:
     """(p, L) by how much each of the reed's loads is a force on each of its ports, whose static part is known; none of
     one that is spread otherwise."""
-    shapes, found = _modal(reed).shapes, np.zeros((len(reed.greens.ports), len(reed.loads)))
-    for number, load in enumerate(reed.loads if len(shapes) > len(found) else ()):  # of so few modes all are alike
+    shapes, shares = _modal(reed).shapes, np.zeros((len(reed.greens.ports), len(reed.loads)))
+    for number, load in enumerate(reed.loads if len(shapes) > len(shares) else ()):  # of so few modes all are alike
         share = np.linalg.lstsq(shapes, load.shape, rcond=None)[0]
         if np.linalg.norm(shapes @ share - load.shape) < SAME * np.linalg.norm(load.shape):
-            found[:, number] = share
-    return found
+            shares[:, number] = share
+    return shares
 
 
 def _following(greens: ModalGreens) -> float:
@@ -278,9 +278,9 @@ def rod_stress(result: ImpactResult, rod: GreensFunction, *, area: float, at: fl
             f"a {type(rod).__name__} is no undamped uniform rod, in which waves keep their shape; make it by fixed_rod"
         )
     trip = _steps(2 * uniform.transit, result.dt)
-    there = _steps(at * uniform.transit, result.dt)
+    delay = _steps(at * uniform.transit, result.dt)
     outgoing = reflected(result.force / uniform.impedance, uniform.reflection, trip)
-    force = _delayed(outgoing, there) - uniform.reflection * _delayed(outgoing, trip - there)
+    force = _delayed(outgoing, delay) - uniform.reflection * _delayed(outgoing, trip - delay)
     return np.asarray(uniform.impedance / area * force)
 
 

@@ -156,9 +156,9 @@ class Elements:
         """(8, G) of one element, or a derivative of them by x."""
         half = float(self.edges[element + 1] - self.edges[element]) / 2
         slope = half / self.length
-        found = [shape.deriv(derivative)(s) if derivative else shape(s) for shape in _SHAPES]
+        values = [shape.deriv(derivative)(s) if derivative else shape(s) for shape in _SHAPES]
         scale = np.array([1, slope, 1, slope, *[1] * _BUBBLES])
-        return np.asarray(np.array(found) * scale[:, None] / half**derivative)
+        return np.asarray(np.array(values) * scale[:, None] / half**derivative)
 
     def values(self, coefficients: Array, x: ArrayLike, derivative: int = 0) -> Array:
         """(n, ...) at x [m] of functions with coefficients (unknowns, n). Raises off the beam."""
@@ -167,12 +167,12 @@ class Elements:
             raise GreensFunctionError(f"position {x[outside].flat[0]:g} m is outside the beam, 0..{self.length:g} m")
         flat = x.ravel()
         element = np.clip(np.searchsorted(self.edges, flat, side="right") - 1, 0, len(self.edges) - 2)
-        found, places = np.empty((coefficients.shape[1], flat.size)), self.places
+        values, places = np.empty((coefficients.shape[1], flat.size)), self.places
         for e in np.unique(element):
-            here, (low, high) = element == e, self.edges[e : e + 2]
-            s = np.clip((2 * flat[here] - low - high) / (high - low), -1.0, 1.0)
-            found[:, here] = coefficients[places[e]].T @ self.shapes(int(e), s, derivative)
-        return found.reshape(-1, *x.shape)
+            inside, (low, high) = element == e, self.edges[e : e + 2]
+            s = np.clip((2 * flat[inside] - low - high) / (high - low), -1.0, 1.0)
+            values[:, inside] = coefficients[places[e]].T @ self.shapes(int(e), s, derivative)
+        return values.reshape(-1, *x.shape)
 
 
 def _hermite() -> tuple[Polynomial, ...]:

@@ -118,12 +118,12 @@ class Body:
         """(n,) displacement of its base at the times (n,) [m]; raises `GreensFunctionError` for other numbers."""
         if self.base is None:
             return np.zeros(len(time))
-        found = np.asarray(self.base(time), dtype=float)
-        if found.shape != time.shape or not np.all(np.isfinite(found)):
+        displacement = np.asarray(self.base(time), dtype=float)
+        if displacement.shape != time.shape or not np.all(np.isfinite(displacement)):
             raise GreensFunctionError(
-                f"base gave {found.shape} values for {time.shape} times: give a finite one for each"
+                f"base gave {displacement.shape} values for {time.shape} times: give a finite one for each"
             )
-        return found
+        return displacement
 
     def load_amplitudes(self, time: Array) -> Array:
         """Return the (L, n) amplitudes of its loads at the times (n,) [s -> N]."""

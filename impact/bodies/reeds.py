@@ -91,12 +91,12 @@ class ModeShape:
             raise GreensFunctionError(f"release in mode {self.number}: the reed has modes 1..{n}; raise n_modes")
         x = beam.free_point if self.at is None else self.at
         _on_reed("release at", x, beam)
-        here = float(modes.deflection(x)[self.number - 1])
-        if abs(here) * math.sqrt(modes.line_density * modes.length) < 1e-9:
+        amplitude = float(modes.deflection(x)[self.number - 1])
+        if abs(amplitude) * math.sqrt(modes.line_density * modes.length) < 1e-9:
             raise GreensFunctionError(f"mode {self.number} has a node at {x:g} m: give another point with at=")
         q, v = np.zeros(n), np.zeros(n)
-        q[self.number - 1] = _finite("deflection", self.deflection) / here
-        v[self.number - 1] = _finite("velocity", self.velocity) / here
+        q[self.number - 1] = _finite("deflection", self.deflection) / amplitude
+        v[self.number - 1] = _finite("velocity", self.velocity) / amplitude
         return ModalState(q, v)
 
 

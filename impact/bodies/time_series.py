@@ -152,10 +152,10 @@ def _check_gaps(name: Path, angles: Array, lines: Sequence[int], most: float) ->
     gaps = np.diff(angles, append=angles[0] + TURN)
     worst = int(gaps.argmax())
     if gaps[worst] > most * (1 + 1e-9):
-        here, there = angles[worst], angles[worst] + gaps[worst]
+        start, end = angles[worst], angles[worst] + gaps[worst]
         raise TimeSeriesError(
-            f"{name}, line {lines[worst]}, column 1: no sample between {here:g} and {there:g} deg, {gaps[worst]:g} deg "
-            f"of the turn (limit {most:g}); give samples there, as one at {here + most:g} deg, also where nothing "
+            f"{name}, line {lines[worst]}, column 1: no sample between {start:g} and {end:g} deg, {gaps[worst]:g} deg "
+            f"of the turn (limit {most:g}); give samples there, as one at {start + most:g} deg, also where nothing "
             "changes"
         )
 
@@ -168,7 +168,7 @@ def _columns_of(
     wanted = (first, (quantity, _UNITS[quantity]))
     for role in sorted({*columns, *units} - {word for word, _ in wanted}):
         raise table.error(f"{table.path}: columns and units know {wanted[0][0]} and {quantity}, not {role}: remove it")
-    found = []
+    pairs = []
     for place, (word, known) in enumerate(wanted):
         column = table.column_of(word, (word,), columns)
         if column is None:
@@ -185,8 +185,8 @@ def _columns_of(
                 f"with the unit {', '.join(known)}, or be named by columns = {{ {word} = ... }}"
                 + _in_the_other(head.name.lower(), rpm)
             )
-        found.append((column, table.factor_of(column, word, known, units)))
-    return table.numbers([column for column, _ in found]), np.array([factor for _, factor in found])
+        pairs.append((column, table.factor_of(column, word, known, units)))
+    return table.numbers([column for column, _ in pairs]), np.array([factor for _, factor in pairs])
 
 
 def _in_the_other(name: str, rpm: float | None) -> str:

@@ -107,14 +107,14 @@ class DelayRod(ExactRod):
     def displacement_at(self, time: Array, at: float) -> Array:
         """S = (1/Z) sum_k R^k [<t - x/c - kT> + R <t + x/c - (k+1)T>],  <s> = max(s, 0)."""
         delay = at * self.round_trip / 2
-        there, back = self._ramps(time - delay), self._ramps(time + delay - self.round_trip)
-        return np.asarray((there + self.reflection * back) / self.impedance)
+        outgoing, back = self._ramps(time - delay), self._ramps(time + delay - self.round_trip)
+        return np.asarray((outgoing + self.reflection * back) / self.impedance)
 
     def force_at(self, time: Array, at: float) -> Array:
         """E = sum_k R^k [H(t - x/c - kT) - R H(t + x/c - (k+1)T)]; right-continuous."""
         delay = at * self.round_trip / 2
-        there, back = self._fronts(time - delay), self._fronts(time + delay - self.round_trip)
-        return np.asarray(there - self.reflection * back)
+        outgoing, back = self._fronts(time - delay), self._fronts(time + delay - self.round_trip)
+        return np.asarray(outgoing - self.reflection * back)
 
     def _fronts(self, s: Array) -> Array:
         """sum_k R^k H(s - k T); round-off below a whole number of trips is taken as that number."""
@@ -177,8 +177,8 @@ def dilogarithm(q: ComplexArray) -> ComplexArray:
     q = np.asarray(q)
     size, out = np.abs(q), np.empty_like(q)
     parts = ((size <= _TINY, 4), ((size > _TINY) & (size <= _SMALL), 36))  # the term left out is below 1e-17 of the sum
-    for here, terms in parts:
-        out[here] = _power_sum(q[here], terms)
+    for chosen, terms in parts:
+        out[chosen] = _power_sum(q[chosen], terms)
     large = ~(size <= _SMALL)
     out[large] = spence(1 - q[large])
     return out

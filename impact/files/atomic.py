@@ -78,5 +78,5 @@ def check_writable(*paths: str | os.PathLike[str]) -> None:
         except OSError as problem:
             reason = problem.strerror or str(problem)
             remedy = "free space there, or choose" if problem.errno in FULL else "choose"
-            told = f"{path}: cannot be written ({reason}); {remedy} another place with --output"
-            raise OutputError(told) from problem
+            message = f"{path}: cannot be written ({reason}); {remedy} another place with --output"
+            raise OutputError(message) from problem

@@ -105,18 +105,18 @@ class CsvTable:
         """
         if role in stated:
             wanted = stated[role].strip().lower()
-            found = [k for k, head in enumerate(self.heads) if wanted in (head.text.lower(), head.name.lower())]
+            numbers = [k for k, head in enumerate(self.heads) if wanted in (head.text.lower(), head.name.lower())]
             words = f"columns.{role} = {stated[role]!r}"
         else:
-            found = [k for k, head in enumerate(self.heads) if head.name.lower() in names]
+            numbers = [k for k, head in enumerate(self.heads) if head.name.lower() in names]
             words = f"the name of {role}"
-        if len(found) > 1 or (not found and role in stated):
+        if len(numbers) > 1 or (not numbers and role in stated):
             heads = ", ".join(repr(head.text) for head in self.heads)
             raise self.error(
-                f"{self.path}, line {self.head_line}: {words} is the head of {len(found)} columns; give columns = "
+                f"{self.path}, line {self.head_line}: {words} is the head of {len(numbers)} columns; give columns = "
                 f"{{ {role} = ... }} one of {heads}"
             )
-        return found[0] if found else None
+        return numbers[0] if numbers else None
 
     def factor_of(self, column: int, role: str, units: Mapping[str, float], stated: Mapping[str, str]) -> float:
         """Return the factor of a column to SI, by its head or by the unit that is ``stated``.
@@ -133,9 +133,9 @@ class CsvTable:
                 f"{stated[role]!r}: remove the key, or correct the head"
             )
         if unit not in units:
-            found = f"unit {unit!r} is unknown" if unit else "has no unit"
+            fault = f"unit {unit!r} is unknown" if unit else "has no unit"
             raise self.error(
-                f"{self.path}, line {self.head_line}, column {column + 1}: header {head.text!r} {found}: write "
+                f"{self.path}, line {self.head_line}, column {column + 1}: header {head.text!r} {fault}: write "
                 f"'{head.name} [unit]', or give units = {{ {role} = ... }}, with the unit {', '.join(units)}"
             )
         return units[unit]

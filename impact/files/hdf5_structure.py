@@ -41,20 +41,20 @@ def check_structure(path: Path, error: type[Exception], most_packed: float = 100
     limit = max(FREE, int(most_packed * size))
     claimed = attributes = 0
     with h5py.File(path, "r") as file:
-        for key, found in _objects(file, path, error):
-            attributes += len(found.attrs)
+        for key, member in _objects(file, path, error):
+            attributes += len(member.attrs)
             if attributes > MOST_ATTRIBUTES:
                 raise error(f"{path}: has more than {MOST_ATTRIBUTES} attributes: refused")
-            for name in found.attrs:
-                claimed += _bytes_of_attribute(found, name, size, limit - claimed)
+            for name in member.attrs:
+                claimed += _bytes_of_attribute(member, name, size, limit - claimed)
                 if claimed > limit:
                     raise error(
                         f"{path}: attribute {name!r} of {key or 'the file'}, with what is before it, may take more "
                         f"than {limit / MB:.4g} MB from a file of {size / MB:.3g} MB: refused; write one short text"
                     )
-            if not isinstance(found, h5py.Dataset):
+            if not isinstance(member, h5py.Dataset):
                 continue
-            dataset = found
+            dataset = member
             if problem := _not_plain(dataset):
                 raise error(f"{path}: {key} {problem}: refused; write it as a plain dataset")
             entry = size if dataset.dtype.hasobject else int(dataset.dtype.itemsize)
@@ -88,15 +88,15 @@ def _objects(file: Any, path: Path, error: type[Exception]) -> Iterator[tuple[st
                     f"{path}: {key} is a {type(link).__name__} to {getattr(link, 'filename', '')}"
                     f"{getattr(link, 'path', '')!r}: links are not followed; write the data itself"
                 )
-            found = group[name]
-            if isinstance(found, h5py.Group):
-                address = _address(found)
+            member = group[name]
+            if isinstance(member, h5py.Group):
+                address = _address(member)
                 if address in seen:
                     raise error(f"{path}: {key} is a group with another name, too: refused; write each group once")
                 seen.add(address)
-                waiting.append((key, found, depth + 1))
-            if isinstance(found, h5py.Dataset | h5py.Group):
-                yield key, found
+                waiting.append((key, member, depth + 1))
+            if isinstance(member, h5py.Dataset | h5py.Group):
+                yield key, member
 
 
 def _address(group: Any) -> tuple[int, int]:
@@ -131,8 +131,8 @@ def _not_plain(dataset: Any) -> str:
         return f"has its bytes in another file, {dataset.external[0][0]!r}"
     if dataset.is_virtual:
         return "is put together from other datasets (virtual)"
-    made = dataset.id.get_create_plist()
-    codes = [made.get_filter(k)[0] for k in range(made.get_nfilters())]
+    properties = dataset.id.get_create_plist()
+    codes = [properties.get_filter(k)[0] for k in range(properties.get_nfilters())]
     if foreign := [str(code) for code in codes if code not in OWN_FILTERS]:
         return f"is packed by a plug-in (filter {', '.join(foreign)})"
     return ""

@@ -110,13 +110,13 @@ def let_in(gas: PerfectGas, state: Array, volume: float, plenum: Plenum, area: f
         return k * gas.constant * heat * area * flux / (2 * s * volume)
 
     middle = max(root - span / 2 * rate(root), 1e-6 * root)
-    left = max(root - span * rate(middle), 0.0) ** 2
+    difference = max(root - span * rate(middle), 0.0) ** 2
     if inward:
-        after = plenum.pressure - left
+        after = plenum.pressure - difference
         gained = volume * (after - p) / (k * gas.constant * plenum.temperature)
         brought = gas.heat * plenum.temperature * gained
     else:
-        after = plenum.pressure + left
+        after = plenum.pressure + difference
         gained = m * math.expm1(math.log(after / p) / k)
         warm = p * volume / (m * gas.constant)
         brought = gas.heat * warm * m / k * ((1 + gained / m) ** k - 1)  # integral of c_p T dm, T ~ m^(k - 1)

@@ -244,8 +244,8 @@ class PoleGreens(PoleSums):
             fine = np.exp(np.outer(s, dt * np.arange(inner)))
             for i in range(p):
                 for j in range(i + 1):
-                    left = coarse * (gain * r[:, i] * r[:, j])
-                    out[i, j] += (left.real @ fine.real - left.imag @ fine.imag).ravel()
+                    factors = coarse * (gain * r[:, i] * r[:, j])
+                    out[i, j] += (factors.real @ fine.real - factors.imag @ fine.imag).ravel()
         out = out[:, :, :n_steps]
         free = self.rigid.T @ self.rigid
         out += free[:, :, None] * dt**2 * (np.arange(n_steps) + 0.5)
@@ -263,8 +263,8 @@ class PoleGreens(PoleSums):
             (self.rigid, self.rigid, pulse.mode_responses(free, free, t, width)),
         )
         sums = [
-            np.einsum("ki,kj,kt->ijt", left[:, rows], right[:, columns], each, optimize=True).real
-            for left, right, each in parts
+            np.einsum("ki,kj,kt->ijt", row_shapes[:, rows], column_shapes[:, columns], each, optimize=True).real
+            for row_shapes, column_shapes, each in parts
         ]
         return np.asarray(sum(sums) + self.compliance[np.ix_(rows, columns)][:, :, None] * pulse.hann(t, width))
 

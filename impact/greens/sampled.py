@@ -117,7 +117,7 @@ class SampledGreens(StatedGreens):
                 f"no sample at t = 0, the nearest is at {nearest:.6g} s: shift or resample the time"
             )
         early, kept = g[..., :zero], g[..., zero:]
-        found = dict(origin or {})
+        provenance = dict(origin or {})
         if np.any(early != 0):
             share = float(np.sum(early**2) / np.sum(g**2))
             if pretrigger != "drop":
@@ -127,8 +127,8 @@ class SampledGreens(StatedGreens):
                     "move before the blow: correct the time zero, or give "
                     'pretrigger="drop"'
                 )
-            found["pretrigger"] = {"samples": zero, "share_of_squares": share}
-        return cls(kept, dt, tail, port_names, static, origin=found)
+            provenance["pretrigger"] = {"samples": zero, "share_of_squares": share}
+        return cls(kept, dt, tail, port_names, static, origin=provenance)
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> SampledGreens:
         """The same samples, seen through ``weights`` (p, q)."""

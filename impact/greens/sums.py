@@ -66,14 +66,14 @@ class Combination(GreensFunction):
     @property
     def modal(self) -> ModalGreens | None:
         """All oscillators side by side, if every part is a sum of oscillators."""
-        found = tuple(modal for part in self.parts if (modal := part.modal) is not None)
-        return merged(found, self.factor) if len(found) == len(self.parts) else None
+        modal_parts = tuple(modal for part in self.parts if (modal := part.modal) is not None)
+        return merged(modal_parts, self.factor) if len(modal_parts) == len(self.parts) else None
 
     @property
     def sampled_parts(self) -> tuple[SampledGreens, ...]:
         """The parts', times the factor."""
-        found = [sampled for part in self.parts for sampled in part.sampled_parts]
-        return tuple(found if self.factor == 1.0 else [sampled.scaled(self.factor) for sampled in found])
+        samples = [sampled for part in self.parts for sampled in part.sampled_parts]
+        return tuple(samples if self.factor == 1.0 else [sampled.scaled(self.factor) for sampled in samples])
 
     def inverse_mass(self) -> Array:
         """(p, p) of the parts [1/kg]: the velocities add."""

@@ -70,10 +70,10 @@ def _reach(stress: Array) -> Array:
 @cache
 def _normals() -> Array:
     """(N, 3) over half the sphere, the three axes among them; opposite normals are one plane."""
-    found = [(0.0, 0.0, 1.0)]
+    normals = [(0.0, 0.0, 1.0)]
     for polar in np.radians(np.arange(APART, 90.0 + APART / 2, APART)):
         turn = math.tau if polar < math.pi / 2 - 1e-9 else math.pi
         count = 2 * math.ceil(turn / 2 * math.sin(polar) / math.radians(APART) - 1e-9)
         for angle in turn * np.arange(count) / count:
-            found.append((math.sin(polar) * math.cos(angle), math.sin(polar) * math.sin(angle), math.cos(polar)))
-    return np.array(found)
+            normals.append((math.sin(polar) * math.cos(angle), math.sin(polar) * math.sin(angle), math.cos(polar)))
+    return np.array(normals)

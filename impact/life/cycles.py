@@ -75,8 +75,8 @@ def rainflow(history: ArrayLike, *, repeated: bool = True) -> Cycles:
     """
     if repeated:
         return Cycles(*counted(from_peak(history)))
-    found = [cycle[:3] for cycle in extract_cycles(reversals(history))]
-    ranges, means, counts = np.array(found, dtype=float).reshape(-1, 3).T
+    cycles = [cycle[:3] for cycle in extract_cycles(reversals(history))]
+    ranges, means, counts = np.array(cycles, dtype=float).reshape(-1, 3).T
     return Cycles(ranges, means, counts)
 
 
@@ -93,14 +93,14 @@ def counted(points: Array) -> tuple[Array, Array, Array]:
 def _whole_cycles(points):  # type: ignore[no-untyped-def]
     stack = np.empty(len(points))
     ranges, means = np.empty(len(points) // 2), np.empty(len(points) // 2)
-    depth, found = 0, 0
+    depth, count = 0, 0
     for value in points:
         stack[depth] = value
         depth += 1
         while depth >= 3 and abs(value - stack[depth - 2]) >= abs(stack[depth - 2] - stack[depth - 3]):
-            ranges[found] = abs(stack[depth - 2] - stack[depth - 3])
-            means[found] = 0.5 * (stack[depth - 2] + stack[depth - 3])
-            found += 1
+            ranges[count] = abs(stack[depth - 2] - stack[depth - 3])
+            means[count] = 0.5 * (stack[depth - 2] + stack[depth - 3])
+            count += 1
             depth -= 2
             stack[depth - 1] = value
-    return ranges[:found], means[:found]
+    return ranges[:count], means[:count]

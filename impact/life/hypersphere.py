@@ -32,8 +32,8 @@ def enclosing_sphere(points: Array) -> tuple[Array, float]:
     scale = float(np.abs(points - origin).max())
     if scale == 0.0:
         return origin, 0.0
-    centre, squared, done = _smallest((points - origin) / scale, _INSIDE, _MOST)
-    if not done:
+    centre, squared, converged = _smallest((points - origin) / scale, _INSIDE, _MOST)
+    if not converged:
         raise LifeError(f"no smallest sphere around {len(points)} points after {_MOST} exchanges; report this history")
     return origin + scale * centre, scale * math.sqrt(squared)
 
@@ -103,26 +103,26 @@ def _circumscribed(few, subset):  # type: ignore[no-untyped-def]
             edges[m] = few[k] - few[count - 1]
             m += 1
     edges = edges[:m]
-    left = 2 * edges @ edges.T
-    right = 0.5 * np.diag(left)
+    matrix = 2 * edges @ edges.T
+    right = 0.5 * np.diag(matrix)
     for k in range(m):  # elimination; edges that others imply are left out
-        pivot = k + np.argmax(np.abs(np.diag(left)[k:]))
+        pivot = k + np.argmax(np.abs(np.diag(matrix)[k:]))
         for each in range(m):
-            left[k, each], left[pivot, each] = left[pivot, each], left[k, each]
+            matrix[k, each], matrix[pivot, each] = matrix[pivot, each], matrix[k, each]
         for each in range(m):
-            left[each, k], left[each, pivot] = left[each, pivot], left[each, k]
+            matrix[each, k], matrix[each, pivot] = matrix[each, pivot], matrix[each, k]
         right[k], right[pivot] = right[pivot], right[k]
         edges[k], edges[pivot] = edges[pivot].copy(), edges[k].copy()
-        if left[k, k] <= 1e-24:
+        if matrix[k, k] <= 1e-24:
             m = k
             break
         for row in range(k + 1, m):
-            factor = left[row, k] / left[k, k]
-            left[row] -= factor * left[k]
+            factor = matrix[row, k] / matrix[k, k]
+            matrix[row] -= factor * matrix[k]
             right[row] -= factor * right[k]
     centre = few[count - 1].copy()
     weights = np.zeros(m)
     for k in range(m - 1, -1, -1):
-        weights[k] = (right[k] - left[k, k + 1 : m] @ weights[k + 1 :]) / left[k, k]
+        weights[k] = (right[k] - matrix[k, k + 1 : m] @ weights[k + 1 :]) / matrix[k, k]
         centre += weights[k] * edges[k]
     return centre

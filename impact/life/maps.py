@@ -72,8 +72,8 @@ def cycle_map(blocks: Iterable[Array], judged: Callable[[Cycles], float], share:
         ranges += reach.tolist()
     if not ranges:
         raise LifeError("no points: give the map a block at least")
-    found = np.array(ranges)
-    return PointMap(np.where(found >= share * hottest, values, np.nan), found, share)
+    point_ranges = np.array(ranges)
+    return PointMap(np.where(point_ranges >= share * hottest, values, np.nan), point_ranges, share)
 
 
 def margin_map(blocks: Iterable[Array], criterion: Multiaxial) -> Array:

@@ -47,13 +47,13 @@ class _Straight(MeanStress):
     compression: bool
 
     def equivalent(self, amplitude: Array, mean: Array) -> Array:
-        left = 1 - (mean if self.compression else np.maximum(mean, 0.0)) / self.breaks_at
-        return _over(amplitude, left)
+        divisor = 1 - (mean if self.compression else np.maximum(mean, 0.0)) / self.breaks_at
+        return _over(amplitude, divisor)
 
     def at_ratio(self, equivalent: Array, slant: float) -> Array:
         pull = slant if self.compression else max(slant, 0.0)
-        left = 1 + equivalent * pull / self.breaks_at
-        return _over(equivalent, left)
+        divisor = 1 + equivalent * pull / self.breaks_at
+        return _over(equivalent, divisor)
 
 
 @dataclass(frozen=True)
@@ -108,8 +108,8 @@ class Gerber(MeanStress):
     ultimate: float
 
     def equivalent(self, amplitude: Array, mean: Array) -> Array:
-        left = 1 - (np.maximum(mean, 0.0) / self.ultimate) ** 2
-        return _over(amplitude, left)
+        divisor = 1 - (np.maximum(mean, 0.0) / self.ultimate) ** 2
+        return _over(amplitude, divisor)
 
     def at_ratio(self, equivalent: Array, slant: float) -> Array:
         """The positive root of S = e (1 - (slant S/UTS)^2)."""

@@ -83,18 +83,18 @@ def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
             raise LifeError(f"{name}: stress of several axes needs a criterion for it (crossland, ...)")
         else:
             tensors.append((demand.several_axes.margin(history), name))
-    found = Judged()
+    judgement = Judged()
     if counted and demand.judge is not None:
         lives = [
             (name, life(cycles, demand.strength, demand.judge, blocks=demand.blocks, survival=demand.survival))
             for _, name, cycles in counted
         ]
         at, worst = min(lives, key=lambda place: place[1].margin)
-        found = Judged(at, worst)
+        judgement = Judged(at, worst)
     if tensors:
         margin, name = min(tensors)
-        found = Judged(found.at, found.life, name, margin)
-    return found
+        judgement = Judged(judgement.at, judgement.life, name, margin)
+    return judgement
 
 
 def _reach(cycles: Cycles) -> float:

@@ -106,9 +106,9 @@ def criterion(base: type[Kind], name: str, strength: Strength) -> Kind:
         close = get_close_matches(name, known, n=1)
         meant = f"did you mean {close[0]!r}? " if close else ""
         raise LifeError(f"no criterion named {name!r}; {meant}There are: {', '.join(known)}")
-    asked = [field.name for field in fields(known[name]) if field.default is MISSING]
-    made: Kind = known[name](*strength.needed(name, *asked))
-    return made
+    constants = [field.name for field in fields(known[name]) if field.default is MISSING]
+    instance: Kind = known[name](*strength.needed(name, *constants))
+    return instance
 
 
 @dataclass(frozen=True)

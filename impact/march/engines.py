@@ -120,12 +120,12 @@ def _candidates(kernels: Sequence[StepKernel], engine: Engine) -> list[tuple[boo
     modal = [kernel.modal is not None for kernel in kernels]
     if engine in ("fft", "direct"):
         return [(False,) * len(kernels)]
-    found = [tuple(modal)]
+    candidates = [tuple(modal)]
     if engine == "auto":
         for number in sorted(range(len(kernels)), key=lambda i: -_count(kernels[i])):
             modal[number] = False
-            found.append(tuple(modal))
-    return list(dict.fromkeys(found))
+            candidates.append(tuple(modal))
+    return list(dict.fromkeys(candidates))
 
 
 def _blocks(engine: Engine, block: int | None, steps: int) -> tuple[int, ...]:

@@ -37,15 +37,15 @@ def as_marched(body: Body, opening: Array, dt: float) -> Body:
 
 def _as_marched(load: Load, times: Array, ahead: Array, span: float) -> Load:
     """``times``: from which on the load takes each of the openings ``ahead``, for a ``span`` [s]."""
-    given, factors = load.amplitude, np.ones(len(ahead))
+    amplitude, factors = load.amplitude, np.ones(len(ahead))
     if load.feedback is not None:
         state = load.feedback.start()
         fed = [load.feedback.advance(state, float(t), span, float(lift)) for t, lift in zip(times, ahead, strict=True)]
-        given = _held(np.array(fed), span)
+        amplitude = _held(np.array(fed), span)
     if load.by_opening is not None:
         factors = np.array([load.by_opening(float(lift)) for lift in ahead])
     factor = _held(factors, span)
-    return Load(load.shape, lambda t: np.asarray(given(t)) * factor(t))
+    return Load(load.shape, lambda t: np.asarray(amplitude(t)) * factor(t))
 
 
 def _held(values: Array, span: float) -> Callable[[Array], Array]:

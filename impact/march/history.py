@@ -112,12 +112,12 @@ class Poles:
         one, none = np.ones_like(a11), np.zeros_like(a11)
         first, second = (_powers(a11, a21, a22, *start, inner + 1)[-1] for start in ((one, none), (none, one)))
         rows = _powers(first[0], second[0], second[1], one, none, -(-n // inner), first[1])
-        left, right = rows.reshape(len(rows), -1), columns.reshape(inner, -1).T
+        coarse, fine = rows.reshape(len(rows), -1), columns.reshape(inner, -1).T
         out = np.empty((contacts, contacts, n))
         for c in range(contacts):
             for d in range(c + 1):
                 both = np.tile(self.psi[c] * self.psi[d], 2)
-                out[c, d, 1:] = out[d, c, 1:] = ((left * both) @ right).ravel()[: n - 1]
+                out[c, d, 1:] = out[d, c, 1:] = ((coarse * both) @ fine).ravel()[: n - 1]
         out[:, :, 0] = own
         return out
 

@@ -151,10 +151,12 @@ def _shown(modal: ModalGreens, shares: Array) -> ModalGreens:
     def kept(shapes: Array) -> Array:
         return np.asarray(np.abs(shapes @ shares) > 16 * np.finfo(float).eps * (np.abs(shapes) @ np.abs(shares)))
 
-    rest, here = modal.residual, kept(modal.shapes)
-    there = kept(rest.shapes)
-    residual = replace(rest, shapes=rest.shapes[there], rates=rest.rates[there])
-    return replace(modal, omega=modal.omega[here], zeta=modal.zeta[here], shapes=modal.shapes[here], residual=residual)
+    rest, modes = modal.residual, kept(modal.shapes)
+    relaxations = kept(rest.shapes)
+    residual = replace(rest, shapes=rest.shapes[relaxations], rates=rest.rates[relaxations])
+    return replace(
+        modal, omega=modal.omega[modes], zeta=modal.zeta[modes], shapes=modal.shapes[modes], residual=residual
+    )
 
 
 def _mean_of_modes(modal: ModalGreens, dt: float, force: Array, shares: Array) -> Array:
@@ -191,16 +193,16 @@ def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array
         )
     discrete, rows = Discrete.of(body, dt, force.shape[1]), force.shape[1] // stride
     start, rigid = _start(discrete, modal), modal.omega == 0
-    found = np.empty((rows + 1, len(modal.omega)))
-    found[0] = start.displacement
-    found[1:, ~rigid] = _replay(discrete, modal).coordinates(force, discrete.loads, stride)[:, : int(np.sum(~rigid))]
+    q = np.empty((rows + 1, len(modal.omega)))
+    q[0] = start.displacement
+    q[1:, ~rigid] = _replay(discrete, modal).coordinates(force, discrete.loads, stride)[:, : int(np.sum(~rigid))]
     channels = np.concatenate([modal.shapes.T, *(load.shape[None] for load in body.loads)])
     for k in np.flatnonzero(rigid):
         places, rates = np.empty((2, force.shape[1]))
         pushed = channels[:, k] @ np.concatenate([force, discrete.loads])
         translate(dt, resting(start.displacement[k], start.velocity[k]), pushed, places, rates)
-        found[1:, k] = places[stride - 1 :: stride][:rows]
-    return found
+        q[1:, k] = places[stride - 1 :: stride][:rows]
+    return q
 
 
 def _start(discrete: Discrete, modal: ModalGreens) -> ModalState:
@@ -293,8 +295,8 @@ def _wave_energy(rod: Rod, force: Array, dt: float, steps: int) -> tuple[Array, 
     a = reflected(force / rod.impedance, r, steps)
     power = np.concatenate([[0.0], np.cumsum(rod.impedance * a**2 * dt)])
     now = np.arange(n + 1, dtype=np.float64)
-    there, back = _at(power, now - np.float64(steps / 2)), _at(power, now - np.float64(steps))
-    return (power - there) + r**2 * (there - back), (1 - r**2) * there
+    at_far_end, back = _at(power, now - np.float64(steps / 2)), _at(power, now - np.float64(steps))
+    return (power - at_far_end) + r**2 * (at_far_end - back), (1 - r**2) * at_far_end
 
 
 def _at(cumulative: Array, index: Array) -> Array:

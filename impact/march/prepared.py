@@ -118,13 +118,13 @@ def _flight(
 ) -> Flight | None:
     """The loaded translations of all bodies, those that a contact sees, in the order of `_memory`."""
     seen = [np.any(part.free.shapes @ part.turn != 0, axis=1) for part in flying]
-    if not any(np.any(here) for here in seen):
+    if not any(np.any(mask) for mask in seen):
         return None
     each = list(zip(flying, seen, strict=True))
     return Flight(
-        np.concatenate([(part.free.shapes @ part.turn)[here].T for part, here in each], axis=1),
-        np.concatenate([part.start[:, here] for part, here in each], axis=1),
-        np.concatenate([part.drive[here] for part, here in each]),
+        np.concatenate([(part.free.shapes @ part.turn)[mask].T for part, mask in each], axis=1),
+        np.concatenate([part.start[:, mask] for part, mask in each], axis=1),
+        np.concatenate([part.drive[mask] for part, mask in each]),
         _free_gaps(problem, parts, turns, n),
     )
 
@@ -136,18 +136,18 @@ def _memory(
     p, dt = len(own), parts[0].dt
     marched: list[tuple[ModalGreens, Array]] = []
     turned: list[tuple[ModalGreens, Array]] = []
-    found: list[Array] = []
+    terms: list[Array] = []
     for body, turn, by_poles in zip(parts, turns, plan.by_poles, strict=True):
         if body.kernel.modal is not None:
             (marched if by_poles else turned).append((body.kernel.modal, turn))
         if body.kernel.weights is not None:
-            found.append(np.einsum("ic,ijn,jd->cdn", turn, body.kernel.weights, turn, optimize=True))
-    if turned or found:
+            terms.append(np.einsum("ic,ijn,jd->cdn", turn, body.kernel.weights, turn, optimize=True))
+    if turned or terms:
         _refuse_weights(p, n, dt)
     if turned:
-        found.append(history.Poles.of(turned, dt, p).weights(own, n))
-    weights = np.ascontiguousarray(sum(found[1:], start=found[0])) if found else np.zeros((p, p, 0))
-    if found:
+        terms.append(history.Poles.of(turned, dt, p).weights(own, n))
+    weights = np.ascontiguousarray(sum(terms[1:], start=terms[0])) if terms else np.zeros((p, p, 0))
+    if terms:
         weights[:, :, 0] = own
     return history.Poles.of([*marched, *((part.free, part.turn) for part in flying)], dt, p), weights
 

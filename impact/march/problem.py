@@ -125,9 +125,9 @@ class ContactProblem:
         ]
         more = len(self.contacts) - len(lines)
         bodies = [f"striker: {self.striker}", *(f"target {n}: {body}" for n, body in enumerate(self.targets[:3]))]
-        told = [*lines, *([f"{more} contacts more"] if more else []), *bodies]
+        rows = [*lines, *([f"{more} contacts more"] if more else []), *bodies]
         start = ", preloaded" if self.preload else ""
-        return f"ContactProblem, {len(self.contacts)} contacts{start}\n" + "\n".join(told)
+        return f"ContactProblem, {len(self.contacts)} contacts{start}\n" + "\n".join(rows)
 
     __repr__ = __str__
     _repr_html_ = as_html
@@ -140,11 +140,11 @@ class ContactProblem:
     @property
     def targets(self) -> tuple[Body, ...]:
         """The distinct bodies touched, in order of first appearance."""
-        found: list[Body] = []
+        bodies: list[Body] = []
         for contact in self.contacts:
-            if not any(contact.target is body for body in found):
-                found.append(contact.target)
-        return tuple(found)
+            if not any(contact.target is body for body in bodies):
+                bodies.append(contact.target)
+        return tuple(bodies)
 
     @property
     def bodies(self) -> tuple[Body, ...]:

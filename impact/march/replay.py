@@ -88,8 +88,8 @@ class Replay:
         none is there, all is several times cheaper."""
         ports, m = force.shape
         channels = np.concatenate([force, loads])
-        u, told = np.zeros_like(channels), np.zeros((2, m if energies else 0))
-        stored, lost = told
+        u, stored_and_lost = np.zeros_like(channels), np.zeros((2, m if energies else 0))
+        stored, lost = stored_and_lost
         for body, seen in zip(self._bodies, self._rigid, strict=True):
             places, rates = np.empty(m), np.empty(m)
             translate(self._dt, body, seen @ channels, places, rates)
@@ -99,7 +99,7 @@ class Replay:
         if self._q.size:
             for part in blocks(m, self._tile):
                 q = _pushed(channels[:, part], self._shapes, self._rooms[0])
-                self._oscillate(q, told[:, part] if energies else None)
+                self._oscillate(q, stored_and_lost[:, part] if energies else None)
                 u[:, part] += self._shapes @ q.T
         work = np.sum(loads * np.diff(u[ports:], axis=1, prepend=self._seen[:, None]), axis=0)
         self._seen = u[ports:, -1].copy()
@@ -133,15 +133,15 @@ class Replay:
         Translations are left out: they bend nothing.
         """
         channels, swinging, none = np.concatenate([force, loads]), len(self._rates[0]), np.zeros(0)
-        found = np.empty((force.shape[1] // stride, swinging + self._y.size))
+        coordinates = np.empty((force.shape[1] // stride, swinging + self._y.size))
         for part in blocks(force.shape[1], self._tile):
             q = _pushed(channels[:, part], self._shapes, self._rooms[0])
             y = _pushed(force[:, part], self._amplitudes, self._rooms[1])
             self._oscillate(q, None)
             _relax(self._relaxing, self._y, y, none, none)
             first, rows = -(part.start + 1) % stride, slice(part.start // stride, part.stop // stride)
-            found[rows, :swinging], found[rows, swinging:] = q[first::stride, :swinging], y[first::stride]
-        return found
+            coordinates[rows, :swinging], coordinates[rows, swinging:] = q[first::stride, :swinging], y[first::stride]
+        return coordinates
 
 
 def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
@@ -151,9 +151,9 @@ def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
 
 def _pushed(force: Array, shapes: Array, room: Array) -> Array:
     """(m, M) modal forces of (C, m) forces on shapes (C, M), in ``room``; a channel without force costs nothing."""
-    there = np.any(force, axis=1)
-    if not np.all(there):
-        force, shapes = force[there], shapes[there]
+    active = np.any(force, axis=1)
+    if not np.all(active):
+        force, shapes = force[active], shapes[active]
     return np.dot(force.T, shapes, out=room[: force.shape[1]])
 
 

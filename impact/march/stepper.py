@@ -190,12 +190,12 @@ class ContactStepper:
             raise ContactError(f"this stepper has already done {self.done} steps; restore into a fresh one")
         if "done" not in state or state["done"].size != 1:
             raise ContactError("the checkpoint must say how many steps are done: its 'done' is missing or no number")
-        done = int(state["done"].item())
-        mine = self._states(done)
+        steps = int(state["done"].item())
+        mine = self._states(steps)
         if missing := ", ".join(sorted(mine.keys() - state.keys())):
             raise ContactError(f"the checkpoint has no {missing}: take one of the same problem")
-        if not 0 <= done <= self.prepared.steps:
-            raise ContactError(f"the checkpoint has done {done} steps, of at most {self.prepared.steps} in this run")
+        if not 0 <= steps <= self.prepared.steps:
+            raise ContactError(f"the checkpoint has done {steps} steps, of at most {self.prepared.steps} in this run")
         for name, values in mine.items():
             if state[name].shape != values.shape:
                 raise ContactError(
@@ -203,10 +203,10 @@ class ContactStepper:
                 )
         for name, values in mine.items():
             values[...] = state[name]
-        self.done = done
+        self.done = steps
         self.live.awake = bool(np.any(self.live.amplitudes))
-        if self._pilot is not None and done >= FLIGHT:
-            self._pilot.resume(done)
+        if self._pilot is not None and steps >= FLIGHT:
+            self._pilot.resume(steps)
 
     def _march(self, start: int, stop: int) -> None:
         s, force = self.prepared, self.force.T

@@ -69,15 +69,17 @@ def free_residues(data: FitData, poles: Poles) -> Residues:
     phi, extra, p = basis(data.s, poles), data.extra, len(data.port_names)
     beside = np.zeros((extra.shape[1], p, p))
     both = np.concatenate([phi, extra], axis=1)
-    found = least_squares(both, data.g, data.weights)
-    beside[:] = [positive_part(matrix) for matrix in found[phi.shape[1] :]]
+    coefficients = least_squares(both, data.g, data.weights)
+    beside[:] = [positive_part(matrix) for matrix in coefficients[phi.shape[1] :]]
     if np.abs(beside[0]).max() < _NOTHING * np.abs(data.g).max():
         beside[0] = 0.0
-    if np.any(beside != found[phi.shape[1] :]):
-        found = least_squares(phi, data.g - np.einsum("ne,eij->nij", extra, beside), data.weights)
+    if np.any(beside != coefficients[phi.shape[1] :]):
+        coefficients = least_squares(phi, data.g - np.einsum("ne,eij->nij", extra, beside), data.weights)
     k = 2 * len(poles.pairs)
     rigid = beside[1] if data.free else np.zeros((p, p))
-    return Residues(poles, found[0:k:2] + 1j * found[1:k:2], found[k : phi.shape[1]], beside[0], rigid)
+    return Residues(
+        poles, coefficients[0:k:2] + 1j * coefficients[1:k:2], coefficients[k : phi.shape[1]], beside[0], rigid
+    )
 
 
 def least_squares(columns: ComplexArray, g: ComplexArray, weights: Array) -> Array:
@@ -108,16 +110,22 @@ def modal_fit(data: FitData, poles: Poles, smallest: float) -> ModalGreens:
     zeta = -pairs.real / omega
     s = data.s[:, None]
     columns = np.concatenate([1 / (s**2 + 2 * zeta * omega * s + omega**2), 1 / (s + poles.rates), data.extra], axis=1)
-    found = _positive_least_squares(columns, data.g, data.weights)
+    amplitudes = _positive_least_squares(columns, data.g, data.weights)
     k, r = len(omega), len(poles.rates)
     modes = [
-        (w, z, shape) for w, z, a in zip(omega, zeta, found, strict=False) for _, shape in signed_terms(a, smallest)
+        (w, z, shape)
+        for w, z, a in zip(omega, zeta, amplitudes, strict=False)
+        for _, shape in signed_terms(a, smallest)
     ]
     if data.free:
-        modes = [(0.0, 0.0, shape) for _, shape in signed_terms(found[-1])] + modes
-    decays = [(rate, shape) for rate, a in zip(poles.rates, found[k:], strict=False) for _, shape in signed_terms(a)]
+        modes = [(0.0, 0.0, shape) for _, shape in signed_terms(amplitudes[-1])] + modes
+    decays = [
+        (rate, shape) for rate, a in zip(poles.rates, amplitudes[k:], strict=False) for _, shape in signed_terms(a)
+    ]
     residual = Residual(
-        np.array([shape for _, shape in decays]).reshape(-1, p), np.array([rate for rate, _ in decays]), found[k + r]
+        np.array([shape for _, shape in decays]).reshape(-1, p),
+        np.array([rate for rate, _ in decays]),
+        amplitudes[k + r],
     )
     shapes = np.array([shape for _, _, shape in modes]).reshape(-1, p)
     w, z = np.array([w for w, _, _ in modes]), np.array([z for _, z, _ in modes])

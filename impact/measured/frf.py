@@ -192,22 +192,22 @@ def read_frf(
     if table is None:
         raise FrequencyResponseError(f"{name}, line 1: header '' {_LIKE}")
     try:
-        found = _columns_of(table, columns or {}, units or {}, quantity)
+        layout = _columns_of(table, columns or {}, units or {}, quantity)
     except TimeSeriesError as problem:
         raise FrequencyResponseError(str(problem)) from problem
     try:
-        numbers = table.numbers(list(found.places.values()))
-        values = dict(zip(found.places, numbers.T, strict=True))
-        f = found.factors["frequency"] * values["frequency"]
-        scale, response = found.factors["response"], np.empty(len(f), dtype=complex)
-        if found.parts == ("real", "imag"):
+        numbers = table.numbers(list(layout.places.values()))
+        values = dict(zip(layout.places, numbers.T, strict=True))
+        f = layout.factors["frequency"] * values["frequency"]
+        scale, response = layout.factors["response"], np.empty(len(f), dtype=complex)
+        if layout.parts == ("real", "imag"):
             response[:] = scale * (values["real"] + 1j * values["imag"])
         else:
-            size = 10 ** (values["magnitude"] / 20) if found.decibel else values["magnitude"]
-            response[:] = scale * size * np.exp(1j * found.factors["phase"] * values["phase"])
+            size = 10 ** (values["magnitude"] / 20) if layout.decibel else values["magnitude"]
+            response[:] = scale * size * np.exp(1j * layout.factors["phase"] * values["phase"])
         deviation = _deviation(name, values, response, scale, averages)
         origin = {"file": name.name}
-        return receptance(f, response, found.kind, port_names=(port_name,), origin=origin, deviation=deviation)
+        return receptance(f, response, layout.kind, port_names=(port_name,), origin=origin, deviation=deviation)
     except FrequencyResponseError as problem:
         raise FrequencyResponseError(f"{name}: {problem}") from problem
 
@@ -242,11 +242,11 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind 
     heads = [table.heads[places[part]] for part in parts]
     texts = [normal_unit(units.get("response", head.unit)) for head in heads[: 2 if parts[0] == "real" else 1]]
     unit, decibel = _without_decibel(texts[0])
-    told = {kind for k in (places[part] for part in parts) if (kind := said[k][0])}
+    stated_kinds = {kind for k in (places[part] for part in parts) if (kind := said[k][0])}
     kinds = [kind for kind in get_args(Kind) if unit in _scales(kind)]
     if quantity is not None:
-        told |= {quantity}
-    kinds = [kind for kind in kinds if told <= {kind}]
+        stated_kinds |= {quantity}
+    kinds = [kind for kind in kinds if stated_kinds <= {kind}]
     angle = normal_unit(units.get("phase", heads[1].unit))
     angles = parts[0] == "real" or angle in _ANGLES
     hertz = normal_unit(units.get("frequency", table.heads[places["frequency"]].unit))
@@ -305,8 +305,8 @@ def of_impulse_response(
     """
     dt, n = greens.dt, greens.values.shape[2]
     if decay is None:
-        left = np.sqrt(np.mean(greens.values[:, :, -max(n // 10, 1) :] ** 2)) / np.abs(greens.values).max()
-        decay = float(np.clip(1e-3 / max(left, 1e-300), 1e-4, 1.0))
+        remainder = np.sqrt(np.mean(greens.values[:, :, -max(n // 10, 1) :] ** 2)) / np.abs(greens.values).max()
+        decay = float(np.clip(1e-3 / max(remainder, 1e-300), 1e-4, 1.0))
     if not 0 < decay <= 1:
         raise FrequencyResponseError(f"decay = {decay:g} must be in (0, 1]")
     shift = float(-np.log(decay) / greens.end)

@@ -62,16 +62,16 @@ def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
         start.tail == "forbid" or eigenvalues(form.apply(x)).min() >= -TOLERANCE * before.largest / start.dt
     ):
         return start
-    given, iterations = x[:, :, :n], 0
+    samples, iterations = x[:, :, :n], 0
     for _ in range(_ROUNDS):
-        x, more = _nearest(form, np.concatenate([given, x[:, :, n:]], axis=2))
+        x, more = _nearest(form, np.concatenate([samples, x[:, :, n:]], axis=2))
         iterations += more
     lift = _MARGIN * form.missing(x)
     values = x + lift * form.falling + form.held[:, :, None]
     values = values[:, :, :n] if start.tail == "forbid" else values
     change = float(np.abs(values[:, :, :n] - start.values).max() / np.abs(start.values).max())
-    done = {"before": str(before), "iterations": iterations, "relaxation_added": lift, "change_of_peak": change}
-    origin = {**start.origin, "repair": done}
+    record = {"before": str(before), "iterations": iterations, "relaxation_added": lift, "change_of_peak": change}
+    origin = {**start.origin, "repair": record}
     error = start.error if start.error.reduction is not None else replace(start.error, reduction=change)
     return replace(start, values=values, origin=origin, error=error)
 

@@ -103,14 +103,14 @@ def _left(data: FitData, extra: ComplexArray, poles: Poles) -> ComplexArray:
     a, b = np.concatenate([columns.real, columns.imag]), np.concatenate([goal.real, goal.imag])
     size = np.linalg.norm(a, axis=0)
     x = np.linalg.lstsq(a / size, b, rcond=1e-13)[0]
-    left = b - (a / size) @ x
+    residuals = b - (a / size) @ x
     n = len(data.s)
-    return np.asarray((left[:n] + 1j * left[n:]) / data.weights[:, None])
+    return np.asarray((residuals[:n] + 1j * residuals[n:]) / data.weights[:, None])
 
 
 def _without_idle(data: FitData, extra: ComplexArray, poles: Poles, cost: float) -> list[Candidate]:
     """Return the poles without those that the information criterion is better off without, one fewer in each."""
-    lines, responses, found = data.s, data.elements, list[Candidate]()
+    lines, responses, candidates = data.s, data.elements, list[Candidate]()
     for _ in range(_MOST_IDLE):
         if len(poles.pairs) == 0:
             break
@@ -123,8 +123,8 @@ def _without_idle(data: FitData, extra: ComplexArray, poles: Poles, cost: float)
         if new >= cost:
             break
         poles, cost = moved, new
-        found.append(Candidate(moved, new))
-    return found
+        candidates.append(Candidate(moved, new))
+    return candidates
 
 
 def _local_peaks(values: Array, prominence: float | None = None) -> NDArray[np.int64]:

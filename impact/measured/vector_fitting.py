@@ -52,12 +52,12 @@ def relocate(s: ComplexArray, responses: ComplexArray, weights: Array, extra: Co
     phi = basis(s, poles)
     order, n = phi.shape[1], len(s)
     sigma = np.concatenate([phi, np.ones((n, 1))], axis=1)
-    left = np.concatenate([phi, extra / np.linalg.norm(extra, axis=0)], axis=1)
+    functions = np.concatenate([phi, extra / np.linalg.norm(extra, axis=0)], axis=1)
     blocks = []
     for h, w in zip(responses.T, weights.T, strict=True):
-        both = np.concatenate([left * w[:, None], -sigma * (w * h)[:, None]], axis=1)
+        both = np.concatenate([functions * w[:, None], -sigma * (w * h)[:, None]], axis=1)
         r = np.asarray(np.linalg.qr(np.concatenate([both.real, both.imag]), mode="r"))
-        blocks.append(r[left.shape[1] : left.shape[1] + order + 1, left.shape[1] :])
+        blocks.append(r[functions.shape[1] : functions.shape[1] + order + 1, functions.shape[1] :])
     size = float(np.linalg.norm(weights * responses)) / n
     relaxed = size * np.concatenate([phi.real.sum(axis=0), [n]])
     matrix = np.concatenate([*blocks, relaxed[None]])
@@ -67,8 +67,8 @@ def relocate(s: ComplexArray, responses: ComplexArray, weights: Array, extra: Co
     c = np.linalg.lstsq(matrix / columns, goal, rcond=None)[0] / columns
     d = c[-1] if abs(c[-1]) > 1e-8 else np.copysign(1e-8, c[-1])
     a, b = _realisation(poles)
-    found = np.linalg.eigvals(a - np.outer(b, c[:-1]) / d) * scale
-    return _stable(np.asarray(found, dtype=complex))
+    zeros = np.linalg.eigvals(a - np.outer(b, c[:-1]) / d) * scale
+    return _stable(np.asarray(zeros, dtype=complex))
 
 
 def fitted_poles(
@@ -123,9 +123,9 @@ def refined(
         before = least
         for share in (1.0, 0.3, 0.1, 0.01):
             moved = _moved(poles, share * step)
-            found = _projected(s, responses, weights, extra, moved)
-            if (total := float(np.sum(found[2] ** 2))) < least:
-                poles, least, (q, amplitudes, apart) = moved, total, found
+            projection = _projected(s, responses, weights, extra, moved)
+            if (total := float(np.sum(projection[2] ** 2))) < least:
+                poles, least, (q, amplitudes, apart) = moved, total, projection
                 break
         if before - least <= enough * before:
             break

@@ -158,12 +158,12 @@ def _step(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: float) 
 def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: float, width: float) -> None:
     greens, port = shown[0]
     high = 3 / width
-    found = [_modal(g, duration, high) for g, _ in shown]
-    modes = np.zeros(0) if found[0] is None else found[0].frequencies_hz[found[0].frequencies_hz > 0]
+    modal_forms = [_modal(g, duration, high) for g, _ in shown]
+    modes = np.zeros(0) if modal_forms[0] is None else modal_forms[0].frequencies_hz[modal_forms[0].frequencies_hz > 0]
     low = min(1 / duration, 0.3 * float(modes.min())) if modes.size else 1 / duration
     curves = [
         _windowed(g, i, low, high, duration) if modal is None else _closed(modal, i, low, high)
-        for (g, i), modal in zip(shown, found, strict=True)
+        for (g, i), modal in zip(shown, modal_forms, strict=True)
     ]
     factor, unit = scaled(curves[0][1], "m/N")
     rate, frequency_unit = scaled(math.sqrt(low * high), "Hz")
@@ -194,9 +194,9 @@ def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: f
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")
     axes.set(xlabel=f"frequency [{frequency_unit}]", ylabel=f"|receptance| [{unit}]")
-    axes.set_title("Receptance" + (", windowed" if found[0] is None else ""))
-    if found[0] is not None and seen.size:
-        first = lowest_excited(found[0], port)
+    axes.set_title("Receptance" + (", windowed" if modal_forms[0] is None else ""))
+    if modal_forms[0] is not None and seen.size:
+        first = lowest_excited(modal_forms[0], port)
         lowest = "" if first is None else f", lowest excited {text(first, 'Hz')}"
         axes.set_title(f"{seen.size} poles{lowest}", loc="right", color=GREY, fontsize=8)
 

@@ -124,9 +124,9 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
     from matplotlib.ticker import MaxNLocator
 
     length = float(line.borders[-1])
-    found = [line_impulse(run.force[1:], run.dt, line.lengths, share, line.pieces) for run in runs]
-    factor, unit = scaled(np.concatenate([values for values, _ in found]), "N s/m")
-    for (values, places), name, (colour, style) in zip(found, names, _STYLES, strict=False):
+    impulses = [line_impulse(run.force[1:], run.dt, line.lengths, share, line.pieces) for run in runs]
+    factor, unit = scaled(np.concatenate([values for values, _ in impulses]), "N s/m")
+    for (values, places), name, (colour, style) in zip(impulses, names, _STYLES, strict=False):
         at, around = length * places, values
         if line.edges is None:
             at = 1e3 * at
@@ -146,9 +146,9 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
 def _force(
     axes: Axes, runs: list[ImpactResult], window: tuple[float, float], width: float, names: tuple[str, str]
 ) -> None:
-    found = [averaged(run.force[1:].sum(axis=1), run.dt, width, MOVING_AVERAGE) for run in runs]
-    (factor, unit), (rate, time_unit) = scaled(np.concatenate(found), "N"), scaled(window[1], "s")
-    for run, values, name, (colour, style) in zip(runs, found, names, _STYLES, strict=False):
+    averages = [averaged(run.force[1:].sum(axis=1), run.dt, width, MOVING_AVERAGE) for run in runs]
+    (factor, unit), (rate, time_unit) = scaled(np.concatenate(averages), "N"), scaled(window[1], "s")
+    for run, values, name, (colour, style) in zip(runs, averages, names, _STYLES, strict=False):
         seen = _within(run, window, 4000)
         axes.plot(rate * run.time[seen], factor * values[seen], color=colour, linestyle=style, label=name)
     axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel=f"force [{unit}]")

@@ -91,7 +91,7 @@ def solve_many(
     prepared = _prepared(problem, dt, duration, rule)
     free = _free_motions(problem, prepared)
     count, n = scales.shape[1], prepared.steps
-    found = np.empty((8, count))
+    results = np.empty((8, count))
     force, gap = (np.zeros((count, n + 1)) if record == "force" else None for _ in range(2))
     rows = np.ascontiguousarray(prepared.poles.folded().T)
     contact = problem.contacts[0]
@@ -109,17 +109,17 @@ def solve_many(
         state = aligned((len(rows) + 1) * 2 * LANES).reshape(-1, 2, LANES)
         march.march_lanes(rows, state, free, s, float(prepared.own[0, 0]), law, user, dt, history, opening, out[6])
         _measure(history, dt, MERGE, filter_width or 0.0, out)
-        found[:, scenes] = out[:, : len(scenes)]
+        results[:, scenes] = out[:, : len(scenes)]
         if force is not None and gap is not None:
             force[scenes, 1:] = history[:, : len(scenes)].T
             gap[scenes] = opening[:, : len(scenes)].T
         return len(scenes)
 
-    done = 0
+    finished = 0
     for size in _in_threads(run, np.arange(count), workers or _cores()):
-        done += size
-        progress("stepping", done / count)
-    batch = _batch(problem, closing, found, np.asarray(dt * np.arange(n + 1)), force, filter_width)
+        finished += size
+        progress("stepping", finished / count)
+    batch = _batch(problem, closing, results, np.asarray(dt * np.arange(n + 1)), force, filter_width)
     return replace(batch, gap=gap)
 
 
@@ -143,12 +143,12 @@ def _scales(
         raise ContactError("velocities are of a striker free to translate; this one is held: use release_scales")
     if release_scales is not None and problem.striker.state is None:
         raise ContactError("release_scales multiply the striker's initial state; give it one: Body(state=...)")
-    given = {
+    inputs = {
         "gaps": problem.contacts[0].gap if gaps is None else gaps,
         "velocities": problem.striker.velocity if velocities is None else velocities,
         "release_scales": 1.0 if release_scales is None else release_scales,
     }
-    arrays = {name: np.asarray(values, dtype=float) for name, values in given.items()}
+    arrays = {name: np.asarray(values, dtype=float) for name, values in inputs.items()}
     if any(a.ndim > 1 for a in arrays.values()) or len({a.size for a in arrays.values() if a.ndim}) > 1:
         sizes = ", ".join(f"{name} {a.shape}" for name, a in arrays.items())
         raise ContactError(f"gaps, velocities and release_scales must be numbers or (S,) of one length; got {sizes}")

@@ -147,15 +147,15 @@ def _at_contacts(s: Prepared, motions: tuple[Motion, ...], single: bool, *, of_s
 
 
 def _advice(s: Prepared, energy: EnergyLedger) -> tuple[Advice, ...]:
-    found: list[Advice] = []
+    advice: list[Advice] = []
     for number, body in enumerate(s.bodies):
         g = body.body.greens
         name = "striker" if number == 0 else "target"
-        found.extend(sampling_advice(g, s.dt, s.steps, body=name))
+        advice.extend(sampling_advice(g, s.dt, s.steps, body=name))
         highest = 0.0 if g.modal is None else g.highest_rate
         if highest * s.dt > RESOLUTION_LIMIT:
             lost = float(energy.contact_loss[-1] / max(energy.input[-1], np.finfo(float).tiny))
-            found.append(
+            advice.append(
                 Advice(
                     f"highest {name} frequency times step",
                     highest * s.dt,
@@ -164,4 +164,4 @@ def _advice(s: Prepared, energy: EnergyLedger) -> tuple[Advice, ...]:
                     f"use dt <= {RESOLUTION_LIMIT / highest:.2g} s, or fewer modes",
                 )
             )
-    return tuple(found)
+    return tuple(advice)

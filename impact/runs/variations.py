@@ -68,20 +68,20 @@ def budget_of(
     """
     step = 2 * dt if _may_double(dt, filter_width) else dt
     variations = [one for terms in sources.values() for term in terms or () for one in term]
-    asked = {(id(problem), each): (problem, each) for each in (step, *_beside(dt, filter_width))}
-    asked |= {(id(p), step): (p, step) for v in variations for p in (v.against, v.problem) if p is not None}
-    found = {
+    runs = {(id(problem), each): (problem, each) for each in (step, *_beside(dt, filter_width))}
+    runs |= {(id(p), step): (p, step) for v in variations for p in (v.against, v.problem) if p is not None}
+    results = {
         key: {name: run_values.get(name, math.inf) for name in values}
-        for key, run_values in _all_of(run, asked, threads).items()
+        for key, run_values in _all_of(run, runs, threads).items()
     }
-    base = found[id(problem), step]
+    base = results[id(problem), step]
 
     def change(variation: Variation) -> Values:
-        known = base if variation.against is None else found[id(variation.against), step]
-        return times(variation.weight, changes(known, found[id(variation.problem), step]))
+        known = base if variation.against is None else results[id(variation.against), step]
+        return times(variation.weight, changes(known, results[id(variation.problem), step]))
 
     def between(other: float) -> Values:
-        return changes(values, found[id(problem), other])
+        return changes(values, results[id(problem), other])
 
     of_step = left_by_step(dt, filter_width, between)
     of_step = {name: max(value, (finer or {}).get(name, 0.0)) for name, value in of_step.items()}
@@ -119,8 +119,8 @@ def left_by_step(dt: float, filter_width: float | None, between: Callable[[float
     the filter, half the step, which changes half of what is left, takes the place of the latter.
     """
     first, *doubled = _beside(dt, filter_width)
-    found = times(1 / 3 if first > dt else 2.0, between(first))
-    return larger(between(doubled[0]), found) if doubled else found
+    error = times(1 / 3 if first > dt else 2.0, between(first))
+    return larger(between(doubled[0]), error) if doubled else error
 
 
 def _beside(dt: float, filter_width: float | None) -> tuple[float, ...]:

@@ -85,9 +85,9 @@ def load_greens(path: str | os.PathLike[str], *, key: str = "") -> GreensFunctio
             also one without a seal, or `OtherKeyError` one that was stored under another.
     """
     with opened(path, "greens", sealed=bool(key)) as file:
-        if key and (found := str(file.attrs.get("key", ""))) != key:
+        if key and (stored := str(file.attrs.get("key", ""))) != key:
             raise OtherKeyError(
-                f"{path}: belongs to the key {found or 'of nothing'!r}, not to {key!r}; compute it again"
+                f"{path}: belongs to the key {stored or 'of nothing'!r}, not to {key!r}; compute it again"
             )
         return _read_greens(file, path)
 
@@ -250,9 +250,9 @@ def opened(path: str | os.PathLike[str], content: str, *, sealed: bool = False) 
     try:
         check_structure(name, StorageError, MOST_PACKED.get(content, 10.0))
         with h5py.File(name, "r") as file:
-            found, schema = str(file.attrs.get("content", "")), int(file.attrs.get("schema", -1))
-            if found != content or schema < 0:
-                raise StorageError(f"{name}: holds {found or 'something else'!r}, a {content!r} file is needed")
+            stored, schema = str(file.attrs.get("content", "")), int(file.attrs.get("schema", -1))
+            if stored != content or schema < 0:
+                raise StorageError(f"{name}: holds {stored or 'something else'!r}, a {content!r} file is needed")
             if schema > SCHEMA:
                 raise StorageError(
                     f"{name}: schema {schema} is newer than this version reads (up to {SCHEMA}); update the package"
@@ -291,12 +291,12 @@ def finite_array(group: Any, key: str) -> Array:
     """A dataset of finite numbers; one that claims more of them than the file has room for is damage, not a need."""
     if key not in group:
         raise _Damage(f"{key} is missing")
-    found = group[key]
-    if found.nbytes > _DEFLATE * found.id.get_storage_size():
-        raise _Damage(f"{key} claims {found.nbytes / 1e9:.3g} GB, more than the file can hold")
-    if found.dtype.kind not in "fiu":
-        raise _Damage(f"{key} holds {found.dtype}, no real numbers")
-    values = np.asarray(found[...], dtype=float)
+    dataset = group[key]
+    if dataset.nbytes > _DEFLATE * dataset.id.get_storage_size():
+        raise _Damage(f"{key} claims {dataset.nbytes / 1e9:.3g} GB, more than the file can hold")
+    if dataset.dtype.kind not in "fiu":
+        raise _Damage(f"{key} holds {dataset.dtype}, no real numbers")
+    values = np.asarray(dataset[...], dtype=float)
     if bad := int(np.sum(~np.isfinite(values))):
         raise _Damage(f"{key} has {bad} values that are not finite")
     return values

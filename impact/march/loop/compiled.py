@@ -35,10 +35,10 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """A decorator: compiled with ``options`` of `numba.njit`, cached until one of the files changes."""
 
     def decorate(function: Callable[..., Any]) -> Any:
-        made = njit(cache=True, **options)(function)
-        cached = getattr(getattr(made, "_cache", None), "_cache_file", None)
+        dispatcher = njit(cache=True, **options)(function)
+        cached = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
         if cached is not None:  # numba's own stamp is of one file, and nothing public sets another
             cached._source_stamp = STAMP
-        return made
+        return dispatcher
 
     return decorate

@@ -110,19 +110,19 @@ def _newton(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, wo
     for c in range(p):
         trial[c] = force[c]
     for count in range(16):
-        left = 0.0
+        residual = 0.0
         for c in range(p):
             pressed, pulled = alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, trial, c, 0.0)
             now = pressed + pulled
             gain[c] = now - trial[c]
-            left = max(left, abs(gain[c]))
+            residual = max(residual, abs(gain[c]))
             small = 1e-7 * (w[c, c] * abs(now) + abs(pen[c])) + 1e-300
             pressed, pulled = alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, trial, c, small)
             slope = (pressed + pulled - now) / small
             for d in range(p):
                 matrix[c, d] = slope * w[c, d] if d != c else 1.0 + 1e-15
-        if count > 0 and left < worst:
-            worst = left
+        if count > 0 and residual < worst:
+            worst = residual
             for c in range(p):
                 force[c] = trial[c]
         if not _solve(matrix, gain):
