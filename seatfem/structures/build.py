@@ -38,11 +38,11 @@ def build(
     """
     if cache is None:
         return structure.solve(method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
-    if (found := cache.find(structure, method, duration, mesh_error=mesh_error)) is not None:
-        return found
+    if (cached := cache.find(structure, method, duration, mesh_error=mesh_error)) is not None:
+        return cached
     with cache.claimed(structure, method, mesh_error=mesh_error) as made_meanwhile:
-        found = cache.find(structure, method, duration, mesh_error=mesh_error) if made_meanwhile else None
-        if found is not None:
-            return found
+        cached = cache.find(structure, method, duration, mesh_error=mesh_error) if made_meanwhile else None
+        if cached is not None:
+            return cached
         solved = structure.solve(method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
         return cache.keep(structure, method, solved, mesh_error=mesh_error)

@@ -62,12 +62,12 @@ def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> 
 
 def _from_elsewhere(structure: Structure, method: Method) -> list[str]:
     """Hashes of the files of the kind, of its shape, and of the reductions that are asked for or may be chosen."""
-    asked: list[type] = []
+    reductions: list[type] = []
     if structure.is_reduced and "seatfem.structures.reduction.reducer" in sys.modules:  # else all reductions are ours
         from seatfem.structures.reduction.reducer import defined  # for load time
 
-        asked = [each for each in defined() if method.reduction in (AUTO, each.name)]
-    return sources_from_elsewhere(*structure.made_by(), *asked)
+        reductions = [each for each in defined() if method.reduction in (AUTO, each.name)]
+    return sources_from_elsewhere(*structure.made_by(), *reductions)
 
 
 def _hash(path: Path) -> str:
@@ -130,17 +130,17 @@ class Cache:
     def find(self, structure: Structure, method: Method, duration: float, *, mesh_error: bool = True) -> Solved | None:
         """What was computed before and serves a run of ``duration`` [s]."""
         key, own = key_of(structure, method, mesh_error=mesh_error), self._is_own(structure)
-        here = None if self.path is None else at(self.path, key, duration, None if own else warn)
-        found = here if here is not None else _serving(self.store.get(key), key, duration)
-        if found is None:
+        stored = None if self.path is None else at(self.path, key, duration, None if own else warn)
+        solved = stored if stored is not None else _serving(self.store.get(key), key, duration)
+        if solved is None:
             return None
-        if found is not here:
-            self._save(found, key)
+        if solved is not stored:
+            self._save(solved, key)
         where = "the store" if self.path is None else self.path.name
         about: dict[str, object] = {"seat_model": f"kept in {where}"}
-        if isinstance(size := found.provenance.get("dof"), int):
+        if isinstance(size := solved.provenance.get("dof"), int):
             about["seat_dof"] = size
-        return _with_errors(found, self.store.get(_beside(key)), about)
+        return _with_errors(solved, self.store.get(_beside(key)), about)
 
     @contextmanager
     def claimed(self, structure: Structure, method: Method, *, mesh_error: bool = True) -> Iterator[bool]:

@@ -119,10 +119,10 @@ def _fitted(matrix: sparse.csr_array | None, *basis: sparse.csr_array) -> tuple[
     units = [a / s for a, s in zip(basis, scale, strict=True)]
     gram = np.array([[a.multiply(b).sum() for b in units] for a in units])
     x = np.linalg.solve(gram, [a.multiply(matrix).sum() for a in units])
-    left = matrix
+    rest = matrix
     for factor, unit in zip(x, units, strict=True):
-        left = left - factor * unit
-    if sparse.linalg.norm(left) > _SAME * sparse.linalg.norm(matrix):
+        rest = rest - factor * unit
+    if sparse.linalg.norm(rest) > _SAME * sparse.linalg.norm(matrix):
         return None
     small = 1e-12 * np.abs(x).max()
     return tuple(0.0 if abs(v) < small else float(v / s) for v, s in zip(x, scale, strict=True))

@@ -134,5 +134,5 @@ def sliding_faces(body: Elastic) -> tuple[str, ...]:
 def supports_of(body: Elastic) -> tuple[Support, ...]:
     """What holds the body beside its fixed and sliding faces."""
     known = {"foundation": Foundation, "bolted": Bolted, "dashpot": Dashpot, "absorbing": Absorbing}
-    there = (support for support in body.supports if support.kind in known)
-    return tuple(of_same_names(known[support.kind], support, boundary=support.on) for support in there)
+    supports = (support for support in body.supports if support.kind in known)
+    return tuple(of_same_names(known[support.kind], support, boundary=support.on) for support in supports)

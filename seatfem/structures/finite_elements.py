@@ -88,15 +88,15 @@ def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
         return
     facets = len((mesh.mesh.boundaries or {}).get(body.struck_face, ()))
     halves = 1 if mesh.shape == "hexahedron" else 2
-    there = lip.length / math.sqrt(halves * lip.area / max(facets, 1))
-    if lip.arcs > there:
+    elements = lip.length / math.sqrt(halves * lip.area / max(facets, 1))
+    if lip.arcs > elements:
         finer = (
             f"refine seat.mesh.contact_size to {1e3 * lip.length / lip.arcs:.2g} mm or less, or "
             if body.is_drawn
             else ""
         )
         raise ModelError(
-            f"contact.ports = {lip.arcs}: the struck face has only about {there:.0f} elements along its "
+            f"contact.ports = {lip.arcs}: the struck face has only about {elements:.0f} elements along its "
             f"{1e3 * lip.length:.3g} mm, fewer than one per lip segment: {finer}take fewer"
         )
 
@@ -137,7 +137,7 @@ def from_geometry(
     reason = (
         (LIP if level == "harmonics" else FACE)
         if method.in_arcs
-        else next(found.reason for found in body.levels(method.bandwidth) if found.level == level)
+        else next(option.reason for option in body.levels(method.bandwidth) if option.level == level)
     )
     about: dict[str, object] = {"seat_level": level, "seat_level_reason": reason}
     spec = body.mesh_spec(method)

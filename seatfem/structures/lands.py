@@ -39,10 +39,10 @@ class Land:
     @cached_property
     def digest(self) -> str:
         """Of all of it."""
-        found = hashlib.sha256(repr((self.centre, self.x, self.y)).encode())
+        digest = hashlib.sha256(repr((self.centre, self.x, self.y)).encode())
         for strip in self.strips:
-            found.update(np.ascontiguousarray(np.stack([strip.left, strip.right])).tobytes())
-        return found.hexdigest()
+            digest.update(np.ascontiguousarray(np.stack([strip.left, strip.right])).tobytes())
+        return digest.hexdigest()
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Land) and self.digest == other.digest
@@ -66,10 +66,10 @@ def axes_along(normal: Sequence[float] | Array, along: Sequence[float] | None = 
     """
     z = np.asarray(normal) / np.linalg.norm(normal)
     usual = np.array([1.0, 0.0, 0.0]) if np.hypot(z[1], z[2]) > SQUARE_ON else np.array([0.0, 1.0, 0.0])
-    given = usual if along is None else np.asarray(along) / np.linalg.norm(along)
-    x = given - (given @ z) * z
+    direction = usual if along is None else np.asarray(along) / np.linalg.norm(along)
+    x = direction - (direction @ z) * z
     if along is not None and np.linalg.norm(x) < TELLING:
-        words = ", ".join(f"{each:.4g}" for each in given)
+        words = ", ".join(f"{each:.4g}" for each in direction)
         raise ModelError(f"seat.along = ({words}) is square to the struck face; give a direction along it")
     x /= np.linalg.norm(x)
     return np.array([x, np.cross(z, x), z])
@@ -123,31 +123,31 @@ def _loops(edges: Array, near: float) -> list[Array]:
     for a, b in ends.tolist():
         beside[a].append(b)
         beside[b].append(a)
-    found, left = [], set(range(number))
-    while left:
-        line = [left.pop()]
+    loops, remaining = [], set(range(number))
+    while remaining:
+        line = [remaining.pop()]
         following = beside[line[0]][0]
         while following != line[0]:
-            left.discard(following)
+            remaining.discard(following)
             a, b = beside[following]
             line.append(following)
             following = b if a == line[-2] else a
-        found.append(place[line])
-    return found
+        loops.append(place[line])
+    return loops
 
 
 def _nested(loops: list[Array]) -> list[tuple[Array, list[Array]]]:
     """Each outer line with those of its holes, all anticlockwise. Raises `ModelError` of lines that cross."""
     loops = [loop if area_of(loop) > 0 else loop[::-1] for loop in loops]
     loops.sort(key=area_of, reverse=True)
-    found: list[tuple[Array, list[Array]]] = []
+    nests: list[tuple[Array, list[Array]]] = []
     for k, loop in enumerate(loops):
         around = [other for other, larger in enumerate(loops[:k]) if _inside(loop, larger)]
         if len(around) % 2 == 0:
-            found.append((loop, []))
+            nests.append((loop, []))
         else:
-            next(holes for outer, holes in found if outer is loops[around[-1]]).append(loop)
-    return found
+            next(holes for outer, holes in nests if outer is loops[around[-1]]).append(loop)
+    return nests
 
 
 def _inside(loop: Array, larger: Array) -> bool:

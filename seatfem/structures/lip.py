@@ -131,15 +131,15 @@ class AnyLip(ABC):
 
     def line(self) -> Array:
         """(arcs, n, 2) points of the centre line in each arc, from the centre [m]."""
-        left, right = self.cuts(self.places_in_arcs.ravel())
-        return np.asarray((left + right) / 2).reshape(self.arcs, -1, 2)
+        left_ends, right_ends = self.cuts(self.places_in_arcs.ravel())
+        return np.asarray((left_ends + right_ends) / 2).reshape(self.arcs, -1, 2)
 
     def lines(self) -> Array:
         """(arcs, rings, n, 2) points of the centre lines of the parts, from the centre [m]: of one ring, of the lip."""
-        left, right = self.cuts(self.places_in_arcs.ravel())
-        inner, outer = self.edge_lines(len(left))
+        left_ends, right_ends = self.cuts(self.places_in_arcs.ravel())
+        inner, outer = self.edge_lines(len(left_ends))
         borders = _of_the_cut(ring_borders(self.rings)[:, None], widening(inner, outer))  # (rings + 1, n)
-        points = left + ((borders[:-1] + borders[1:]) / 2)[..., None] * (right - left)
+        points = left_ends + ((borders[:-1] + borders[1:]) / 2)[..., None] * (right_ends - left_ends)
         return points.reshape(self.rings, self.arcs, -1, 2).transpose(1, 0, 2, 3)
 
     @property
@@ -150,23 +150,23 @@ class AnyLip(ABC):
     def edge_lines(self, count: int) -> tuple[Array, Array]:
         """(count, 2, 2) both ends of equal parts of both lines, from the centre [m]."""
         borders = np.arange(count)[:, None] + (WITHIN, 1 - WITHIN)
-        left, right = self.cuts(borders.ravel() / count)
-        return left.reshape(count, 2, 2), right.reshape(count, 2, 2)
+        left_ends, right_ends = self.cuts(borders.ravel() / count)
+        return left_ends.reshape(count, 2, 2), right_ends.reshape(count, 2, 2)
 
     def _slices(self, count: int) -> tuple[Array, Array, Array]:
         """(count, 2) left ends of the cuts in the middle of equal slices, (count, 2) what leads from there to the right
         ones, and (count,) how much the slices widen to the right: between the shares v of a cut and of the area on its
         left lies g = (1 - b) v + b v^2."""
-        (left, right), (inner, outer) = self.cuts(_middles(count)), self.edge_lines(count)
-        return left, right - left, widening(inner, outer)
+        (left_ends, right_ends), (inner, outer) = self.cuts(_middles(count)), self.edge_lines(count)
+        return left_ends, right_ends - left_ends, widening(inner, outer)
 
     def cells(self, along: int, across: int) -> tuple[Array, Array]:
         """Middles (arcs, rings, along across, 2) of equal cells of each part, from the centre [m]; areas (rings,)."""
-        left, cut, widening = self._slices(self.arcs * along)
+        left_ends, cut, widening = self._slices(self.arcs * along)
         borders = ring_borders(self.rings)
         shares = borders[:-1, None] + np.diff(borders)[:, None] * (np.arange(across) + 0.5) / across
         at = _of_the_cut(shares, widening[:, None, None])  # (around, rings, across)
-        points = left[:, None, None] + at[..., None] * cut[:, None, None]
+        points = left_ends[:, None, None] + at[..., None] * cut[:, None, None]
         split = points.reshape(self.arcs, along, self.rings, across, 2).transpose(0, 2, 1, 3, 4)
         areas = self.area * np.diff(borders) / (self.arcs * along * across)
         return split.reshape(self.arcs, self.rings, along * across, 2), areas
@@ -175,19 +175,19 @@ class AnyLip(ABC):
         """By port; ``centre``: of the body's own contact, from which the lip is off by ``offset`` [m]."""
         x, gauss = np.polynomial.legendre.leggauss(ACROSS)
         each = max(OF_AN_ARC, math.ceil(AROUND / self.arcs))
-        left, cut, widening = self._slices(self.arcs * each)
-        borders, found = ring_borders(self.rings), {}
+        left_ends, cut, widening = self._slices(self.arcs * each)
+        borders, patches = ring_borders(self.rings), {}
         for arc, name in enumerate(self.division.arc_names):
             of = slice(arc * each, (arc + 1) * each)
             at = _of_the_cut(borders[:, None], widening[of])
             for k, port in enumerate(ring_names(name, self.rings)):
                 low, high = at[k : k + 2]
                 shares = (low + high) / 2 + (high - low) / 2 * x[:, None]
-                points = np.asarray(centre) + self.offset + (left[of] + shares[..., None] * cut[of]).reshape(-1, 2)
+                points = np.asarray(centre) + self.offset + (left_ends[of] + shares[..., None] * cut[of]).reshape(-1, 2)
                 density = 1 + widening[of] * (2 * shares - 1)
                 weights = gauss[:, None] * (high - low) / 2 * density * self.area / (self.arcs * each)
-                found[self.side + port] = Patch(points, weights.ravel())
-        return found
+                patches[self.side + port] = Patch(points, weights.ravel())
+        return patches
 
 
 @dataclass(frozen=True)
@@ -286,5 +286,5 @@ def widening(inner: Array, outer: Array) -> Array:
     cuts, ways = outer - inner, np.diff(inner + outer, axis=1)[:, 0] / 2
     mean, more = (cuts[:, 0] + cuts[:, 1]) / 2, cuts[:, 1] - cuts[:, 0]
     whole = np.abs(cross(mean, ways))
-    found = np.divide(cross(mean, more), 2 * whole, out=np.zeros(len(whole)), where=whole > 0)
-    return np.asarray(np.clip(found, -1.0, 1.0))
+    ratio = np.divide(cross(mean, more), 2 * whole, out=np.zeros(len(whole)), where=whole > 0)
+    return np.asarray(np.clip(ratio, -1.0, 1.0))

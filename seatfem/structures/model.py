@@ -111,9 +111,9 @@ class SecondOrderModel:
 
     def __post_init__(self, known: Damping | None) -> None:
         for name in ("M", "C", "K", "loss"):
-            given = getattr(self, name)
-            if given is not None:
-                object.__setattr__(self, name, _checked(as_csr(given), name))
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, _checked(as_csr(value), name))
         n = self.size
         for name, matrix in (("C", self.C), ("K", self.K), ("loss", self.loss)):
             if matrix is not None and matrix.shape != (n, n):

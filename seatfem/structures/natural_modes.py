@@ -146,17 +146,17 @@ def _drawn(body: Drawn, level: Level, wanted: Wanted, progress: Progress) -> Sea
     knows nothing of the lower modes of thin parts and thus asks for no less than they need."""
     of_one = modes_of_volume(body.measures_inside("3d"), 1.0, body.slowest)
     band = (max(wanted.limit, _FEWEST_SEEN) / of_one) ** (1 / 3)
-    band, given = _FINER * min(band, wanted.up_to_hz or math.inf), body.mesh
-    method = Method(level, band, size=given.size, contact_size=given.contact_size, order=given.order)
+    band, stated = _FINER * min(band, wanted.up_to_hz or math.inf), body.mesh
+    method = Method(level, band, size=stated.size, contact_size=stated.contact_size, order=stated.order)
     return draw(body, body.mesh_spec(method), level, progress, method=method)
 
 
 def of_one(model: SecondOrderModel, mesh: SeatMesh | None, wanted: Wanted, progress: Progress) -> NaturalModes:
     """The modes of a model of the whole body."""
-    found = solve_modes(model, wanted.count, up_to_hz=wanted.up_to_hz, progress=progress)
-    static = _elastic_compliance(model, found)
-    modes = tuple(_listed(model, found, static))
-    return NaturalModes(modes, found.complete, mesh, model.size, "the whole body")
+    solved = solve_modes(model, wanted.count, up_to_hz=wanted.up_to_hz, progress=progress)
+    static = _elastic_compliance(model, solved)
+    modes = tuple(_listed(model, solved, static))
+    return NaturalModes(modes, solved.complete, mesh, model.size, "the whole body")
 
 
 def _around(body: Turned, mesh: MeridianMesh, wanted: Wanted, progress: Progress) -> NaturalModes:
@@ -176,11 +176,11 @@ def _around(body: Turned, mesh: MeridianMesh, wanted: Wanted, progress: Progress
         )
 
     patch = RingPatch(0.0, 2 * math.pi if body.arc is None else body.arc)
-    found: list[Mode] = []
+    all_modes: list[Mode] = []
     compliances: dict[int, float] = {}
     complete, empty, harmonic, dof = True, 0, 0, 0
     while harmonic < _FEWEST or empty < _EMPTY:
-        highest = _bound(found, wanted)
+        highest = _bound(all_modes, wanted)
         for torsion in (False, True) if harmonic == 0 else (False,):
             model = build(harmonic, torsion)
             dof = max(dof, model.size)
@@ -191,15 +191,15 @@ def _around(body: Turned, mesh: MeridianMesh, wanted: Wanted, progress: Progress
             weight = float(patch.coefficients(harmonic)) ** 2 if body.arc is not None else float(harmonic == 0)
             if model.ports:
                 compliances[harmonic] = static or 0.0
-            found += _listed(model, modes, None if not model.ports else static, harmonic, torsion, weight)
-        found = _kept(found, wanted)
-        empty = 0 if any(mode.diameters == harmonic for mode in found) else empty + 1
+            all_modes += _listed(model, modes, None if not model.ports else static, harmonic, torsion, weight)
+        all_modes = _kept(all_modes, wanted)
+        empty = 0 if any(mode.diameters == harmonic for mode in all_modes) else empty + 1
         harmonic += 1
         progress("harmonics", harmonic / (harmonic + 4))
     progress("harmonics", 1.0)
-    found = _shared(found, patch, compliances, build, arc=body.arc is not None)
+    all_modes = _shared(all_modes, patch, compliances, build, arc=body.arc is not None)
     searched = f"nodal diameters 0 to {harmonic - 1}, torsion among them"
-    return NaturalModes(tuple(found), complete, mesh, dof, searched)
+    return NaturalModes(tuple(all_modes), complete, mesh, dof, searched)
 
 
 def _bound(found: list[Mode], wanted: Wanted) -> float | None:

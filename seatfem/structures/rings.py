@@ -85,8 +85,8 @@ class Division:
         names = greens.ports
         first, _, last = names[-1].partition("_")
         arcs = int(last.partition("_")[0]) if first == ARC and last.partition("_")[0].isdecimal() else 1
-        found = Division(max(1, min(arcs, len(names))), max(1, len(names) // max(1, arcs)))
-        return found if found.names == names else Division()
+        division = Division(max(1, min(arcs, len(names))), max(1, len(names) // max(1, arcs)))
+        return division if division.names == names else Division()
 
 
 @cache
@@ -106,15 +106,15 @@ def divided_less(greens: GreensFunction, less: Division) -> GreensFunction:
     Raises:
         GreensFunctionError: parts that cannot be made of those there are.
     """
-    there = Division.of(greens)
-    if less == there:
+    division = Division.of(greens)
+    if less == division:
         return greens
-    for name, few, many in (("rings", less.rings, there.rings), ("ports", less.arcs, there.arcs)):
+    for name, few, many in (("rings", less.rings, division.rings), ("ports", less.arcs, division.arcs)):
         if many % few:
             raise GreensFunctionError(
                 f"contact.{name} = {few}: the Green's function has its contact face in {many}; take a divisor of that"
             )
-    return greens.combined(_joining(there, less), less.names)
+    return greens.combined(_joining(division, less), less.names)
 
 
 def _joining(there: Division, less: Division) -> Array:

@@ -86,10 +86,10 @@ class Store:
         """
         path = self.path(key)
         try:
-            there = path.is_file()
+            exists = path.is_file()
         except OSError:  # a folder that may not be looked into
-            there = False
-        if not there:
+            exists = False
+        if not exists:
             return None
         try:
             greens = impact.load_greens(path, key=key)  # with h5py, on first use
@@ -123,13 +123,13 @@ class Store:
 
     def fetch(self, key: str, folder: Path) -> tuple[Path, ...]:
         """Copies in ``folder``, under their own names, of what lies beside the function."""
-        found = []
+        copies = []
         for file in self._beside(key):
             target = folder / file.name.partition(".")[2]
             with suppress(FileNotFoundError):  # pruned by another program
                 self._copy(file, target)
-                found.append(target)
-        return tuple(found)
+                copies.append(target)
+        return tuple(copies)
 
     def _beside(self, key: str) -> list[Path]:
         own = self.path(key)
@@ -141,14 +141,14 @@ class Store:
 
     def entries(self) -> tuple[Entry, ...]:
         """What there is, the last used first."""
-        found = []
+        entries = []
         for path in self.folder.glob("*.h5") if self.folder.is_dir() else ():
             if _KEY.fullmatch(path.stem):
                 with suppress(FileNotFoundError):  # pruned by another program
                     status = path.stat()
                     size = status.st_size + sum(file.stat().st_size for file in self._beside(path.stem))
-                    found.append(Entry(path.stem, path, size, status.st_mtime))
-        return tuple(sorted(found, key=lambda entry: -entry.used))
+                    entries.append(Entry(path.stem, path, size, status.st_mtime))
+        return tuple(sorted(entries, key=lambda entry: -entry.used))
 
     def prune(self, *, used_before: float | None = None, most_bytes: int | None = None) -> tuple[Entry, ...]:
         """Delete what was last used before a time [s since 1970], then the longest unused beyond a total size.

@@ -117,12 +117,14 @@ def _ring(inner: Array, outer: Array) -> tuple[Array, Array, tuple[int, int], tu
     """Both lines from the shortest cut on, as `_sides`."""
     from scipy.spatial import cKDTree
 
-    left, right = _fine(inner), _fine(outer)
-    away, nearest = cKDTree(right[:-1]).query(left[:-1])
+    left_line, right_line = _fine(inner), _fine(outer)
+    away, nearest = cKDTree(right_line[:-1]).query(left_line[:-1])
     k = int(np.argmin(away))
     firsts = (k, int(np.asarray(nearest)[k]))
-    left, right = (np.concatenate([line[n:-1], line[: n + 1]]) for line, n in zip((left, right), firsts, strict=True))
-    return left, right, (0, 0), (0, 0)
+    left_line, right_line = (
+        np.concatenate([line[n:-1], line[: n + 1]]) for line, n in zip((left_line, right_line), firsts, strict=True)
+    )
+    return left_line, right_line, (0, 0), (0, 0)
 
 
 def _sides(loop: Array) -> tuple[Array, Array, tuple[int, int], tuple[int, int]]:
@@ -149,17 +151,17 @@ def _sides(loop: Array) -> tuple[Array, Array, tuple[int, int], tuple[int, int]]
     scores, place, ends = excess[first + reach] - excess[first], np.cumsum(lengths) - lengths, []
     for _ in range(2):
         begin, more = divmod(int(np.argmax(scores)), scores.shape[1])
-        there = (begin + np.arange(more + 1)) % count
-        shares = np.cumsum(turned[there]) / turned[there].sum()
+        stretch = (begin + np.arange(more + 1)) % count
+        shares = np.cumsum(turned[stretch]) / turned[stretch].sum()
         low, high = (int(np.argmax(shares > quarter)) for quarter in (0.25 - SAME, 0.75 - SAME))
-        away = (place[there] - place[begin]) % around
+        away = (place[stretch] - place[begin]) % around
         middle = int(np.argmin(np.abs(away - (away[low] + away[high]) / 2)))
-        ends.append((int(there[middle]), middle - low, high - middle))
-        apart = np.abs((place - place[there[middle]] + around / 2) % around - around / 2)
+        ends.append((int(stretch[middle]), middle - low, high - middle))
+        apart = np.abs((place - place[stretch[middle]] + around / 2) % around - around / 2)
         scores[apart < around / 4] = -np.inf
     (a, before, behind), (b, before_last, behind_last) = sorted(ends)
-    left, right = np.concatenate([line[b:-1], line[: a + 1]])[::-1], line[a : b + 1]
-    return left, right, (before, behind), (behind_last, before_last)
+    left_line, right_line = np.concatenate([line[b:-1], line[: a + 1]])[::-1], line[a : b + 1]
+    return left_line, right_line, (before, behind), (behind_last, before_last)
 
 
 def _matched(left: Array, right: Array, start: tuple[int, int], end: tuple[int, int], *, closed: bool) -> Strip:
@@ -193,11 +195,11 @@ def _walk(p: Array, q: Array) -> NDArray[np.int64]:
         least = along[i] + np.minimum.accumulate(over - along[i])
         by_left[i] = over <= least * (1 + 1e-14)
     i, j = len(p) - 1, len(q) - 1
-    found = [(i, j)]
+    walk = [(i, j)]
     while i or j:
         i, j = (i - 1, j) if j == 0 or by_left[i, j] else (i, j - 1)
-        found.append((i, j))
-    return np.array(found[::-1])
+        walk.append((i, j))
+    return np.array(walk[::-1])
 
 
 def _square_across(p: Array, q: Array, steps: NDArray[np.int64], *, closed: bool) -> Array:
@@ -205,8 +207,8 @@ def _square_across(p: Array, q: Array, steps: NDArray[np.int64], *, closed: bool
     (i, j), (a, b) = steps.T, (_tangents(line, closed=closed) for line in (p, q))
     lean = ((q[j] - p[i]) * (a[i] + b[j]).conj()).real
     at = np.flatnonzero(lean[:-1] * lean[1:] <= 0)
-    there, behind = lean[at], lean[at + 1]
-    share = np.divide(there, there - behind, out=np.ones(len(at)), where=there != behind)
+    before, after = lean[at], lean[at + 1]
+    share = np.divide(before, before - after, out=np.ones(len(at)), where=before != after)
     return np.asarray(steps[at] + share[:, None] * (steps[at + 1] - steps[at]))
 
 

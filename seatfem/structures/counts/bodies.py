@@ -165,11 +165,11 @@ def _sampled(profile: Profile) -> tuple[Array, Array, Array, Array, Distance]:
     arcs = [segment for edge in profile.edges if edge.centre is not None for segment in _segments(edge)]
     low, high = outline.min(axis=0), outline.max(axis=0)
     corner, opposite = (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
-    found, areas = squares(corner, opposite, lambda p: from_segments(p, segments + arcs))
-    kept = inside(found, outline)
+    centres, areas = squares(corner, opposite, lambda p: from_segments(p, segments + arcs))
+    kept = inside(centres, outline)
     pieces = [_along(edge, OUTLINE, middles=True) for edge in profile.edges]
     ends, lengths = (np.concatenate(part) for part in zip(*pieces, strict=True))
-    return found[kept], areas[kept], ends, lengths, distance
+    return centres[kept], areas[kept], ends, lengths, distance
 
 
 def _along(edge: Edge, pieces: int, middles: bool = False) -> tuple[Array, Array]:

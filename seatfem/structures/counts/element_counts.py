@@ -163,8 +163,8 @@ def check_before_meshing(body: Drawn, spec: MeshSpec, level: Level, method: Meth
     need = memory_need(sizes.counts)
     least = need.of(how.reduction, distributed=how.distributed)
     margin = FILE_MARGIN if body.files() else MARGIN
-    there = available_memory()
-    if least <= margin * there and sizes.elements <= margin * MOST_ELEMENTS:
+    available = available_memory()
+    if least <= margin * available and sizes.elements <= margin * MOST_ELEMENTS:
         return
     chosen = (
         ""
@@ -173,6 +173,6 @@ def check_before_meshing(body: Drawn, spec: MeshSpec, level: Level, method: Meth
     )
     raise MemoryNeedError(
         f"seat.mesh.size = {1e3 * spec.size:.3g} mm{chosen}, contact_size = {1e3 * spec.patch_size:.3g} mm: about "
-        f"{sizes.elements:.2g} elements, which need about {least / GB:.2g} GB of memory, {there / GB:.2g} GB are "
+        f"{sizes.elements:.2g} elements, which need about {least / GB:.2g} GB of memory, {available / GB:.2g} GB are "
         "available; take larger elements, a lower seat.greens.bandwidth or a cheaper seat.model"
     )

@@ -134,12 +134,12 @@ def check_memory(
     """
     need = memory_need(counts)
     least = need.of(method, distributed=distributed)
-    there = available_memory() if available is None else available
-    if least <= there:
+    memory = available_memory() if available is None else available
+    if least <= memory:
         return need
     raise MemoryNeedError(
-        f"seat.mesh.size: {counts.dof:.3g} unknowns need about {least / GB:.2g} GB of memory, {there / GB:.2g} GB are "
-        f"available; {', or '.join(_advice(counts, method, size, levels, there))}"
+        f"seat.mesh.size: {counts.dof:.3g} unknowns need about {least / GB:.2g} GB of memory, {memory / GB:.2g} GB are "
+        f"available; {', or '.join(_advice(counts, method, size, levels, memory))}"
     )
 
 
@@ -153,9 +153,9 @@ def check_elastic(
     if level in ("axisymmetric", "harmonics"):
         return
     cheaper = CHEAPEST_FIRST[: CHEAPEST_FIRST.index(level)]
-    levels = [found.level for found in body.levels() if found.applies and found.level in cheaper]
-    given: Any = mesh.provenance.spec.get("size")
-    check_memory(counts_of(cast("SeatMesh", mesh)), method=method, size=given, levels=levels, distributed=distributed)
+    levels = [option.level for option in body.levels() if option.applies and option.level in cheaper]
+    size: Any = mesh.provenance.spec.get("size")
+    check_memory(counts_of(cast("SeatMesh", mesh)), method=method, size=size, levels=levels, distributed=distributed)
 
 
 def _advice(counts: Counts, method: str, size: float | None, levels: Sequence[AnyLevel], there: float) -> list[str]:

@@ -68,5 +68,5 @@ def _binned(weight: Array, away: Array) -> Samples:
     edges = np.geomspace(max(float(away.max()), 1e-9) * CLOSEST, max(float(away.max()), 1e-9), BINS)
     place = np.digitize(away, edges)
     total, first = (np.asarray(np.bincount(place, each), dtype=float) for each in (weight, weight * away))
-    there = total > 0
-    return Samples(total[there], first[there] / total[there])
+    filled = total > 0
+    return Samples(total[filled], first[filled] / total[filled])

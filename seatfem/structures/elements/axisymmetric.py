@@ -113,11 +113,13 @@ def assemble_axisymmetric(
         patch = partial(_patch, section, name)
         whole |= ports_on(port, name, rings, patch, _places, solids, region, section.n_nodes)
     half = 1.0 if harmonic == 0 else 0.5
-    made = {name: Port(T.T @ port.vector, port.area, half * (port.impedance or 0.0)) for name, port in whole.items()}
+    of_ports = {
+        name: Port(T.T @ port.vector, port.area, half * (port.impedance or 0.0)) for name, port in whole.items()
+    }
     points = np.stack([section.points[0], np.zeros(section.n_nodes), section.points[1]])
     matrices = _matrices(section, solids, region, harmonic, torsion, mass, T)
     progress("assembly", 0.5)
-    model = whole_model(matrices, solids, rayleigh, added, made, DofMap(points, unknowns.free, mesh, T))
+    model = whole_model(matrices, solids, rayleigh, added, of_ports, DofMap(points, unknowns.free, mesh, T))
     progress("assembly", 1.0)
     return model
 
@@ -185,12 +187,12 @@ def _places(patch: Surface) -> Array:
 
 def check_revolved(solid: Solid) -> None:
     """Raise `ModelError` unless its stiffness stays the same when it is turned by an eighth or a quarter about z."""
-    given = stiffness_tensor(solid.elasticity)
+    stiffness = stiffness_tensor(solid.elasticity)
     for angle in (math.pi / 4, math.pi / 2):
         c, s = math.cos(angle), math.sin(angle)
         q = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        turned = np.einsum("ai,bj,ijkl,ck,dl->abcd", q, q, given, q, q, optimize=True)
-        if (off := np.abs(turned - given).max() / np.abs(given).max()) > 1e-6:
+        turned = np.einsum("ai,bj,ijkl,ck,dl->abcd", q, q, stiffness, q, q, optimize=True)
+        if (off := np.abs(turned - stiffness).max() / np.abs(stiffness).max()) > 1e-6:
             raise ModelError(
                 f"material {solid.name!r}: its stiffness changes by {percent(off)} when it is turned by "
                 f"{math.degrees(angle):g} degrees about z; an axisymmetric model needs E_1 = E_2, nu_13 = nu_23, "

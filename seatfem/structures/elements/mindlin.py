@@ -176,13 +176,13 @@ def _averages(mesh: PlateMesh, patches: Mapping[str, Patch]) -> list[Array]:
         return []
     names = np.repeat(list(patches), np.diff(ends, prepend=0))
     cells, inside = located(mesh, np.concatenate([patch.points for patch in patches.values()]), names)
-    found = []
-    for patch, here in zip(patches.values(), np.split(np.arange(ends[-1]), ends[:-1]), strict=True):
+    averages = []
+    for patch, rows in zip(patches.values(), np.split(np.arange(ends[-1]), ends[:-1]), strict=True):
         vector = np.zeros(len(mesh.points))
-        shares = shapes_at(inside[here])[0] * (patch.weights / patch.weights.sum())[:, None]
-        np.add.at(vector, mesh.cells[cells[here]], shares)
-        found.append(np.asarray(np.kron(vector, [1.0, 0.0, 0.0])))
-    return found
+        shares = shapes_at(inside[rows])[0] * (patch.weights / patch.weights.sum())[:, None]
+        np.add.at(vector, mesh.cells[cells[rows]], shares)
+        averages.append(np.asarray(np.kron(vector, [1.0, 0.0, 0.0])))
+    return averages
 
 
 def deflections(mesh: PlateMesh, nodal: Array, points: Array) -> Array:
@@ -232,13 +232,13 @@ def _stiffness(mesh: PlateMesh, material: Material, thickness: float) -> Array:
     bend[:, :, 0, :, 1] = bend[:, :, 2, :, 2] = slopes[..., 0]
     bend[:, :, 1, :, 2] = bend[:, :, 2, :, 1] = slopes[..., 1]
     law = rigidity * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
-    found = _energy(bend, weights, law)
+    stiffness = _energy(bend, weights, law)
     slopes, weights, shapes = _jacobians(mesh, *_gauss(2))
-    found += _energy(_shear_strain(slopes, shapes), weights, shear * np.eye(2))
+    stiffness += _energy(_shear_strain(slopes, shapes), weights, shear * np.eye(2))
     unseen = _unseen(mesh)
     area = _jacobians(mesh, *_gauss(3))[1].sum(axis=1)
     factor: Array = _NORM * shear * thickness**2 / (thickness**2 + area)
-    return found + factor[:, None, None] * unseen[:, :, None] * unseen[:, None, :]
+    return stiffness + factor[:, None, None] * unseen[:, :, None] * unseen[:, None, :]
 
 
 def _shear_strain(slopes: Array, shapes: Array) -> Array:
@@ -288,8 +288,8 @@ def _assembled(mesh: PlateMesh, blocks: Array) -> sparse.csr_array:
     unknowns = (3 * mesh.cells[:, :, None] + np.arange(3)).reshape(-1, 27)
     rows, columns = np.repeat(unknowns, 27, axis=1), np.tile(unknowns, (1, 27))
     size = 3 * len(mesh.points)
-    made = sparse.coo_array((blocks.ravel(), (rows.ravel(), columns.ravel())), (size, size)).tocsr()
-    return sparse.csr_array((made + made.T) / 2)
+    matrix = sparse.coo_array((blocks.ravel(), (rows.ravel(), columns.ravel())), (size, size)).tocsr()
+    return sparse.csr_array((matrix + matrix.T) / 2)
 
 
 def _gauss(count: int) -> tuple[Array, Array]:
@@ -342,9 +342,9 @@ def located(mesh: PlateMesh, points: Array, names: NDArray[np.str_]) -> tuple[In
     best, inside = near[:, 0].astype(np.int64), np.full((len(points), 2), 2.0)
     lost = np.arange(len(points))
     for k in range(count):
-        found = _inside(mesh.points[mesh.cells[near[lost, k]]], points[lost])
-        better = np.abs(found).max(axis=1) < np.abs(inside[lost]).max(axis=1)
-        best[lost[better]], inside[lost[better]] = near[lost[better], k], found[better]
+        coordinates = _inside(mesh.points[mesh.cells[near[lost, k]]], points[lost])
+        better = np.abs(coordinates).max(axis=1) < np.abs(inside[lost]).max(axis=1)
+        best[lost[better]], inside[lost[better]] = near[lost[better], k], coordinates[better]
         lost = lost[np.abs(inside[lost]).max(axis=1) > 1 + _INSIDE]
         if not len(lost):
             return best, inside

@@ -64,8 +64,8 @@ def ports_on(
     elif rings > 1:
         shares = divided(places(patch).ravel(), patch.weights.ravel(), rings).reshape(rings, *patch.weights.shape)
     waves = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_p_along(normals))
-    made = (_port(patch, weights, waves, n_nodes) for weights in shares)
-    return dict(zip(called, made, strict=True))
+    ports = (_port(patch, weights, waves, n_nodes) for weights in shares)
+    return dict(zip(called, ports, strict=True))
 
 
 def along(lip: FaceLip, patch: Surface) -> Array:
@@ -77,8 +77,8 @@ def along(lip: FaceLip, patch: Surface) -> Array:
     arcs = parted(around, patch.weights.ravel(), np.arange(lip.arcs + 1) / lip.arcs)
     parts = np.zeros((lip.arcs, lip.rings, arcs.shape[1]))
     for arc, weights in enumerate(arcs):
-        there = np.flatnonzero(weights)
-        parts[arc][:, there] = divided(across[there], weights[there], lip.rings)
+        inside = np.flatnonzero(weights)
+        parts[arc][:, inside] = divided(across[inside], weights[inside], lip.rings)
     return parts.reshape(-1, *patch.weights.shape)
 
 
@@ -138,11 +138,11 @@ def _sides(mesh: Any, facets: NDArray[np.int64]) -> NDArray[np.int64]:
     reference = mesh.elem.refdom
     elements = np.asarray(mesh.f2t)[0, facets]
     which = np.argmax(np.asarray(mesh.t2f)[:, elements] == facets, axis=0)
-    found = []
+    sides = []
     for k, vertices in enumerate(reference.facets):
         corners = np.asarray(mesh.t)[:, elements[which == k]]
-        found += [corners[side] for side in reference.edges if set(side) <= set(vertices)]
-    return np.concatenate(found, axis=1)
+        sides += [corners[side] for side in reference.edges if set(side) <= set(vertices)]
+    return np.concatenate(sides, axis=1)
 
 
 def _axis(patch: Surface, copies: int) -> tuple[Array, Array]:

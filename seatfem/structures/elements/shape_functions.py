@@ -97,18 +97,18 @@ def discretize(mesh: Any, order: int | None) -> Discretization:
     if straight and curved:
         geometry, corners, places = ElementTetP1(), mesh.t, np.ascontiguousarray(mesh.p.T)
     cells = mesh.dofs.element_dofs if curved and wanted == 2 else Dofs(mesh, element).element_dofs
-    made = Discretization(mesh, element, geometry, wanted, _rows(cells), _rows(corners), places, straight)
-    _check_shape(made)
-    _check_connected(made)
-    return made
+    space = Discretization(mesh, element, geometry, wanted, _rows(cells), _rows(corners), places, straight)
+    _check_shape(space)
+    _check_connected(space)
+    return space
 
 
 def element_of(mesh: Any, order: int, known: Mapping[tuple[str, int], Any], where: str = "") -> Any:
     """scikit-fem's element of an ``order`` on a mesh, of those ``known`` by cell and order; `ModelError` of others."""
     kind = mesh.elem.refdom.__name__
     if (kind, order) not in known:
-        there = ", ".join(f"{name} order {p}" for name, p in known)
-        raise ModelError(f"no element for {kind} of order {order}{where}; there are {there}")
+        choices = ", ".join(f"{name} order {p}" for name, p in known)
+        raise ModelError(f"no element for {kind} of order {order}{where}; there are {choices}")
     return known[kind, order]()
 
 

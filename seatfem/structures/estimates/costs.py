@@ -79,15 +79,15 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
 
     ``duration``: of the run [s].
     """
-    found = structure.numbers(method, coarser)
-    if found is None:
+    numbers = structure.numbers(method, coarser)
+    if numbers is None:
         return None
     rings = (method.rings or 1) if coarser == 1.0 else rings_behind(method.rings or 1)
-    if found.kept is not None and not found.section:  # a mode, or a part's statics, takes about what a vector does
-        return SeatModel(**vars(found), vectors=min(found.kept, found.sizes.counts.dof))
-    vectors = krylov_vectors(structure, method, duration, found.modes) * rings**PORTS_POWER
-    vectors = min(vectors, found.sizes.counts.dof)
-    return SeatModel(**vars(found), vectors=vectors)
+    if numbers.kept is not None and not numbers.section:  # a mode, or a part's statics, takes about what a vector does
+        return SeatModel(**vars(numbers), vectors=min(numbers.kept, numbers.sizes.counts.dof))
+    vectors = krylov_vectors(structure, method, duration, numbers.modes) * rings**PORTS_POWER
+    vectors = min(vectors, numbers.sizes.counts.dof)
+    return SeatModel(**vars(numbers), vectors=vectors)
 
 
 def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:

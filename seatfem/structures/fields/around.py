@@ -67,12 +67,12 @@ class RingField:
 
     @property
     def bounds(self) -> Array:
-        found = []
+        bounds = []
         for harmonic, _ in self._waves:
             fields = np.swapaxes(harmonic.field.fields, 1, 2)
             parts = [norms(np.where(np.isin(np.arange(6), of), fields, 0.0)) for of in (_BY_COS, _BY_SIN)]
-            found.append(np.maximum(*parts))  # the root of cos^2 |one|^2 + sin^2 |other|^2 is no larger
-        return np.concatenate(found, axis=1)
+            bounds.append(np.maximum(*parts))  # the root of cos^2 |one|^2 + sin^2 |other|^2 is no larger
+        return np.concatenate(bounds, axis=1)
 
     @cached_property
     def _waves(self) -> list[tuple[Harmonic, int]]:
@@ -110,8 +110,8 @@ class RingField:
         amplitudes = np.empty((len(which), len(heard), 6, values.shape[1]))
         for row, w in enumerate(heard):
             own = slice(borders[w], borders[w + 1])
-            (found,) = self._waves[w][0].field.stress(which, values[own], kept[own] - self._ends[w])
-            amplitudes[:, row] = found[:, 0]
+            (stress,) = self._waves[w][0].field.stress(which, values[own], kept[own] - self._ends[w])
+            amplitudes[:, row] = stress[:, 0]
         out = np.empty((self.angles.shape[1], 6, values.shape[1]))
         for place, waves in zip(which, amplitudes, strict=True):
             cos, sin = self._turns[:, place][:, :, heard]

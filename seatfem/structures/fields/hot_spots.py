@@ -16,11 +16,11 @@ def local_maxima(points: Array, values: Array, apart: float, *, least: float = 0
     order = order[values[order] >= least * values.max(initial=0.0)]
     rank = np.full(len(values), len(values))
     rank[order] = np.arange(len(order))
-    tree, found = cKDTree(points), []
+    tree, maxima = cKDTree(points), []
     for number in order:
         if rank[tree.query_ball_point(points[number], apart)].min() == rank[number]:
-            found.append(int(number))
-    return np.array(found, dtype=np.int64)
+            maxima.append(int(number))
+    return np.array(maxima, dtype=np.int64)
 
 
 def edge_distances(points: Array, singular: Array) -> Array:

@@ -56,12 +56,12 @@ class LargestStress:
 
     def within(self, chosen: slice) -> Largest:
         """The largest of some of the spans."""
-        found = self.by_span[chosen]
-        if not len(found):
+        spans = self.by_span[chosen]
+        if not len(spans):
             return Largest(*np.zeros_like(self.by_span[0]))
-        mises, principal = (found[:, number].argmax(axis=0)[None] for number in (0, 2))
+        mises, principal = (spans[:, number].argmax(axis=0)[None] for number in (0, 2))
         of_each = ((0, mises), (1, mises), (2, principal), (3, principal))
-        return Largest(*(np.take_along_axis(found[:, number], best, axis=0)[0] for number, best in of_each))
+        return Largest(*(np.take_along_axis(spans[:, number], best, axis=0)[0] for number, best in of_each))
 
 
 class Field(Protocol):
@@ -103,7 +103,7 @@ def largest(
     radians, bounds = field.radians, field.bounds
     stride = max(1, int(1.0 / (TIMES_PER_RADIAN * float(radians.max()) * dt)))
     spans = Spans.of_run(force, dt, since)
-    found = np.zeros((spans.count, 4, len(bounds), len(field.points) // max(1, len(bounds))))
+    peaks = np.zeros((spans.count, 4, len(bounds), len(field.points) // max(1, len(bounds))))
     with ThreadPoolExecutor(workers or threads()) as pool:
         for number, part in _parts(field, force, dt, stride):
             times = number * stride
@@ -111,8 +111,8 @@ def largest(
             for span in np.unique(numbers):
                 chosen = np.flatnonzero(numbers == span)
                 when = dt * times[chosen].astype(np.float64)
-                _look(pool, field, part[chosen], when, bounds, found[span])
-    return LargestStress(spans, found.reshape(spans.count, 4, -1))
+                _look(pool, field, part[chosen], when, bounds, peaks[span])
+    return LargestStress(spans, peaks.reshape(spans.count, 4, -1))
 
 
 def _parts(field: Field, force: Array, dt: float, stride: int) -> Iterator[tuple[Integers, Array]]:
@@ -136,9 +136,9 @@ def _look(pool: Executor, field: Field, part: Array, times: Array, bounds: Array
     values = np.ascontiguousarray(part.T)
     at_once = max(_PLACES, _NUMBERS // (6 * found.shape[2] * len(times)))
 
-    def look(left: Integers) -> None:
-        for stress in field.stress(left, values, kept):
-            some, left = left[: len(stress)], left[len(stress) :]
+    def look(remaining: Integers) -> None:
+        for stress in field.stress(remaining, values, kept):
+            some, remaining = remaining[: len(stress)], remaining[len(stress) :]
             of_some = found[:, some].reshape(4, -1)
             _largest(stress.reshape(-1, 6, len(times)), times, of_some)
             found[:, some] = of_some.reshape(4, len(some), -1)

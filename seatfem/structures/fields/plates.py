@@ -86,7 +86,7 @@ def _of_unknowns(mesh: PlateMesh, model: SecondOrderModel, sites: Sites, rows: A
     unknowns = (3 * mesh.cells[sites.element][:, :, None] + np.arange(3)).reshape(len(rows), 1, -1)
     which, unknowns = np.broadcast_arrays(which, unknowns)
     data = rows.reshape(len(rows), count, -1) * sites.share[:, None, None]
-    made = sparse.coo_array(
+    matrix = sparse.coo_array(
         (data.ravel(), (which.ravel(), unknowns.ravel())), (count * len(sites), 3 * len(mesh.points))
     )
-    return sparse.csr_array(made.tocsc()[:, model.dofs.free])
+    return sparse.csr_array(matrix.tocsc()[:, model.dofs.free])

@@ -31,13 +31,13 @@ def mises_range(field: Field, force: Array, dt: float, *, since: int = 0) -> Arr
     """
     stride = max(1, int(1.0 / (TIMES_PER_RADIAN * float(field.radians.max()) * dt)))
     parts = [part.T for part in field.coordinates(force, dt, stride)]
-    course, found = np.concatenate(parts, axis=1)[:, since // stride :], np.zeros(len(field.points))
+    course, ranges = np.concatenate(parts, axis=1)[:, since // stride :], np.zeros(len(field.points))
     single = course.astype(np.float32)
-    for first in range(0, len(found), _HELD):
-        some = field.at(np.arange(first, min(first + _HELD, len(found))))
+    for first in range(0, len(ranges), _HELD):
+        some = field.at(np.arange(first, min(first + _HELD, len(ranges))))
         for number, path in enumerate(_paths(some, course, single)):
-            found[first + number] = np.sqrt(3) * float(np.linalg.norm(np.ptp(path, axis=1)))
-    return found
+            ranges[first + number] = np.sqrt(3) * float(np.linalg.norm(np.ptp(path, axis=1)))
+    return ranges
 
 
 def _paths(field: Field, course: Array, single: NDArray[np.float32]) -> Iterator[Array]:

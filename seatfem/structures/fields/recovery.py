@@ -82,8 +82,8 @@ class StressField:
         modes = self.modal.shape[2]
         of_modes, of_forces = kept[kept < modes], kept[kept >= modes] - modes
         columns = [self.modal[which][:, :, of_modes], self.left_out[which][:, :, of_forces]]
-        found = np.concatenate(columns, axis=2).reshape(6 * len(which), -1) @ values
-        yield found.reshape(len(which), 1, 6, -1)
+        stress = np.concatenate(columns, axis=2).reshape(6 * len(which), -1) @ values
+        yield stress.reshape(len(which), 1, 6, -1)
 
     def _pushes(self, force: Array) -> Array:
         """(p, n + 1) forces on the ports."""
@@ -138,12 +138,12 @@ def at_time(field: Field, force: Array, dt: float, steps: int) -> Array:
 def at_own_times(field: Field, force: Array, dt: float, steps: Integers) -> Array:
     """(P, 6) stress at each of its points at the end of a step of its own, number ``steps`` (P,) [Pa]; the force as in
     `histories`."""
-    found, first = np.zeros((len(steps), 6)), 0
+    stress, first = np.zeros((len(steps), 6)), 0
     for part in field.coordinates(force, dt, 1):
         for k in np.flatnonzero((steps >= first) & (steps < first + len(part))):
-            found[k] = _all(field.at(np.array([k])), part[steps[k] - first][None])[0, :, 0]
+            stress[k] = _all(field.at(np.array([k])), part[steps[k] - first][None])[0, :, 0]
         first += len(part)
-    return found
+    return stress
 
 
 def _all(field: Field, part: Array) -> Array:

@@ -79,9 +79,9 @@ class Response:
         if refusal := model.damping.plus(damping_ratio).refusal:
             raise ModelError(f"stress by modes: {refusal}")
         ports = len(model.ports)
-        if ports > MOST_PORTS and (count := len((found := solve_modes(model, up_to_hz=MODES * bandwidth)).omega)):
-            V, shapes = found.shapes, found.shapes.T @ model.port_matrix
-            ritz = [(found.omega[:k], shapes[:k], np.eye(k)) for k in (count, max(1, int(FEWER * count)))]
+        if ports > MOST_PORTS and (count := len((modes := solve_modes(model, up_to_hz=MODES * bandwidth)).omega)):
+            V, shapes = modes.shapes, modes.shapes.T @ model.port_matrix
+            ritz = [(modes.omega[:k], shapes[:k], np.eye(k)) for k in (count, max(1, int(FEWER * count)))]
         else:
             most = min(MOST, model.size, VECTORS + MORE * (ports - 1) if vectors is None else vectors)
             V, ritz = _krylov(model, 2 * math.pi * bandwidth, most)
@@ -104,10 +104,10 @@ def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coe
     """(n, p) K^-1 B. Galerkin's solution in a Krylov space is that of conjugate gradients after as many steps, with few
     ports exact to round-off; where it is not, a factor of K makes it."""
     if omega.all():
-        found = np.asarray(V @ (coefficients @ (shapes / omega[:, None] ** 2)))
+        displacements = np.asarray(V @ (coefficients @ (shapes / omega[:, None] ** 2)))
         B = model.port_matrix
-        if np.linalg.norm(model.K @ found - B) < EXACT * np.linalg.norm(B):
-            return found
+        if np.linalg.norm(model.K @ displacements - B) < EXACT * np.linalg.norm(B):
+            return displacements
     try:
         return factorize(model.K, name="K").solve(model.port_matrix)
     except FactorizationError as error:

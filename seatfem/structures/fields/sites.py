@@ -77,20 +77,20 @@ def at_points(made: Discretization, points: Array) -> Sites:
 def on_surface(made: Discretization) -> Sites:
     """All displacement nodes on the surface, without those of planes of symmetry and of the axis alone."""
     _, elements, which = outer_facets(made.mesh)
-    reference, there = np.asarray(made.element.doflocs, dtype=float), np.zeros(made.size, dtype=bool)
+    reference, outer = np.asarray(made.element.doflocs, dtype=float), np.zeros(made.size, dtype=bool)
     for k, corners in enumerate(made.element.refdom.facets):
         vertices = np.asarray(made.element.refdom.p, dtype=float)[:, corners].T
         across = np.linalg.svd(vertices[1:] - vertices[0])[2][-1]
         on_side = np.abs((reference - vertices[0]) @ across) < 1e-9
-        there[made.cells[elements[which == k]][:, on_side]] = True
-    return at_nodes(made, np.flatnonzero(there))
+        outer[made.cells[elements[which == k]][:, on_side]] = True
+    return at_nodes(made, np.flatnonzero(outer))
 
 
 def at_nodes(made: Discretization, nodes: Integers) -> Sites:
     """Displacement nodes (P,), in rising order."""
-    there = np.zeros(made.size, dtype=bool)
-    there[nodes] = True
-    element, local = np.nonzero(there[made.cells])
+    chosen = np.zeros(made.size, dtype=bool)
+    chosen[nodes] = True
+    element, local = np.nonzero(chosen[made.cells])
     site = np.searchsorted(nodes, made.cells[element, local])
     reference = np.asarray(made.element.doflocs, dtype=float)
     return Sites.of(made.nodes.T[nodes], site, element, reference[local].T)

@@ -164,8 +164,8 @@ class Sets:
         if _WHOLE.fullmatch(word):
             return np.array([int(word)], dtype=np.int64)
         if word.casefold() not in self.members:
-            there = ", ".join(map(repr, sorted(self.names.values()))) or "none"
-            raise block.fail(f"no {self.kind} {word!r} before this line; there are: {there}")
+            known = ", ".join(map(repr, sorted(self.names.values()))) or "none"
+            raise block.fail(f"no {self.kind} {word!r} before this line; there are: {known}")
         parts = self.members[word.casefold()]
         self.used(sum(map(len, parts)), block)
         return np.concatenate(parts)
@@ -206,14 +206,14 @@ def with_included(path: Path) -> tuple[Path, ...]:
 
     Files that are not there are left out. Nastran's INCLUDE is refused by `read_nastran`.
     """
-    found: dict[Path, None] = {}  # in order
+    files: dict[Path, None] = {}  # in order
     waiting = [path]
-    while waiting and len(found) <= MOST_FILES:  # a deck of more is refused when it is read
+    while waiting and len(files) <= MOST_FILES:  # a deck of more is refused when it is read
         file = waiting.pop().resolve()
-        if file in found or not file.is_file():
+        if file in files or not file.is_file():
             continue
-        found[file] = None
+        files[file] = None
         if path.suffix.lower() == ".inp":
             text = read_text(file, MOST_BYTES, MeshError, errors="replace")
             waiting += [file.parent / name.strip() for name in _ABAQUS.findall(text)[:MOST_FILES]]
-    return tuple(found)
+    return tuple(files)

@@ -40,18 +40,18 @@ def read_abaqus(path: Path) -> FileMesh:
     sets that Abaqus/CAE marks internal are left out. Raises `MeshError` naming file and line.
     """
     deck, node_sets, element_sets, blocks = _collect(path)
-    found = assembled(deck)
-    if len(distinct(found.ids)) < len(found.ids):
+    assembly = assembled(deck)
+    if len(distinct(assembly.ids)) < len(assembly.ids):
         raise MeshError(f"{path}: an element number is used twice; number them anew")
-    surfaces, held = dict(found.mesh.surfaces), dict(found.mesh.node_sets)
+    surfaces, held = dict(assembly.mesh.surfaces), dict(assembly.mesh.node_sets)
     check_group_count(len(surfaces) + len(held) + len(blocks), str(path))
     for block in blocks:
         name = block.options.get("NAME", "")
         if block.options.get("TYPE", "ELEMENT").upper() == "NODE":
             held[name] = deck.rows(np.concatenate([node_sets.members_of(row[0], block) for row in block.rows]))
         else:
-            surfaces[name] = stacked(list(_surface(block, found, element_sets)), face_width(found.mesh.cells))
-    return replace(found.mesh, surfaces=surfaces, node_sets=held)
+            surfaces[name] = stacked(list(_surface(block, assembly, element_sets)), face_width(assembly.mesh.cells))
+    return replace(assembly.mesh, surfaces=surfaces, node_sets=held)
 
 
 def _collect(path: Path) -> tuple[Deck, Sets, Sets, list[Block]]:

@@ -54,14 +54,14 @@ class PlateStriker:
     def lines(self, node: int, cell: int) -> Iterator[str]:
         """Nodes above ``node``, elements above ``cell`` and the surface FACE below."""
         corners, sides = np.unique(self.mesh.cells[:, :4]), np.unique(self.mesh.cells[:, 4:8])
-        there = np.zeros((len(self.mesh.points), 3), dtype=bool)  # below, in the mid-surface, above
-        there[corners], there[sides, 0], there[sides, 2] = True, True, True
-        number = node + np.cumsum(there).reshape(there.shape)
-        at, level = np.nonzero(there)
+        used = np.zeros((len(self.mesh.points), 3), dtype=bool)  # below, in the mid-surface, above
+        used[corners], used[sides, 0], used[sides, 2] = True, True, True
+        number = node + np.cumsum(used).reshape(used.shape)
+        at, level = np.nonzero(used)
         high = (level - 1) * self.thickness / 2
         yield "*NODE, NSET=STRIKER"
         places = np.column_stack([self.mesh.points[at], self.underside[at] + high + self.thickness / 2])
-        yield from (f"{n}," + ",".join(f"{x:.12g}" for x in p) for n, p in zip(number[there], places, strict=True))
+        yield from (f"{n}," + ",".join(f"{x:.12g}" for x in p) for n, p in zip(number[used], places, strict=True))
         yield "*ELEMENT, TYPE=C3D20R, ELSET=STRIKER"
         for k, row in enumerate(self.mesh.cells, start=cell + 1):
             first, second = row[:4], row[4:8]
@@ -72,11 +72,11 @@ class PlateStriker:
         held = np.isin(at, self.clamped)
         for name, which, last in (("ROOT", held, 3), ("MIDDLE", ~held & (level == 1), 2)):
             if which.any():
-                yield from (*as_set(name, number[there][which]), "*BOUNDARY", f"{name},1,{last}")
+                yield from (*as_set(name, number[used][which]), "*BOUNDARY", f"{name},1,{last}")
         for name, field in (("DISPLACEMENT", self.moved[at]), ("VELOCITY", self.rates[at])):
             values = np.column_stack([-high[:, None] * field[:, 1:], field[:, 0]])
             yield f"*INITIAL CONDITIONS, TYPE={name}"
-            for n, moved in zip(number[there], values, strict=True):
+            for n, moved in zip(number[used], values, strict=True):
                 yield from (f"{n},{axis},{value:.12e}" for axis, value in enumerate(moved, 1))
         yield from ("*SURFACE, NAME=FACE", "STRIKER,S1")
 

@@ -70,8 +70,8 @@ class CalculixBody:
 
     def step(self, words: Sequence[str], steps: int = 0) -> list[str]:
         """A step that ends with what is printed of the reference node."""
-        told = [f"*NODE PRINT, NSET={PATCH}, FREQUENCY=1", "U"] if steps else []
-        return [f"*STEP, INC={steps + 1}" if steps else "*STEP", *words, *told, "*END STEP"]
+        printed = [f"*NODE PRINT, NSET={PATCH}, FREQUENCY=1", "U"] if steps else []
+        return [f"*STEP, INC={steps + 1}" if steps else "*STEP", *words, *printed, "*END STEP"]
 
     def frequency(self, count: int) -> list[str]:
         """*FREQUENCY of the lowest ``count`` modes."""

@@ -80,9 +80,9 @@ def one_kind(found: Mapping[str, tuple[int, Integers | None]], source: str) -> N
     usable = {nodes.shape[1] for _, nodes in found.values() if nodes is not None}
     if len(usable) == 1 and all(nodes is not None for _, nodes in found.values()):
         return
-    there = ", ".join(f"{count} {name}" for name, (count, _) in sorted(found.items())) or "none"
+    kinds = ", ".join(f"{count} {name}" for name, (count, _) in sorted(found.items())) or "none"
     raise MeshError(
-        f"{source}: volume elements must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {there}"
+        f"{source}: volume elements must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {kinds}"
     )
 
 
@@ -153,8 +153,8 @@ def to_gmsh(cells: Integers, order: Mapping[int, Groups]) -> Integers:
     """Columns of ``cells`` (m, k) from another program's order into gmsh's."""
     nodes = cells.shape[1]
     corners = 4 if nodes in (4, 10) else 8
-    there = {frozenset(group): corners + k for k, group in enumerate(order[nodes])}
-    columns = [*range(corners), *(there[frozenset(group)] for group in GMSH[nodes])]
+    column_of = {frozenset(group): corners + k for k, group in enumerate(order[nodes])}
+    columns = [*range(corners), *(column_of[frozenset(group)] for group in GMSH[nodes])]
     return np.ascontiguousarray(cells[:, columns])
 
 

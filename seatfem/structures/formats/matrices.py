@@ -62,19 +62,19 @@ def read_matrices(
     if system not in get_args(System):
         raise ModelError(f"system {system!r} is unknown; choose from {', '.join(get_args(System))}")
     names = {"M": Path(mass), "C": None if damping is None else Path(damping), "K": Path(stiffness)}
-    found = {
+    matrices = {
         key: factor * _read(path)
         for (key, path), factor in zip(names.items(), FACTORS[system], strict=True)
         if path is not None
     }
-    n = found["K"].shape[0]
-    for key, matrix in found.items():
+    n = matrices["K"].shape[0]
+    for key, matrix in matrices.items():
         if matrix.shape[0] != n:
             raise ModelError(
                 f"{names[key]}: {key} has {matrix.shape[0]} unknowns, must have the {n} of K in {names['K']}"
             )
     vectors = {name: _vector(_told(name, port), port, n, first_dof) for name, port in ports.items()}
-    held = _held(found["K"], found["M"])
+    held = _held(matrices["K"], matrices["M"])
     if np.any(held):
         if constrained != "drop":
             raise ModelError(
@@ -87,12 +87,12 @@ def read_matrices(
                 raise ModelError(
                     f"port {name!r} must not act on the constrained dof {_listed(held & (vector != 0), first_dof)}"
                 )
-        found = {key: matrix[~held][:, ~held] for key, matrix in found.items()}
+        matrices = {key: matrix[~held][:, ~held] for key, matrix in matrices.items()}
         vectors = {name: vector[~held] for name, vector in vectors.items()}
-    _refuse_indefinite(found, names, held, first_dof)
+    _refuse_indefinite(matrices, names, held, first_dof)
     try:
         return SecondOrderModel(
-            found["M"], found.get("C"), found["K"], {name: Port(vector) for name, vector in vectors.items()}
+            matrices["M"], matrices.get("C"), matrices["K"], {name: Port(vector) for name, vector in vectors.items()}
         )
     except ModelError as problem:
         files = (name for name in (*names.values(), *ports.values()) if isinstance(name, str | os.PathLike))

@@ -106,9 +106,9 @@ def _check_array(file: BinaryIO, size: int) -> None:
 
 
 def _refuse_beyond_memory(need: float) -> None:
-    if need > (there := available_memory()):
+    if need > (free := available_memory()):
         raise ValueError(
-            f"reading it takes {need / 1e9:.3g} GB of memory, must take at most the {there / 1e9:.3g} GB that are free"
+            f"reading it takes {need / 1e9:.3g} GB of memory, must take at most the {free / 1e9:.3g} GB that are free"
         )
 
 

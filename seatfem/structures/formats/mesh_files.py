@@ -131,12 +131,12 @@ def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
         progress(STAGE, 0.0)
         return _by_us(reader, path), ""
     try:
-        found = run_gmsh({"task": "read", "path": str(path.resolve()), "unit": 1.0}, progress)
+        arrays = run_gmsh({"task": "read", "path": str(path.resolve()), "unit": 1.0}, progress)
     except (GeometryError, MeshingError) as error:
-        told = str(error).removeprefix(f"{path.resolve()}: ")
-        raise MeshError(f"{path}: {told}") from error
-    surfaces, volumes, node_sets = (groups(found, kind) for kind in ("surface", "volume", "nodes"))
-    return FileMesh(found["points"], found["cells"], surfaces, volumes, node_sets), str(found["gmsh_version"])
+        message = str(error).removeprefix(f"{path.resolve()}: ")
+        raise MeshError(f"{path}: {message}") from error
+    surfaces, volumes, node_sets = (groups(arrays, kind) for kind in ("surface", "volume", "nodes"))
+    return FileMesh(arrays["points"], arrays["cells"], surfaces, volumes, node_sets), str(arrays["gmsh_version"])
 
 
 def _reader(path: Path) -> Callable[[Path], FileMesh] | None:
@@ -195,7 +195,7 @@ def _found(name: str, arrays: MeshArrays, mesh: FileMesh) -> str:
     alike = [own for own in arrays.surfaces if own.casefold() == name.casefold()]
     if len(alike) == 1:
         return alike[0]
-    there = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
+    listed = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
     points = ", ".join(map(repr, sorted(mesh.node_sets.keys() - arrays.surfaces.keys())))
     extra = f"; node sets that hold no whole face: {points}" if points else ""
-    raise MeshError(f"{arrays.source}: no surface group named {name!r}; the file has: {there}{extra}")
+    raise MeshError(f"{arrays.source}: no surface group named {name!r}; the file has: {listed}{extra}")

@@ -99,8 +99,8 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
 def _mend_nastran(written: Path, names: tuple[str, ...]) -> None:
     """meshio calls second-order elements CTETRA_ and CHEXA_, which no other program knows; names as comments."""
     text = re.sub(r"^(CTETRA|CHEXA)_", r"\1 ", written.read_text(encoding="utf-8"), flags=re.MULTILINE)
-    told = "".join(f"$ PID {number}: {name}\n" for number, name in enumerate(names, start=1))
-    write_whole(written, (told + text).encode("utf-8"))
+    comments = "".join(f"$ PID {number}: {name}\n" for number, name in enumerate(names, start=1))
+    write_whole(written, (comments + text).encode("utf-8"))
 
 
 def _check(written: Path, path: Path, cells: Integers) -> None:
@@ -153,7 +153,7 @@ def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMes
         }
     elif key := NUMBERED.get(form):
         data = {key: numbers} | ({"gmsh:geometrical": numbers} if form == "gmsh22" else {})
-    made = meshio.Mesh(
+    meshio_mesh = meshio.Mesh(
         points,
         blocks,
         cell_data=data,
@@ -164,8 +164,8 @@ def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMes
         else {},
     )
     if form == "med":
-        made.cell_tags = {-number: [name] for number, name in enumerate(names, start=1)}
-    return names, made
+        meshio_mesh.cell_tags = {-number: [name] for number, name in enumerate(names, start=1)}
+    return names, meshio_mesh
 
 
 def _mark(rows: Integers, count: int) -> Integers:

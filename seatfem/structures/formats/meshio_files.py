@@ -122,7 +122,7 @@ def beside(path: Path) -> tuple[Path, ...]:
     if form == "tetgen":
         return (_other_half(path),)
     if form == "xdmf":
-        names = {found.strip() for found in _BESIDE.findall(read_text(path, LIMIT, MeshError, "latin-1"))}
+        names = {match.strip() for match in _BESIDE.findall(read_text(path, LIMIT, MeshError, "latin-1"))}
         return tuple(path.parent / name for name in sorted(names))
     return ()
 
@@ -137,7 +137,7 @@ def _copy_beside(text: str, path: Path, folder: Path) -> None:
     """The HDF5 files of an .xdmf, which must lie in its own folder."""
     if re.search(r"Format\s*=\s*[\"']Binary", text, re.IGNORECASE):
         raise MeshError(f"{path}: takes numbers from a file of raw bytes, which is not read; write them as XML or HDF")
-    for name in sorted({found.strip() for found in _BESIDE.findall(text)}):
+    for name in sorted({match.strip() for match in _BESIDE.findall(text)}):
         if name != Path(name).name or name in ("", ".", "..") or (folder / name).exists():
             raise MeshError(f"{path}: takes numbers from {name!r}; put it into the same folder")
         check_file(path.parent / name, LIMIT, MeshError)
@@ -156,8 +156,8 @@ def _read(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str, ND
         ) from error
     said = json.loads(answer) if answer else {"error": "its reader ended without a word, or took too long"}
     if "error" in said:
-        told = said["error"].replace(str(folder), str(path.parent))
-        raise MeshError(f"{path}: not readable as a {path.suffix} file ({told}); export it again")
+        reason = said["error"].replace(str(folder), str(path.parent))
+        raise MeshError(f"{path}: not readable as a {path.suffix} file ({reason}); export it again")
     with np.load(result, allow_pickle=False) as arrays:
         return dict(arrays), said
 
@@ -195,11 +195,11 @@ def _refuse_missing_nodes(path: Path, blocks: list[Integers], nodes: int) -> Non
 
 
 def _by_type(blocks: list[tuple[str, Integers]]) -> dict[str, tuple[int, Integers | None]]:
-    found: dict[str, tuple[int, Integers | None]] = {}
+    elements: dict[str, tuple[int, Integers | None]] = {}
     for kind, cells in blocks:
         if kind in SOLIDS or kind.startswith(OTHER_SOLIDS):
-            found[kind] = (found.get(kind, (0, None))[0] + len(cells), cells if kind in SOLIDS else None)
-    return found
+            elements[kind] = (elements.get(kind, (0, None))[0] + len(cells), cells if kind in SOLIDS else None)
+    return elements
 
 
 def _values(name: str, data: list[NDArray[Any]]) -> list[tuple[str, int]]:

@@ -111,8 +111,8 @@ def _described(shape: Shape, rows: Integers, number: int) -> FoundFace:
     kind, normal, axis, radii = FREEFORM, None, None, None
     if np.abs(normals - normals[0]).max() < FLAT:
         kind, normal = "Plane", triple(normals[0])
-    elif len(rows) > 3 and (found := _cylinder(shape, rows, normals)) is not None:
-        kind, (point, direction, radius) = "Cylinder", found
+    elif len(rows) > 3 and (cylinder := _cylinder(shape, rows, normals)) is not None:
+        kind, (point, direction, radius) = "Cylinder", cylinder
         axis, radii = (triple(point), triple(direction), 0.0), (radius, radius)
     return FoundFace(
         numbers=(number,),
@@ -134,9 +134,9 @@ def _cylinder(shape: Shape, rows: Integers, normals: Array) -> tuple[Array, Arra
     """Triangles are chords: their middles and normals fit a cylinder roughly, their corners give its radius."""
     middles = shape.points[shape.triangles[rows]].mean(axis=1)
     extent = float(np.linalg.norm(np.ptp(middles, axis=0)))
-    if (found := fitted_cylinder(middles, normals, extent, CHORDS)) is None:
+    if (axis := fitted_cylinder(middles, normals, extent, CHORDS)) is None:
         return None
-    point, direction = found
+    point, direction = axis
     arms = shape.points[np.unique(shape.triangles[rows])] - point
     away = np.linalg.norm(arms - np.outer(arms @ direction, direction), axis=1)
     return (point, direction, float(away.mean())) if np.ptp(away) < ROUND * away.mean() else None

@@ -49,8 +49,8 @@ class DrawnOutline:
         def moved(loop: tuple[Corner, ...]) -> tuple[Corner, ...]:
             corners = np.array(loop)
             places = frame.seen(own.points(corners[:, :2]))
-            found = np.column_stack([places, bulged * corners[:, 2]])
-            return _corners(np.asarray(np.round(found, PICOMETRE) + 0.0, dtype=np.float64))
+            rows = np.column_stack([places, bulged * corners[:, 2]])
+            return _corners(np.asarray(np.round(rows, PICOMETRE) + 0.0, dtype=np.float64))
 
         return replace(self, outline=moved(self.outline), holes=tuple(map(moved, self.holes)), frame=frame)
 
@@ -85,11 +85,11 @@ def _read(state: FileState, path: Path, unit: float | None, oblique: bool) -> Dr
         check_readable(path)
     except GeometryError as error:
         raise GeometryError(f"Outlined.file = {error}") from error
-    found = run_gmsh({"task": "outline", "path": str(path), "oblique": oblique})
-    outline, *holes = (_corners(found[f"loop:{k}"]) for k in range(sum(name.startswith("loop:") for name in found)))
-    thickness = float(found["thickness"]) if "thickness" in found else None
-    frame = Frame(*(triple(row) for row in found["frame"]))
-    return DrawnOutline(outline, tuple(holes), thickness, frame, triple(found["normal"]))
+    arrays = run_gmsh({"task": "outline", "path": str(path), "oblique": oblique})
+    outline, *holes = (_corners(arrays[f"loop:{k}"]) for k in range(sum(name.startswith("loop:") for name in arrays)))
+    thickness = float(arrays["thickness"]) if "thickness" in arrays else None
+    frame = Frame(*(triple(row) for row in arrays["frame"]))
+    return DrawnOutline(outline, tuple(holes), thickness, frame, triple(arrays["normal"]))
 
 
 def is_step(path: Path) -> bool:

@@ -61,17 +61,19 @@ def _of_cad(path: Path, unit: LengthUnit | None) -> Part:
     brep = path.suffix.lower() in BREP_SUFFIXES
     length: LengthUnit | None = "mm" if brep and unit is None else unit
     part = CadPart(path, None if length is None else METRES[length])
-    found = inspect_geometry(part, picture=True)
+    inspected = inspect_geometry(part, picture=True)
     notes = (_assumed(path, "mm", "--unit m"),) if brep and unit is None else ()
-    return _of_found(path.name, found, None, notes)
+    return _of_found(path.name, inspected, None, notes)
 
 
 def _of_found(name: str, found: Inspected, keys: str | None, notes: tuple[str, ...]) -> Part:
     """``keys``: in front of the fields that problems name; ``None``: groups are nobody's wish, and none is missed."""
     if not found.faces:
         raise GeometryError("\n".join(message for _, message in found.problems))
-    told = () if keys is None else tuple(f"{keys}{key}: {text.partition(chr(10))[0]}" for key, text in found.problems)
-    return Part(name, found.faces, found.shape, found.parts, found.regions, (*notes, *told))
+    messages = (
+        () if keys is None else tuple(f"{keys}{key}: {text.partition(chr(10))[0]}" for key, text in found.problems)
+    )
+    return Part(name, found.faces, found.shape, found.parts, found.regions, (*notes, *messages))
 
 
 def of_mesh(name: str, mesh: SeatMesh, notes: tuple[str, ...]) -> Part:

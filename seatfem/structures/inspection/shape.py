@@ -71,8 +71,8 @@ class Shape:
         """(e, 2) edges that bound the group."""
         rows = self.triangles[self.groups[group]]
         edges = np.sort(np.concatenate([rows[:, [0, 1]], rows[:, [1, 2]], rows[:, [2, 0]]]), axis=1)
-        found, counts = np.unique(edges, axis=0, return_counts=True)
-        return np.asarray(found[counts == 1], dtype=np.int64)
+        distinct, counts = np.unique(edges, axis=0, return_counts=True)
+        return np.asarray(distinct[counts == 1], dtype=np.int64)
 
     def width(self, group: str) -> float:
         """Twice the area over the length of the outline [m]: of a ring or strip its width, of a disc its radius."""
@@ -93,12 +93,12 @@ class Shape:
         Of a body that nothing holds: to the farthest point.
         """
         depth = self.depth(group)
-        there = [self.triangles[self.groups[name]] for name in held if name in self.groups]
+        held_triangles = [self.triangles[self.groups[name]] for name in held if name in self.groups]
         nodes = np.unique(self.triangles[self.groups[group]])
         points = self.points[nodes[:: max(1, len(nodes) // SAMPLED)]]
-        if not there:
+        if not held_triangles:
             return float(np.linalg.norm(points.mean(axis=0) - self.points, axis=1).max())
-        away = float(np.mean(distances(points, self._sampled(np.concatenate(there)))))
+        away = float(np.mean(distances(points, self._sampled(np.concatenate(held_triangles)))))
         beside = math.sqrt(max(0.0, away**2 - depth**2))
         return beside if beside > BESIDE * depth else 0.0
 

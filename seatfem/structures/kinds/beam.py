@@ -148,8 +148,8 @@ class Beam(Structure):
         if self.release.tip_deflection is not None:
             return self.release.tip_deflection * beam.compliance(x, tip) / beam.compliance(tip, tip)
         assert self.release.mode is not None
-        here, free = beam.modes(self.release.mode).deflection(np.array([x, tip]))[-1]
-        return (self.release.deflection or 0.0) * float(here / free)
+        touched, free = beam.modes(self.release.mode).deflection(np.array([x, tip]))[-1]
+        return (self.release.deflection or 0.0) * float(touched / free)
 
     def closed_form(self) -> GreensFunction | None:
         return self._body(None, None, moved=False).greens
@@ -198,15 +198,15 @@ class Beam(Structure):
     def _loads(self) -> list[ReedLoad]:
         from impact.bodies import loads  # as above
 
-        found: list[ReedLoad] = []
+        reed_loads: list[ReedLoad] = []
         if self.pressure is not None:
-            found.append(loads.Pressure(self.pressure.course))
+            reed_loads.append(loads.Pressure(self.pressure.course))
         if self.point_force is not None:
             at = self.beam().free_point if self.point_force.at is None else self.point_force.at
-            found.append(loads.PointForce(self.point_force.course, at))
+            reed_loads.append(loads.PointForce(self.point_force.course, at))
         if self.gravity is not None:
-            found.append(loads.Gravity(self.gravity))
-        return found
+            reed_loads.append(loads.Gravity(self.gravity))
+        return reed_loads
 
     @model_validator(mode="after")
     def _force_on_the_reed(self) -> Self:

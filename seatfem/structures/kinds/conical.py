@@ -43,5 +43,5 @@ damping_ratio = 0.02
 
     def column(self) -> Column | None:
         """Under the band as it is seen along the axis."""
-        found = super().column()
-        return None if found is None else replace(found, area=found.area * math.sin(self.half_angle))
+        column = super().column()
+        return None if column is None else replace(column, area=column.area * math.sin(self.half_angle))

@@ -124,11 +124,11 @@ class Drawn(Elastic):
         from seatfem.structures.inspection.cad import inspect_geometry  # of bodies in files only
         from seatfem.structures.surface_outlines import Surface, of_surface
 
-        found, struck = inspect_geometry(shape, picture=not coarse), self.struck_face
-        normals = [face.normal for face in found.faces if struck in face.groups]
+        inspected, struck = inspect_geometry(shape, picture=not coarse), self.struck_face
+        normals = [face.normal for face in inspected.faces if struck in face.groups]
         normal = normals[0] if normals else None
         return of_surface(
-            name, Surface(found.shape, found.parts, struck, normal, self.held, self.bedded, self.own_axis)
+            name, Surface(inspected.shape, inspected.parts, struck, normal, self.held, self.bedded, self.own_axis)
         )
 
     # Levels of modelling
@@ -141,14 +141,14 @@ class Drawn(Elastic):
         return choose_level(self.levels(), error, self.model)
 
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
-        found, given = super().stated(error, rings), self.mesh
-        level = "spring" if self.model == "spring" else found.level
-        return replace(found, level=level, size=given.size, contact_size=given.contact_size, order=given.order)
+        method, mesh = super().stated(error, rings), self.mesh
+        level = "spring" if self.model == "spring" else method.level
+        return replace(method, level=level, size=mesh.size, contact_size=mesh.contact_size, order=mesh.order)
 
     def discrete(self, level: AnyLevel) -> Level:
-        found = next((name for name in DISCRETE if name == level), None)
-        if found is not None:
-            return found
+        same_level = next((name for name in DISCRETE if name == level), None)
+        if same_level is not None:
+            return same_level
         applying = [each.level for each in self.levels() if each.applies]
         return next(name for name in DISCRETE if name in applying)
 

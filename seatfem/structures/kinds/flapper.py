@@ -67,9 +67,9 @@ damping_ratio = 0.02
         outline, solid = self.geometry(), self.material.solid
         beam = SteppedCantilever(solid.young, solid.density, self.thickness, outline.widths(CHORDS))
         assert greens.modal is not None
-        wanted, found = greens.modal.omega[release.mode - 1], beam.frequencies(OF_THE_BEAM)
-        number = int(np.argmin(np.abs(found - wanted)))
-        if abs(found[number] / wanted - 1) > NEAR:
+        wanted, frequencies = greens.modal.omega[release.mode - 1], beam.frequencies(OF_THE_BEAM)
+        number = int(np.argmin(np.abs(frequencies - wanted)))
+        if abs(frequencies[number] / wanted - 1) > NEAR:
             return None
         centre = outline.centre[0]
         start = ModeShape(number + 1, at=centre, velocity=release.velocity)

@@ -62,5 +62,5 @@ file = "seat.h5"
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
         greens = self.function(duration)
-        asked = greens if method.rings is None else with_fewer_rings(greens, method.rings)
-        return Solved(asked, about={"seat_model": f"Green's function from {self.file.name}"})
+        combined = greens if method.rings is None else with_fewer_rings(greens, method.rings)
+        return Solved(combined, about={"seat_model": f"Green's function from {self.file.name}"})

@@ -64,14 +64,14 @@ class Material(Table):
 
 def _constants(name: str) -> dict[str, object]:
     """A listed material's values, as a file would state them. Raises `ValueError` for a name that is not listed."""
-    if (found := named_material(name)) is None:
+    if (material := named_material(name)) is None:
         close = get_close_matches(name.casefold(), NAMED_MATERIALS, n=1)
         meant = f"; did you mean {close[0]!r}?" if close else ""
         raise ValueError(
             f"no material named {name!r}{meant} There are: {', '.join(map(repr, NAMED_MATERIALS))}; of any other give "
             'young, poisson and density, as in { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
         )
-    return {"young": f"{found.young!r} Pa", "poisson": found.poisson, "density": f"{found.density!r} kg/m^3"}
+    return {"young": f"{material.young!r} Pa", "poisson": material.poisson, "density": f"{material.density!r} kg/m^3"}
 
 
 class OrthotropicMaterial(Table):

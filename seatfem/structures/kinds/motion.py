@@ -75,8 +75,8 @@ class _Course(Table):
     @property
     def course(self) -> Callable[[Array], Array]:
         """Of times (n,) [s], in SI."""
-        if (found := self.record()) is not None:
-            return found.course
+        if (record := self.record()) is not None:
+            return record.course
         value = self.value
         return lambda t: np.full(np.shape(t), value)
 
@@ -88,10 +88,10 @@ class _Course(Table):
 
         start = math.degrees(self.angle or 0.0)
         columns, units = stated_in(self.columns), stated_in(self.units)
-        found = read_time_series(
+        series = read_time_series(
             self.file, self.quantity, outside="hold", columns=columns, units=units, rpm=self.rpm, start=start
         )
-        return Record(self.quantity, found)
+        return Record(self.quantity, series)
 
 
 class PressureCourse(_Course):
@@ -161,8 +161,8 @@ class Moving(Structure):
         return self.deflection or 0.0
 
     def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
-        found = self.surrogate(duration, face)
-        return found.greens if found.exact else None
+        surrogate = self.surrogate(duration, face)
+        return surrogate.greens if surrogate.exact else None
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         known = self.closed_form() if greens is None else greens

@@ -74,11 +74,11 @@ class PlateRelease(Table):
 
     def _table(self) -> Mapping[str, Array]:
         assert self.field is not None
-        found = read_columns(self.field, FIELD, ("x", "y"))
-        if len(found) < 3:
+        table = read_columns(self.field, FIELD, ("x", "y"))
+        if len(table) < 3:
             raise ColumnsError(f"{self.field}: neither w nor velocity; one of these columns is needed")
-        check_scattered(self.field, found)
-        return found
+        check_scattered(self.field, table)
+        return table
 
     def _at(self, name: str, points: Array) -> Array:
         """(n,) of a column at points (n, 2), nan where none surround them; zero of a column that is not there."""

@@ -30,14 +30,14 @@ class Reduced(Moving):
         return (Applicability("3d", True, 0.0, "as the file has it"),)
 
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
-        given = self.greens
+        settings = self.greens
         return replace(
             super().stated(error, rings),
-            bandwidth=given.bandwidth,
-            tolerance=given.tolerance,
-            reduction=given.method,
-            max_vectors=given.max_vectors,
-            backend=given.backend,
+            bandwidth=settings.bandwidth,
+            tolerance=settings.tolerance,
+            reduction=settings.method,
+            max_vectors=settings.max_vectors,
+            backend=settings.backend,
         )
 
     @property

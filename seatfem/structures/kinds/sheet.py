@@ -233,10 +233,10 @@ damping_ratio = 0.02
         try:
             return _checked(drawn.outline, self.thickness, self.contact_at, segment, side, drawn.holes)
         except GeometryError as error:
-            told = str(error)
+            message = str(error)
             for field in ("outline", "holes"):
-                told = told.replace(f"Outlined.{field} = ", f"Outlined.file = {self.file.name}: {field}, ")
-            raise GeometryError(told) from error
+                message = message.replace(f"Outlined.{field} = ", f"Outlined.file = {self.file.name}: {field}, ")
+            raise GeometryError(message) from error
 
     @property
     def usual_radius(self) -> float:

@@ -215,20 +215,20 @@ class ThinPlate(Moving):
         from seatfem.structures.sheets import plate_modes  # scenes are read without finite elements
 
         band, coarser = (greens.provenance.get(name) for name in ("bandwidth_Hz", "coarser"))
-        asked = self.sheet(band if isinstance(band, float) else None)
-        return plate_modes(asked, coarser) if isinstance(coarser, float) else plate_modes(asked)
+        sheet = self.sheet(band if isinstance(band, float) else None)
+        return plate_modes(sheet, coarser) if isinstance(coarser, float) else plate_modes(sheet)
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
-        found = self.solved()
-        return Surrogate(found.greens, True, f"the plate itself, {len(found.modes.omega)} modes")
+        solved = self.solved()
+        return Surrogate(solved.greens, True, f"the plate itself, {len(solved.modes.omega)} modes")
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
         with watch("reduction"):
-            found = self.solved(method.lip, method.bandwidth, method.behind, mesh_error=mesh_error)
-        about = {"seat_model": f"Mindlin plate, {len(found.modes.omega)} modes", "seat_dof": found.model.size}
-        return Solved(found.greens, model=found.model, modes=found.modes, about=about)
+            solved = self.solved(method.lip, method.bandwidth, method.behind, mesh_error=mesh_error)
+        about = {"seat_model": f"Mindlin plate, {len(solved.modes.omega)} modes", "seat_dof": solved.model.size}
+        return Solved(solved.greens, model=solved.model, modes=solved.modes, about=about)
 
     def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
         from seatfem.structures.natural_modes import of_one  # of `seatfem modes` only

@@ -51,9 +51,9 @@ def arrays(gmsh: Any, scale: float) -> dict[str, Any]:
 def _solid_type(mesh: Any) -> int:
     present = [kind for kind in mesh.getElementTypes() if mesh.getElementProperties(kind)[1] == 3]
     if len(present) != 1 or present[0] not in SOLIDS:
-        found = ", ".join(_described(mesh, kind) for kind in present) or "none"
+        listed = ", ".join(_described(mesh, kind) for kind in present) or "none"
         raise GeometryError(
-            f"volume elements must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {found}"
+            f"volume elements must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {listed}"
         )
     return int(present[0])
 

@@ -59,7 +59,7 @@ def handed_over(path: Path) -> Iterator[Path]:
         try:
             yield copy
         except Exception as error:
-            told = str(error).replace(str(copy), str(path))
+            message = str(error).replace(str(copy), str(path))
             if isinstance(error, GeometryError):
-                raise GeometryError(told, error.field) from error
-            raise RuntimeError(told) from error
+                raise GeometryError(message, error.field) from error
+            raise RuntimeError(message) from error

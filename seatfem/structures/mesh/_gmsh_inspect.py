@@ -48,7 +48,7 @@ def inspect(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
         return _json({"faces": [], "groups": {}, "regions": {}, "volume": 0.0, "problems": [(error.field, str(error))]})
     groups = _groups(faces, geometry.patches, problems)
     flat = [name for name, tags in groups.items() if all(f.kind == "Plane" for f in faces if f.tag in tags)]
-    found = {
+    answer = {
         "faces": [_described(gmsh, face, unit) for face in faces],
         "groups": groups,
         "regions": regions,
@@ -57,7 +57,7 @@ def inspect(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
         "flat": flat,
     }
     edges = _edges(gmsh, [groups[name] for name in flat], unit)
-    return _json(found) | edges | _coarse_mesh(gmsh, groups.get("contact", []), unit, picture=job["picture"])
+    return _json(answer) | edges | _coarse_mesh(gmsh, groups.get("contact", []), unit, picture=job["picture"])
 
 
 def _built(
@@ -106,14 +106,14 @@ def _groups(faces: Sequence[Face], patches: Patches, problems: list[Problem]) ->
     groups: dict[str, list[int]] = {}
     for name, selectors in patches.items():
         field = name if name in ("contact", "fixed") else f"groups.{name}"
-        found: set[int] = set()
+        selected: set[int] = set()
         for selector in selectors:
             try:
-                found |= {face.tag for face in select(faces, selector, name)}
+                selected |= {face.tag for face in select(faces, selector, name)}
             except GeometryError as error:
                 problems.append((field, str(error)))
-        if found:
-            groups[name] = sorted(found)
+        if selected:
+            groups[name] = sorted(selected)
     if shared := set(groups.get("contact", ())) & set(groups.get("fixed", ())):
         numbers = sorted({number for face in faces if face.tag in shared for number in face.numbers})
         problems.append(("fixed", f"faces {numbers} are selected both as 'contact' and as 'fixed'"))

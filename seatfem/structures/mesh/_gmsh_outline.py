@@ -46,9 +46,9 @@ def outline(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     gmsh.model.occ.synchronize()
     face, thickness = _face(gmsh, path)
     frame = _frame(face, path, oblique=job["oblique"])
-    found = {f"loop:{k}": loop for k, loop in enumerate(_loops(gmsh, face, path, frame))}
-    found |= {"frame": np.array([frame.origin, frame.x, frame.y]), "normal": np.array(face.normal)}
-    return found | ({} if thickness is None else {"thickness": np.float64(thickness)})
+    answer = {f"loop:{k}": loop for k, loop in enumerate(_loops(gmsh, face, path, frame))}
+    answer |= {"frame": np.array([frame.origin, frame.x, frame.y]), "normal": np.array(face.normal)}
+    return answer | ({} if thickness is None else {"thickness": np.float64(thickness)})
 
 
 def _wrong(path: Path, what: str) -> GeometryError:
@@ -104,14 +104,14 @@ def _loops(gmsh: Any, face: Face, path: Path, frame: Frame) -> list[Array]:
     def open_at(point: Array) -> GeometryError:
         return _wrong(path, "its outline is open at ({:.6g}, {:.6g}) mm; close it".format(*(1e3 * point)))
 
-    found = sorted(loops.closed(chains, 1e-6 * size, open_at), key=lambda loop: -abs(loops.area(loop)))
-    area = abs(loops.area(found[0])) - sum(abs(loops.area(hole)) for hole in found[1:])
+    outlines = sorted(loops.closed(chains, 1e-6 * size, open_at), key=lambda loop: -abs(loops.area(loop)))
+    area = abs(loops.area(outlines[0])) - sum(abs(loops.area(hole)) for hole in outlines[1:])
     if not math.isclose(area, face.area, rel_tol=LOST):
         raise _wrong(
             path,
             f"arcs along its curves enclose {area / face.area - 1:+.1e} more area than the face; redraw them",
         )
-    return found
+    return outlines
 
 
 def _chain(gmsh: Any, tag: int, frame: Frame) -> Array:

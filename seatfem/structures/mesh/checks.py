@@ -41,8 +41,8 @@ def check_groups(arrays: MeshArrays, required: tuple[str, ...]) -> None:
     """Every required surface group is there, and no group is empty."""
     for name in required:
         if name not in arrays.surfaces:
-            there = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
-            raise MeshError(f"{arrays.source}: no surface group named {name!r}; the mesh has: {there}")
+            listed = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
+            raise MeshError(f"{arrays.source}: no surface group named {name!r}; the mesh has: {listed}")
     for kind, groups in (("surface", arrays.surfaces), ("volume", arrays.volumes)):
         for name, members in groups.items():
             if len(members) == 0:
@@ -90,16 +90,16 @@ def check_elements(arrays: MeshArrays) -> None:
 def check_parts(arrays: MeshArrays, parts: int = 1) -> None:
     """The elements hang together in as many parts as expected; parts that share no node are different ones."""
     label = part_of_element(arrays)
-    found = int(label.max(initial=-1)) + 1
-    if found == parts:
+    count = int(label.max(initial=-1)) + 1
+    if count == parts:
         return
     sizes = np.bincount(label)
     largest = np.argsort(sizes)[::-1][: 2 * SHOWN]
     listed = "; ".join(f"{sizes[k]} elements around {_place(_middle(arrays, label == k))}" for k in largest)
-    more = f"; {found - len(largest)} more" if found > len(largest) else ""
+    more = f"; {count - len(largest)} more" if count > len(largest) else ""
     raise MeshError(
-        f"{arrays.source}: the mesh has {found} parts that share no node, not {parts}: {listed}{more}; "
-        f"join them (merge = TOLERANCE where their nodes coincide), drop the loose ones, or accept parts = {found}"
+        f"{arrays.source}: the mesh has {count} parts that share no node, not {parts}: {listed}{more}; "
+        f"join them (merge = TOLERANCE where their nodes coincide), drop the loose ones, or accept parts = {count}"
     )
 
 

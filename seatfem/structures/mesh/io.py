@@ -119,8 +119,8 @@ def _facets(mesh: SolidMesh, faces: Integers, name: str, source: str) -> Integer
     rows = np.vstack([np.sort(mesh.facets[:, near].T, axis=1), np.sort(known, axis=1)])
     _, key = np.unique(rows, axis=0, return_inverse=True)
     key = key.ravel()
-    found = np.isin(key[len(near) :], key[: len(near)])
-    lost = len(faces) - int(found.sum())
+    matched = np.isin(key[len(near) :], key[: len(near)])
+    lost = len(faces) - int(matched.sum())
     if lost:
         raise MeshError(f"{source}: {lost} of {len(faces)} {shape} of {name!r} must be faces of its elements")
     return np.sort(near[np.isin(key[: len(near)], key[len(near) :])])

@@ -68,11 +68,11 @@ def make_mesh(
     else:
         job = {"task": "mesh", "geometry": data, "spec": asdict(spec), "sectors": sector}
         with _replacing(msh) as temporary:
-            found = gmsh(job | {"msh": temporary}, progress)
-        arrays, version = from_gmsh(found, source), str(found["gmsh_version"])
-        cad = {name: float(value) for name, value in groups(found, "cad").items()}
+            answer = gmsh(job | {"msh": temporary}, progress)
+        arrays, version = from_gmsh(answer, source), str(answer["gmsh_version"])
+        cad = {name: float(value) for name, value in groups(answer, "cad").items()}
         cad_volume = cad.pop("volume")
-        notes = tuple(str(note) for note in found["notes"])
+        notes = tuple(str(note) for note in answer["notes"])
     provenance = MeshProvenance(
         source=source,
         content_hash=content_hash(geometry, spec, sector),

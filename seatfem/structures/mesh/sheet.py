@@ -43,16 +43,16 @@ def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gms
     if shape.plan is None:
         raise GeometryError(f"{shape.source} has no plan: a plate must be a sheet of even thickness")
     spec, parts = MeshSpec(size, order=2, shape="hex"), 2 if isinstance(shape, Flat) and shape.is_mirrored else 1
-    made = gmsh({"task": "plan", "geometry": encode(shape), "spec": asdict(spec), "sectors": parts}, progress)
-    used, rows = np.unique(made["cells"], return_inverse=True)
-    points, cells, lines = made["points"][used], rows.reshape(made["cells"].shape), {}
+    arrays = gmsh({"task": "plan", "geometry": encode(shape), "spec": asdict(spec), "sectors": parts}, progress)
+    used, rows = np.unique(arrays["cells"], return_inverse=True)
+    points, cells, lines = arrays["points"][used], rows.reshape(arrays["cells"].shape), {}
     if parts == 2:
         points, cells = with_image(points, cells)
     if isinstance(shape, Flat) and shape.is_clamped:
         lines[CLAMPED] = np.flatnonzero(shape.clamped(points))
         if not len(lines[CLAMPED]):
             raise MeshError(f"{shape.source}: no node lies where it is clamped; mesh finer")
-    mesh, drawn = PlateMesh(points, cells, lines), parts * float(made[f"cad:{EVERYWHERE}"])
+    mesh, drawn = PlateMesh(points, cells, lines), parts * float(arrays[f"cad:{EVERYWHERE}"])
     if abs(mesh.area / drawn - 1) > AREA_TOLERANCE:
         raise MeshError(
             f"{shape.source}: the mesh has {percent(mesh.area / drawn - 1, sign=True)} more area than the drawing"

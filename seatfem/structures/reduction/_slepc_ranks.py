@@ -67,19 +67,19 @@ class Model:
         first, last = whole.getOwnershipRange()
         rows, kept = starts[first : last + 1], slice(int(starts[first]), int(starts[last]))
         csr = (rows - rows[0]).astype(PETSc.IntType), columns[kept].astype(PETSc.IntType), np.array(data[kept])
-        made = PETSc.Mat().createAIJ(size=((last - first, n), (last - first, n)), csr=csr)
-        made.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-        made.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
-        return made
+        matrix = PETSc.Mat().createAIJ(size=((last - first, n), (last - first, n)), csr=csr)
+        matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
+        return matrix
 
     def vectors(self, name: str) -> list[Any]:
         """The columns of a file."""
         columns = np.load(self.path(name), mmap_mode="r")
-        found = []
+        vectors = []
         for j in range(columns.shape[1]):
-            found.append(self.K.createVecRight())
-            found[-1].setArray(np.array(columns[self.first : self.last, j]))
-        return found
+            vectors.append(self.K.createVecRight())
+            vectors[-1].setArray(np.array(columns[self.first : self.last, j]))
+        return vectors
 
     def write(self, name: str, vectors: Any, count: int) -> None:
         """Columns on file, one of them in the memory of rank 0 at a time."""
@@ -100,22 +100,22 @@ class Model:
     def solve(self, vectors: list[Any]) -> list[Any]:
         """The factorized matrix's inverse times several vectors."""
         size = (self.K.getLocalSize()[0], self.K.getSize()[0])
-        right, left = (PETSc.Mat().createDense(size=(size, len(vectors))) for _ in range(2))
-        for matrix in (right, left):
+        right, solution = (PETSc.Mat().createDense(size=(size, len(vectors))) for _ in range(2))
+        for matrix in (right, solution):
             matrix.setUp()
         array = right.getDenseArray()
         for j, vector in enumerate(vectors):
             array[:, j] = vector.getArray()
         del array
-        for matrix in (right, left):
+        for matrix in (right, solution):
             matrix.assemble()
-        self.factor.matSolve(right, left)
-        found = [vector.duplicate() for vector in vectors]
-        for j, vector in enumerate(found):
-            vector.setArray(np.array(left.getDenseArray()[:, j]))
+        self.factor.matSolve(right, solution)
+        columns = [vector.duplicate() for vector in vectors]
+        for j, vector in enumerate(columns):
+            vector.setArray(np.array(solution.getDenseArray()[:, j]))
         right.destroy()
-        left.destroy()
-        return found
+        solution.destroy()
+        return columns
 
     def do_factorize(self, square: float) -> Answer:
         """K + square M = L D L' by MUMPS."""
@@ -137,20 +137,20 @@ class Model:
             return {"mumps": [self.factor.getMumpsInfog(1), self.factor.getMumpsInfog(2)]}
         right = self.K.createVecRight()
         right.setArray(np.cos(np.arange(self.first, self.last, dtype=float)))
-        left = matrix * self.solve([right])[0]
-        left.axpy(-1.0, right)
+        residual = matrix * self.solve([right])[0]
+        residual.axpy(-1.0, right)
         entries = self.factor.getMumpsInfog(29)  # in millions where it is negative
         return {
             "negative": self.factor.getMumpsInfog(12),
-            "residual": left.norm() / right.norm(),
+            "residual": residual.norm() / right.norm(),
             "entries": entries if entries >= 0 else -1000000 * entries,
             "megabytes": self.factor.getMumpsInfog(22),  # of all ranks
         }
 
     def do_solve(self) -> Answer:
         """The columns of right.npy."""
-        found = self.solve(self.vectors("right"))
-        self.write("left", found, len(found))
+        solutions = self.solve(self.vectors("right"))
+        self.write("left", solutions, len(solutions))
         return {}
 
     def do_start(self, limit: int) -> Answer:
@@ -172,9 +172,9 @@ class Model:
     def do_combine(self) -> Answer:
         """The basis times the columns of coefficients.npy."""
         factors = np.load(self.path("coefficients"))
-        V, made = self.basis.V, self.K.createVecRight()
+        V, vector = self.basis.V, self.K.createVecRight()
         V.setActiveColumns(0, len(factors))
-        each = (V.multVec(1.0, 0.0, made, list(column)) or made for column in factors.T)
+        each = (V.multVec(1.0, 0.0, vector, list(column)) or vector for column in factors.T)
         self.write("vectors", each, factors.shape[1])
         return {}
 
@@ -260,17 +260,17 @@ class Basis:
 
 def lines() -> Iterator[str]:
     """What comes in, as it comes. After its end the process ends, soon and whatever it is doing."""
-    found: queue.Queue[str] = queue.Queue()
+    incoming: queue.Queue[str] = queue.Queue()
 
     def listen() -> None:
         for line in sys.stdin:
-            found.put(line)
-        found.put('{"do": "end"}')
+            incoming.put(line)
+        incoming.put('{"do": "end"}')
         time.sleep(PATIENCE)
         os._exit(1)
 
     threading.Thread(target=listen, daemon=True).start()
-    return iter(found.get, None)
+    return iter(incoming.get, None)
 
 
 def heard(line: str) -> Any:

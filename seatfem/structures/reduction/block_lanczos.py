@@ -149,8 +149,8 @@ class BlockLanczos:
     def vectors(self, ritz: RitzValues, chosen: Array) -> Array:
         """(n, len(chosen)) M-normalised OP y/theta of the chosen Ritz vectors y: inverse iteration at no cost."""
         coefficients = ritz.coefficients[:, chosen]
-        left = self._residual(coefficients) / ritz.theta[chosen]
-        together = np.concatenate([coefficients, left]) / np.sqrt(1 + np.sum(left**2, axis=0))
+        residual = self._residual(coefficients) / ritz.theta[chosen]
+        together = np.concatenate([coefficients, residual]) / np.sqrt(1 + np.sum(residual**2, axis=0))
         return np.asarray(self._vectors[:, : len(together)] @ together)
 
     def restart(self, kept: int) -> None:

@@ -61,8 +61,8 @@ class History:
         if not np.isfinite(error):
             return 0.0
         self.first_error = min(self.first_error, max(error, 2 * self.tolerance))
-        done = np.log(self.first_error / max(error, self.tolerance)) / np.log(self.first_error / self.tolerance)
-        return float(np.clip(done, 0.0, 0.99))
+        share = np.log(self.first_error / max(error, self.tolerance)) / np.log(self.first_error / self.tolerance)
+        return float(np.clip(share, 0.0, 0.99))
 
 
 def _apart(response: Array, other: Array) -> float:

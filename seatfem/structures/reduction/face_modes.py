@@ -64,10 +64,10 @@ def _modes(model: SecondOrderModel, aims: Aims) -> Modes:
     try:
         return solve_modes(model, up_to_hz=BEYOND * aims.bandwidth, limit=MOST_MODES, backend=aims.backend)
     except CrowdedError as crowded:
-        left, lower = crowded.count, aims.bandwidth
-        while left > MOST_MODES:
-            lower *= 0.95 * (MOST_MODES / left) ** (1 / 3)
-            left = counting_shift(model, (2 * np.pi * BEYOND * lower) ** 2, aims.backend).count
+        count, lower = crowded.count, aims.bandwidth
+        while count > MOST_MODES:
+            lower *= 0.95 * (MOST_MODES / count) ** (1 / 3)
+            count = counting_shift(model, (2 * np.pi * BEYOND * lower) ** 2, aims.backend).count
         raise ConvergenceError(
             f"contact.ports: the seat has {crowded.count} modes below {BEYOND:g} times seat.greens.bandwidth = "
             f"{write_quantity(aims.bandwidth, 'frequency', 3)} (limit {MOST_MODES}): lower it to "

@@ -131,8 +131,8 @@ def _mkl_runtime() -> Path | None:
         files = metadata.files("mkl") or ()
     except metadata.PackageNotFoundError:
         return None
-    found = (Path(str(file.locate())).resolve() for file in files if "mkl_rt" in file.name)
-    return next((path for path in found if path.is_file()), None)
+    paths = (Path(str(file.locate())).resolve() for file in files if "mkl_rt" in file.name)
+    return next((path for path in paths if path.is_file()), None)
 
 
 def _pardiso(matrix: sparse.csr_array, definite: bool, solver_class: Any) -> tuple[Callable[[Array], Array], int]:

@@ -103,12 +103,12 @@ def reduced(
     """As `reduce_model`, of all ports, with the aims in one."""
     if not (damping_ratio >= 0 and math.isfinite(damping_ratio)):
         raise ModelError(f"damping_ratio = {damping_ratio} must be >= 0 and finite")
-    asked = None if method == AUTO else named(method)
+    named_reducer = None if method == AUTO else named(method)
     if not model.ports:
         raise ModelError("the model has no port to be pushed at; give it one")
     _refuse_beyond_measure(model)
     damping = model.damping.plus(damping_ratio)
-    reducer, reason = choose(model, damping, aims) if asked is None else (asked, "asked for")
+    reducer, reason = choose(model, damping, aims) if named_reducer is None else (named_reducer, "asked for")
     if why := refusal(reducer, model, damping, aims):
         raise ModelError(why)
     remembered = memory(damping_ratio, aims.bandwidth)

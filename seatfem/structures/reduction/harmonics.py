@@ -128,19 +128,19 @@ def combine_harmonics(
         progress("harmonics", harmonic / (harmonic + 12))
         if harmonic > _FEWEST and max(lags[-2:]) <= aims.tolerance / 6:
             break
-    done = last = harmonic - 1
+    wave_harmonics = last = harmonic - 1
     if total.touches_from(harmonic):
-        tail, doubt = _static_tail(build, total, done, aims, max_harmonic)
+        tail, doubt = _static_tail(build, total, wave_harmonics, aims, max_harmonic)
         impedances = {name: 2 * float(port.impedance or math.inf) for name, port in model.ports.items()}
-        lacking = damping.first_velocity() * first_velocities_beyond(patches, impedances, done)
+        lacking = damping.first_velocity() * first_velocities_beyond(patches, impedances, wave_harmonics)
         total.close(relaxation(tail.compliance(), lacking, damping.beta), max(lags[-2:]) + doubt)
         last = tail.last
     progress("harmonics", 1.0)
     return total.greens(
         {
             "method": "harmonics",
-            "reason": f"{done + 1} harmonics with waves in the band, static compliances up to n = {last}",
-            "harmonics": done,
+            "reason": f"{wave_harmonics + 1} harmonics with waves in the band, static compliances up to n = {last}",
+            "harmonics": wave_harmonics,
             "static_harmonics": last,
             "bandwidth_Hz": aims.bandwidth,
             "duration_s": aims.duration,

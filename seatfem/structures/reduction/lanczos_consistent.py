@@ -42,11 +42,11 @@ class ConsistentRecursion(Recursion):
         self.complete = self.width == 0
 
     def _step(self) -> Array:
-        left = self._K @ self._now - self._dual_before @ self._link.T
-        block = np.asarray(self._now.T @ left)
-        left -= self._dual @ block
+        residual = self._K @ self._now - self._dual_before @ self._link.T
+        block = np.asarray(self._now.T @ residual)
+        residual -= self._dual @ block
         self._dual_before = self._dual
-        self._now, self._dual, self._link = _orthonormal(self._solve(left), left)
+        self._now, self._dual, self._link = _orthonormal(self._solve(residual), residual)
         return block
 
     def _solve(self, right: Array) -> Array:
@@ -56,22 +56,22 @@ class ConsistentRecursion(Recursion):
             ModelError: a mass that is not positive definite, or worse scaled than any of elements.
         """
         wanted = TOLERANCE**2 * np.sum(self._inverse * right**2, axis=0)
-        found = self._inverse * right
-        left = right - self._M @ found
-        scaled = self._inverse * left
-        direction, square = scaled, np.sum(left * scaled, axis=0)
+        solution = self._inverse * right
+        residual = right - self._M @ solution
+        scaled = self._inverse * residual
+        direction, square = scaled, np.sum(residual * scaled, axis=0)
         for _ in range(MOST):
             if np.all(square <= wanted):
-                return np.asarray(found)
+                return np.asarray(solution)
             image = self._M @ direction
             length = np.sum(direction * image, axis=0)
             if np.any((length <= 0) & (square > wanted)):
                 break
             step = square / np.maximum(length, 1e-300)
-            found += step * direction
-            left -= step * image
-            scaled = self._inverse * left
-            before, square = np.maximum(square, 1e-300), np.sum(left * scaled, axis=0)
+            solution += step * direction
+            residual -= step * image
+            scaled = self._inverse * residual
+            before, square = np.maximum(square, 1e-300), np.sum(residual * scaled, axis=0)
             direction = scaled + square / before * direction
         raise ModelError(
             f"the mass is none of elements: it is not positive definite, or so badly scaled that {MOST} iterations of "

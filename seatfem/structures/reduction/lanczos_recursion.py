@@ -31,9 +31,9 @@ class Recursion:
         shapes = rigid_shapes(model)
         self.rigid = shapes.T @ model.port_matrix
         q = self._root[:, None] * model.port_matrix - (shapes / self._root[:, None]) @ self.rigid
-        left, sizes, right = np.linalg.svd(q, full_matrices=False)
+        basis, sizes, right = np.linalg.svd(q, full_matrices=False)
         kept = sizes > 1e-12 * np.linalg.norm(self._root[:, None] * model.port_matrix)
-        self._now, self.start = np.ascontiguousarray(left[:, kept]), sizes[kept, None] * right[kept]
+        self._now, self.start = np.ascontiguousarray(basis[:, kept]), sizes[kept, None] * right[kept]
         self._before, self._link = np.zeros_like(self._now), np.zeros((self.width, self.width))
         self._diagonal: list[Array] = []
         self._below: list[Array] = []  # B_j+1 of step j

@@ -62,7 +62,7 @@ def lip_greens(
     first = build(0)
     damping = first.damping.plus(damping_ratio)
     compliance, last, doubt = _statics(build, first, patches, rings, aims, progress)
-    found = _Modes(len(patches))
+    all_modes = _Modes(len(patches))
     harmonic = 0
     while not static:
         model = first if harmonic == 0 else build(harmonic)
@@ -73,14 +73,14 @@ def lip_greens(
         zeta = own.ratios(modes.omega, own.losses(modes.shapes))
         of_rings = modes.shapes.T @ np.stack([model.ports[ring].vector for ring in rings], axis=1)
         for wave in mixing(patches, rings, harmonic):
-            found.add(modes.omega, zeta, of_rings @ wave.T)
+            all_modes.add(modes.omega, zeta, of_rings @ wave.T)
         harmonic += 1
         progress("harmonics", harmonic / (harmonic + 8))
     widths = np.array([patch.width for patch in patches.values()])
     impedance = np.array([first.ports[patch.boundary].impedance or math.inf for patch in patches.values()], dtype=float)
     start = np.diag(damping.first_velocity() * 2 * math.pi / (widths * impedance))
-    rest = relaxation(found.left_of(compliance), start, damping.beta)
-    greens = ModalGreens(*found.together, rest, tuple(patches))
+    rest = relaxation(all_modes.left_of(compliance), start, damping.beta)
+    greens = ModalGreens(*all_modes.together, rest, tuple(patches))
     cutoff, t = BEYOND * aims.bandwidth, error_times(aims.duration, aims.width)
     error = modal_error(greens, t, aims.bandwidth, cutoff, [0]) if len(greens.omega) else 0.0
     origin = {

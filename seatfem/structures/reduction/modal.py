@@ -76,7 +76,7 @@ class Modal(Reducer):
         small = dense_modes(model, scale) if model.size <= DENSE and not aims.distributed else None
         spectrum = backend.spectrum(progress)
         static: tuple[float, Array, bool] | None = None
-        cutoff, found, error = 3.0 * aims.bandwidth, 0, np.inf
+        cutoff, count, error = 3.0 * aims.bandwidth, 0, np.inf
         while True:
             square = (2 * np.pi * cutoff) ** 2
             if small is None:
@@ -87,19 +87,19 @@ class Modal(Reducer):
                     raise CountError(f"{problem}: use method='krylov'") from problem
                 except ConvergenceError as problem:
                     raise ConvergenceError(
-                        f"{problem}, and {found} leave an error of {error:.1e} (tolerance {aims.tolerance:.1e}): use "
+                        f"{problem}, and {count} leave an error of {error:.1e} (tolerance {aims.tolerance:.1e}): use "
                         "method='krylov'"
                     ) from problem
             modes = modes_of(spectrum, scale) if small is None else small
-            found = len(modes.omega)
+            count = len(modes.omega)
             if static is None:
                 static = _static(model, modes, backend)
             greens, error = _of_modes(model, damping, modes, cutoff, aims, static)
-            if error <= aims.tolerance or (found == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
+            if error <= aims.tolerance or (count == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
                 break
             cutoff *= 1.3
         progress("reduction", 1.0)
-        return Reduction(_told(greens, error, found, cutoff), modes)
+        return Reduction(_told(greens, error, count, cutoff), modes)
 
 
 def with_modes(

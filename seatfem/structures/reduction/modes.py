@@ -194,5 +194,5 @@ def _modes(model: SecondOrderModel, values: Array, shapes: Array, shift: float, 
 def eigen_residuals(model: SecondOrderModel, square: Array, shapes: Array, shift: float) -> Array:
     """(m,) ||K y - w^2 M y|| / ((w^2 + s^2) ||M y||) with w^2 = ``square``."""
     mass = model.M @ shapes
-    left = np.linalg.norm(model.K @ shapes - mass * square, axis=0)
-    return np.asarray(left / ((square + shift**2) * np.linalg.norm(mass, axis=0)))
+    residuals = np.linalg.norm(model.K @ shapes - mass * square, axis=0)
+    return np.asarray(residuals / ((square + shift**2) * np.linalg.norm(mass, axis=0)))

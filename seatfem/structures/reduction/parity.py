@@ -28,12 +28,12 @@ def with_parity(modes: Modes, model: SecondOrderModel, points: Array) -> Modes:
         points: (n, 2) of its nodes.
     """
     image = points * (1, -1)
-    here, there = (np.lexsort(each.T) for each in (points, image))
+    order, image_order = (np.lexsort(each.T) for each in (points, image))
     dofs = model.dofs
-    if not np.array_equal(points[here], image[there]) or not isinstance(dofs, DofMap):
+    if not np.array_equal(points[order], image[image_order]) or not isinstance(dofs, DofMap):
         return modes
-    node = np.empty_like(here)
-    node[here] = there
+    node = np.empty_like(order)
+    node[order] = image_order
     free = dofs.free
 
     def image_of(shapes: Array) -> Array:

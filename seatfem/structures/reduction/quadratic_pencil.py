@@ -129,8 +129,8 @@ def _pencil(C: Array, square: Array, ports: Array, zeros: int) -> tuple[Array, A
         block = gram[np.ix_(group, group)]
         root = np.sqrt(block) if len(group) == 1 else np.asarray(scipy.linalg.sqrtm(block))
         shapes[group] = np.linalg.solve(root, complex_y[:, group].T @ ports)
-    found = s[above]
-    return np.maximum(rates, 0.0), real_shapes, signs, np.minimum(found.real, 0.0) + 1j * found.imag, shapes
+    poles = s[above]
+    return np.maximum(rates, 0.0), real_shapes, signs, np.minimum(poles.real, 0.0) + 1j * poles.imag, shapes
 
 
 def _gram(C: Array, s: Complex, y: Complex) -> tuple[Complex, Complex]:

@@ -27,13 +27,15 @@ def reducers() -> Mapping[str, Reducer]:
     Raises:
         ModelError: two kinds have one name.
     """
-    found: dict[str, Reducer] = {}
+    by_name: dict[str, Reducer] = {}
     for kind in dict.fromkeys((*_OURS, *defined())):
-        made = kind()
-        if made.name in found:
-            raise ModelError(f"two reductions are named {made.name!r}, rename one: {type(found[made.name])} and {kind}")
-        found[made.name] = made
-    return found
+        reducer = kind()
+        if reducer.name in by_name:
+            raise ModelError(
+                f"two reductions are named {reducer.name!r}, rename one: {type(by_name[reducer.name])} and {kind}"
+            )
+        by_name[reducer.name] = reducer
+    return by_name
 
 
 def named(name: str) -> Reducer:

@@ -70,15 +70,15 @@ def mixing(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int) ->
 
     With them g_ij gains sum over the matrices of X g_n X'; matrices of zeros are left out.
     """
-    found = []
+    matrices = []
     for wave in (np.cos, np.sin):
         weight = np.zeros((len(patches), len(rings)))
         for i, patch in enumerate(patches.values()):
             amplitude = float(patch.coefficients(harmonic) * wave(harmonic * patch.angle))
             weight[i, rings.index(patch.boundary)] = amplitude if abs(amplitude) > 1e-12 else 0.0
         if np.any(weight):
-            found.append(weight)
-    return found
+            matrices.append(weight)
+    return matrices
 
 
 def summed(patches: Mapping[str, RingPatch], harmonics: NDArray[np.int64], law: Array, places: list[int]) -> Array:

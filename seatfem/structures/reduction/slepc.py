@@ -86,12 +86,12 @@ class Ranks:
 
     def take(self, name: str, shape: tuple[int, ...]) -> Array:
         """What they wrote. Raises `RanksError` of another shape than was asked for."""
-        found: Array = np.load(self.folder / f"{name}.npy", mmap_mode="r", allow_pickle=False)
-        if found.shape != shape or found.dtype != np.float64:
+        values: Array = np.load(self.folder / f"{name}.npy", mmap_mode="r", allow_pickle=False)
+        if values.shape != shape or values.dtype != np.float64:
             raise RanksError(
-                f"slepc: the ranks wrote {found.dtype} {found.shape} where {shape} was asked for; run it again"
+                f"slepc: the ranks wrote {values.dtype} {values.shape} where {shape} was asked for; run it again"
             )
-        return np.array(found)
+        return np.array(values)
 
     def factorize(self, square: float, *, definite: bool = True) -> Factorization:
         """Of K + ``square`` M. Raises `FactorizationError` as `factorization.factorize` does."""
@@ -242,16 +242,16 @@ class RanksSpectrum:
         if value <= self.top:
             return
         self.progress("factorization", 0.0)
-        there = self.ranks.factorize(-value, definite=False).negative_pivots
+        total = self.ranks.factorize(-value, definite=False).negative_pivots
         self.progress("factorization", 1.0)
-        assert there is not None
-        if most is not None and there > most:
+        assert total is not None
+        if most is not None and total > most:
             raise ConvergenceError(
-                f"{there} modes lie below {write_quantity(np.sqrt(value) / (2 * np.pi), 'frequency', 3)} (limit "
+                f"{total} modes lie below {write_quantity(np.sqrt(value) / (2 * np.pi), 'frequency', 3)} (limit "
                 f"{most}); lower the bandwidth"
             )
         low = max(self.top, -value)
-        if more := there - len(self.values):
+        if more := total - len(self.values):
             count = self.ranks.ask("eigen", low=low, high=value, tolerance=EIGEN_TOLERANCE)["count"]
             if count != more:
                 raise ConvergenceError(

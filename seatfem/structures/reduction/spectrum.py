@@ -142,12 +142,12 @@ class Spectrum:
         while True:
             _grow(lanczos, aim)
             ritz = lanczos.ritz()
-            found = _settled(ritz, shift, have, upto, end)
-            if found is not None and end is None and check and upto > shift.count:
+            settled = _settled(ritz, shift, have, upto, end)
+            if settled is not None and end is None and check and upto > shift.count:
                 end = self._counted_behind(ritz, shift, upto)
                 upto = end.count
-                found = _settled(ritz, shift, have, upto, end)
-            if found is not None:
+                settled = _settled(ritz, shift, have, upto, end)
+            if settled is not None:
                 break
             need, good = upto - have, int(np.sum(ritz.errors <= TOLERANCE))
             self.progress("modes", min(0.99, (have + good) / (upto + 1)))
@@ -156,7 +156,7 @@ class Spectrum:
             if good >= need + 2 * lanczos.block:  # all around is found: repeated more often than the block is wide
                 lanczos.renew()
             aim = lanczos.size + max(lanczos.block, need // 8)
-        self._take(lanczos, ritz, found)
+        self._take(lanczos, ritz, settled)
         self.top = shift.value if end is None else end.value
         self.counted = self.counted and (end is not None or upto == shift.count)
         self.progress("modes", 1.0)

@@ -197,8 +197,8 @@ def step_face_names(path: Path) -> list[tuple[str, str]]:
             faces[number] = (face[1], face[2])
         elif keyword == "CLOSED_SHELL" and (shell := _SHELL.match(body)):
             ordered += re.findall(r"#\d+", shell[1])
-    found = [faces.get(face, ("", "")) for face in ordered]
-    return [(name, kinds.get(surface, "")) for name, surface in found]
+    pairs = [faces.get(face, ("", "")) for face in ordered]
+    return [(name, kinds.get(surface, "")) for name, surface in pairs]
 
 
 def imported_unit(part: CadPart) -> float:
@@ -213,12 +213,12 @@ def imported_unit(part: CadPart) -> float:
 
 def stated_unit(path: Path) -> float:
     """Metres per length unit, as the STEP file states it. Raises `GeometryError` where it states none."""
-    found = [body for _, keyword, body in entities(cad_text(path)) if not keyword and _LENGTH_UNIT.search(body)]
-    named = next(filter(None, (_NAMED_UNIT.search(body) for body in found)), None)
+    units = [body for _, keyword, body in entities(cad_text(path)) if not keyword and _LENGTH_UNIT.search(body)]
+    named = next(filter(None, (_NAMED_UNIT.search(body) for body in units)), None)
     if named:
         scale = NAMED_UNIT.get(named[1].upper())
     else:
-        si = next(filter(None, (_SI_UNIT.search(body) for body in found)), None)
+        si = next(filter(None, (_SI_UNIT.search(body) for body in units)), None)
         scale = SI_PREFIX.get(si[1]) if si else None
     if scale is None:
         raise GeometryError(f"{path}: states no length unit that is known; export it in millimetres")

@@ -47,9 +47,9 @@ class Flapper(Flat):
         if self.hole_diameter is not None:
             rim = self.paddle_diameter - 2 * self.thickness
             require_below(self, "hole_diameter", rim, "paddle_diameter less a rim as wide as the sheet is thick")
-        for given, other in (("slot_width", "slot_length"), ("slot_length", "slot_width")):
-            if getattr(self, given) is not None and getattr(self, other) is None:
-                raise GeometryError(f"Flapper.{other} = None: {given} is given, a slot needs both")
+        for key, other in (("slot_width", "slot_length"), ("slot_length", "slot_width")):
+            if getattr(self, key) is not None and getattr(self, other) is None:
+                raise GeometryError(f"Flapper.{other} = None: {key} is given, a slot needs both")
         if self.slot_width is not None and self.slot_length is not None:
             sides = self.neck_width - 2 * self.thickness
             require_below(self, "slot_width", sides, "neck_width less two strips as wide as the sheet is thick")
@@ -137,12 +137,12 @@ class Flapper(Flat):
             *((0.0, -root, 0.0), (taper, -neck, 0.0), (joint, -neck, half), (self.length, 0.0, half)),
             *((joint, neck, 0.0), (taper, neck, 0.0), (0.0, root, 0.0)),
         ]
-        found = [np.array(outline)]
+        outlines = [np.array(outline)]
         if self.hole_diameter is not None:
-            found.append(loops.whole((x, 0.0), hole))
+            outlines.append(loops.whole((x, 0.0), hole))
         if slot:
             quarter = math.tan(math.pi / 8)
             first = [(start, slot, quarter), (start - slot, 0.0, quarter), (start, -slot, 0.0)]
             last = [(end, -slot, quarter), (end + slot, 0.0, quarter), (end, slot, 0.0)]
-            found.append(np.array([*first, *last]))
-        return tuple(found)
+            outlines.append(np.array([*first, *last]))
+        return tuple(outlines)

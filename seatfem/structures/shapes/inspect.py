@@ -64,9 +64,9 @@ def fitted_cylinder(
         return None
     across = points - np.outer(points @ direction, direction)
     matrix = np.concatenate([np.tile(np.eye(3), (len(points), 1)), normals.reshape(-1, 1)], axis=1)
-    found, *_ = np.linalg.lstsq(matrix, across.ravel(), rcond=None)
-    off = matrix @ found - across.ravel()
-    return (found[:3], direction) if np.abs(off).max() < tolerance * extent else None
+    solution, *_ = np.linalg.lstsq(matrix, across.ravel(), rcond=None)
+    off = matrix @ solution - across.ravel()
+    return (solution[:3], direction) if np.abs(off).max() < tolerance * extent else None
 
 
 def _axis(model: Any, tag: int, unit: float) -> Axis:

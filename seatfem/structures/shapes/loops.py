@@ -39,8 +39,8 @@ def angles(loop: Array) -> Array:
 
 def circle(start: Array, end: Array, bulge: float) -> tuple[Array, float]:
     """Centre and radius of an arc."""
-    left = np.array([start[1] - end[1], end[0] - start[0]])
-    centre = (start[:2] + end[:2]) / 2 + (1 - bulge**2) / (4 * bulge) * left
+    normal = np.array([start[1] - end[1], end[0] - start[0]])
+    centre = (start[:2] + end[:2]) / 2 + (1 - bulge**2) / (4 * bulge) * normal
     return centre, float(np.linalg.norm(start[:2] - centre))
 
 
@@ -51,8 +51,8 @@ def along(start: Array, end: Array, at: Array) -> Array:
         return np.asarray(start[:2] + at[:, None] * (end[:2] - start[:2]))
     centre, _ = circle(start, end, bulge)
     turns, (x, y) = 4 * math.atan(bulge) * at, start[:2] - centre
-    found = centre + np.column_stack([x * np.cos(turns) - y * np.sin(turns), x * np.sin(turns) + y * np.cos(turns)])
-    return np.where((at == 1)[:, None], end[:2], np.where((at == 0)[:, None], start[:2], found))
+    points = centre + np.column_stack([x * np.cos(turns) - y * np.sin(turns), x * np.sin(turns) + y * np.cos(turns)])
+    return np.where((at == 1)[:, None], end[:2], np.where((at == 0)[:, None], start[:2], points))
 
 
 def pieces(start: Array, end: Array, at: Array) -> Array:
@@ -75,18 +75,18 @@ def chord_count(loop: Array) -> float:
 def polygon(loop: Array) -> tuple[Array, NDArray[np.int64]]:
     """(m, 2) corners, with arcs in chords of `CHORD` at most, and (m,) the edge of the loop that each lies on."""
     counts = [max(2, math.ceil(abs(turn) / CHORD - 1e-9)) if turn else 1 for turn in angles(loop)]
-    found = [along(a, b, np.arange(n) / n) for (a, b), n in zip(edges(loop), counts, strict=True)]
-    return np.concatenate(found), np.repeat(np.arange(len(loop)), counts)
+    parts = [along(a, b, np.arange(n) / n) for (a, b), n in zip(edges(loop), counts, strict=True)]
+    return np.concatenate(parts), np.repeat(np.arange(len(loop)), counts)
 
 
 def area(loop: Array) -> float:
     """Positive of a loop that runs anticlockwise: the polygon's, and of each arc the segment beyond its chord."""
     middle = loop[:, :2] - loop[:, :2].mean(axis=0)
-    found = float(polygons.cross(middle, np.roll(middle, -1, axis=0)).sum() / 2)
+    total = float(polygons.cross(middle, np.roll(middle, -1, axis=0)).sum() / 2)
     for (start, end), turn in zip(edges(loop), angles(loop), strict=True):
         if turn:
-            found += circle(start, end, float(start[2]))[1] ** 2 / 2 * (turn - math.sin(turn))
-    return found
+            total += circle(start, end, float(start[2]))[1] ** 2 / 2 * (turn - math.sin(turn))
+    return total
 
 
 def turned_over(chain: Array) -> Array:
@@ -115,18 +115,18 @@ def below(loop: Array, normal: Array, offset: float, within: float) -> Array:
 def _crossed(start: Array, end: Array, normal: Array, offset: float, within: float) -> Array:
     """Fractions of an edge at which it crosses the line, elsewhere than at its ends."""
     if start[2] == 0:
-        here, there = (float(point[:2] @ normal) - offset for point in (start, end))
-        clear = min(abs(here), abs(there)) > within and here * there < 0
-        return np.array([here / (here - there)] if clear else [])
+        start_height, end_height = (float(point[:2] @ normal) - offset for point in (start, end))
+        clear = min(abs(start_height), abs(end_height)) > within and start_height * end_height < 0
+        return np.array([start_height / (start_height - end_height)] if clear else [])
     centre, radius = circle(start, end, float(start[2]))
     height, turn = float(centre @ normal) - offset, 4 * math.atan(float(start[2]))
     if abs(height) >= radius:
         return np.zeros(0)
     first = math.atan2(*(start[:2] - centre)[::-1]) - math.atan2(normal[1], normal[0])
     open_by = math.acos(-height / radius)
-    found = np.array([(way * open_by - first + 2 * math.pi * k) / turn for way in (1, -1) for k in range(-2, 3)])
+    fractions = np.array([(way * open_by - first + 2 * math.pi * k) / turn for way in (1, -1) for k in range(-2, 3)])
     edge = within / (radius * abs(turn))
-    return np.sort(found[(found > edge) & (found < 1 - edge)])
+    return np.sort(fractions[(fractions > edge) & (fractions < 1 - edge)])
 
 
 def mirrored(found: Sequence[Array], marked: NDArray[np.bool_], within: float) -> bool:

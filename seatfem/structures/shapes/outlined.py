@@ -118,9 +118,9 @@ class Outlined(Flat):
 
     def _check_holes(self) -> None:
         """Raise `GeometryError` of one that meets the outline, another hole or the line, or lies elsewhere."""
-        outer, found = loops.polygon(self._given)[0], [loops.polygon(loops.as_loop(hole))[0] for hole in self.holes]
-        for number, hole in enumerate(found, 1):
-            before = found[: number - 1]
+        outer, holes = loops.polygon(self._given)[0], [loops.polygon(loops.as_loop(hole))[0] for hole in self.holes]
+        for number, hole in enumerate(holes, 1):
+            before = holes[: number - 1]
             others = [each for each in before if polygons.holds(each, hole[0]) or polygons.holds(hole, each[0])]
             if others or not polygons.holds(outer, hole[0]):
                 where = "in or about another hole" if others else "beyond the outline"
@@ -161,8 +161,8 @@ class Outlined(Flat):
     @cached_property
     def openings(self) -> tuple[Array, ...]:
         """(n, 3) each: around the holes in what bends, clockwise."""
-        found = (loops.ordered(loops.as_loop(hole), clockwise=True) for hole in self.holes)
-        return tuple(hole for hole in found if self.side is None or self._height(hole[:, :2])[0] <= 0)
+        hole_loops = (loops.ordered(loops.as_loop(hole), clockwise=True) for hole in self.holes)
+        return tuple(hole for hole in hole_loops if self.side is None or self._height(hole[:, :2])[0] <= 0)
 
     @cached_property
     def corners(self) -> Array:
@@ -234,8 +234,8 @@ class Outlined(Flat):
 
     @cached_property
     def narrowest(self) -> float:
-        found = polygons.narrowest((self.corners, *(loops.polygon(hole)[0] for hole in self.openings)), self._within)
-        return min(found, math.sqrt(self.area))
+        width = polygons.narrowest((self.corners, *(loops.polygon(hole)[0] for hole in self.openings)), self._within)
+        return min(width, math.sqrt(self.area))
 
     @property
     def patches(self) -> Patches:

@@ -156,10 +156,10 @@ def rounded(edges: Sequence[Edge], corner: Point, radius: float, elements: int =
     middle = radius / math.sin(half) / (2 * math.cos(half))
     start, end = ((corner[0] + away * u, corner[1] + away * v) for u, v in (back, forth))
     centre = corner[0] + middle * (back[0] + forth[0]), corner[1] + middle * (back[1] + forth[1])
-    found = list(edges)
-    found[k - 1], found[k] = replace(before, end=start), replace(after, start=end)
-    found.insert(k, Edge(start, end, centre, elements=elements))
-    return tuple(found)
+    outline = list(edges)
+    outline[k - 1], outline[k] = replace(before, end=start), replace(after, start=end)
+    outline.insert(k, Edge(start, end, centre, elements=elements))
+    return tuple(outline)
 
 
 def profile_of(geometry: object) -> Profile:

@@ -177,16 +177,16 @@ def squares(low: Point, high: Point, distance: Distance) -> tuple[Array, Array]:
     steps = extent / counts
     axes = [low[k] + steps[k] * (np.arange(counts[k]) + 0.5) for k in range(2)]
     centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-    found, areas = [], []
+    all_centres, areas = [], []
     for level in range(HALVINGS + 1):
         coarse = steps.max() > PER_DISTANCE * np.maximum(np.abs(distance(centres)), finest)
         coarse &= level < HALVINGS
-        found.append(centres[~coarse])
-        areas.append(np.full(len(found[-1]), steps.prod()))
+        all_centres.append(centres[~coarse])
+        areas.append(np.full(len(all_centres[-1]), steps.prod()))
         steps = steps / 2
         corners = steps / 2 * np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)])
         centres = (centres[coarse][:, None, :] + corners).reshape(-1, 2)
-    return np.concatenate(found), np.concatenate(areas)
+    return np.concatenate(all_centres), np.concatenate(areas)
 
 
 def circle_points(centres: Array, radius: float) -> tuple[Array, Array]:
