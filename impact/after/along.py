@@ -38,19 +38,20 @@ class ClosedLine:
 
     @property
     def borders(self) -> Array:
-        """(N + 1,) lengths along it at which arcs begin and end [m]."""
+        """Return the (N + 1,) lengths along it at which arcs begin and end [m]."""
         return np.concatenate([[0.0], np.cumsum(self.lengths)])
 
     @staticmethod
     def circle(radius: float, arcs: int) -> ClosedLine:
-        """In equal arcs, the first begins on the x axis; their means lie inside the circle."""
+        """Return a circle in equal arcs, of which the first begins on the x axis; their means lie inside the circle."""
         angles, reach = 2 * np.pi * (np.arange(arcs) + 0.5) / arcs, radius * np.sinc(1 / arcs)
         places = reach * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         return ClosedLine(np.full(arcs, 2 * np.pi * radius / arcs), 2 * np.pi * np.arange(arcs + 1) / arcs, places)
 
 
 def over_arcs(force: Array, share: float, length: float | Array | None = None, pieces: Pieces = ()) -> Array:
-    """(n, N) forces of N arcs [N] -> (n, N) mean force per length over a part of the line that begins at each arc.
+    """Turn (n, N) forces of N arcs [N] into the (n, N) mean force per length over a part of the line that begins at
+    each arc.
 
     On an open piece parts that would reach beyond its end are moved back to it.
 
@@ -74,8 +75,8 @@ def over_arcs(force: Array, share: float, length: float | Array | None = None, p
 
 
 def _parts(share: float, lengths: Array, pieces: Pieces) -> Iterator[tuple[slice, Array, float, bool]]:
-    """Of each piece its arcs, where on it the parts of `over_arcs` begin and how long they are [m], and whether it is
-    closed."""
+    """Yield for each piece its arcs, where on it the parts of `over_arcs` begin and how long they are [m], and whether
+    it is closed."""
     width, first = widest(share, lengths) * lengths.sum(), 0
     for number, closed in pieces or ((len(lengths), True),):
         arcs = slice(first, first + number)
@@ -86,17 +87,17 @@ def _parts(share: float, lengths: Array, pieces: Pieces) -> Iterator[tuple[slice
 
 
 def lengths_of(length: float | Array, number: int) -> Array:
-    """(N,) of the arcs [m]."""
+    """Return the (N,) lengths of the arcs [m]."""
     return np.full(number, length / number) if np.ndim(length) == 0 else np.asarray(length)
 
 
 def widest(share: float, lengths: Array) -> float:
-    """The part of the line that is averaged over: ``share``, or that of the longest arc where that is more."""
+    """Return the part of the line that is averaged over: ``share``, or that of the longest arc where that is more."""
     return float(np.clip(share, lengths.max() / lengths.sum(), 1.0))
 
 
 def per_length(force: Array, dt: float, width: float, length: float | Array) -> Array:
-    """(n + 1, N) force per length of each arc, averaged over ``width`` [s] around each recorded time [N/m].
+    """Return the (n + 1, N) force per length of each arc, averaged over ``width`` [s] around each recorded time [N/m].
 
     Args:
         force: (n + 1, N) of N arcs, as in `impact.ImpactResult` [N].
@@ -109,7 +110,7 @@ def per_length(force: Array, dt: float, width: float, length: float | Array) -> 
 
 
 def best_plane(gaps: Array, line: float | ClosedLine) -> Array:
-    """(n, 3) mean [m] and slopes along x and y of the plane a + b x + c y next to the gaps along a line.
+    """Return the (n, 3) mean [m] and slopes along x and y of the plane a + b x + c y next to the gaps along a line.
 
     Args:
         gaps: (n, N) mean gap of each of N >= 3 arcs [m].
@@ -123,7 +124,8 @@ def best_plane(gaps: Array, line: float | ClosedLine) -> Array:
 def line_force_peak(
     force: Array, dt: float, width: float, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[float, float]:
-    """Largest force per length [N/m] averaged over any span of ``width`` [s] and a ``share`` of the line, and where.
+    """Return the largest force per length [N/m] averaged over any span of ``width`` [s] and a ``share`` of the line,
+    and where.
 
     Args:
         force: (n, N) of N arcs, constant over each step [N].
@@ -146,8 +148,8 @@ def line_force_peak(
 def line_impulse(
     force: Array, dt: float, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[Array, Array]:
-    """Impulse per length averaged over a ``share`` of the line around it, (N,) [N s/m], and where, (N,): shares of the
-    line from the first arc's beginning. The arguments are those of `line_impulse_peak`."""
+    """Return the impulse per length averaged over a ``share`` of the line around it, (N,) [N s/m], and where, (N,):
+    shares of the line from the first arc's beginning. The arguments are those of `line_impulse_peak`."""
     lengths = lengths_of(length, force.shape[1])
     impulses = over_arcs(force.sum(axis=0, keepdims=True), share, lengths, pieces)[0] * dt
     places = _middles(lengths, share, pieces)
@@ -158,13 +160,14 @@ def line_impulse(
 def line_impulse_peak(
     force: Array, dt: float, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[float, float]:
-    """Largest impulse per length [N s/m], averaged over a ``share`` of the line; else as `line_force_peak`."""
+    """Return the largest impulse per length [N s/m], averaged over a ``share`` of the line; else as
+    `line_force_peak`."""
     each, places = line_impulse(force, dt, length, share, pieces)
     return float(each.max()), float(places[int(np.argmax(each))])
 
 
 def _middles(lengths: Array, share: float, pieces: Pieces) -> Array:
-    """(N,) of the parts that begin at each arc, as shares of the line."""
+    """Return the (N,) middles of the parts that begin at each arc, as shares of the line."""
     places, before = [], 0.0
     for arcs, starts, width, closed in _parts(share, lengths, pieces):
         whole, middles = float(lengths[arcs].sum()), starts + width / 2

@@ -77,7 +77,7 @@ class TimeSeries:
             )
 
     def __call__(self, t: Array) -> Array:
-        """Values at the times ``t`` [s]; `TimeSeriesError` beyond the samples under ``outside="forbid"``."""
+        """Return values at the times ``t`` [s]; `TimeSeriesError` beyond the samples under ``outside="forbid"``."""
         first, last = self.time[0], self.time[-1]
         slack = 1e-9 * (last - first)
         if self.outside == "forbid" and t.size and (t.min() < first - slack or t.max() > last + slack):
@@ -190,7 +190,7 @@ def _columns_of(
 
 
 def _in_the_other(name: str, rpm: float | None) -> str:
-    """What to do about times where angles are expected, and the other way round."""
+    """Return what to do about times where angles are expected, and the other way round."""
     if rpm is None and name not in ("time", *_UNITS):
         return "; of a record in crank angle, 'angle [deg]', state rpm, too"
     return "; rpm is for records in crank angle: remove it" if rpm is not None and name == "time" else ""

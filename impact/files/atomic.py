@@ -19,7 +19,7 @@ class OutputError(ValueError):
 
 @contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A temporary path beside ``path``, renamed to it when the block ends well and removed when it does not.
+    """Yield a temporary path beside ``path``, renamed to it when the block ends well and removed when it does not.
 
     The temporary name keeps the suffix, for writers that choose the format by it. The folder is made if missing. The
     content is on the disk before it gets its name. An `OSError` names ``path``.

@@ -126,7 +126,7 @@ def _taken(value: Any) -> int:
 
 
 def _not_plain(dataset: Any) -> str:
-    """What a dataset has that may not be; "" for none."""
+    """Return what a dataset has that may not be; "" for none."""
     if dataset.external:
         return f"has its bytes in another file, {dataset.external[0][0]!r}"
     if dataset.is_virtual:
@@ -152,12 +152,12 @@ _PROBE_SECONDS: Final = 20  # of the processor
 
 
 def seal_of(image: bytes) -> bytes:
-    """The user block to stand in front of the bytes of an HDF5 file."""
+    """Return the user block to put in front of the bytes of an HDF5 file."""
     return (_MAGIC + hashlib.sha256(image).hexdigest().encode() + b"\n").ljust(USER_BLOCK, b"\0")
 
 
 def seal_holds(path: Path) -> bool | None:
-    """Whether the file is as it was sealed; ``None`` for a file without a seal."""
+    """Return whether the file is as it was sealed; ``None`` for a file without a seal."""
     with path.open("rb") as file:
         head = file.read(USER_BLOCK)
         if not head.startswith(_MAGIC):
@@ -167,7 +167,7 @@ def seal_holds(path: Path) -> bool | None:
 
 
 def can_be_opened(path: Path) -> bool:
-    """Whether HDF5 reads the file's structure without crashing, tried in a process of its own."""
+    """Return whether HDF5 reads the file's structure without crashing, tried in a process of its own."""
     try:
         probe = subprocess.run(
             [sys.executable, "-P", __file__, str(path)], capture_output=True, timeout=60, check=False

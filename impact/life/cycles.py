@@ -47,7 +47,8 @@ def reversals(history: ArrayLike) -> Array:
 
 
 def from_peak(history: ArrayLike) -> Array:
-    """(r,) turning points of the history repeated for ever, one period from its highest peak to the next one.
+    """Return the (r,) turning points of the history repeated for ever, one period from its highest peak to the next
+    one.
 
     Raises:
         LifeError: as `reversals`.
@@ -81,7 +82,7 @@ def rainflow(history: ArrayLike, *, repeated: bool = True) -> Cycles:
 
 
 def counted(points: Array) -> tuple[Array, Array, Array]:
-    """Ranges, means and counts of turning points that begin and end at the highest one.
+    """Return the ranges, means and counts of turning points that begin and end at the highest one.
 
     The package's rule in a compiled loop, some hundred times as fast: maps count millions of turning points.
     """

@@ -15,7 +15,7 @@ _MOST = 2000  # exchanges; some ten happen
 
 
 def enclosing_sphere(points: Array) -> tuple[Array, float]:
-    """(d,) centre and radius of the smallest sphere that holds (n, d) points, d <= 6.
+    """Return the (d,) centre and radius of the smallest sphere that holds (n, d) points, d <= 6.
 
     The sphere is determined by at most d + 1 of the points. Beginning with two, the point furthest outside joins them,
     and the smallest sphere around these few, found among the circumscribed spheres of their subsets, replaces the last
@@ -52,7 +52,7 @@ def _furthest(points, centre):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _smallest(points, inside, most):  # type: ignore[no-untyped-def]
-    """Centre, squared radius, and whether it ended; the radius holds the furthest point."""
+    """Return the centre, squared radius, and whether it ended; the radius holds the furthest point."""
     size = points.shape[1]
     held = np.empty((size + 2, size))
     held[0] = points[_furthest(points, points[0])[1]]
@@ -77,7 +77,8 @@ def _smallest(points, inside, most):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _around(few):  # type: ignore[no-untyped-def]
-    """Smallest sphere around at most d + 2 points, the last of them on it: centre, squared radius, subset as bits."""
+    """Return the smallest sphere around at most d + 2 points, the last of them on it: centre, squared radius, subset as
+    bits."""
     count, size = few.shape
     best, centre, chosen = np.inf, few[0].copy(), 0
     for subset in range(1, 1 << (count - 1)):
@@ -94,7 +95,8 @@ def _around(few):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _circumscribed(few, subset):  # type: ignore[no-untyped-def]
-    """The centre in the plane of the subset and the last point: 2 G lam = diag G, G of the edges from that point."""
+    """Return the centre in the plane of the subset and the last point: 2 G lam = diag G, G of the edges from that
+    point."""
     count, size = few.shape
     edges = np.empty((count, size))
     m = 0

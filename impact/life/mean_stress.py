@@ -24,20 +24,21 @@ class MeanStress(ABC):
 
     @abstractmethod
     def equivalent(self, amplitude: Array, mean: Array) -> Array:
-        """(...,) fully reversed amplitudes [Pa] of cycles with amplitudes >= 0 and means [Pa]; ``inf``: it breaks."""
+        """Return the (...,) fully reversed amplitudes [Pa] of cycles with amplitudes >= 0 and means [Pa]; ``inf``: it
+        breaks."""
 
     @abstractmethod
     def at_ratio(self, equivalent: Array, slant: float) -> Array:
-        """(...,) amplitudes S [Pa] that are equivalent where the mean is slant S, slant = (1 + R)/(1 - R)."""
+        """Return (...,) amplitudes S [Pa] that are equivalent where the mean is slant S, slant = (1 + R)/(1 - R)."""
 
     @property
     def breaks_at(self) -> float:
-        """The mean stress that no cycle survives [Pa]."""
+        """Return the mean stress that no cycle survives [Pa]."""
         return math.inf
 
 
 def _over(stress: Array, left: Array) -> Array:
-    """``inf`` where nothing is left to bear it."""
+    """Return the quotient, ``inf`` where nothing is left to bear it."""
     return np.asarray(np.divide(stress, left, out=np.full(np.shape(left), np.inf), where=left > 0))
 
 
@@ -112,7 +113,7 @@ class Gerber(MeanStress):
         return _over(amplitude, divisor)
 
     def at_ratio(self, equivalent: Array, slant: float) -> Array:
-        """The positive root of S = e (1 - (slant S/UTS)^2)."""
+        """Return the positive root of S = e (1 - (slant S/UTS)^2)."""
         pull = 2 * equivalent * max(slant, 0.0) / self.ultimate
         return np.asarray(2 * equivalent / (1 + np.sqrt(1 + pull**2)))
 
@@ -161,7 +162,7 @@ class SmithWatsonTopper(_Power):
 
 
 def mean_stress(name: str, strength: Strength) -> MeanStress:
-    """The criterion of that name: goodman, gerber, swt, walker, morrow.
+    """Return the criterion of that name: goodman, gerber, swt, walker, morrow.
 
     Raises:
         LifeError: another name, or a constant that the strength lacks.

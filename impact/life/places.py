@@ -52,7 +52,7 @@ class Judged:
 
 
 def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
-    """Where a block of stress that repeats without end leaves the least margin.
+    """Return where a block of stress that repeats without end leaves the least margin.
 
     Of stress of one axis, places are passed over where neither the largest range nor the largest range with its mean,
     twice the largest tension, reaches `SHARE` of the largest of all places.
@@ -98,13 +98,13 @@ def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
 
 
 def _reach(cycles: Cycles) -> float:
-    """The larger of the largest range and twice the largest tension that a cycle has [Pa]."""
+    """Return the larger of the largest range and twice the largest tension that a cycle has [Pa]."""
     if not cycles.ranges.size:
         return 0.0
     return max(float(cycles.ranges.max()), float((2 * cycles.means + cycles.ranges).max()), 0.0)
 
 
 def left_of(margin: float, bar: float) -> float:
-    """The error bar of a margin of stresses that are known to the share ``bar``: a margin of f at stress 1 is f/(1 + b)
-    at 1 + b, exactly, and the larger deviation is the one below, f b/(1 - b); ``inf`` from b = 1 on."""
+    """Return the error bar of a margin of stresses that are known to the share ``bar``: a margin of f at stress 1 is
+    f/(1 + b) at 1 + b, exactly, and the larger deviation is the one below, f b/(1 - b); ``inf`` from b = 1 on."""
     return margin * bar / (1 - bar) if bar < 1 else math.inf

@@ -77,21 +77,21 @@ class Strength:
                 )
 
     def needed(self, what: str, *names: str) -> list[Any]:
-        """The values of these fields. Raises `LifeError`, which names those that are missing and ``what`` needs."""
+        """Return values of these fields. Raises `LifeError`, which names those that are missing and ``what`` needs."""
         if missing := [name for name in names if getattr(self, name) is None]:
             raise LifeError(f"{what} needs {', '.join(missing)} of the material ({self.source}): measure or cite it")
         return [getattr(self, name) for name in names]
 
 
 def kinds(base: type[Kind]) -> Iterator[type[Kind]]:
-    """The criteria there are: every subclass with a ``name``, those defined elsewhere, too."""
+    """Yield the criteria there are: every subclass with a ``name``, those defined elsewhere, too."""
     for each in base.__subclasses__():
         yield from [each] if "name" in vars(each) else []
         yield from kinds(each)
 
 
 def criterion(base: type[Kind], name: str, strength: Strength) -> Kind:
-    """The criterion of that name, its constants the fields of the same names of the strength.
+    """Return the criterion of that name, its constants the fields of the same names of the strength.
 
     Args:
         base: what kind of criterion, `MeanStress` or `Multiaxial`.
@@ -122,7 +122,7 @@ class SpeedMargin:
 
 
 def speed_margin(speed: float, strength: Strength) -> SpeedMargin:
-    """How far a speed of closing is below the one that the strength allows.
+    """Return how far a speed of closing is below the one that the strength allows.
 
     Args:
         speed: largest speed of closing, either sign [m/s].

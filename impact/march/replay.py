@@ -49,7 +49,7 @@ class Replay:
     def __init__(
         self, modal: ModalGreens, dt: float, start: ModalState, relaxed: Array, held: Array, loads: Sequence[Array]
     ) -> None:
-        """Where it begins: modal coordinates, relaxations (R,) and port forces (P,) so far; ``loads``: shapes (M,)."""
+        """Begin at these modal coordinates, relaxations (R,) and port forces (P,) so far; ``loads``: shapes (M,)."""
         rigid, rest = modal.omega == 0, modal.residual
         shapes = np.vstack([modal.shapes.T, *loads])
         omega, zeta = modal.omega[~rigid], modal.zeta[~rigid]
@@ -70,22 +70,23 @@ class Replay:
 
     @cached_property
     def _form(self) -> Array:
-        """(6, K) what damping takes from each oscillator during a step."""
+        """Return the (6, K) form of what damping takes from each oscillator during a step."""
         form = oscillator.dissipation_form(self._dt, *self._rates)
         rows = [form[0, 0], 2 * form[0, 1], 2 * form[0, 2], form[1, 1], 2 * form[1, 2], form[2, 2]]
         return padded(np.array(rows))
 
     @property
     def stored(self) -> float:
-        """Elastic and kinetic energy of the oscillators, translations, relaxations and compliance by now [J]."""
+        """Return the elastic and kinetic energy of the oscillators, translations, relaxations and compliance by now
+        [J]."""
         swinging = float(np.sum(self._p**2) + np.sum(self._steps[6] * self._q**2))
         moving = sum((body[1] + self._dt * (body[2] + body[3])) ** 2 for body in self._bodies)
         resting = float(self._relaxing[3] @ self._y**2 + self._last @ self._compliance @ self._last)
         return 0.5 * (swinging + float(moving) + resting)
 
     def advance(self, force: Array, loads: Array, *, energies: bool = True) -> Block:
-        """On through m steps under port forces (P, m) and load amplitudes (L, m); without ``energies``, of which then
-        none is there, all is several times cheaper."""
+        """Advance through m steps under port forces (P, m) and load amplitudes (L, m); without ``energies``, of which
+        then none is there, all is several times cheaper."""
         ports, m = force.shape
         channels = np.concatenate([force, loads])
         u, stored_and_lost = np.zeros_like(channels), np.zeros((2, m if energies else 0))
@@ -119,7 +120,7 @@ class Replay:
         return Block(u[:ports], stored, lost, work)
 
     def _oscillate(self, pushed: Array, told: Array | None) -> None:
-        """Modal forces (m, K) become coordinates; ``told`` (2, m) gains energies stored and lost."""
+        """Turn modal forces (m, K) into coordinates; ``told`` (2, m) gains energies stored and lost."""
         if told is None:
             oscillate(self._steps, None, self._q, self._p, pushed, None)
             return
@@ -128,7 +129,8 @@ class Replay:
         told += energies
 
     def coordinates(self, force: Array, loads: Array, stride: int) -> Array:
-        """(m // stride, K + R) oscillators and relaxations after every ``stride``-th of m steps, nothing else.
+        """Return the (m // stride, K + R) oscillators and relaxations after every ``stride``-th of m steps, nothing
+        else.
 
         Translations are left out: they bend nothing.
         """
@@ -145,12 +147,13 @@ class Replay:
 
 
 def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
-    """The steps of a run, block by block."""
+    """Return the steps of a run, block by block."""
     return (slice(first, min(first + size, steps)) for first in range(0, steps, size))
 
 
 def _pushed(force: Array, shapes: Array, room: Array) -> Array:
-    """(m, M) modal forces of (C, m) forces on shapes (C, M), in ``room``; a channel without force costs nothing."""
+    """Return the (m, M) modal forces of (C, m) forces on shapes (C, M), in ``room``; a channel without force costs
+    nothing."""
     active = np.any(force, axis=1)
     if not np.all(active):
         force, shapes = force[active], shapes[active]
@@ -159,7 +162,7 @@ def _pushed(force: Array, shapes: Array, room: Array) -> Array:
 
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def _relax(relaxing, y, pushed, stored, lost):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Kelvin-Voigt elements f = y' + rate y: each stores rate y^2/2 and loses the integral of y'^2.
+    """Relax Kelvin-Voigt elements f = y' + rate y: each stores rate y^2/2 and loses the integral of y'^2.
 
     ``pushed`` (m, R): their forces, which become their coordinates after each step; energies for ``lost`` of its size.
     """
@@ -177,13 +180,13 @@ def _relax(relaxing, y, pushed, stored, lost):  # type: ignore[no-untyped-def]  
 
 
 def resting(place: float, rate: float) -> Array:
-    """The state of a translation for `translate`: where it is, how fast it was at the start, and three sums."""
+    """Return the state of a translation for `translate`: where it is, how fast it was at the start, and three sums."""
     return np.array([place, rate, 0.0, 0.0, 0.0])
 
 
 @njit(cache=True)
 def translate(dt, state, force, places, rates):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """A rigid-body mode: the sums of forces and of ways carry their own round-off (Knuth's two-sum).
+    """Move a rigid-body mode: the sums of forces and of ways carry their own round-off (Knuth's two-sum).
 
     Bare sums drift: a steady force is rounded the same way at every step, and the position is off by eps n^2.
     """

@@ -117,18 +117,19 @@ class FrequencyResponse:
 
     @property
     def lines(self) -> ComplexArray:
-        """(n,) s [1/s]."""
+        """Return the (n,) s [1/s]."""
         return np.asarray(self.shift + 2j * np.pi * self.frequency, dtype=complex)
 
     def within(self, lowest: float, highest: float) -> FrequencyResponse:
-        """The lines from ``lowest`` to ``highest`` [Hz]."""
+        """Return the lines from ``lowest`` to ``highest`` [Hz]."""
         kept = (self.frequency >= lowest) & (self.frequency <= highest)
         deviation = None if self.deviation is None else self.deviation[kept]
         return replace(self, frequency=self.frequency[kept], receptance=self.receptance[kept], deviation=deviation)
 
     @property
     def per_receptance(self) -> ComplexArray:
-        """(n,) s^k: the measured quantity over the receptance, k = 0, 1, 2 of receptance, mobility, accelerance."""
+        """Return the (n,) s^k: the measured quantity over the receptance, k = 0, 1, 2 of receptance, mobility,
+        accelerance."""
         return np.asarray(self.lines ** _ORDER[self.measured_as])
 
 
@@ -141,7 +142,8 @@ def receptance(
     origin: Mapping[str, object] | None = None,
     deviation: ArrayLike | None = None,
 ) -> FrequencyResponse:
-    """From mobility [m/(N s)] or accelerance [1/kg]: divided by (i w) or (i w)^2; a line at 0 Hz is left out.
+    """Return the receptance from mobility [m/(N s)] or accelerance [1/kg]: divided by (i w) or (i w)^2; a line at 0 Hz
+    is left out.
 
     ``deviation``: standard deviation of the noise of ``values``, in their unit; ``None``: not known.
     """
@@ -297,7 +299,8 @@ def _scales(kind: str) -> dict[str, float]:
 def of_impulse_response(
     greens: SampledGreens, *, highest: float | None = None, decay: float | None = None
 ) -> FrequencyResponse:
-    """Laplace transform of the samples, linear in between, at s = shift + 2 pi i f with exp(-shift T) = ``decay``.
+    """Return the Laplace transform of the samples, linear in between, at s = shift + 2 pi i f with exp(-shift T) =
+    ``decay``.
 
     The shift lets the record end, and the poles found from these lines need no correction. By default what is left at
     the end (rms of the last tenth over the largest |g|) is brought to 1e-3: no window for a record that has come to
@@ -323,14 +326,14 @@ def of_impulse_response(
 
 
 def moves_away(response: FrequencyResponse) -> bool:
-    """Whether the lowest lines (an octave, five at least) fall faster than f^-1.5: a free body, -1/(m w^2)."""
+    """Return whether the lowest lines (an octave, five at least) fall faster than f^-1.5: a free body, -1/(m w^2)."""
     f, size = response.frequency, np.linalg.norm(response.receptance, axis=(1, 2))
     low = f <= max(2 * f[0], f[4])
     return bool(np.polyfit(np.log(f[low]), np.log(np.maximum(size[low], 1e-300)), 1)[0] < -1.5)
 
 
 def causality_defect(response: FrequencyResponse) -> float | None:
-    """Share of the energy of the velocity response that comes before the blow, 0 ... 1.
+    """Return the share of the energy of the velocity response that comes before the blow, 0 ... 1.
 
     The mobility (of a free body the accelerance, for its velocity stays) under a Hann window to the highest line is
     transformed to time; t < -2/f_max counts as before, since the window smears the blow over 2/f_max. 0.5 is a response

@@ -67,8 +67,7 @@ def choose_poles(data: FitData, floor: Array, most: int) -> tuple[Poles, tuple[C
 
 
 def residual_terms(s: ComplexArray) -> ComplexArray:
-    """Return the columns (n, 8) of what is not in the band: a compliance and oscillators above it, last a mass below
-    it."""
+    """Return columns (n, 8) of what is not in the band: a compliance and oscillators above it, last a mass below it."""
     highest = float(s.imag[-1])
     above = highest**2 * oscillators(s, 1j * highest * np.array(BEYOND))
     return np.concatenate([np.ones_like(s)[:, None], above, (np.abs(s).min() / s[:, None]) ** 2], axis=1)
@@ -128,7 +127,7 @@ def _without_idle(data: FitData, extra: ComplexArray, poles: Poles, cost: float)
 
 
 def _local_peaks(values: Array, prominence: float | None = None) -> NDArray[np.int64]:
-    """Indices of the local maxima that stand out of their surroundings by ``prominence``."""
+    """Return the indices of the local maxima that stand out of their surroundings by ``prominence``."""
     from scipy.signal import find_peaks  # here, for its import alone takes longer than many a scene
 
     return np.asarray(find_peaks(values, prominence=prominence)[0], dtype=np.int64)
@@ -143,7 +142,8 @@ def _peaks(data: FitData, most: int) -> tuple[int, Array]:
 
 
 def _with_more(poles: Poles, s: ComplexArray, apart: Array, count: int) -> Poles:
-    """``count`` pairs more, where the fit is worst: at the highest peaks of the misfit, smoothed over five lines."""
+    """Return ``count`` pairs more, where the fit is worst: at the highest peaks of the misfit, smoothed over five
+    lines."""
     smooth = np.convolve(apart, np.ones(5) / 5, mode="same")
     peaks = _local_peaks(np.concatenate([[0.0], smooth, [0.0]])) - 1
     worst = s.imag[peaks[np.argsort(-smooth[peaks])[:count]]]

@@ -177,8 +177,9 @@ def fit_impulse_response(
     free: bool | None = None,
     most_pairs: int = 80,
 ) -> ModalGreens | PoleGreens:
-    """`fit_poles` of a sampled g, which need not have come to rest: an exponential window is laid over it and taken off
-    the poles. ``highest``: band [Hz], by default 0.25/dt. ``free``: by default, whether its tail rule is "rigid"."""
+    """Do `fit_poles` of a sampled g, which need not have come to rest: an exponential window is laid over it and taken
+    off the poles. ``highest``: band [Hz], by default 0.25/dt. ``free``: by default, whether its tail rule is
+    "rigid"."""
     free = greens.tail == "rigid" if free is None else free
     response = of_impulse_response(greens, highest=highest)
     fit = fit_poles(response, tolerance=tolerance, form=form, free=free, most_pairs=most_pairs)
@@ -349,8 +350,7 @@ def _unexplained(data: FitData, residual: ComplexArray) -> float:
 
 
 def _ranges_of(data: FitData, residual: ComplexArray) -> tuple[list[tuple[float, float]], float]:
-    """Return the ranges of lines [Hz] whose misfit is more than the noise, the worst first, and the largest ratio
-    (rms)."""
+    """Return ranges of lines [Hz] whose misfit is more than the noise, the worst first, and the largest ratio (rms)."""
     squares = np.mean(np.abs(residual) ** 2, axis=(1, 2))
     mean = np.convolve(np.pad(squares, _BLOCK // 2, mode="reflect"), np.ones(_BLOCK) / _BLOCK, mode="valid")
     over, worst = np.flatnonzero(mean > BLOCK_LIMIT), float(np.sqrt(mean.max()))

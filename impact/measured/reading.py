@@ -69,7 +69,8 @@ def read_impulse_response(
 
 
 def sampling_advice(greens: GreensFunction, dt: float, n: int, *, body: str = "target") -> tuple[Advice, ...]:
-    """What a run of ``n`` steps of ``dt`` [s] should know of a sampled body (or of the sampled parts of a sum).
+    """Return advice on what a run of ``n`` steps of ``dt`` [s] should know of a sampled body (or of the sampled parts
+    of a sum).
 
     Share of the sum of |g^(f)|^2 of the samples above 1/(2 dt), with its limit; and whether the step weights are
     passive, over the first 8192 steps at most; whether a record that the tail rule sets to zero has come to rest.

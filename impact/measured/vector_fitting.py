@@ -23,12 +23,12 @@ class Poles:
 
     @property
     def order(self) -> int:
-        """Number of real states."""
+        """Return the number of real states."""
         return 2 * len(self.pairs) + len(self.rates)
 
 
 def starting_poles(s: ComplexArray, pairs: int, peaks: Array) -> Poles:
-    """At the given peaks [rad/s], then spread over the lines, lightly damped."""
+    """Return starting poles at the given peaks [rad/s], then spread over the lines, lightly damped."""
     w = s.imag
     spread = np.linspace(w[0], w[-1], max(pairs - len(peaks), 0) + 2)[1:-1]
     start = np.sort(np.concatenate([peaks[:pairs], spread]))
@@ -36,14 +36,15 @@ def starting_poles(s: ComplexArray, pairs: int, peaks: Array) -> Poles:
 
 
 def basis(s: ComplexArray, poles: Poles) -> ComplexArray:
-    """(n, 2K + R): 1/(s - p) + 1/(s - p*), i/(s - p) - i/(s - p*) for each pair; 1/(s + rate)."""
+    """Return the (n, 2K + R) basis: 1/(s - p) + 1/(s - p*), i/(s - p) - i/(s - p*) for each pair; 1/(s + rate)."""
     one, two = 1 / (s[:, None] - poles.pairs), 1 / (s[:, None] - poles.pairs.conj())
     pairs = np.stack([one + two, 1j * (one - two)], axis=2).reshape(len(s), -1)
     return np.concatenate([pairs, 1 / (s[:, None] + poles.rates)], axis=1)
 
 
 def relocate(s: ComplexArray, responses: ComplexArray, weights: Array, extra: ComplexArray, poles: Poles) -> Poles:
-    """Poles of the next iteration: zeros of sigma(s) = d + sum c_k phi_k(s) in sigma H ~ sum r_k phi_k + extra.
+    """Return the poles of the next iteration: zeros of sigma(s) = d + sum c_k phi_k(s) in sigma H ~ sum r_k phi_k +
+    extra.
 
     ``responses`` and ``weights`` (n, q); ``extra`` (n, e) columns beside the poles. Unstable zeros are mirrored.
     """
@@ -74,7 +75,7 @@ def relocate(s: ComplexArray, responses: ComplexArray, weights: Array, extra: Co
 def fitted_poles(
     s: ComplexArray, responses: ComplexArray, weights: Array, extra: ComplexArray, start: Poles, iterations: int = 12
 ) -> Poles:
-    """Relocated until they stand still to 1e-8."""
+    """Return the poles relocated until they stand still to 1e-8."""
     poles = start
     for _ in range(iterations):
         new = relocate(s, responses, weights, extra, poles)

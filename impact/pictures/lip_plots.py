@@ -78,7 +78,7 @@ def plot_lip(
 
 
 def _within(run: ImpactResult, window: tuple[float, float], most: int) -> slice:
-    """The recorded times of a window, at most ``most`` of them."""
+    """Return the recorded times of a window, at most ``most`` of them."""
     first, last = np.searchsorted(run.time, window)
     return slice(int(first), int(last) + 1, max(1, math.ceil((int(last) + 1 - int(first)) / most)))
 
@@ -114,7 +114,7 @@ def _map(
 
 
 def _borders(line: ClosedLine) -> tuple[Array, str]:
-    """(N + 1,) where arcs begin and end, in degrees or mm, and what that is."""
+    """Return the (N + 1,) places where arcs begin and end, in degrees or mm, and what that is."""
     if line.edges is None:
         return 1e3 * line.borders, "length along the lip [mm]"
     return np.degrees(line.edges), "angle from the x axis, anticlockwise [°]"
@@ -174,7 +174,7 @@ def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
 
 
 def _span(line: ClosedLine) -> str:
-    """What an arc is, in words."""
+    """Return what an arc is, in words."""
     arcs = len(line.lengths)
     even = line.edges is not None and np.ptp(line.lengths) < 1e-9 * line.lengths.max()
     return f"{360 / arcs:.2g}°" if even else f"1/{arcs} of it"

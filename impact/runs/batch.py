@@ -124,7 +124,7 @@ def solve_many(
 
 
 def _prepared(problem: ContactProblem, dt: float, duration: float, rule: str) -> Prepared:
-    """The bodies at this step, the striker at rest."""
+    """Return the bodies at this step, the striker at rest."""
     if len(problem.contacts) != 1 or problem.preload:
         raise ContactError("scenes are solved side by side for a single contact without preload; use impact.solve")
     if any(load.follows for load in problem.striker.loads):
@@ -138,7 +138,7 @@ def _prepared(problem: ContactProblem, dt: float, duration: float, rule: str) ->
 def _scales(
     problem: ContactProblem, gaps: ArrayLike | None, velocities: ArrayLike | None, release_scales: ArrayLike | None
 ) -> Array:
-    """(3, S) gaps, velocities and release scales."""
+    """Return the (3, S) gaps, velocities and release scales."""
     if velocities is not None and math.isinf(problem.striker.mass):
         raise ContactError("velocities are of a striker free to translate; this one is held: use release_scales")
     if release_scales is not None and problem.striker.state is None:
@@ -159,7 +159,7 @@ def _scales(
 
 
 def _free_motions(problem: ContactProblem, prepared: Prepared) -> Array:
-    """(3, n + 1) gap without contact: what all scenes share, per unit of velocity, per unit of release."""
+    """Return the (3, n + 1) gap without contact: what all scenes share, per unit of velocity, per unit of release."""
     striker, n = problem.striker, prepared.steps
     out = np.zeros((3, n + 1))
     out[0] = prepared.free[:, 0] - problem.contacts[0].gap
@@ -173,7 +173,7 @@ def _free_motions(problem: ContactProblem, prepared: Prepared) -> Array:
 
 
 def _in_translation(striker: Body) -> Body | None:
-    """The striker translating at 1 m/s, and nothing else; ``None`` where it is held."""
+    """Return the striker translating at 1 m/s, and nothing else; ``None`` where it is held."""
     return None if math.isinf(striker.mass) else replace(striker, velocity=1.0, state=None, loads=())
 
 
@@ -182,7 +182,7 @@ def _cores() -> int:
 
 
 def _in_threads(run: Callable[[NDArray[np.int64]], int], scenes: NDArray[np.int64], workers: int) -> Iterator[int]:
-    """``run`` on groups of scenes as threads become free: the compiled march holds no interpreter lock."""
+    """Do ``run`` on groups of scenes as threads become free: the compiled march holds no interpreter lock."""
     groups = [scenes[first : first + LANES] for first in range(0, len(scenes), LANES)]
     with ThreadPoolExecutor(workers) as pool:
         for task in as_completed([pool.submit(run, group) for group in groups]):
@@ -219,7 +219,7 @@ def _batch(
 
 @njit(cache=True, nogil=True)
 def _measure(force, dt, merge, width, out):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Rows of ``out`` (8, S) from force (n, S): peak, filtered peak, impulse, first contact, duration of the first
+    """Fill rows of ``out`` (8, S) from force (n, S): peak, filtered peak, impulse, first contact, duration of the first
     group, groups, (left alone), in contact at the end."""
     steps, scenes = force.shape
     last, end = np.full(scenes, -1), np.full(scenes, -1)
@@ -249,7 +249,7 @@ def _measure(force, dt, merge, width, out):  # type: ignore[no-untyped-def]  # p
 
 @njit(cache=True, nogil=True)
 def _filtered_peak(force, dt, width, peak):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Largest (I(t + width) - I(t))/width where t or t + width is a recorded time, I linear between them."""
+    """Return the largest (I(t + width) - I(t))/width where t or t + width is a recorded time, I linear between them."""
     steps, scenes = force.shape
     total = np.zeros((steps + 1, scenes))
     for n in range(steps):

@@ -59,7 +59,7 @@ def error_budget(
     coarser: Mapping[str, Coarser] | None = None,
     others: Mapping[str, ContactProblem] = NOTHING,
 ) -> Budget:
-    """What each source of error leaves in the measures of an impact: value +- bar, and what dominates it.
+    """Return what each source of error leaves in the measures of an impact: value +- bar, and what dominates it.
 
     The impact is marched again with one source made coarser at a time; the change of each measure is that source's
     share of its error, and the bar 1.5 times their sum (`impact.Budget`). That holds for contacts that chatter,
@@ -115,7 +115,7 @@ def error_budget(
 
 
 def _standard(problem: ContactProblem, filter_width: float | None) -> Mapping[str, Measure]:
-    """The measures of each contact."""
+    """Return the measures of each contact."""
     count = len(problem.contacts)
     measures: dict[str, Measure] = {}
     for c in range(count):
@@ -138,7 +138,7 @@ def _first_duration(one: ImpactResult) -> float:
 
 
 def _sources(problem: ContactProblem, coarser: Mapping[str, Coarser]) -> Iterator[tuple[str, Terms | None]]:
-    """Mesh and reduction of each body."""
+    """Return the mesh and the reduction of each body."""
     many = len(problem.targets) > 1
     names = ["striker", *(f"target {i}" if many else "target" for i in range(len(problem.targets)))]
     known = [f"{name} {part}" for name in names for part in ("mesh", "reduction")]
@@ -165,7 +165,7 @@ def _exchanged(problem: ContactProblem, body: Body, companion: Coarser) -> Varia
 
 
 def _reduced(problem: ContactProblem, body: Body, stated: float | None) -> Terms | None:
-    """By the stated error and without the highest modes, where there are any to leave out."""
+    """Return the variations by the stated error and without the highest modes, where there are any to leave out."""
     terms = of_g(problem, body, stated)
     fewer = [] if stated == 0.0 else [(narrower(body, ratio), 1 / (ratio - 1)) for ratio in RATIOS]
     variations = tuple(Variation(with_body(problem, body, less), weight) for less, weight in fewer if less is not None)

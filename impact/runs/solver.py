@@ -64,7 +64,7 @@ def solve(
 
 
 def collect(stepper: ContactStepper) -> ImpactResult:
-    """The result of the steps marched so far; `ContactError` where numbers have left the range of floats."""
+    """Return the result of the steps marched so far; `ContactError` where numbers have left the range of floats."""
     s, n = stepper.prepared, stepper.done
     force = stepper.force[:n]
     striker = replace(s.bodies[0], loads=s.bodies[0].loads + stepper.live.amplitudes)
@@ -111,7 +111,8 @@ def collect(stepper: ContactStepper) -> ImpactResult:
 
 
 def _deflection(s: Prepared, discrete: Discrete, motion: Motion) -> float:
-    """Largest displacement of a body at t = 0, or of what adds up to it: its contact forces at rest alone [m]."""
+    """Return the largest displacement of a body at t = 0, or of what adds up to it: its contact forces at rest alone
+    [m]."""
     moved = float(np.abs(motion.displacement[:, 0]).max())
     if not np.any(s.rest):
         return moved
@@ -119,7 +120,7 @@ def _deflection(s: Prepared, discrete: Discrete, motion: Motion) -> float:
 
 
 def _refuse_overflow(dt: float, *histories: Array) -> None:
-    """Each (n + 1,) or (n + 1, p)."""
+    """Raise `ContactError` of histories, each (n + 1,) or (n + 1, p), that are not finite."""
     for history in histories:
         bad = ~np.isfinite(history)
         if np.any(bad):
@@ -131,7 +132,7 @@ def _refuse_overflow(dt: float, *histories: Array) -> None:
 
 
 def _at_contacts(s: Prepared, motions: tuple[Motion, ...], single: bool, *, of_striker: bool) -> Array:
-    """(n + 1,) or (n + 1, p) displacements of the striker or of the targets at the contacts."""
+    """Return the (n + 1,) or (n + 1, p) displacements of the striker or of the targets at the contacts."""
     columns = []
     for contact in s.problem.contacts:
         body = s.problem.striker if of_striker else contact.target

@@ -93,7 +93,7 @@ def load_greens(path: str | os.PathLike[str], *, key: str = "") -> GreensFunctio
 
 
 def _read_greens(file: Any, path: str | os.PathLike[str], depth: int = 0) -> GreensFunction:
-    """The function of a file, or of a group in it: a part of a sum or of a multiple."""
+    """Return the function of a file, or of a group in it: a part of a sum or of a multiple."""
     kind = str(file.attrs["kind"])
     if kind in ("sum", "scaled"):
         if depth >= DEEPEST:
@@ -172,7 +172,7 @@ def load_results(path: str | os.PathLike[str]) -> dict[str, ImpactResult]:
 
 
 def _check_histories(name: str, values: Mapping[str, Array], ledger: Mapping[str, Array]) -> None:
-    """Time and energies (n + 1,), the others alike or (n + 1, p) all, p contacts."""
+    """Raise `_Damage` unless time and energies are (n + 1,), the others alike or (n + 1, p) all, p contacts."""
     time, contacts = values["time"].shape, {key: array.shape for key, array in values.items() if key != "time"}
     lengths = {shape[:1] for shape in contacts.values()} | {array.shape for array in ledger.values()}
     if len(time) != 1 or lengths != {time}:
@@ -182,7 +182,7 @@ def _check_histories(name: str, values: Mapping[str, Array], ledger: Mapping[str
 
 
 def _write_greens(file: Any, greens: GreensFunction, depth: int = 0) -> None:
-    """Into a file, or into a group of it: what the function says that it needs to be made again."""
+    """Write into a file, or a group of it, what the function says that it needs to be made again."""
     stored = greens.stored()
     if stored is None or stored.kind not in _KINDS:
         raise StorageError(
@@ -215,7 +215,7 @@ def _write_greens(file: Any, greens: GreensFunction, depth: int = 0) -> None:
 
 @contextmanager
 def written(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
-    """An HDF5 file to fill, stamped with its ``content`` and schema, sealed at the end; whole or absent."""
+    """Yield an HDF5 file to fill, stamped with its ``content`` and schema, sealed at the end; whole or absent."""
     # HDF5 makes the file in memory: on a full disk it could not close it, and would crash
     try:
         with h5py.File(uuid4().hex, "w", driver="core", backing_store=False, block_size=BLOCK) as file:
@@ -233,7 +233,7 @@ def written(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
 
 @contextmanager
 def opened(path: str | os.PathLike[str], content: str, *, sealed: bool = False) -> Iterator[Any]:
-    """The open file, checked; anything that goes wrong while reading becomes a `StorageError`.
+    """Yield the open file, checked; anything that goes wrong while reading becomes a `StorageError`.
 
     ``sealed``: refuse a file without a seal, too.
     """
@@ -288,7 +288,8 @@ def _check_numbers(file: Any) -> None:
 
 
 def finite_array(group: Any, key: str) -> Array:
-    """A dataset of finite numbers; one that claims more of them than the file has room for is damage, not a need."""
+    """Return a dataset of finite numbers; one that claims more of them than the file has room for is damage, not a
+    need."""
     if key not in group:
         raise _Damage(f"{key} is missing")
     dataset = group[key]

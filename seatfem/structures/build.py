@@ -22,7 +22,7 @@ def build(
     progress: Progress = silent,
     mesh_error: bool = True,
 ) -> Solved:
-    """A structure's Green's function. Of several programs that ask for the same one, one computes it.
+    """Return a structure's Green's function. Of several programs that ask for the same one, one computes it.
 
     Args:
         structure: of any kind.

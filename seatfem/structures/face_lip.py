@@ -96,7 +96,7 @@ class FaceLip(AnyLip):
         return np.asarray(np.interp(shares * self.area, self._table.swept, angles))
 
     def places(self, points: Array) -> tuple[Array, Array]:
-        """Places (n,) along and across the lip, both shares of area, of points (n, 3) of its body [m]."""
+        """Return the places (n,) along and across the lip, both shares of area, of points (n, 3) of its body [m]."""
         seen, table = self.face.seen(points), self._table
         k = table.nearest(seen)
         for _ in range(ONWARDS):  # a point lies between the cut behind and the one before it
@@ -132,15 +132,15 @@ class _Table:
 
     @cached_property
     def middles(self) -> Array:
-        """(k, 2) of the cuts."""
+        """Return the (k, 2) middles of the cuts."""
         return np.asarray((self.left + self.right) / 2)
 
     def past(self, points: Array, k: NDArray[np.int64]) -> Array:
-        """How far points (n, 2) lie beyond cuts, times the cuts' lengths."""
+        """Return how far points (n, 2) lie beyond cuts, times the cuts' lengths."""
         return cross(self.right[k] - self.left[k], points - self.left[k])
 
     def beside(self, k: NDArray[np.int64], step: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Steps from cut to cut that are ``step`` further along the same face."""
+        """Return the steps from cut to cut that are ``step`` further along the same face."""
         count = self.last[k] - self.first[k]
         on = k - self.first[k] + step
         return self.first[k] + np.where(self.closed[k], on % count, np.clip(on, 0, count - 1))
@@ -153,7 +153,7 @@ class _Table:
         return cKDTree((self.left + across * (self.right - self.left)).reshape(-1, 2))
 
     def nearest(self, points: Array) -> NDArray[np.int64]:
-        """(n,) the step that begins at the nearest cut."""
+        """Return the (n,) step that begins at the nearest cut."""
         k = np.asarray(self._tree.query(points)[1]) % len(self.left)
         return self.beside(k, np.zeros_like(k))
 
@@ -180,5 +180,5 @@ def _table(face: Land) -> _Table:
 
 @lru_cache(maxsize=32)
 def face_lip(face: Land, arcs: int, rings: int) -> FaceLip:
-    """A face in parts: they are asked for again and again."""
+    """Return a face in parts, kept as they are asked for again and again."""
     return FaceLip(face, arcs, rings)

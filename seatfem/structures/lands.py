@@ -38,7 +38,7 @@ class Land:
 
     @cached_property
     def digest(self) -> str:
-        """Of all of it."""
+        """Return the digest of all of it."""
         digest = hashlib.sha256(repr((self.centre, self.x, self.y)).encode())
         for strip in self.strips:
             digest.update(np.ascontiguousarray(np.stack([strip.left, strip.right])).tobytes())
@@ -51,7 +51,7 @@ class Land:
         return hash(self.digest)
 
     def seen(self, points: Array) -> Array:
-        """(n, 2) places on the face of points (n, 3) [m]."""
+        """Return the (n, 2) places on the face of points (n, 3) [m]."""
         return np.asarray((points - np.array(self.centre)) @ np.array([self.x, self.y]).T)
 
 
@@ -76,8 +76,8 @@ def axes_along(normal: Sequence[float] | Array, along: Sequence[float] | None = 
 
 
 def land_of(edges: Array, normal: Sequence[float] | Array, along: Sequence[float] | None = None) -> Land:
-    """The land that straight ``edges`` (e, 2, 3) bound, in any order [m], with its outward normal; ``along``: as of
-    `axes_along`.
+    """Return the land that straight ``edges`` (e, 2, 3) bound, in any order [m], with its outward normal; ``along``: as
+    of `axes_along`.
 
     Raises:
         ModelError: faces that are not flat, overlap, have several holes, or are neither rings nor strips, with what
@@ -102,7 +102,8 @@ def land_of(edges: Array, normal: Sequence[float] | Array, along: Sequence[float
 
 
 def _loops(edges: Array, near: float) -> list[Array]:
-    """(c, 2) corners of each closed line of edges (e, 2, 2), in order. Raises `ModelError` of lines that touch."""
+    """Return the (c, 2) corners of each closed line of edges (e, 2, 2), in order. Raises `ModelError` of lines that
+    touch."""
     from scipy.sparse import coo_array  # plans of other seats load none of these
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
@@ -137,7 +138,7 @@ def _loops(edges: Array, near: float) -> list[Array]:
 
 
 def _nested(loops: list[Array]) -> list[tuple[Array, list[Array]]]:
-    """Each outer line with those of its holes, all anticlockwise. Raises `ModelError` of lines that cross."""
+    """Return each outer line with those of its holes, all anticlockwise. Raises `ModelError` of lines that cross."""
     loops = [loop if area_of(loop) > 0 else loop[::-1] for loop in loops]
     loops.sort(key=area_of, reverse=True)
     nests: list[tuple[Array, list[Array]]] = []
@@ -151,7 +152,7 @@ def _nested(loops: list[Array]) -> list[tuple[Array, list[Array]]]:
 
 
 def _inside(loop: Array, larger: Array) -> bool:
-    """Whether all of a line lies within another one; raises `ModelError` of one that lies there in part."""
+    """Return whether all of a line lies within another one; raises `ModelError` of one that lies there in part."""
     ahead = np.roll(larger, -1, axis=0)
     x, y = loop[:, 0, None], loop[:, 1, None]
     rises = (larger[:, 1] > y) != (ahead[:, 1] > y)

@@ -63,7 +63,7 @@ class Mode:
 
     @property
     def repeats(self) -> bool:
-        """Whether it is the second of a pair that differs by the angle alone."""
+        """Return whether it is the second of a pair that differs by the angle alone."""
         return self.family == "sin"
 
 
@@ -87,7 +87,7 @@ class NaturalModes:
 
     @cached_property
     def frequencies_hz(self) -> Array:
-        """(m,) [Hz]."""
+        """Return the (m,) frequencies [Hz]."""
         return np.array([mode.frequency_hz for mode in self.modes])
 
 
@@ -104,17 +104,17 @@ class Wanted:
 
     @property
     def limit(self) -> float:
-        """Modes at most."""
+        """Return the largest number of modes."""
         return math.inf if self.count is None else self.count
 
     @staticmethod
     def of(count: int | None, up_to_hz: float | None) -> Wanted:
-        """The 20 lowest where nothing is said."""
+        """Return what is wanted, the 20 lowest where nothing is said."""
         return Wanted(DEFAULT_COUNT if count is None and up_to_hz is None else count, up_to_hz)
 
 
 def in_space(body: Drawn, wanted: Wanted, watch: Stopwatch, progress: Progress = silent) -> NaturalModes:
-    """The modes of a drawn body, complete by inertia, whatever excites them."""
+    """Return the modes of a drawn body, complete by inertia, whatever excites them."""
     with watch("mesh"):
         mesh = _drawn(body, "3d", wanted, progress)
     assert not isinstance(mesh, MeridianMesh)
@@ -124,7 +124,7 @@ def in_space(body: Drawn, wanted: Wanted, watch: Stopwatch, progress: Progress =
 def of_mesh(
     body: Elastic, mesh: SeatMesh, wanted: Wanted, watch: Stopwatch, progress: Progress = silent
 ) -> NaturalModes:
-    """The same on a mesh of the whole body."""
+    """Return the same on a mesh of the whole body."""
     check_elastic(body, mesh, "3d", body.greens.method)
     with watch("assembly"):
         model = matrices(body, mesh, "3d", progress)
@@ -133,7 +133,7 @@ def of_mesh(
 
 
 def by_harmonics(body: Turned, wanted: Wanted, watch: Stopwatch, progress: Progress = silent) -> NaturalModes:
-    """The same of a solid of revolution, harmonic by harmonic."""
+    """Return the same of a solid of revolution, harmonic by harmonic."""
     with watch("mesh"):
         section = _drawn(body, "harmonics", wanted, progress)
     assert isinstance(section, MeridianMesh)
@@ -142,8 +142,8 @@ def by_harmonics(body: Turned, wanted: Wanted, watch: Stopwatch, progress: Progr
 
 
 def _drawn(body: Drawn, level: Level, wanted: Wanted, progress: Progress) -> SeatMesh | MeridianMesh:
-    """Elements as fine as the highest frequency looked for asks, where the scene gives no size: by Weyl's law, which
-    knows nothing of the lower modes of thin parts and thus asks for no less than they need."""
+    """Return elements as fine as the highest frequency looked for asks, where the scene gives no size: by Weyl's law,
+    which knows nothing of the lower modes of thin parts and thus asks for no less than they need."""
     of_one = modes_of_volume(body.measures_inside("3d"), 1.0, body.slowest)
     band = (max(wanted.limit, _FEWEST_SEEN) / of_one) ** (1 / 3)
     band, stated = _FINER * min(band, wanted.up_to_hz or math.inf), body.mesh
@@ -152,7 +152,7 @@ def _drawn(body: Drawn, level: Level, wanted: Wanted, progress: Progress) -> Sea
 
 
 def of_one(model: SecondOrderModel, mesh: SeatMesh | None, wanted: Wanted, progress: Progress) -> NaturalModes:
-    """The modes of a model of the whole body."""
+    """Return the modes of a model of the whole body."""
     solved = solve_modes(model, wanted.count, up_to_hz=wanted.up_to_hz, progress=progress)
     static = _elastic_compliance(model, solved)
     modes = tuple(_listed(model, solved, static))
@@ -160,7 +160,7 @@ def of_one(model: SecondOrderModel, mesh: SeatMesh | None, wanted: Wanted, progr
 
 
 def _around(body: Turned, mesh: MeridianMesh, wanted: Wanted, progress: Progress) -> NaturalModes:
-    """Harmonic by harmonic, until none has a mode below what is asked for."""
+    """Return the modes harmonic by harmonic, until none has a mode below what is asked for."""
 
     solids = body.solids(regions_of(mesh))
 
@@ -203,14 +203,14 @@ def _around(body: Turned, mesh: MeridianMesh, wanted: Wanted, progress: Progress
 
 
 def _bound(found: list[Mode], wanted: Wanted) -> float | None:
-    """Frequency [Hz] above which nothing is asked for, once that is known."""
+    """Return the frequency [Hz] above which nothing is asked for, once that is known."""
     if wanted.count is None or len(found) < wanted.count:
         return wanted.up_to_hz
     return max(found[wanted.count - 1].frequency_hz, 1e-3)
 
 
 def _kept(found: list[Mode], wanted: Wanted) -> list[Mode]:
-    """The lowest of them; a pair at the end stays whole."""
+    """Return the lowest of them; a pair at the end stays whole."""
     ordered = sorted(found, key=lambda mode: (mode.frequency_hz, mode.diameters or 0, mode.family))
     count = int(min(wanted.limit, len(ordered)))
     if 0 < count < len(ordered) and ordered[count].repeats and ordered[count - 1].family == "cos":
@@ -226,7 +226,8 @@ def _listed(
     torsion: bool = False,
     weight: float = 1.0,
 ) -> Iterator[Mode]:
-    """Modes of one model; ``static`` the port's compliance, which shares are parts of, ``weight`` the port's in it."""
+    """Yield the modes of one model; ``static`` the port's compliance, which shares are parts of, ``weight`` the port's
+    in it."""
     phi = modes.shapes.T @ model.port_matrix[:, 0] if model.ports else np.zeros(len(modes.omega))
     for k, (frequency, residual) in enumerate(zip(modes.frequencies_hz, modes.residuals, strict=True)):
         held = None
@@ -242,7 +243,7 @@ def _listed(
 
 
 def _elastic_compliance(model: SecondOrderModel, modes: Modes) -> float | None:
-    """The first port's static compliance but for rigid motions [m/N]; ``None`` without a port."""
+    """Return the first port's static compliance but for rigid motions [m/N]; ``None`` without a port."""
     if not model.ports or not len(modes.omega):
         return None if not model.ports else _compliance(model, 0.0, np.zeros(0))
     elastic = modes.omega[modes.omega > 0]
@@ -266,7 +267,7 @@ def _shared(
     build: Callable[[int], SecondOrderModel],
     arc: bool,
 ) -> list[Mode]:
-    """With shares of the whole patch's compliance in the place of each harmonic's own."""
+    """Return the modes with shares of the whole patch's compliance in the place of each harmonic's own."""
     if not arc:
         return found
     for harmonic in _SAMPLED:

@@ -23,7 +23,7 @@ Meshed = tuple[PlateMesh, Modes]
 
 
 def kept(asked: Sheet, coarser: float, compute: Callable[[], Meshed]) -> Meshed:
-    """Mesh and modes of a plate as they are on file, else as ``compute`` finds them, which are then kept there.
+    """Return the mesh and modes of a plate as they are on file, else as ``compute`` finds them, which are then kept.
 
     A folder that cannot be written to, and a file that is damaged, cost a `CacheWarning` and the time to compute.
     """

@@ -44,31 +44,31 @@ class Strip:
 
     @cached_property
     def middles(self) -> Array:
-        """(k, 2) of the cuts: its centre line."""
+        """Return the (k, 2) middles of the cuts: its centre line."""
         return np.asarray((self.left + self.right) / 2)
 
     @cached_property
     def swept(self) -> Array:
-        """(k,) area up to each cut [m^2]."""
+        """Return the (k,) area up to each cut [m^2]."""
         across = self.right - self.left
         parts = cross((across[1:] + across[:-1]) / 2, np.diff(self.middles, axis=0))
         return np.concatenate([[0.0], np.cumsum(parts)])
 
     @cached_property
     def centroid(self) -> Array:
-        """(2,)."""
+        """Return the (2,) centroid."""
         corners = np.concatenate([self.left, self.right[::-1]])
         ahead = np.roll(corners, -1, axis=0)
         twice = cross(corners, ahead)
         return np.asarray((twice[:, None] * (corners + ahead)).sum(axis=0) / (3 * twice.sum()))
 
     def moved(self, by: Array) -> Strip:
-        """By a vector (2,)."""
+        """Return it moved by a vector (2,)."""
         return Strip(self.left + by, self.right + by, self.closed)
 
     def begun_on_the_axis(self) -> Strip:
-        """A closed one from where its centre line crosses the x axis of its own centroid farthest out, or reaches
-        farthest along it where it does not; an open one from its end at the lesser x."""
+        """Return a closed one from where its centre line crosses the x axis of its own centroid farthest out, or
+        reaches farthest along it where it does not; an open one from its end at the lesser x."""
         x, y = (self.middles - self.centroid).T
         if not self.closed:
             turn = (x[-1], y[-1]) < (x[0], y[0])
@@ -87,7 +87,7 @@ class Strip:
 
 
 def strip_of(outer: Array, holes: list[Array]) -> Strip:
-    """Raises `ModelError` of a face that is neither a ring nor a strip."""
+    """Return the strip of a face. Raises `ModelError` of one that is neither a ring nor a strip."""
     if len(holes) > 1:
         raise ModelError(
             f"a struck face has {len(holes)} holes, lip segments allow at most one: take ring-shaped faces, as of one "
@@ -103,7 +103,8 @@ def strip_of(outer: Array, holes: list[Array]) -> Strip:
 
 
 def _fine(loop: Array) -> Array:
-    """(m + 1, 2) points of a closed line from one of its corners on, in at least `STEPS` steps, all corners kept."""
+    """Return the (m + 1, 2) points of a closed line from one of its corners on, in at least `STEPS` steps, all corners
+    kept."""
     closed = np.concatenate([loop, loop[:1]])
     lengths = np.hypot(*np.diff(closed, axis=0).T)
     counts = np.maximum(1, np.ceil(lengths / (lengths.sum() / STEPS)).astype(int))
@@ -114,7 +115,7 @@ def _fine(loop: Array) -> Array:
 
 
 def _ring(inner: Array, outer: Array) -> tuple[Array, Array, tuple[int, int], tuple[int, int]]:
-    """Both lines from the shortest cut on, as `_sides`."""
+    """Return both lines from the shortest cut on, as `_sides`."""
     from scipy.spatial import cKDTree
 
     left_line, right_line = _fine(inner), _fine(outer)
@@ -128,7 +129,7 @@ def _ring(inner: Array, outer: Array) -> tuple[Array, Array, tuple[int, int], tu
 
 
 def _sides(loop: Array) -> tuple[Array, Array, tuple[int, int], tuple[int, int]]:
-    """Both long sides of a strip from one end to the other, and how many steps of either belong to the ends.
+    """Return both long sides of a strip from one end to the other, and how many steps of either belong to the ends.
 
     Its ends are where its outline turns round within little more than the strip's width; half of each belongs to either
     side. Between a quarter and three quarters of that turn lies what a cut leaves of it: all of a straight end.
@@ -165,7 +166,8 @@ def _sides(loop: Array) -> tuple[Array, Array, tuple[int, int], tuple[int, int]]
 
 
 def _matched(left: Array, right: Array, start: tuple[int, int], end: tuple[int, int], *, closed: bool) -> Strip:
-    """Points of both lines, those at one place joined by a cut. ``start``, ``end``: steps of both at their ends."""
+    """Return the points of both lines, those at one place joined by a cut. ``start``, ``end``: steps of both at their
+    ends."""
     p, q = (line[:, 0] + 1j * line[:, 1] for line in (left, right))
     last = np.array([len(p) - 1, len(q) - 1])
     steps = np.array(start) + _walk(p[start[0] : len(p) - end[0]], q[start[1] : len(q) - end[1]])
@@ -184,8 +186,8 @@ def _matched(left: Array, right: Array, start: tuple[int, int], end: tuple[int, 
 
 
 def _walk(p: Array, q: Array) -> NDArray[np.int64]:
-    """(m + n - 1, 2) numbers of points of both lines, one step of either at a time, from both first to both last, that
-    have the least integral of |q - p|^2 along the steps."""
+    """Return the (m + n - 1, 2) numbers of points of both lines, one step of either at a time, from both first to both
+    last, that have the least integral of |q - p|^2 along the steps."""
     cut = np.abs(q[None] - p[:, None]) ** 2
     along = np.zeros(cut.shape)
     np.cumsum((cut[:, 1:] + cut[:, :-1]) / 2 * np.abs(np.diff(q)), axis=1, out=along[:, 1:])
@@ -203,7 +205,7 @@ def _walk(p: Array, q: Array) -> NDArray[np.int64]:
 
 
 def _square_across(p: Array, q: Array, steps: NDArray[np.int64], *, closed: bool) -> Array:
-    """(k, 2) places between those steps of a walk where cuts lie square across both lines."""
+    """Return the (k, 2) places between those steps of a walk where cuts lie square across both lines."""
     (i, j), (a, b) = steps.T, (_tangents(line, closed=closed) for line in (p, q))
     lean = ((q[j] - p[i]) * (a[i] + b[j]).conj()).real
     at = np.flatnonzero(lean[:-1] * lean[1:] <= 0)
@@ -213,7 +215,7 @@ def _square_across(p: Array, q: Array, steps: NDArray[np.int64], *, closed: bool
 
 
 def _tangents(line: Array, *, closed: bool) -> Array:
-    """Unit vectors along a line (m,) of complex points, at each of them."""
+    """Return the unit vectors along a line (m,) of complex points, at each of them."""
     steps = np.diff(line) / np.abs(np.diff(line))
     before = np.concatenate([steps[-1:] if closed else steps[:1], steps])
     mean = before + np.concatenate([steps, steps[:1] if closed else steps[-1:]])
@@ -221,7 +223,7 @@ def _tangents(line: Array, *, closed: bool) -> Array:
 
 
 def _along(line: Array, at: Array, *, closed: bool) -> Array:
-    """(k, 2) points of a line (m, 2) at places in steps, of a closed one beyond its ends, too."""
+    """Return the (k, 2) points of a line (m, 2) at places in steps, of a closed one beyond its ends, too."""
     steps = np.arange(len(line))
     at = at % (len(line) - 1) if closed else at
     return np.column_stack([np.interp(at, steps, line[:, 0]), np.interp(at, steps, line[:, 1])])

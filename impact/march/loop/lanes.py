@@ -20,7 +20,7 @@ LANES = 16  # scenes marched side by side
 
 @intrinsic
 def _advance_lanes(typing: Any, rows: Any, state: Any, force: Any, total: Any) -> Any:
-    """`advance` for LANES scenes at once, in vector instructions: rows (K, 5), state (K, 2, LANES), force and total
+    """Do `advance` for LANES scenes at once, in vector instructions: rows (K, 5), state (K, 2, LANES), force and total
     (LANES,). Written as LLVM vectors: the loop vectoriser does not find this form, as the arrays might overlap."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -66,7 +66,7 @@ def _advance_lanes(typing: Any, rows: Any, state: Any, force: Any, total: Any) -
 
 @compiled(nogil=True)
 def march_lanes(rows, state, free, scales, w0, law, user, dt, force, opening, approach):
-    """LANES scenes of one contact; state (K + 1, 2, LANES) zero, its last row is scratch; force (n, LANES) and
+    """March LANES scenes of one contact; state (K + 1, 2, LANES) zero, its last row is scratch; force (n, LANES) and
     opening (n + 1, LANES) are filled.
 
     free (3, n + 1): gap without contact, per unit of the scales (3, LANES) after the first row, which all share with

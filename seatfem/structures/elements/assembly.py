@@ -69,7 +69,7 @@ def assemble(
     lip: FaceLip | None = None,
     progress: Progress = silent,
 ) -> SecondOrderModel:
-    """Small-strain elasticity by displacement elements.
+    """Assemble small-strain elasticity by displacement elements.
 
     Args:
         mesh: scikit-fem mesh with named boundaries, coordinates in m, or an object that carries one as ``.mesh``.
@@ -139,7 +139,7 @@ class _Body:
     mass: Mass
 
     def matrices(self, progress: Progress, scale: Array) -> tuple[sparse.csr_array, sparse.csr_array]:
-        """(K, M), each solid's stiffness and density times its row of ``scale`` (solids, 2)."""
+        """Return (K, M), each solid's stiffness and density times its row of ``scale`` (solids, 2)."""
         space, unknown = self.made, self.unknowns.unknown
         lame = np.array([s.lame if isinstance(s, Material) else (0.0, 0.0) for s in self.solids]) * scale[:, :1]
         tensors = np.stack([stiffness_tensor(s.elasticity) for s in self.solids]) * scale[:, :1, None, None, None]
@@ -171,7 +171,7 @@ class _Body:
 
 
 def solids_by_region(mesh: Any, material: Any) -> tuple[tuple[Solid, ...], NDArray[np.int32]]:
-    """The solids, and which of them each element is made of."""
+    """Return the solids, and which of them each element is made of."""
     count = int(mesh.nelements)
     if isinstance(material, Material | Orthotropic):
         return (material,), np.zeros(count, np.int32)
@@ -197,7 +197,7 @@ def solids_by_region(mesh: Any, material: Any) -> tuple[tuple[Solid, ...], NDArr
 
 
 def _modes(made: Discretization, solids: Sequence[Solid], dilatation: Dilatation) -> NDArray[np.int32]:
-    """Number of functions the volume change of each solid is projected on; 0: not projected."""
+    """Return the number of functions the volume change of each solid is projected on; 0: not projected."""
     kind = made.element.refdom.__name__
     modes = np.zeros(len(solids), np.int32)
     for k, solid in enumerate(solids):
@@ -214,7 +214,7 @@ def _modes(made: Discretization, solids: Sequence[Solid], dilatation: Dilatation
 
 
 def names(given: str | Sequence[str]) -> tuple[str, ...]:
-    """Boundaries, of which one may be given by its name alone."""
+    """Return boundaries, of which one may be given by its name alone."""
     return (given,) if isinstance(given, str) else tuple(given)
 
 

@@ -52,7 +52,7 @@ def assemble_axisymmetric(
     rings: int = 1,
     progress: Progress = silent,
 ) -> SecondOrderModel:
-    """Small-strain elasticity with u_r, u_z ~ cos(n th) and u_th ~ sin(n th), n the ``harmonic``.
+    """Assemble small-strain elasticity with u_r, u_z ~ cos(n th) and u_th ~ sin(n th), n the ``harmonic``.
 
     The unknowns are the amplitudes (U, V, W) of (u_r, u_th, u_z) at the nodes; ``model.expand`` returns them as
     (3, n_nodes) in that order. For n = 0 there is no V, and U = 0 on the axis. For n = 1 on the axis W = 0 and
@@ -133,7 +133,7 @@ def _matrices(
     mass: Mass,
     T: sparse.csr_array,
 ) -> Matrices:
-    """K and M of the unknowns."""
+    """Return K and M of the unknowns."""
     components = np.array([1] if torsion else [0, 2] if harmonic == 0 else [0, 1, 2])
     moving = T[(3 * np.arange(section.n_nodes)[:, None] + components).ravel()]
     elasticity = np.array([solid.elasticity for solid in solids])[region]
@@ -160,7 +160,7 @@ def _scalar_mass(section: Section, volumes: Array, density: Array) -> sparse.csr
 def _constraints(
     section: Section, harmonic: int, torsion: bool, held: Mapping[str, Sequence[str]]
 ) -> Iterator[Constraint]:
-    """What holds the nodes: the harmonic's own conditions, fixed and sliding boundaries."""
+    """Yield what holds the nodes: the harmonic's own conditions, fixed and sliding boundaries."""
     r, th, z = np.eye(3)
     if harmonic == 0:
         yield from ((np.arange(section.n_nodes), direction) for direction in ((r, z) if torsion else (th,)))
@@ -180,7 +180,7 @@ def _patch(section: Section, name: str, fine: bool) -> Surface:
 
 
 def _places(patch: Surface) -> Array:
-    """As `places_across`: a patch is divided by r; a cylinder, which has but one, along z."""
+    """Return places as `places_across`: a patch is divided by r; a cylinder, which has but one, along z."""
     radii = patch.places[..., 0]
     return patch.places[..., 1] if np.ptp(radii) <= ONE_RADIUS * radii.max() else radii
 

@@ -32,7 +32,7 @@ class Pairs:
     coefficients: Array
 
     def modes(self, vectors: Array) -> Array:
-        """(n, M) their shapes."""
+        """Return the (n, M) shapes of the modes."""
         return np.asarray(vectors[:, : len(self.coefficients)] @ self.coefficients)
 
 
@@ -62,7 +62,7 @@ class Response:
         vectors: int | None = None,
         resting: bool = False,
     ) -> Response:
-        """Of a model.
+        """Return the response of a model.
 
         Args:
             model: M, K, ports and a damping that does not couple modes.
@@ -94,15 +94,15 @@ Ritz = tuple[Array, Array, Array]
 
 
 def _krylov(model: SecondOrderModel, shift: float, most: int) -> tuple[Array, list[Ritz]]:
-    """Vectors, and the Ritz pairs of all and of `FEWER`; the factor, most of the memory, ends here."""
+    """Return vectors, and the Ritz pairs of all and of `FEWER`; the factor, most of the memory, ends here."""
     basis = KrylovBasis(model, factorize(model.K + shift**2 * model.M, name="K + s^2 M"), shift, most)
     basis.grow(most)
     return basis.V, [basis.ritz(k) for k in (basis.size, max(1, int(FEWER * basis.size)))]
 
 
 def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coefficients: Array) -> Array:
-    """(n, p) K^-1 B. Galerkin's solution in a Krylov space is that of conjugate gradients after as many steps, with few
-    ports exact to round-off; where it is not, a factor of K makes it."""
+    """Return the (n, p) K^-1 B. Galerkin's solution in a Krylov space is that of conjugate gradients after as many
+    steps, with few ports exact to round-off; where it is not, a factor of K makes it."""
     if omega.all():
         displacements = np.asarray(V @ (coefficients @ (shapes / omega[:, None] ** 2)))
         B = model.port_matrix
@@ -115,7 +115,7 @@ def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coe
 
 
 def _pairs(model: SecondOrderModel, damping_ratio: float, step: tuple[float, bool], V: Array, ritz: Ritz) -> Pairs:
-    """Those slower than pi/dt, by their coefficients C."""
+    """Return those slower than pi/dt, by their coefficients C."""
     (dt, resting), (omega, shapes, C), damping = step, ritz, model.damping.plus(damping_ratio)
     kept = omega * dt < math.pi
     if stiff := not kept.any():

@@ -20,7 +20,7 @@ _HDF5: Final = b"\x89HDF\r\n\x1a\n"
 
 
 def plain(mesh: Any) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
-    """Arrays and names of what a seat needs: nodes, cells, and whatever groups them."""
+    """Return arrays and names of what a seat needs: nodes, cells, and whatever groups them."""
     out: dict[str, np.ndarray[Any, Any]] = {"points": np.asarray(mesh.points, dtype=float)}
     said: dict[str, Any] = {"types": [], "cell_data": [], "cell_sets": [], "point_sets": [], "point_data": []}
     for k, block in enumerate(mesh.cells):
@@ -59,7 +59,7 @@ def check_hdf5(folder: Path) -> None:
 
 
 def answer(line: str) -> str:
-    """Read the file of a job; what its arrays are called, or the error."""
+    """Read the file of a job; return what its arrays are called, or the error."""
     job = json.loads(line)
     limit_process(memory=MEMORY + PER_BYTE * job["size"], seconds=SECONDS + job["size"] // SIZE_A_SECOND)
     try:

@@ -33,7 +33,7 @@ Groups = list[Group]
 
 
 def read_outline(path: Path, unit: float | None = None) -> tuple[Array, ...]:
-    """Closed loops (n, 3) of corners x, y [m] and bulges, the outline first, then its holes; arcs are arcs.
+    """Return closed loops (n, 3) of corners x, y [m] and bulges, the outline first, then its holes; arcs are arcs.
 
     Args:
         path: an ASCII file.
@@ -109,7 +109,8 @@ def _entities(groups: Iterator[Group], path: Path) -> Iterator[Groups]:
 
 
 def _chain(entity: Groups, path: Path, most: float) -> Array:
-    """(n, 3) corners and bulges of a curve, the first again at the end of a closed one; (0, 3) of what is none."""
+    """Return the (n, 3) corners and bulges of a curve, the first again at the end of a closed one; (0, 3) of what is
+    none."""
     name = entity[0][1]
     if name in OTHERS:
         raise _wrong(path, f"a {name}; an outline may have {', '.join(CURVES)}: explode or convert it")
@@ -141,7 +142,7 @@ def _chain(entity: Groups, path: Path, most: float) -> Array:
 
 
 def _arc(centre: Array, radius: float, start: float, turn: float) -> Array:
-    """In pieces of half a circle at most."""
+    """Return an arc in pieces of half a circle at most."""
     count = max(1, math.ceil(turn / math.pi - 1e-9))
     angles = start + turn * np.arange(count + 1) / count
     points = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
@@ -149,7 +150,7 @@ def _arc(centre: Array, radius: float, start: float, turn: float) -> Array:
 
 
 def _polyline(entity: Groups, *, closed: bool) -> Array:
-    """Vertices (10, 20), each with the bulge (42) of what follows it."""
+    """Return the vertices (10, 20), each with the bulge (42) of what follows it."""
     corners: list[list[float]] = []
     for code, value in entity:
         if code == 10:

@@ -41,7 +41,7 @@ def read_matrices(
     first_dof: Literal[0, 1] = 0,
     constrained: Constrained = "refuse",
 ) -> SecondOrderModel:
-    """The model M u'' + C u' + K u = sum_p b_p F_p from files, in SI units.
+    """Return the model M u'' + C u' + K u = sum_p b_p F_p from files, in SI units.
 
     Files: Matrix Market (.mtx, .mtx.gz: coordinate or array, symmetric or general), `scipy.sparse.save_npz` (.npz),
     `numpy.save` (.npy). An n x 1 matrix is a diagonal.
@@ -100,7 +100,7 @@ def read_matrices(
 
 
 def _read(path: Path) -> sparse.csr_array:
-    """A real, square, finite, symmetric matrix."""
+    """Return a real, square, finite, symmetric matrix."""
     if not path.exists():
         raise ModelError(f"{path}: no such file; check the path")
     try:
@@ -139,7 +139,7 @@ def _symmetric(matrix: sparse.csr_array, path: Path) -> sparse.csr_array:
 
 
 def _held(stiffness: sparse.csr_array, mass: sparse.csr_array) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Unknowns with a penalty, or in no equation."""
+    """Return the unknowns with a penalty, or in no equation."""
     diagonal = stiffness.diagonal()
     positive = diagonal[diagonal > 0]
     limit = PENALTY * float(np.median(positive)) if positive.size else np.inf
@@ -150,7 +150,7 @@ def _held(stiffness: sparse.csr_array, mass: sparse.csr_array) -> np.ndarray[Any
 def _refuse_indefinite(
     found: Mapping[str, sparse.csr_array], names: Mapping[str, Path | None], held: Any, first: int
 ) -> None:
-    """By what every positive semidefinite matrix has: |a_ij|^2 <= a_ii a_jj."""
+    """Raise `ModelError` of a matrix without what every positive semidefinite one has: |a_ij|^2 <= a_ii a_jj."""
     numbers = np.flatnonzero(~held) + first
     for key, matrix in found.items():
         diagonal = matrix.diagonal()
@@ -191,7 +191,7 @@ def _told(name: str, port: PortLike) -> str:
 
 
 def _weights(path: Path) -> dict[int, float]:
-    """A table of dof and weight."""
+    """Return a table of dof and weight."""
     if not path.exists():
         raise ModelError(f"{path}: no such file; check the path")
     table = read_csv(path, ModelError)

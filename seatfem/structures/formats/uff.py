@@ -58,7 +58,7 @@ def read_modes_uff(
     modal_mass: float | None = None,
     compliance: Array | float | None = None,
 ) -> ModalGreens:
-    """Normal modes of datasets 55 as a Green's function.
+    """Read normal modes of datasets 55 as a Green's function.
 
     w = 2 pi f, zeta = viscous ratio + half the hysteretic, shapes divided by the root of the modal mass. What the modes
     leave out is not in the file: give its static ``compliance``, or none is added.
@@ -109,7 +109,7 @@ def read_modes_uff(
 def read_frf_uff(
     path: str | os.PathLike[str], *, ports: Mapping[str, Place], units: System | None = None
 ) -> FrequencyResponse:
-    """Frequency responses of datasets 58 between the given ports, as receptance.
+    """Read frequency responses of datasets 58 between the given ports, as receptance.
 
     Receptance, mobility or accelerance by the ordinate's data type (8, 11 or 12) over a force (9 or 13). Of G_ij and
     G_ji one is enough; every G_ii is needed. Directions opposite to the port's change the sign.
@@ -148,7 +148,8 @@ def read_frf_uff(
 def read_impulse_response_uff(
     path: str | os.PathLike[str], *, ports: Mapping[str, Place], units: System | None = None, tail: Tail = "forbid"
 ) -> SampledGreens:
-    """The impulse response g(t) of one port from dataset 58: a time response (type 1) of displacement per unit impulse.
+    """Read the impulse response g(t) of one port from dataset 58: a time response (type 1) of displacement per unit
+    impulse.
 
     Raises:
         UffError: as `read_frf_uff`; more than one port.
@@ -207,7 +208,8 @@ def _read(path: Path, kind: int, units: System | None) -> _File:
 
 
 def _refuse_incomplete(path: Path, sets: list[dict[str, Any]]) -> None:
-    """pyuff gives what it finds: values without abscissae, shapes of fewer nodes than are numbered."""
+    """Raise `UffError` of what pyuff gives as it finds it: values without abscissae, shapes of fewer nodes than are
+    numbered."""
     for number, one in enumerate(sets, start=1):
         shapes = [(f"r{axis}", one.get(f"r{axis}"), one.get("node_nums")) for axis in (1, 2, 3)]
         for name, values, places in (("data", one.get("data"), one.get("x")), *shapes):
@@ -221,7 +223,7 @@ def _refuse_incomplete(path: Path, sets: list[dict[str, Any]]) -> None:
 
 
 def _between(file: _File, ports: Mapping[str, Place], function: int) -> Iterator[tuple[int, int, dict[str, Any]]]:
-    """Datasets of a function type from port j to port i."""
+    """Yield datasets of a function type from port j to port i."""
     where = {(node, _AXES[direction[1]]): k for k, (node, direction) in enumerate(ports.values())}
     for dataset in file.sets:
         response = where.get((int(dataset["rsp_node"]), abs(int(dataset["rsp_dir"]))))

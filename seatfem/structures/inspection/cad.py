@@ -74,12 +74,12 @@ class Inspected:
 
     @property
     def meshed(self) -> bool:
-        """Whether gmsh could fill the solids with coarse elements."""
+        """Return whether gmsh could fill the solids with coarse elements."""
         return len(self.shape.cells) > 0
 
     @lru_cache(maxsize=4)  # noqa: B019  few are kept, as inspections are
     def land(self, group: str, along: Vector | None = None) -> Land:
-        """A group as the land of a lip. Raises as `land_of`, which takes ``along``."""
+        """Return a group as the land of a lip. Raises as `land_of`, which takes ``along``."""
         normals = [face.normal for face in self.faces if group in face.groups]
         if group not in self.edges or not normals or normals[0] is None or not _alike(normals):
             raise ModelError("the struck face is not flat: take flat faces, or strike it as a whole")
@@ -87,7 +87,7 @@ class Inspected:
 
 
 def inspect_geometry(geometry: Geometry, *, picture: bool = False) -> Inspected:
-    """The geometry's faces, groups and problems; a file is read once in a process, as long as it stays as it is.
+    """Return the geometry's faces, groups and problems; a file is read once in a process, as long as it stays as it is.
 
     ``picture``: with triangles that show curved faces well, and without cells.
 
@@ -126,7 +126,7 @@ def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspecte
 
 
 def _alike(normals: Sequence[Vector | None]) -> bool:
-    """Whether all look the same way."""
+    """Return whether all look the same way."""
     return all(normal is not None and np.dot(normal, normals[0]) > 1 - EVEN for normal in normals)  # type: ignore[arg-type]
 
 

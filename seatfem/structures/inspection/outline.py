@@ -56,7 +56,7 @@ class DrawnOutline:
 
 
 def outline_in(path: Path, unit: float | None = None, *, oblique: bool = False) -> DrawnOutline:
-    """The outline in a file, which is read once in a process as long as it stays as it is.
+    """Return the outline in a file, which is read once in a process as long as it stays as it is.
 
     STEP: of its one plane face, or of a plate, whose thickness is found. The face is square to an axis of the file, and
     seen against that axis: x and y are the file's where it is z; y and z, or z and x, where it is x, or y.
@@ -93,7 +93,7 @@ def _read(state: FileState, path: Path, unit: float | None, oblique: bool) -> Dr
 
 
 def is_step(path: Path) -> bool:
-    """Whether a file is STEP by its name."""
+    """Return whether a file is STEP by its name."""
     return path.suffix.lower() in STEP_SUFFIXES
 
 

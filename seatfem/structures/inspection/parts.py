@@ -36,7 +36,7 @@ class Part:
 
 
 def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
-    """The part in a STEP, BREP or mesh file.
+    """Return the part in a STEP, BREP or mesh file.
 
     Args:
         unit: length unit of a file that states none; millimetres are assumed of BREP files, metres of meshes.
@@ -53,7 +53,7 @@ def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
 
 
 def of_geometry(geometry: Geometry, name: str) -> Part:
-    """The faces of a geometry, with the keys of a scene that select none."""
+    """Return the faces of a geometry, with the keys of a scene that select none."""
     return _of_found(name, inspect_geometry(geometry, picture=True), "seat.", ())
 
 
@@ -67,7 +67,8 @@ def _of_cad(path: Path, unit: LengthUnit | None) -> Part:
 
 
 def _of_found(name: str, found: Inspected, keys: str | None, notes: tuple[str, ...]) -> Part:
-    """``keys``: in front of the fields that problems name; ``None``: groups are nobody's wish, and none is missed."""
+    """Return the part; ``keys``: in front of the fields that problems name; ``None``: groups are nobody's wish, and
+    none is missed."""
     if not found.faces:
         raise GeometryError("\n".join(message for _, message in found.problems))
     messages = (
@@ -77,7 +78,7 @@ def _of_found(name: str, found: Inspected, keys: str | None, notes: tuple[str, .
 
 
 def of_mesh(name: str, mesh: SeatMesh, notes: tuple[str, ...]) -> Part:
-    """The faces of a mesh: parts of its surface without a sharp edge within."""
+    """Return the faces of a mesh: parts of its surface without a sharp edge within."""
     shape = shape_of(mesh)
     faces, rows = faces_of(shape)
     return Part(name, faces, shape, rows, regions_of(mesh), notes, numbered=False)

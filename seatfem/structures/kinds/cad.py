@@ -114,7 +114,7 @@ damping_ratio = 0.02
         return of_geometry(self.geometry(), self.file.name)
 
     def patch(self) -> Patch | None:
-        """As the faces in the file are; raises `GeometryError` without any."""
+        """Return the patch as the faces in the file are; raises `GeometryError` without any."""
         from seatfem.structures.inspection.cad import inspect_geometry  # of drawings in files only
 
         inspected = inspect_geometry(self.geometry())
@@ -127,6 +127,6 @@ damping_ratio = 0.02
 
 
 def _without_list(message: str, command: str) -> str:
-    """Where several selectors are wrong, the faces are not listed with each."""
+    """Return the message without its list: where several selectors are wrong, the faces are not listed with each."""
     first, _, more = message.partition("\n")
     return f"{first} {command} shows them" if more else message

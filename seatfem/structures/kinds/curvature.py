@@ -66,7 +66,7 @@ class Curvature(Table):
         return table
 
     def given(self, points: Array) -> Array:
-        """(n,) heights at points (n, 2) [m], as given. Raises `KeyProblem` of points that they do not cover."""
+        """Return (n,) heights at points (n, 2) [m], as given. Raises `KeyProblem` of points that they do not cover."""
         if self.heights is not None:
             at, height = np.array(self.heights).T
         else:

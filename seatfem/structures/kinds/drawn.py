@@ -66,7 +66,7 @@ class Drawn(Elastic):
     )
 
     def geometry(self) -> Geometry:
-        """The geometry in SI units. Raises `GeometryError` where it cannot be built."""
+        """Return the geometry in SI units. Raises `GeometryError` where it cannot be built."""
         raise NotImplementedError
 
     @property
@@ -84,7 +84,7 @@ class Drawn(Elastic):
         return None
 
     def struck_part(self) -> tuple[float, float, float]:
-        """Area and narrowest width of the struck face [m^2, m], depth of the body behind it [m]."""
+        """Return the area and narrowest width of the struck face [m^2, m], depth of the body behind it [m]."""
         raise NotImplementedError
 
     @model_validator(mode="after")
@@ -94,7 +94,8 @@ class Drawn(Elastic):
 
     @property
     def sectors(self) -> int:
-        """Equal sectors between planes of symmetry that the body and its load can be cut into; 1: none."""
+        """Return the number of equal sectors between planes of symmetry that the body and its load can be cut into; 1:
+        none."""
         return 1
 
     @property
@@ -183,7 +184,7 @@ class Drawn(Elastic):
         return Column(area, depth, width, self.material.young_across, self.material.density)
 
     def mesh_spec(self, method: Method) -> MeshSpec:
-        """The mesh of a method; sizes it leaves open follow the slowest shear wave at the band edge."""
+        """Return the mesh of a method; sizes it leaves open follow the slowest shear wave at the band edge."""
         assert method.bandwidth is not None
         per_wavelength = PER_WAVELENGTH[self.elements_of(method)]
         size = method.size or self.slowest / (per_wavelength * method.bandwidth)
@@ -196,7 +197,7 @@ class Drawn(Elastic):
         return numbers_of_drawn(self, method, coarser)
 
     def measures_inside(self, level: Level) -> float:
-        """Volume of what is modelled [m^3], or area of a half section [m^2]."""
+        """Return the volume of what is modelled [m^3], or area of a half section [m^2]."""
         from seatfem.structures.counts.element_counts import body_in_numbers  # of plans only
 
         copies = self.copies.get(level, 1)
@@ -258,12 +259,12 @@ class Turned(Drawn):
 
     @property
     def struck_share(self) -> float:
-        """Part of the ring that is struck."""
+        """Return the part of the ring that is struck."""
         return 1.0 if self.arc is None else self.arc / (2 * math.pi)
 
     @property
     def struck_area(self) -> float:
-        """Of the struck face [m^2]."""
+        """Return the area of the struck face [m^2]."""
         return self.struck_share * self.geometry().profile.area("contact")
 
     @property
@@ -290,7 +291,7 @@ class Turned(Drawn):
         return None if face is None else replace(face, arcs=arcs, rings=rings)
 
     def _flat_face(self) -> Lip | None:
-        """The flat ring or disc that is struck all around; ``None`` where another face is."""
+        """Return the flat ring or disc that is struck all around; ``None`` where another face is."""
         from seatfem.structures.lip import Lip  # scenes without lips need none
 
         if self.arc is not None or self.model in UNDIVIDED or not self.isotropic:

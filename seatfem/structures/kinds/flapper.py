@@ -59,8 +59,9 @@ damping_ratio = 0.02
     )
 
     def as_a_beam(self, greens: GreensFunction) -> Body | None:
-        """Of the same widths, touched at the paddle's centre, where it moves as fast in the mode that it is released
-        in: the one of the nearest frequency. ``None`` of other starts, of loads, and where no bending mode is near."""
+        """Return a beam of the same widths, touched at the paddle's centre, where it moves as fast in the mode that it
+        is released in: the one of the nearest frequency. ``None`` of other starts, of loads, and where no bending mode
+        is near."""
         release = self.release
         if release is None or release.velocity is None or self.is_loaded:
             return None

@@ -61,7 +61,7 @@ file = "response.csv"
         yield from opened(self.measured, {"file": self.file})
 
     def measured(self) -> FrequencyResponse:
-        """The measured response of the contact, read once in a process.
+        """Return the measured response of the contact, read once in a process.
 
         Raises:
             FrequencyResponseError: what `read_frf` raises; a universal file without a node.

@@ -43,7 +43,8 @@ file = "seat.h5"
         return load_greens(self.file)
 
     def function(self, duration: float) -> GreensFunction:
-        """The function in the file; raises `GreensFunctionError` if it is not known for a run of ``duration`` [s]."""
+        """Return the function in the file; raises `GreensFunctionError` if it is not known for a run of ``duration``
+        [s]."""
         greens = self._read()
         if greens.valid_for < duration * (1 - 1e-9):
             raise GreensFunctionError(

@@ -32,7 +32,7 @@ from seatfem.units import write_quantity
 
 
 def as_value(given: object) -> object:
-    """pressure = "0.2 bar" is pressure = { value = "0.2 bar" }."""
+    """Read pressure = "0.2 bar" as pressure = { value = "0.2 bar" }."""
     return given if isinstance(given, Mapping | Table) else {"value": given}
 
 
@@ -74,7 +74,7 @@ class _Course(Table):
 
     @property
     def course(self) -> Callable[[Array], Array]:
-        """Of times (n,) [s], in SI."""
+        """Return the course at times (n,) [s], in SI."""
         if (record := self.record()) is not None:
             return record.course
         value = self.value
@@ -183,7 +183,7 @@ class Moving(Structure):
 
 
 def _shape(greens: GreensFunction, kind: str, key: str) -> Array:
-    """(M,) of the first port on the modes. Raises `GreensFunctionError` of a body without modes."""
+    """Return the (M,) shapes of the modes at the first port. Raises `GreensFunctionError` of a body without modes."""
     if (modal := greens.modal) is None or len(modal.omega) == 0:
         remedy = (
             "give it modal damping alone, and a reduction that keeps modes (greens.method = 'auto')"
@@ -195,7 +195,7 @@ def _shape(greens: GreensFunction, kind: str, key: str) -> Array:
 
 
 def _deflected(greens: GreensFunction, deflection: float, kind: str) -> ModalState:
-    """At rest in the static shape under a force at the contact, q_k = F phi_k/omega_k^2."""
+    """Return a start at rest in the static shape under a force at the contact, q_k = F phi_k/omega_k^2."""
     shape, modal = _shape(greens, kind, "deflection"), greens.modal
     assert modal is not None
     if not modal.omega.all():

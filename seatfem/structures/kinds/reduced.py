@@ -42,7 +42,7 @@ class Reduced(Moving):
 
     @property
     def couples(self) -> bool:
-        """Whether damping couples its modes."""
+        """Return whether damping couples its modes."""
         return False
 
     @property
@@ -54,6 +54,6 @@ class Reduced(Moving):
         return not named(self.greens.method).oscillators
 
     def memory(self, method: Method, duration: float) -> float:
-        """The run, or the time in which uniform damping forgets the band's tail [s]."""
+        """Return the run, or the time in which uniform damping forgets the band's tail [s]."""
         assert method.bandwidth is not None
         return min(duration, forgotten_after(self.damping_ratio, method.bandwidth))

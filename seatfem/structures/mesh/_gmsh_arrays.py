@@ -18,7 +18,7 @@ CORNERS = {"tetrahedron": 3, "hexahedron": 4}
 
 
 def arrays(gmsh: Any, scale: float) -> dict[str, Any]:
-    """Points (metres), cells and named groups as plain arrays, which `mesh_io.from_gmsh` takes.
+    """Return the points (metres), cells and named groups as plain arrays, which `mesh_io.from_gmsh` takes.
 
     ``scale``: metres per model unit. Keys: "points", "cells", and one "volume:NAME", "surface:NAME" or "nodes:NAME" per
     group; groups of one dimension and one name are one. Raises `GeometryError` naming what it found where the volume
@@ -64,7 +64,7 @@ def _described(mesh: Any, kind: int) -> str:
 
 
 def _faces(mesh: Any, shape: str, entities: list[int]) -> Integers:
-    """Vertex tags of the faces on some entities; (f, 3) or (f, 4)."""
+    """Return vertex tags of the faces on some entities; (f, 3) or (f, 4)."""
     corners = CORNERS[shape]
     parts = [np.empty((0, corners), dtype=np.int64)]
     for kind in FACES[shape]:
@@ -74,7 +74,7 @@ def _faces(mesh: Any, shape: str, entities: list[int]) -> Integers:
 
 
 def rows_of(tags: Any) -> Integers:
-    """Row of each tag, -1 for tags that are not there."""
+    """Return the row of each tag, -1 for tags that are not there."""
     index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)
     index[tags.astype(np.int64)] = np.arange(len(tags))
     return index

@@ -30,7 +30,7 @@ class Imported:
 
 
 def read_solids(gmsh: Any, part: CadPart) -> None:
-    """The solids of the part's file in gmsh's model."""
+    """Read the solids of the part's file in gmsh's model."""
     with handed_over(part.path) as copy:
         replace(part, path=copy).build(gmsh.model.occ)
     gmsh.model.occ.synchronize()
@@ -75,7 +75,8 @@ def _heal(occ: Any, found: Imported, solids: list[tuple[int, int]]) -> list[tupl
 
 
 def _place(occ: Any, entity: tuple[int, int]) -> NDArray[np.float64]:
-    """Centre, and length of the same measure as the entity (the square or cube root of its area or volume)."""
+    """Return the centre, and length of the same measure as the entity (the square or cube root of its area or
+    volume)."""
     return np.array([*occ.getCenterOfMass(*entity), occ.getMass(*entity) ** (1 / entity[0])])
 
 
@@ -84,7 +85,7 @@ def _same(occ: Any, entities: list[tuple[int, int]], place: NDArray[np.float64])
 
 
 def _loose_faces(occ: Any) -> list[tuple[int, int]]:
-    """Faces that bound no solid."""
+    """Return the faces that bound no solid."""
     bounding = {int(face) for _, solid in occ.getEntities(3) for loop in occ.getSurfaceLoops(solid)[1] for face in loop}
     return [(2, tag) for _, tag in occ.getEntities(2) if tag not in bounding]
 
@@ -108,7 +109,7 @@ def check_faces(model: Any, unit: float) -> None:
 
 
 def recall(gmsh: Any, found: Imported) -> dict[int, Mark]:
-    """Colour and name of the faces now in the model, from the copies they lie on; removes the copies."""
+    """Return colour and name of the faces now in the model, from the copies they lie on; removes the copies."""
     if not found.copies:
         occ = gmsh.model.occ
         if loose := _loose_faces(occ):
@@ -149,7 +150,7 @@ def _marks(model: Any, part: CadPart) -> dict[int, Mark]:
 
 
 def regions_of(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[int]]:
-    """The part's regions, and for solids that none of them names "seat", or "solid_1", "solid_2", ..."""
+    """Return the part's regions, and for solids that none of them names "seat", or "solid_1", "solid_2", ..."""
     colours: list[Colour | None] = [colour_of(model, 3, tag) for tag in solids]
     names = [model.getEntityName(3, tag).rpartition("/")[2] for tag in solids]
     regions: dict[str, list[int]] = {}
@@ -185,7 +186,7 @@ def regions_of(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[i
 def _replaced(
     found: Imported, solids: list[tuple[int, int]], pieces: list[list[tuple[int, int]]]
 ) -> list[tuple[int, int]]:
-    """Follow the regions through an operation; returns the solids there are now."""
+    """Follow the regions through an operation; return the solids there are now."""
     after = {old[1]: [new[1] for new in piece] for old, piece in zip(solids, pieces, strict=False)}
     everything = [tag for piece in after.values() for tag in piece]
     if len(set(everything)) < len(everything):

@@ -34,7 +34,7 @@ SAME: Final = MappingProxyType({".stp": ".step"})
 
 @contextmanager
 def handed_over(path: Path) -> Iterator[Path]:
-    """A copy of the file, under a plain name and alone in a private folder, once its first bytes are those of its
+    """Yield a copy of the file, under a plain name and alone in a private folder, once its first bytes are those of its
     format; what goes wrong with it is told of the file itself. Raises `GeometryError` where they are not.
     """
     suffix = SAME.get(path.suffix.lower(), path.suffix.lower())

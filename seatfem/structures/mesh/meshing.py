@@ -33,7 +33,7 @@ VOLUME_TOLERANCE = 0.02  # relative; a circle of four curved elements is 1.3 % o
 
 
 def content_hash(geometry: Geometry, spec: MeshSpec, sector: int = 1) -> str:
-    """SHA-256 of everything that decides the mesh; a CAD file counts by its content. Raises `OSError`."""
+    """Return the SHA-256 of everything that decides the mesh; a CAD file counts by its content. Raises `OSError`."""
     data = {"geometry": fingerprint(geometry), "spec": asdict(spec), "sector": sector}
     return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 
@@ -89,7 +89,7 @@ def make_mesh(
 
 
 def _check_volume(seat: SeatMesh, spec: MeshSpec) -> None:
-    """A curved mesh of order 2 has the volume of its CAD, or it is of something else."""
+    """Raise `MeshError` of a curved mesh of order 2 without the volume of its CAD."""
     exact, volume = seat.quality.cad_volume, seat.quality.volume
     if exact and spec.order == 2 and spec.curved and abs(volume / exact - 1.0) > VOLUME_TOLERANCE:
         raise MeshError(
@@ -121,7 +121,7 @@ def _encoded(geometry: Geometry) -> dict[str, Any]:
 
 @contextmanager
 def _replacing(path: Path | None) -> Iterator[str | None]:
-    """A temporary name beside ``path``, moved there when the block succeeds and removed when it does not."""
+    """Yield a temporary name beside ``path``, moved there when the block succeeds and removed when it does not."""
     if path is None:
         yield None
         return

@@ -71,7 +71,7 @@ def seat_mesh(
     required: tuple[str, ...] = ("contact", "fixed"),
     parts: int = 1,
 ) -> SeatMesh:
-    """Checked, converted and measured. Raises `MeshError` like `check_mesh` and `to_skfem`."""
+    """Return the mesh checked, converted and measured. Raises `MeshError` like `check_mesh` and `to_skfem`."""
     checked = check_mesh(arrays, required, parts)
     notes = list(provenance.notes)
     if checked is not arrays:

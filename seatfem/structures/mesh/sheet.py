@@ -25,7 +25,7 @@ AREA_TOLERANCE: Final = 0.01  # relative; a circle of eight curved elements is 0
 
 
 def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gmsh = run_gmsh) -> PlateMesh:
-    """The plan of an extruded solid, meshed evenly with quadrilaterals of nine nodes that follow its outline.
+    """Return the plan of an extruded solid, meshed evenly with quadrilaterals of nine nodes that follow its outline.
 
     Of a sheet that the line y = 0 mirrors one half is meshed, the other is its image: the mesh is as symmetric. Its
     line "clamped", of a sheet that is, holds the nodes there.
@@ -61,7 +61,8 @@ def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gms
 
 
 def with_image(points: Array, cells: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
-    """Points (n, 2) and cells (m, 9) of the half beside y = 0, and their image; the nodes on that line stay one."""
+    """Return the points (n, 2) and cells (m, 9) of the half beside y = 0, and their image; the nodes on that line stay
+    one."""
     off = np.abs(points[:, 1]) > ON_THE_LINE * np.ptp(points)
     half = points * np.column_stack([np.ones(len(points)), off])
     image = np.where(off, len(points) + np.cumsum(off) - 1, np.arange(len(points)))

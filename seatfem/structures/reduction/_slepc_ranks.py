@@ -61,7 +61,7 @@ class Model:
         return os.path.join(self.folder, name + ".npy")
 
     def matrix(self, name: str) -> Any:
-        """The rows of a matrix in compressed form that are this rank's."""
+        """Return the rows of a matrix in compressed form that are this rank's."""
         starts, columns, data = (np.load(self.path(name + part), mmap_mode="r") for part in ("_p", "_i", "_x"))
         n, whole = len(starts) - 1, PETSc.Vec().createMPI(len(starts) - 1)
         first, last = whole.getOwnershipRange()
@@ -73,7 +73,7 @@ class Model:
         return matrix
 
     def vectors(self, name: str) -> list[Any]:
-        """The columns of a file."""
+        """Return the columns of a file."""
         columns = np.load(self.path(name), mmap_mode="r")
         vectors = []
         for j in range(columns.shape[1]):
@@ -82,7 +82,7 @@ class Model:
         return vectors
 
     def write(self, name: str, vectors: Any, count: int) -> None:
-        """Columns on file, one of them in the memory of rank 0 at a time."""
+        """Write columns to a file, one of them in the memory of rank 0 at a time."""
         out: Any = None
         scatter: Any = None
         if RANK == 0:
@@ -98,7 +98,7 @@ class Model:
             out.flush()
 
     def solve(self, vectors: list[Any]) -> list[Any]:
-        """The factorized matrix's inverse times several vectors."""
+        """Return the factorized matrix's inverse times several vectors."""
         size = (self.K.getLocalSize()[0], self.K.getSize()[0])
         right, solution = (PETSc.Mat().createDense(size=(size, len(vectors))) for _ in range(2))
         for matrix in (right, solution):
@@ -118,7 +118,7 @@ class Model:
         return columns
 
     def do_factorize(self, square: float) -> Answer:
-        """K + square M = L D L' by MUMPS."""
+        """Factorize K + square M = L D L' by MUMPS."""
         if self.pc is not None:
             self.pc.destroy()
         matrix = self.K.copy()
@@ -148,19 +148,19 @@ class Model:
         }
 
     def do_solve(self) -> Answer:
-        """The columns of right.npy."""
+        """Solve for the columns of right.npy."""
         solutions = self.solve(self.vectors("right"))
         self.write("left", solutions, len(solutions))
         return {}
 
     def do_start(self, limit: int) -> Answer:
-        """A basis of the rigid motions, and the candidates that come next."""
+        """Start with a basis of the rigid motions, and the candidates that come next."""
         self.basis = Basis(self, limit)
         overlap = [[b.dot(x) for x in self.basis.following] for b in self.ports]
         return {"compliance": overlap}
 
     def do_grow(self, size: int) -> Answer:
-        """As the built-in basis grows; its projections on file."""
+        """Grow as the built-in basis does, with its projections on file."""
         self.basis.grow(size)
         if RANK == 0:
             k = self.basis.size
@@ -170,7 +170,7 @@ class Model:
         return {"size": self.basis.size, "complete": not self.basis.following}
 
     def do_combine(self) -> Answer:
-        """The basis times the columns of coefficients.npy."""
+        """Write the basis times the columns of coefficients.npy."""
         factors = np.load(self.path("coefficients"))
         V, vector = self.basis.V, self.K.createVecRight()
         V.setActiveColumns(0, len(factors))
@@ -179,14 +179,15 @@ class Model:
         return {}
 
     def do_orthogonality(self) -> Answer:
-        """The largest entry of V'MV - 1."""
+        """Return the largest entry of V'MV - 1."""
         V = self.basis.V
         V.setActiveColumns(0, self.basis.size)
         gram = V.dot(V).getDenseArray()
         return {"lost": float(np.abs(gram - np.eye(self.basis.size)).max())}
 
     def do_eigen(self, low: float, high: float, tolerance: float) -> Answer:
-        """All eigenvalues from low to high, by spectrum slicing: Krylov-Schur about shifts whose inertia counts."""
+        """Find all eigenvalues from low to high, by spectrum slicing: Krylov-Schur about shifts whose inertia
+        counts."""
         eps = SLEPc.EPS().create()
         eps.setOperators(self.K, self.M)
         eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
@@ -228,14 +229,14 @@ class Basis:
         self.following = model.solve(model.ports)
 
     def grow(self, size: int) -> None:
-        """Whole blocks until there are so many vectors, or nothing more is to be found."""
+        """Append whole blocks until there are so many vectors, or nothing more is to be found."""
         model = self.model
         while self.size < min(size, self.limit) and self.following:
             new = [v for v in (self.append(w) for w in self.following if self.size < self.limit) if v is not None]
             self.following = model.solve([model.M * v for v in new]) if new else []
 
     def append(self, candidate: Any) -> Any | None:
-        """The candidate made orthonormal to V and appended, unless it lies in the span of V."""
+        """Return the candidate made orthonormal to V and appended, unless it lies in the span of V."""
         k, V = self.size, self.V
         if k == V.getSizes()[1]:
             V.resize(min(2 * k, self.limit), True)
@@ -259,7 +260,7 @@ class Basis:
 
 
 def lines() -> Iterator[str]:
-    """What comes in, as it comes. After its end the process ends, soon and whatever it is doing."""
+    """Yield what comes in, as it comes. After its end the process ends, soon and whatever it is doing."""
     incoming: queue.Queue[str] = queue.Queue()
 
     def listen() -> None:
@@ -274,7 +275,7 @@ def lines() -> Iterator[str]:
 
 
 def heard(line: str) -> Any:
-    """The command that rank 0 has read, on all ranks."""
+    """Return the command that rank 0 has read, on all ranks."""
     sent = PETSc.Vec().createMPI((LINE if RANK == 0 else 0, LINE))
     if RANK == 0:
         sent.setArray(np.array(list(line.strip().ljust(LINE).encode("ascii")), dtype=float))
@@ -284,7 +285,7 @@ def heard(line: str) -> Any:
 
 
 def main() -> None:
-    """Answers commands until there are no more."""
+    """Answer commands until there are no more."""
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # libraries print into the log
     model = Model(sys.argv[1])

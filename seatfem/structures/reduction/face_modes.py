@@ -31,7 +31,7 @@ PUSHED: Final = 8  # ports under whose impulses the error is judged, all around 
 def face_greens(
     model: SecondOrderModel, aims: Aims, damping_ratio: float = 0.0, *, static: bool = False
 ) -> tuple[ModalGreens, Modes | None]:
-    """The Green's function of all ports of a model, and the modes that it is made of.
+    """Return the Green's function of all ports of a model, and the modes that it is made of.
 
     Args:
         model: its ports are the parts of the lip.
@@ -60,7 +60,8 @@ def face_greens(
 
 
 def _modes(model: SecondOrderModel, aims: Aims) -> Modes:
-    """All up to `BEYOND` times the band; raises `ConvergenceError` of too many, with the band that has few enough."""
+    """Return all up to `BEYOND` times the band; raises `ConvergenceError` of too many, with the band that has few
+    enough."""
     try:
         return solve_modes(model, up_to_hz=BEYOND * aims.bandwidth, limit=MOST_MODES, backend=aims.backend)
     except CrowdedError as crowded:

@@ -22,7 +22,7 @@ _DEPENDENT: Final = 1e-13  # of the Gram matrix of ports, each made one
 
 
 class ConsistentRecursion(Recursion):
-    """As `Recursion`, for a mass that is not diagonal."""
+    """A recursion as `Recursion`, for a mass that is not diagonal."""
 
     def __init__(self, model: SecondOrderModel) -> None:
         self._K, self._M, self._inverse = model.K, model.M, 1 / model.M.diagonal()[:, None]
@@ -50,7 +50,7 @@ class ConsistentRecursion(Recursion):
         return block
 
     def _solve(self, right: Array) -> Array:
-        """M^-1 right, column by column at once.
+        """Return M^-1 right, column by column at once.
 
         Raises:
             ModelError: a mass that is not positive definite, or worse scaled than any of elements.
@@ -80,7 +80,7 @@ class ConsistentRecursion(Recursion):
 
 
 def _orthonormal(moved: Array, left: Array) -> tuple[Array, Array, Array]:
-    """(Q, P, R) with Q R = ``moved``, P R = ``left``, Q'P = 1 and R upper triangular, of M Q = P."""
+    """Return (Q, P, R) with Q R = ``moved``, P R = ``left``, Q'P = 1 and R upper triangular, of M Q = P."""
     upper = np.eye(left.shape[1])
     for _ in range(1 if left.shape[1] == 1 else 2):
         squares, turn = np.linalg.eigh(left.T @ moved)

@@ -43,7 +43,8 @@ def lip_greens(
     static: bool = False,
     progress: Progress = silent,
 ) -> ModalGreens:
-    """One Green's function of all patches from the models ``build(n)``, whose ports are the rings by boundary name.
+    """Return one Green's function of all patches from the models ``build(n)``, whose ports are the rings by boundary
+    name.
 
     Args:
         build: the model of a harmonic.
@@ -104,7 +105,7 @@ def _statics(
     aims: Aims,
     progress: Progress,
 ) -> tuple[Array, int, float]:
-    """Static compliance (p, p) [m/N], the last harmonic computed, and what those beyond it may leave."""
+    """Return the static compliance (p, p) [m/N], the last harmonic computed, and what those beyond it may leave."""
     of_rings = first.port_matrix.T @ factorize(first.K, backend=aims.backend, name="K").solve(first.port_matrix)
     places = [first.port_names.index(patch.boundary) for patch in patches.values()]
     whole = (of_rings + of_rings.T)[np.ix_(places, places)] / 2
@@ -130,7 +131,7 @@ class _Modes:
     shapes: list[Array] = field(default_factory=list)
 
     def add(self, omega: Array, zeta: Array, shapes: Array) -> None:
-        """Those of one harmonic, once as cos and once as sin, that a patch sees."""
+        """Add the modes of one harmonic, once as cos and once as sin, that a patch sees."""
         seen = np.abs(shapes).max(axis=1, initial=0.0) > 0
         self.omega.append(omega[seen])
         self.zeta.append(np.broadcast_to(zeta, omega.shape)[seen])
@@ -138,7 +139,7 @@ class _Modes:
 
     @property
     def together(self) -> tuple[Array, Array, Array]:
-        """(M,) angular frequencies and damping ratios, (M, p) shapes."""
+        """Return the (M,) angular frequencies and damping ratios, (M, p) shapes."""
         none = np.zeros(0)
         return (
             np.concatenate([none, *self.omega]),
@@ -147,7 +148,7 @@ class _Modes:
         )
 
     def left_of(self, compliance: Array) -> Array:
-        """(p, p) of a static compliance, what these modes do not have."""
+        """Return the (p, p) part of a static compliance that these modes do not have."""
         omega, _, shapes = self.together
         bent = shapes / omega[:, None]
         values, vectors = np.linalg.eigh(compliance - bent.T @ bent)

@@ -16,7 +16,7 @@ ALMOST: Final = 1e-8  # 1 - |parity|: a mode nearer to even or odd is that but f
 
 
 def with_parity(modes: Modes, model: SecondOrderModel, points: Array) -> Modes:
-    """The modes without what the solver's error leaves of the other parity, (y + p P y)/2, p = sign of y'M P y.
+    """Return the modes without what the solver's error leaves of the other parity, (y + p P y)/2, p = sign of y'M P y.
 
     P takes a motion to its image. Rigid modes, any mixture of which is one, are first turned into even and odd ones.
     Other modes of both parities, as pairs of equal frequency may be, stay as they are, and so do all on a mesh that is

@@ -22,7 +22,7 @@ _OURS: Final[tuple[type[Reducer], ...]] = (Krylov, Modal, Transient, Lanczos, Se
 
 
 def reducers() -> Mapping[str, Reducer]:
-    """One of each kind, ours first, then those that were defined elsewhere.
+    """Return one of each kind, ours first, then those that were defined elsewhere.
 
     Raises:
         ModelError: two kinds have one name.
@@ -39,7 +39,7 @@ def reducers() -> Mapping[str, Reducer]:
 
 
 def named(name: str) -> Reducer:
-    """The reduction of that name. Raises `ModelError`, which lists those there are."""
+    """Return the reduction of that name. Raises `ModelError`, which lists those there are."""
     known = reducers()
     if name not in known:
         raise ModelError(f"method {name!r} is unknown; choose from {', '.join((AUTO, *known))}")
@@ -47,7 +47,7 @@ def named(name: str) -> Reducer:
 
 
 def refusal(reducer: Reducer, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-    """Why a reduction cannot serve, here or on the ranks of PETSc; "" where it can."""
+    """Return why a reduction cannot serve, here or on the ranks of PETSc; "" where it can."""
     if aims.distributed and not reducer.distributes:
         able = " and ".join(name for name, each in reducers().items() if each.distributes)
         return f"backend='slepc' has {able}, not {reducer.name}: leave seat.greens.backend out, or take one of them"
@@ -55,7 +55,7 @@ def refusal(reducer: Reducer, model: SecondOrderModel, damping: Damping, aims: A
 
 
 def choose(model: SecondOrderModel, damping: Damping, aims: Aims) -> tuple[Reducer, str]:
-    """(the cheapest that serves, why in a sentence with numbers), all of them asked.
+    """Return (the cheapest that serves, why in a sentence with numbers), all of them asked.
 
     Raises:
         ModelError: none serves; why each does not.

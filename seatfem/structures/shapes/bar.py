@@ -31,7 +31,7 @@ class Bar(Shape):
         return self.patches_in(1)
 
     def patches_in(self, sectors: int) -> Patches:
-        """The groups of the whole bar (1), of its half y > 0 (2), or of its quarter x, y > 0 (4)."""
+        """Return the groups of the whole bar (1), of its half y > 0 (2), or of its quarter x, y > 0 (4)."""
         x, y = self.width / 2, self.height / 2
         left_side, front_side = PlaneFace((-1.0, 0.0, 0.0), x), PlaneFace((0.0, -1.0, 0.0), y)
         return {

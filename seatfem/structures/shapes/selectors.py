@@ -85,7 +85,7 @@ class CylinderFace:
         return _between(face.radii(face.axis.point, face.axis.direction), self.radius, self.radius)
 
     def preferred(self, faces: Sequence[Face]) -> list[Face]:
-        """Of several separate faces those about the z axis, where there are such and no axis is given."""
+        """Return of several separate faces those about the z axis, where there are such and no axis is given."""
         central = [face for face in faces if _coaxial(face, UP, ORIGIN)]
         return central if central and self._anywhere and not self.several and not connected(faces) else list(faces)
 
@@ -244,7 +244,7 @@ SELECTORS: dict[str, type[Selector]] = {
 
 
 def select(faces: Sequence[Face], selector: Selector, name: str) -> list[Face]:
-    """The faces for the group ``name``.
+    """Return the faces for the group ``name``.
 
     Raises `GeometryError`, listing the faces there are, where none matches or where the matching faces do not
     touch each other although the selector asks for one patch.
