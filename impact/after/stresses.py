@@ -111,8 +111,7 @@ def bending_stress(
 def peak_bending_stress(
     force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: At = None, coarsely: bool = False
 ) -> PeakStress:
-    """Return the largest |`bending_stress`| [Pa] along the reed and over the record, release included: as
-    `reed_stress`."""
+    """Return the largest |`bending_stress`| [Pa] along the reed in the record, release included: as `reed_stress`."""
     return reed_stress(force, dt, reed, beam, contact_at=contact_at, coarsely=coarsely).largest
 
 
