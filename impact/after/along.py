@@ -26,7 +26,7 @@ class ClosedLine:
 
     Attributes:
         lengths: (N,) of the arcs [m].
-        edges: (N + 1,) angles at which they begin and end, from 0 to 2 pi [rad]; ``None``: angles do not tell places.
+        edges: (N + 1,) angles at which they begin and end, from 0 to 2 pi [rad]; ``None``: angles do not give places.
         places: (N, 2) means over them of x and y from the point [m].
         pieces: as above; none: all of it is one closed line.
     """

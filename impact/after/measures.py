@@ -61,7 +61,7 @@ def total_impulse(result: ImpactResult) -> float:
     down (-).
 
     Raises:
-        MeasureError: a contact that pressed without the bodies ever moving there, so that its side cannot be told.
+        MeasureError: a contact that pressed without the bodies ever moving there, so that its side is unknown.
     """
     total = 0.0
     for contact in range(_contacts(result)):
@@ -307,7 +307,7 @@ def work(result: ImpactResult, *, contact: int | None = None) -> Work:
     contact itself stores and loses.
 
     Raises:
-        MeasureError: a contact that pressed without the bodies ever moving there, so that its side cannot be told.
+        MeasureError: a contact that pressed without the bodies ever moving there, so that its side is unknown.
     """
     one = of_contact(result, contact)
     if not np.any(one.force[1:]):
@@ -337,7 +337,7 @@ def _contacts(result: ImpactResult) -> int:
 
 
 def _told_side(one: ImpactResult) -> int:
-    """Return the side, of a contact that pressed; `MeasureError` if it cannot be told."""
+    """Return the side, of a contact that pressed; `MeasureError` if it is unknown."""
     side = _side(one)
     if side == 0:
         raise MeasureError(

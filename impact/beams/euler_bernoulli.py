@@ -14,7 +14,7 @@ from impact.greens.modal import Residual
 
 
 class EulerBernoulliBeam(RectangularBeam, ABC):
-    """EI w'''' + rho A w'' = p with the supports of a family (all SI)."""
+    """A beam with EI w'''' + rho A w'' = p and the supports of a family (all SI)."""
 
     @abstractmethod
     def wave_numbers(self, n_modes: int) -> Array:

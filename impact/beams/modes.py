@@ -170,7 +170,7 @@ def clamped_curvature(k: Array, delta: Array, ratio: Array, xi: Array) -> Array:
 
 
 def bisected(past_root: Callable[[Array], NDArray[np.bool_]], low: ArrayLike, high: ArrayLike) -> Array:
-    """Return the roots to the last digit, one in each bracket; ``past_root(x)`` tells elementwise."""
+    """Return the roots to the last digit, one in each bracket; ``past_root(x)`` answers elementwise."""
     low, high = np.array(low, dtype=float), np.array(high, dtype=float)
     for _ in range(200):
         middle = (low + high) / 2

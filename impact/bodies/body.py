@@ -25,7 +25,7 @@ class ModalState:
 
 
 class Feedback(Protocol):
-    """What pushes a body and is itself driven by the opening of its contacts, as gas that flows through a valve.
+    """A load on a body that is itself driven by the opening of its contacts, as gas that flows through a valve.
 
     It is data; how far it has come is an array of numbers, which the march keeps.
     """

@@ -1,4 +1,4 @@
-"""From a beam to a body that takes part in an impact: contact points, release, loads."""
+"""The way from a beam to a body that takes part in an impact: contact points, release, loads."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _OFF = 1e-6  # of it: no sum of modes is above by more; the shapes of a thousand
 
 
 class Beam(Protocol):
-    """What `reed` needs to know of a beam; all positions are distances from its (left) clamp [m]."""
+    """A beam as `reed` needs it; all positions are distances from its (left) clamp [m]."""
 
     @property
     def length(self) -> float:
@@ -48,7 +48,7 @@ class Beam(Protocol):
 
 
 class Release(Protocol):
-    """How a reed starts."""
+    """The start of a reed."""
 
     def state(self, beam: Beam, modes: BeamModes) -> ModalState:
         """Return the initial modal state."""

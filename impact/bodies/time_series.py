@@ -108,7 +108,7 @@ def read_time_series(
 ) -> TimeSeries:
     """Read two columns, time and value, under a header such as ``time [ms],pressure [bar]``; others are left aside.
 
-    Columns are divided by tabs, semicolons or commas, with decimal points or commas, as the lines tell or ``delimiter``
+    Columns are divided by tabs, semicolons or commas, with decimal points or commas, as the lines show or ``delimiter``
     says. ``columns`` and ``units`` name those of "time", or "angle", and of the quantity where the header does not.
     Times in s, ms, us; pressure in Pa, kPa, MPa, mbar, bar, psi; force in N, mN, kN; acceleration in m/s^2, mm/s^2;
     velocity in m/s, mm/s; displacement in m, mm, um. Units stand in [] or (). Empty lines and lines that begin with #

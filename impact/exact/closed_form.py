@@ -143,7 +143,7 @@ def rod_with_end_impedance(
 
 @dataclass(frozen=True)
 class PowerLaw(ExactPort):
-    """g(t) = coefficient * t^exponent, exponent > -1."""
+    """A Green's function g(t) = coefficient * t^exponent, exponent > -1."""
 
     kind: ClassVar[str] = "power_law"
     coefficient: float

@@ -1,7 +1,7 @@
 """CSV files as programs and analysers write them: separators, decimals, heads with units, columns by name.
 
 Columns are divided by tabs, semicolons or commas; numbers have a decimal point or comma; a head is ``name [unit]``,
-``name (unit)`` or ``name``. What cannot be told for sure is refused in words.
+``name (unit)`` or ``name``. What is not known for sure is refused in words.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ def read_csv(
     """Return the table in a file; ``None`` of one without a line that holds something. Lines that begin with # are
     left out.
 
-    ``delimiter``: between the columns; ``None``: as the lines tell.
+    ``delimiter``: between the columns; ``None``: as the lines show.
 
     Raises ``error``: no regular file, larger than ``most`` bytes, no text, too many columns or lines, commas that
     divide columns and stand in numbers at once, both decimal points and commas.
@@ -231,7 +231,7 @@ def _without_trailing(rows: list[list[str]]) -> list[list[str]]:
 
 
 def _with_decimal(table: CsvTable) -> CsvTable:
-    """Return the table with the decimal mark that its cells tell."""
+    """Return the table with the decimal mark that its cells show."""
     count = len(table.heads)
     wide = table.rows and count > 1 and all(len(row) > count for row in table.rows[:_LOOKED_AT])
     if table.separator == "," and wide and len(table.rows) > 1:
@@ -257,7 +257,7 @@ def _with_decimal(table: CsvTable) -> CsvTable:
 
 
 def _cells(table: CsvTable) -> Iterator[tuple[int, str]]:
-    """Yield the lines and cells that tell the decimal mark: all of them, so that none is read by the wrong one."""
+    """Yield the lines and cells that show the decimal mark: all of them, so that none is read by the wrong one."""
     for line, row in zip(table.lines, table.rows, strict=True):
         for cell in row:
             if "," in cell or "." in cell:

@@ -178,7 +178,7 @@ def can_be_opened(path: Path) -> bool:
 
 
 def _probe(path: Path) -> None:
-    """Walk through a file within bounds of memory and time; what is wrong with it is told by who reads it."""
+    """Walk through a file within bounds of memory and time; what is wrong with it is reported by who reads it."""
     with suppress(ImportError, OSError, ValueError):  # absent on Windows
         import resource
 

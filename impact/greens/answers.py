@@ -92,7 +92,7 @@ class StepKernel:
 
 @dataclass(frozen=True)
 class Stored:
-    """What a file must hold to make a Green's function again, beside its provenance, error and time limit.
+    """The content of a file to make a Green's function again, beside its provenance, error and time limit.
 
     Attributes:
         kind: how the file names the representation.

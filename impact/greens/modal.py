@@ -32,7 +32,7 @@ ALL: Final = slice(None)
 
 @dataclass(frozen=True)
 class Residual:
-    """What the retained modes leave out, in a passive form.
+    """The part that the retained modes leave out, in a passive form.
 
     g_res(t) = sum_r a_r a_r' exp(-rates_r t) + compliance * delta(t)
 

@@ -17,7 +17,7 @@ _BLOCK = 256  # times at once: bounds the memory to that times the number of pol
 
 
 class StatedGreens(GreensFunction):
-    """What computed and measured functions have in common: names, error, origin and time limit are fields."""
+    """Base of computed and measured functions: names, error, origin and time limit are fields."""
 
     port_names: tuple[str, ...]
     error: ErrorEstimate
@@ -52,7 +52,7 @@ class StatedGreens(GreensFunction):
 
 
 class PoleSums(StatedGreens):
-    """What sums of oscillators and of complex poles have in common: all is known in closed form, term by term."""
+    """Base of sums of oscillators and of complex poles: all is known in closed form, term by term."""
 
     @abstractmethod
     def _values(self, t: Array, i: int, j: int, integrated: bool) -> Array:

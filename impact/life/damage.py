@@ -20,7 +20,7 @@ _WIDEST = 1e12  # stresses that are looked at, over the curve's own, and their i
 
 @dataclass(frozen=True)
 class Life:
-    """What repeated blocks do to one point.
+    """The effect of repeated blocks on one point.
 
     Attributes:
         damage: of one block, by Miner's sum; 1 is failure.
@@ -50,7 +50,7 @@ def damage(cycles: Cycles, strength: Strength, judge: MeanStress, *, survival: f
         survival: share of the parts that lives on; ``None``: that of the curve.
 
     Raises:
-        LifeError: no curve, a survival that the curve cannot tell.
+        LifeError: no curve, a survival that the curve cannot give.
 
     Source: M. A. Miner, J. Appl. Mech. 12 (1945) A159.
     """

@@ -19,7 +19,7 @@ SHARE = 0.7
 
 @dataclass(frozen=True, repr=False)
 class PointMap:
-    """What cycles do to P points.
+    """The effect of cycles on P points.
 
     Attributes:
         values: (P,) what was asked for; NaN at points that were skipped.

@@ -18,7 +18,7 @@ from impact.life.strength import Strength, criterion
 
 
 class MeanStress(ABC):
-    """What a mean stress does to an amplitude, by one criterion."""
+    """The effect of a mean stress on an amplitude, by one criterion."""
 
     name: ClassVar[str]
 

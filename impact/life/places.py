@@ -18,7 +18,7 @@ from impact.life.strength import Strength
 
 @dataclass(frozen=True)
 class Demand:
-    """What a part has to endure, and by which rules that is judged.
+    """The demand on a part, and the rules by which it is judged.
 
     Attributes:
         strength: of its material.

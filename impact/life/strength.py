@@ -16,7 +16,7 @@ Kind = TypeVar("Kind")
 
 @dataclass(frozen=True)
 class Strength:
-    """What is known of a material's fatigue, and from where; ``None`` is what nobody measured.
+    """The known fatigue strength of a material, and where it is from; ``None`` is what nobody measured.
 
     Attributes:
         source: citation of all numbers; required.

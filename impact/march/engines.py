@@ -68,7 +68,7 @@ MEASURED = CostModel(
 
 @dataclass(frozen=True)
 class Plan:
-    """What runs how.
+    """The engines that the bodies run with.
 
     Attributes:
         by_poles: for each body, whether its poles are marched (else they become step weights).

@@ -154,7 +154,7 @@ def _powers(a: Array, c: Array, d: Array, q: Array, p: Array, count: int, b: Arr
 
 
 class BlockedSum:
-    """What finished blocks of force do to later steps, folded in by FFT.
+    """The effect of finished blocks of force on later steps, folded in by FFT.
 
     Attributes:
         weights: (p, p, n) step weights.

@@ -52,7 +52,7 @@ class LawError(ValueError):
 
 
 class Law(Protocol):
-    """What the solver needs of a law."""
+    """A contact law as the solver needs it."""
 
     @property
     def code(self) -> int:

@@ -131,7 +131,7 @@ def mean_displacement(discrete: Discrete, force: Array, shares: Array) -> Array:
     """Return the (n + 1,) mean displacement [m] of the ports of a held body at rest, each with its share, under
     ``force`` (P, n).
 
-    Equal to ``shares @ discrete.motion(force).displacement``, which serves every other body; without the energies, and
+    Equal to ``shares @ discrete.motion(force).displacement``, which is for every other body; without the energies, and
     by those modes alone that the mean shows, it is several times cheaper.
     """
     kernel = discrete.kernel

@@ -25,7 +25,7 @@ NEAR, LEAST = 2**17, 64  # coordinates of some steps that stay near the processo
 
 @dataclass(frozen=True)
 class Block:
-    """What m steps of a replay bring.
+    """The results of m steps of a replay.
 
     Attributes:
         displacement: (P, m) of the ports at the end of each step [m].

@@ -30,7 +30,7 @@ FOLLOW = 32  # steps for which a load that depends on the opening keeps what it 
 
 @dataclass(frozen=True)
 class StepState:
-    """Where the march stands: time [s], force (p,) of the step just done [N], gap (p,) at its end [m]."""
+    """State of the march: time [s], force (p,) of the step just done [N], gap (p,) at its end [m]."""
 
     time: float
     force: Array

@@ -25,7 +25,7 @@ SHORTEST, LONGEST = 4, 13  # powers of two, of steps; a shorter stride costs wha
 
 @dataclass(frozen=True)
 class Strides:
-    """What the march needs to know of K poles.
+    """Data of K poles for the strides of a march.
 
     Attributes:
         lengths: (L,) steps; none where poles are no oscillations, relaxations or rigid motions.

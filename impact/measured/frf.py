@@ -57,7 +57,7 @@ class FrequencyResponse:
 
     Attributes:
         frequency: (n,) strictly increasing, > 0 [Hz].
-        receptance: (n, p, p) or, for one port, (n,) [m/N]; made symmetric, ``reciprocity`` tells by how much.
+        receptance: (n, p, p) or, for one port, (n,) [m/N]; made symmetric, ``reciprocity`` says by how much.
         port_names: p names.
         shift: decay rate of an exponential window laid over an impulse response [1/s]; 0 for measured FRFs.
         origin: provenance, plain JSON values.
@@ -174,7 +174,7 @@ def read_frf(
     also in 1/kg or g/N (g = 9.80665 m/s^2); real and imag, or magnitude, also in dB re one of these, and phase [deg,
     rad].
     The noise by a column of coherence (with ``averages``, the number of blows) or of variance, in the square of the
-    response's unit, real and imaginary part together; otherwise it is told from the lines when poles are fitted.
+    response's unit, real and imaginary part together; otherwise it is estimated from the lines when poles are fitted.
     Separators, decimals and other columns as in `impact.read_time_series`.
 
     Args:

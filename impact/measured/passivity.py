@@ -17,7 +17,7 @@ _LANCZOS = 80
 
 @dataclass(frozen=True)
 class PassivityReport:
-    """What the most dangerous force of ``steps`` steps would gain from a body.
+    """The gain of the most dangerous force of ``steps`` steps from a body.
 
     Attributes:
         smallest: smallest eigenvalue of the work form [m/N]: work per (unit force)^2 and step; < 0 is a gain.

@@ -1,4 +1,4 @@
-"""Number and places of the poles of a noisy response: as many as its noise lets be told, all within its band.
+"""Number and places of the poles of a noisy response: as many as its noise resolves, all within its band.
 
 Sources: Schwarz, Ann. Statist. 6 (1978) 461 (the information criterion); Ewins, Modal Testing, 2nd ed., 4.4 (residual
 terms in place of modes below and above the band).

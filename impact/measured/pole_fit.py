@@ -1,4 +1,4 @@
-"""From a measured response to a passive Green's function: poles, residues, and what they miss."""
+"""The way from a measured response to a passive Green's function: poles, residues, and what they miss."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def fit_response(
         "modal":   g_ij = sum of damped oscillators with positive matrices of amplitudes, relaxations and a bare
                    compliance, by least squares under these signs: passive by construction (uncoupled modes);
         "complex": `PoleGreens` with free residues, changed as little as makes them passive (modes coupled by damping);
-        "auto":    real modes unless the noise lets complex ones be told from them.
+        "auto":    real modes unless the noise lets complex ones be distinguished from them.
 
     What lies above the band is a bare compliance, and where the highest lines rise towards it, oscillators at fixed
     places
@@ -284,11 +284,11 @@ def _is_free(data: FitData, poles: Poles) -> bool:
 
 
 def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[FitData, Poles]]:
-    """Return data and poles with as many modes beyond the band as its highest lines let be told, three at most; they
+    """Return data and poles with as many modes beyond the band as its highest lines resolve, three at most; they
     begin where `_BEYOND` fits best.
 
     Behind them are those with more modes, which fit as well, and those with fewer whose criterion is hardly worse: of
-    what they tell about the response beyond the band, and so about its static part, the lines prefer none.
+    what they say about the response beyond the band, and so about its static part, the lines prefer none.
     """
     turn, places = -zeta + 1j * np.sqrt(1 - zeta**2), float(data.s.imag[-1]) * np.array(_BEYOND)
     candidates = [_moved_together(data, poles)]

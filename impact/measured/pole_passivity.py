@@ -16,7 +16,7 @@ _CHUNK = 2_000_000  # numbers at once
 
 @dataclass(frozen=True)
 class PolePassivity:
-    """Where the mobility of a body is nearest to giving energy.
+    """The frequency at which the mobility of a body is nearest to giving energy.
 
     Attributes:
         margin: least over w of the smallest eigenvalue of Re[iw G(iw)] over the sum of the sizes of its terms at that

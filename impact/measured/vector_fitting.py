@@ -75,7 +75,7 @@ def relocate(s: ComplexArray, responses: ComplexArray, weights: Array, extra: Co
 def fitted_poles(
     s: ComplexArray, responses: ComplexArray, weights: Array, extra: ComplexArray, start: Poles, iterations: int = 12
 ) -> Poles:
-    """Return the poles relocated until they stand still to 1e-8."""
+    """Return the poles relocated until they are constant to 1e-8."""
     poles = start
     for _ in range(iterations):
         new = relocate(s, responses, weights, extra, poles)

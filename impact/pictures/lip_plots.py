@@ -44,7 +44,7 @@ def plot_lip(
 ) -> Figure:
     """Draw force per length over place and time, impulse per length, total force, gap at four places, tilt of the gap.
 
-    Places are angles, or lengths along a line whose places angles do not tell.
+    Places are angles, or lengths along a line whose places angles do not give.
 
     A local force is that of a moving front, which grows with ever more arcs: all that is drawn is a mean, and each
     panel says over what.

@@ -32,7 +32,7 @@ class Budget:
         values: the measures themselves [SI].
         parts: by source and measure, the error it leaves [SI]; a source that is not there is unknown, one that cannot
             err has zeros.
-        sources: names of all sources of error, in the order in which they are told.
+        sources: names of all sources of error, in the order in which they are reported.
     """
 
     values: Values

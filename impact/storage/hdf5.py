@@ -64,7 +64,7 @@ class OtherKeyError(StorageError):
 
 
 class _Damage(ValueError):
-    """What is wrong with a key, for `_opened` to put file and remedy around."""
+    """A fault of a key, for `_opened` to put file and remedy around."""
 
 
 def save_greens(greens: GreensFunction, path: str | os.PathLike[str], *, key: str = "") -> None:

@@ -1,4 +1,4 @@
-"""From a structure and a method to its Green's function: computed, or found where it was computed before."""
+"""The way from a structure and a method to its Green's function: computed, or found where it was computed before."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ def build(
     Args:
         structure: of any kind.
         method: how it is computed.
-        duration: of the runs that it must serve [s].
+        duration: of the runs that it must cover [s].
         cache: where it may be, and is kept; ``None``: it is computed.
         watch: for the time of each stage.
-        progress: told of each stage.
+        progress: informed of each stage.
         mesh_error: whether a drawn body is solved on a coarser mesh, too.
 
     Raises:

@@ -115,7 +115,7 @@ def _serving(greens: GreensFunction | None, key: str, duration: float) -> Greens
 
 @dataclass(frozen=True)
 class Cache:
-    """Where computed structures are looked for and written to.
+    """The place where computed structures are looked for and written to.
 
     A folder that cannot be written to costs a warning, and so does a function that carries no seal, is damaged, or is
     of another key: it is computed again.
@@ -130,7 +130,7 @@ class Cache:
     store: Store = field(default_factory=lambda: Store.default(warn))
 
     def find(self, structure: Structure, method: Method, duration: float, *, mesh_error: bool = True) -> Solved | None:
-        """Return what was computed before and serves a run of ``duration`` [s]."""
+        """Return what was computed before and is valid for a run of ``duration`` [s]."""
         key, own = key_of(structure, method, mesh_error=mesh_error), self._is_own(structure)
         stored = None if self.path is None else at(self.path, key, duration, None if own else warn)
         solved = stored if stored is not None else _serving(self.store.get(key), key, duration)
@@ -194,7 +194,7 @@ def _age(path: Path) -> int:
 
 
 def _beside(key: str) -> str:
-    """Return the key of the model that tells the errors of mesh and patch."""
+    """Return the key of the model that gives the errors of mesh and patch."""
     return hashlib.sha256(f"beside {key}".encode()).hexdigest()
 
 

@@ -1,4 +1,4 @@
-"""From a drawn structure to mesh and matrices, at the level of modelling that was chosen."""
+"""The way from a drawn structure to mesh and matrices, at the level of modelling that was chosen."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def draw(
 ) -> AnyMesh:
     """Return the mesh of a level, unless it would be far too large; what is wrong with a file's faces names the file.
 
-    ``method``: of the reduction, which tells the memory that is needed; by default as the body's table states it.
+    ``method``: of the reduction, which determines the memory that is needed; by default as the body's table states it.
     """
     try:
         check_before_meshing(body, spec, level, method)

@@ -42,7 +42,7 @@ NAMES: Final[Mapping[Level, str]] = {
 
 @dataclass(frozen=True)
 class Aims:
-    """What a reduction must reach, and what it may take for it.
+    """The aims that a reduction must reach, and what it may take for them.
 
     Attributes:
         bandwidth: highest frequency that must be right [Hz].
@@ -84,7 +84,7 @@ class Aims:
 
 @dataclass(frozen=True)
 class Method:
-    """How one body's Green's function is computed.
+    """The way in which one body's Green's function is computed.
 
     Attributes:
         level: how much of the body is modelled.
@@ -149,7 +149,7 @@ class Method:
 
 @dataclass(frozen=True)
 class Applicability:
-    """Whether a level describes a structure.
+    """The statement whether a level describes a structure.
 
     Attributes:
         level: of modelling.

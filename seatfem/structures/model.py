@@ -47,7 +47,7 @@ class Port:
 
 @dataclass(frozen=True)
 class DofMap:
-    """Where the unknowns live: unknown i is component ``free[i] % dim`` at node ``free[i] // dim``.
+    """The places of the unknowns: unknown i is component ``free[i] % dim`` at node ``free[i] // dim``.
 
     Nodes on an oblique sliding plane have components along axes of their own, those of a plate a deflection and two
     rotations: then ``turned`` takes the unknowns to Cartesian displacements.

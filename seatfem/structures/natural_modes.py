@@ -93,7 +93,7 @@ class NaturalModes:
 
 @dataclass(frozen=True)
 class Wanted:
-    """How many modes, or up to which frequency [Hz]; of both, what ends first."""
+    """The number of modes, or the frequency [Hz] up to which; of both, what ends first."""
 
     count: int | None = None
     up_to_hz: float | None = None

@@ -128,7 +128,7 @@ def _joining(there: Division, less: Division) -> Array:
 
 
 def parts_behind(division: Division) -> Division:
-    """Return the parts of the model that tells what a division leaves: twice as many arcs, or its own where those are
+    """Return the parts of the model that shows what a division leaves: twice as many arcs, or its own where those are
     more than can be, or `rings_behind` rings."""
     if division.arcs > 1:
         twice = Division(2 * division.arcs, division.rings)
@@ -137,7 +137,7 @@ def parts_behind(division: Division) -> Division:
 
 
 def across_behind(rings: int) -> tuple[int, float]:
-    """Return the rings across each arc that tell what ``rings`` leave, more of them or one, and that over what these
+    """Return the rings across each arc that show what ``rings`` leave, more of them or one, and that over what these
     change."""
     if rings == 1:
         return ACROSS[1], OF_ONE
@@ -185,7 +185,7 @@ def face_compliance(greens: GreensFunction) -> float:
 
 
 def rings_behind(rings: int) -> int:
-    """Return the rings of the model that tells what ``rings`` rings leave: their own number where they converge, from
+    """Return the rings of the model that shows what ``rings`` rings leave: their own number where they converge, from
     three on."""
     return rings if rings > 2 else ENOUGH
 

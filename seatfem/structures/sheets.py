@@ -51,7 +51,7 @@ ORDER: Final = 2.0  # of the error between two meshes; corners take away half of
 
 @dataclass(frozen=True)
 class Sheet:
-    """What is asked: the modes of a plate.
+    """A plate whose modes are asked for.
 
     Attributes:
         shape, material: of the plate.

@@ -83,7 +83,7 @@ class Store:
         """Return the function, or ``None`` if it is not there or is not what was put: damaged, without a seal, of
         another key.
 
-        The latter is told; the next `put` replaces it.
+        The latter is reported; the next `put` replaces it.
         """
         path = self.path(key)
         try:

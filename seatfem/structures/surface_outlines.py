@@ -206,8 +206,7 @@ def struck_side_problem(
         normals: (k, 3) outward normals of the flat parts of the struck face.
         shape: the body's surface.
         struck: name of the struck group.
-        held, bedded: groups that are clamped, and that springs hold; what is struck and clamped is told where a mesh is
-            checked.
+        held, bedded: groups that are clamped, and that springs hold; what is struck and clamped is checked with a mesh.
     """
     aligned = normals @ normals[0]
     if np.abs(aligned).min() > PARALLEL and aligned.min() < 0:

@@ -1,4 +1,4 @@
-"""How much memory a three-dimensional seat takes, told before it is taken.
+"""How much memory a three-dimensional seat takes, known before it is taken.
 
 Two nodes are coupled where some element holds both. Each couple belongs to exactly one vertex, edge, face or element,
 the smallest that holds both, so the couples are counted without a matrix: with V, E, F, T vertices, edges, faces and
@@ -51,7 +51,7 @@ class MemoryNeedError(ValueError):
 
 @dataclass(frozen=True)
 class Counts:
-    """What memory depends on.
+    """Counts that memory depends on.
 
     Attributes:
         dof: unknowns, those of fixed faces included.

@@ -77,7 +77,7 @@ class Dashpot(_Even):
 
 @dataclass(frozen=True)
 class Absorbing:
-    """Where the mesh ends and the body does not: dashpots rho c_p along and rho c_s across the normal.
+    """Boundary where the mesh ends and the body does not: dashpots rho c_p along and rho c_s across the normal.
 
     Waves that arrive along the normal leave; others are reflected in part (Lysmer & Kuhlemeyer 1969). With ``centre``,
     the place [m] the waves come from, at the distance R, springs 4 mu/R along and 2 mu/R across the normal stand for

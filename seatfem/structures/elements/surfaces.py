@@ -16,7 +16,7 @@ from seatfem.structures.errors import ModelError
 
 @dataclass(frozen=True)
 class Surface:
-    """f facets with Q quadrature points and N nodes each.
+    """Surface of f facets with Q quadrature points and N nodes each.
 
     Attributes:
         cells: (f, N) displacement nodes.

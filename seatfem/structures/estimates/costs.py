@@ -37,7 +37,7 @@ ALL_MODES: Final = 200  # unknowns up to which all modes are computed, as `seatf
 
 @dataclass(frozen=True)
 class Numbers:
-    """A body's finite elements, as far as its kind tells them.
+    """A body's finite elements, as far as its kind gives them.
 
     Attributes:
         sizes: of the mesh.

@@ -25,7 +25,7 @@ SPREADING: Final = 0.2  # damping ratio that stands for waves which spread in th
 
 @dataclass(frozen=True)
 class Surrogate:
-    """What stands for a body in pre-runs.
+    """A stand-in for a body in pre-runs.
 
     Attributes:
         greens: the body, or what stands for it.
@@ -42,7 +42,7 @@ class Surrogate:
 
 @dataclass(frozen=True)
 class Face:
-    """What is known of the face that touches a body: its width [m], Young's modulus [Pa] and density [kg/m^3]."""
+    """The face that touches a body: its width [m], Young's modulus [Pa] and density [kg/m^3]."""
 
     width: float = 5e-3
     young: float = 200e9

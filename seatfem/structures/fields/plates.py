@@ -1,4 +1,4 @@
-"""From the unknowns of a Mindlin plate to the stress in its faces and its transverse shear.
+"""The way from the unknowns of a Mindlin plate to the stress in its faces and its transverse shear.
 
 Slopes of the rotations, and grad w - a, are taken at the 2 x 2 Gauss points of an element, where those of its nine
 nodes are right to one order more than elsewhere (Barlow, IJNME 10 (1976) 243), and led on linearly to the point.

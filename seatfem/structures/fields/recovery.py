@@ -108,7 +108,7 @@ def recover(
     Args:
         functional: C of its unknowns, which multiplies columns of them: (6 P, n).
         points: (P, d) of them.
-        model, bandwidth, dt, damping_ratio, vectors: as of `Response.of`, which tells the errors.
+        model, bandwidth, dt, damping_ratio, vectors: as of `Response.of`, which gives the errors.
     """
     response = Response.of(model, bandwidth=bandwidth, dt=dt, damping_ratio=damping_ratio, vectors=vectors)
     return field_of(response, functional, points)

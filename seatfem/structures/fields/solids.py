@@ -1,4 +1,4 @@
-"""From the unknowns of a solid, in three dimensions or a harmonic of a body of revolution, to its stress.
+"""The way from the unknowns of a solid, in three dimensions or a harmonic of a body of revolution, to its stress.
 
 Stress is evaluated where it is asked for, by the element's own shape functions, and averaged over the elements that
 meet there. Of elements of order p its error falls at least as h^p where the displacement is smooth.

@@ -24,7 +24,7 @@ _ABAQUS = re.compile(r'^\*[ \t]*INCLUDE[ \t]*,\s*INPUT[ \t]*=[ \t]*"?([^",\r\n]+
 
 @dataclass
 class Budget:
-    """What is left to be read of a deck: each file counts as often as it is included."""
+    """The amount left to be read of a deck: each file counts as often as it is included."""
 
     files: int = MOST_FILES
     size: int = MOST_BYTES

@@ -1,4 +1,4 @@
-"""From a mesh file to the mesh of a seat."""
+"""The way from a mesh file to the mesh of a seat."""
 
 from __future__ import annotations
 

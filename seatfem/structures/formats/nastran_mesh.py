@@ -126,7 +126,7 @@ def _split(line: str) -> tuple[str, list[str]]:
 
 @dataclass(frozen=True, eq=False)
 class Cards:
-    """What the cards define, in the file's own numbers; shells, which may have those of solids, are -1, -2, ..."""
+    """Definitions by the cards, in the file's own numbers; shells, which may have those of solids, are -1, -2, ..."""
 
     nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
     solids: dict[int, tuple[str, list[int]]] = field(default_factory=dict)

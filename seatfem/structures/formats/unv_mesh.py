@@ -43,7 +43,7 @@ LIMIT = 512 * MB
 
 @dataclass(frozen=True, eq=False)
 class Contents:
-    """What the file holds in its own numbers; elements by type: number and nodes of each."""
+    """The content of a file in its own numbers; elements by type: number and nodes of each."""
 
     node_ids: list[int] = field(default_factory=list)
     points: list[list[float]] = field(default_factory=list)

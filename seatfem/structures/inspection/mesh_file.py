@@ -1,6 +1,6 @@
 """What of a mesh from a file counts before a model is made: its surface, its faces and its regions.
 
-Faces are parts of the surface without a sharp edge within, planes and cylinders told as such.
+Faces are parts of the surface without a sharp edge within, planes and cylinders named as such.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ PICOMETRE: Final = 12  # digits [m]
 
 @dataclass(frozen=True)
 class DrawnOutline:
-    """What a file holds.
+    """The outline in a file.
 
     Attributes:
         outline, holes: closed loops of corners (x, y, bulge) [m].

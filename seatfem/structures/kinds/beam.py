@@ -65,7 +65,7 @@ class Release(Table):
 
 
 class Beam(Structure):
-    """What all beams have that bend about their thin side."""
+    """Base of all beams that bend about their thin side."""
 
     group: ClassVar[str] = "reeds"
     has_weight: ClassVar[bool] = True
@@ -271,7 +271,7 @@ class Beam(Structure):
 
 
 class UniformBeam(Beam):
-    """What all beams have that are as wide everywhere."""
+    """Base of all beams that are as wide everywhere."""
 
     length: Length = Field(description="free length")
     width: Length = default("10 mm", "width")

@@ -50,7 +50,7 @@ WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # the same of a r
 
 
 class Drawn(Elastic):
-    """What all bodies have that gmsh meshes."""
+    """Base of all bodies that gmsh meshes."""
 
     is_drawn: ClassVar[bool] = True
 
@@ -232,7 +232,7 @@ def _as_a_whole(model: str) -> str:
 
 
 class Turned(Drawn):
-    """What all solids of revolution have."""
+    """Base of all solids of revolution."""
 
     revolved: ClassVar[bool] = True
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Elastic(Reduced):
-    """What all bodies made of finite elements have."""
+    """Base of all bodies made of finite elements."""
 
     needs_gmsh: ClassVar[bool] = True
     is_meshed: ClassVar[bool] = True

@@ -97,7 +97,7 @@ file = "response.csv"
 
 @dataclass(frozen=True)
 class _Record:
-    """What a record is read from, and the state of its file."""
+    """The files that a record is read from, and the state of its file."""
 
     file: Path
     node: int | None

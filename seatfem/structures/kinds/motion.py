@@ -137,7 +137,7 @@ AnyPointForce = Annotated[PointForce, BeforeValidator(as_value)]
 
 
 class Moving(Structure):
-    """What all bodies have that may strike with a motion of their contact alone."""
+    """Base of all bodies that may strike with a motion of their contact alone."""
 
     is_solved: ClassVar[bool] = True
 

@@ -31,7 +31,7 @@ class PlateForce(ForceCourse):
 
 
 class ClampedPlate(ThinPlate):
-    """What all plates have that are clamped at their root and strike with their paddle.
+    """Base of all plates that are clamped at their root and strike with their paddle.
 
     Their loads move the modes alone. What the modes left out would yield to them at once is neglected: for a paddle of
     16 mm by 0.3 mm on a neck of 15 mm, 3e-6 of the static deflection of paddle or lip under a uniform pressure, on the

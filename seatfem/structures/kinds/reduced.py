@@ -15,7 +15,7 @@ from seatfem.structures.reduction.memory import memory as forgotten_after
 
 
 class Reduced(Moving):
-    """What all bodies have that are known by their matrices."""
+    """Base of all bodies that are known by their matrices."""
 
     is_reduced: ClassVar[bool] = True
 

@@ -56,7 +56,7 @@ def in_scene_words(build: Callable[[], _Spec]) -> _Spec:
 
 
 class FaceChoice(Table):
-    """What all selectors have in common."""
+    """Base of all selectors."""
 
     face: ClassVar[type[Selector]]
     """The geometry's selector, of the same keys."""

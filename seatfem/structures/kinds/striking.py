@@ -183,7 +183,7 @@ class Striking(Table):
         yield from ()
 
     def too_thick(self) -> str:
-        """Return why its theory cannot serve; "" where it can."""
+        """Return why its theory does not hold; "" where it can."""
         return ""
 
     def shear_error(self, at: float | None) -> float:
@@ -195,5 +195,5 @@ class Striking(Table):
         return ()
 
     def assumed(self) -> tuple[str, ...]:
-        """Return the keys that were not given, with the values that stand for them, as far as a reader must be told."""
+        """Return the keys that were not given, with the values that stand for them, as far as a reader must know."""
         return ()

@@ -108,11 +108,11 @@ class Structure(Striking):
 
     @property
     def no_lip(self) -> str:
-        """Return why there is no `lip`, as far as the table tells, and what would help; "" where there may be one."""
+        """Return why there is no `lip`, as far as the table says, and what would help; "" where there may be one."""
         return "" if self.struck_ring is not None else NO_RING
 
     def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
-        """Return the flat ring-shaped face that is struck, in parts; ``None`` where `no_lip` tells why there is none.
+        """Return the flat ring-shaped face that is struck, in parts; ``None`` where `no_lip` says why there is none.
 
         Raises:
             ModelError: a face of a file that is no lip.

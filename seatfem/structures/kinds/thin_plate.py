@@ -54,7 +54,7 @@ class PlateGreens(Table):
 
 
 class ThinPlate(Moving):
-    """What all flat plates have that touch with a disc or a ring; computed by Mindlin plate elements."""
+    """Base of all flat plates that touch with a disc or a ring; computed by Mindlin plate elements."""
 
     needs_gmsh: ClassVar[bool] = True
     sample_opposite: ClassVar[str] = "annular"
@@ -238,7 +238,7 @@ class ThinPlate(Moving):
             return of_one(model_of(self.sheet(), self.lips(None)), None, wanted, progress)
 
     def check_points(self, points: Array, key: str) -> None:
-        """Check points of round plates; of others their mesh tells it."""
+        """Check points of round plates; those of others are checked by their mesh."""
 
     def pushed_at_points(self, body: Body, points: Array | None) -> Array:
         points = self.spring_points if points is None else points
@@ -257,7 +257,7 @@ class ThinPlate(Moving):
 
 
 class FreePlate(ThinPlate):
-    """What all flat plates have that nothing holds."""
+    """Base of all flat plates that nothing holds."""
 
     group: ClassVar[str] = "strikers"
 

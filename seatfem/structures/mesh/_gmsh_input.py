@@ -35,7 +35,7 @@ SAME: Final = MappingProxyType({".stp": ".step"})
 @contextmanager
 def handed_over(path: Path) -> Iterator[Path]:
     """Yield a copy of the file, under a plain name and alone in a private folder, once its first bytes are those of its
-    format; what goes wrong with it is told of the file itself. Raises `GeometryError` where they are not.
+    format; what goes wrong with it is reported of the file itself. Raises `GeometryError` where they are not.
     """
     suffix = SAME.get(path.suffix.lower(), path.suffix.lower())
     if suffix not in HEADS:

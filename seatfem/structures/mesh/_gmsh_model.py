@@ -20,7 +20,7 @@ GROWTH_FROM_ARC = 1.0  # of the size per unit distance
 
 @dataclass
 class KeptModel:
-    """What gmsh's model holds: ``key`` of the geometry, "" of none; ``tags``: what its recipe returned."""
+    """The content of gmsh's model: ``key`` of the geometry, "" of none; ``tags``: what its recipe returned."""
 
     key: str = ""
     tags: Any = None
@@ -33,7 +33,7 @@ class KeptModel:
         """Return the tags of the job's geometry: by ``build``, or of the model as it is, where the job before was of
         the same.
 
-        A model that serves again has lost its mesh and size fields.
+        A model that is used again has lost its mesh and size fields.
         """
         rings = job.get("spec", {}).get("rings")  # corners of a half section
         key = json.dumps([heal, rings, *(job.get(name) for name in GEOMETRY)], sort_keys=True)

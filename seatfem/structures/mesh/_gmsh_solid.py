@@ -49,7 +49,7 @@ LADDER = (
 
 
 class LadderError(RuntimeError):
-    """Every rung failed; the message tells what failed on each, and where."""
+    """Every rung failed; the message says what failed on each, and where."""
 
 
 def climb(what: str, rungs: Sequence[Rung], attempt: Callable[[Rung], None], where: Callable[[], str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""From a geometry to the mesh of a seat."""
+"""The way from a geometry to the mesh of a seat."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def make_mesh(
     A sector begins at the half plane y = 0, x > 0; its cut faces are "symmetry_0" there and "symmetry_1" at the angle
     2 pi / ``sector``. ``msh``: also write gmsh's own file there, in metres, with the group names (tetrahedra only).
     ``gmsh``: what carries out the job; a `GmshSession` makes several meshes of one geometry in one process.
-    Raises `GeometryError` for a geometry that cannot be built or cut or whose faces cannot be told, `MeshingError`
+    Raises `GeometryError` for a geometry that cannot be built or cut or whose faces cannot be found, `MeshingError`
     where gmsh fails, and `MeshError` for a mesh with inverted elements.
     """
     data = _encoded(geometry)

@@ -21,7 +21,7 @@ PLURALS = MappingProxyType({"tetrahedron": "tetrahedra", "hexahedron": "hexahedr
 
 @dataclass(frozen=True)
 class MeshProvenance:
-    """Where a mesh came from.
+    """The origin of a mesh.
 
     ``geometry`` and ``spec`` are plain data, empty where it was read from a file; ``gmsh_version``: "" where gmsh had
     no part in it; ``notes``: what was mended on the way.

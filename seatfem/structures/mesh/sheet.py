@@ -33,7 +33,7 @@ def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gms
     Args:
         shape: with a plan.
         size: of the elements [m].
-        progress: told of the meshing.
+        progress: informed of the meshing.
         gmsh: what carries out the job.
 
     Raises:

@@ -39,7 +39,7 @@ def passivity_of_poles(greens: PoleGreens) -> dict[str, object]:
 
 
 def feeding(model: SecondOrderModel, damping: Damping) -> str:
-    """Say how the model's C would feed energy; "" where it does not, as far as its diagonal tells."""
+    """Say how the model's C would feed energy; "" where it does not, as far as its diagonal shows."""
     least = 0.0 if model.C is None else float(model.C.diagonal().min(initial=0.0))
     if least < 0:
         return f"C has a diagonal value {least:g}: it must not be negative and feed energy"

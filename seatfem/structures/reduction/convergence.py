@@ -14,7 +14,7 @@ _SINCE: Final = 1.4  # times the change since two thirds of the vectors
 
 @dataclass
 class History:
-    """How g after the pulse changed from one check to the next, and what is to be expected of the vectors to come."""
+    """Changes of g after the pulse from one check to the next, and what is to be expected of the vectors to come."""
 
     tolerance: float
     last: Array | None = None

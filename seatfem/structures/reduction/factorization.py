@@ -116,7 +116,7 @@ def _residual(matrix: sparse.csr_array, solve: Callable[[Array], Array]) -> floa
 
 
 def _pardiso_class() -> Any:
-    """Return pypardiso's solver; told where MKL is, as each one would search all files of the environment for it."""
+    """Return pypardiso's solver with the place of MKL, as each one would search all files of the environment for it."""
     if MKL_RUNTIME not in os.environ and (path := _mkl_runtime()) is not None:
         os.environ[MKL_RUNTIME] = str(path)
     try:

@@ -1,4 +1,4 @@
-"""From a second-order model to the Green's function of its ports, by the reduction that suits."""
+"""The way from a second-order model to the Green's function of its ports, by the reduction that suits."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def greens_function(
             Modes and time stepping do not ask for it.
         ports: names of the ports to use; default: all of the model's.
         backend: sparse factorization; "slepc": krylov and modes by PETSc and SLEPc on several ranks, which the
-            environment tells (docs/large_seats.md).
+            environment states (docs/large_seats.md).
         progress: called with the stage and the fraction done.
 
     Raises:

@@ -59,7 +59,7 @@ class Lanczos(Reducer):
     diagonal_mass = True
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-        """Say why it cannot serve: it needs damping that the frequency of a mode tells."""
+        """Say why it cannot be used: it needs damping that a mode's frequency determines."""
         if damping.refusal:
             return damping.refusal
         if damping.loss is not None:

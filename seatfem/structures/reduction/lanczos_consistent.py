@@ -1,7 +1,7 @@
 """Block Lanczos on M^-1 K with any mass, in the inner product of M, without a factorization.
 
 The recursion of `Recursion` with Q'MQ = 1: beside each block Q it keeps P = M Q, and solves M z = r once a step by
-conjugate gradients. Scaled by its diagonal, a consistent mass has a condition number that the element alone tells,
+conjugate gradients. Scaled by its diagonal, a consistent mass has a condition number that the element alone determines,
 whatever the mesh: 5 of linear, about 10 of quadratic tetrahedra. Source: A. Wathen, IMA J. Numer. Anal. 7 (1987) 449.
 """
 

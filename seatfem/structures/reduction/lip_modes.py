@@ -52,7 +52,7 @@ def lip_greens(
         aims: the band, in which the error is judged; the tolerance is not asked for.
         damping_ratio: of every mode.
         static: without modes.
-        progress: told of the harmonics.
+        progress: informed of the harmonics.
 
     Raises:
         ModelError: overlapping patches. FactorizationError: a body that is free to move. ConvergenceError: arcs so

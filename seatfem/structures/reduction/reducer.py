@@ -69,17 +69,17 @@ class Reducer(ABC):
     distributes: ClassVar[bool] = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-        """Return why it cannot serve, with the remedy; "" where it can. Here: damping that modes cannot carry."""
+        """Return why it cannot be used, with the remedy; "" where it can. Here: damping that modes cannot carry."""
         return damping.refusal
 
     @abstractmethod
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Return the predicted effort on a model that it can serve; infinite: only where nothing else serves."""
+        """Return the predicted effort on a model that it can reduce; infinite: only where nothing else works."""
 
     @abstractmethod
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
         """Return g of all ports with ``error_estimate.reduction``, and in ``origin`` what it took; asked where it can
-        serve.
+        be used.
 
         ``damping`` is the model's with what is asked for beside it.
 

@@ -1,4 +1,4 @@
-"""All reductions there are, by name, and the cheapest of those that serve."""
+"""All reductions there are, by name, and the cheapest of those that can be used."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def named(name: str) -> Reducer:
 
 
 def refusal(reducer: Reducer, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-    """Return why a reduction cannot serve, here or on the ranks of PETSc; "" where it can."""
+    """Return why a reduction cannot be used, here or on the ranks of PETSc; "" where it can."""
     if aims.distributed and not reducer.distributes:
         able = " and ".join(name for name, each in reducers().items() if each.distributes)
         return f"backend='slepc' has {able}, not {reducer.name}: leave seat.greens.backend out, or take one of them"
@@ -55,10 +55,10 @@ def refusal(reducer: Reducer, model: SecondOrderModel, damping: Damping, aims: A
 
 
 def choose(model: SecondOrderModel, damping: Damping, aims: Aims) -> tuple[Reducer, str]:
-    """Return (the cheapest that serves, why in a sentence with numbers), all of them asked.
+    """Return (the cheapest that can be used, why in a sentence with numbers), all of them asked.
 
     Raises:
-        ModelError: none serves; why each does not.
+        ModelError: none can be used; why each does not.
     """
     known = [each for each in reducers().values() if each.distributes or not aims.distributed]
     refused = {each.name: why for each in known if (why := each.refusal(model, damping, aims))}

@@ -54,7 +54,7 @@ class SecondOrderKrylov(Reducer):
     oscillators = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-        """Say why it cannot serve: any C will do that feeds no energy."""
+        """Say why it cannot be used: any C will do that feeds no energy."""
         return feeding(model, damping)
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:

@@ -1,6 +1,6 @@
 """The reductions of PETSc and SLEPc over MPI: factors by MUMPS and vectors in the memory of all ranks.
 
-The ranks run `_slepc_ranks.py` in the interpreter of petsc4py, which is told K, M and ports by files in a private
+The ranks run `_slepc_ranks.py` in the interpreter of petsc4py, which is given K, M and ports by files in a private
 folder and asked by lines of JSON. The Krylov space, its growth and its error estimate are those of the built-in
 reduction; modes come from SLEPc's spectrum slicing, all of them by inertia.
 

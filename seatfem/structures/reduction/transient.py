@@ -76,8 +76,7 @@ class Transient(Reducer):
     modal_damping = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-        """Say why it cannot serve: what is defined by the frequency has no sparse C; a C may be of any kind that feeds
-        no energy."""
+        """Say why it cannot be used: what depends on frequency has no sparse C; any C that feeds no energy will do."""
         if model.loss is not None and model.loss.nnz:
             return (
                 "loss factors (structural damping) are defined by the frequency and cannot be stepped in time; use "
@@ -91,8 +90,7 @@ class Transient(Reducer):
         return feeding(model, damping)
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Return a cost that is never chosen while another serves: samples end with the duration, and cost the contact
-        solver more."""
+        """Return a cost that is the last choice: samples end with the duration, and cost the contact solver more."""
         return Cost(math.inf, "time steps")
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:

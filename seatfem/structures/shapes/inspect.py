@@ -1,6 +1,6 @@
 """Faces and measures of the solid in a gmsh model, in metres; ``unit``: metres per length unit of the model.
 
-What kind of surface a face lies on is as OpenCASCADE says, or as its points and normals tell: CAD programs write planes
+What kind of surface a face lies on is as OpenCASCADE says, or as its points and normals show: CAD programs write planes
 and cylinders as splines or extrusions too; gmsh calls those "Unknown" or by the spline.
 """
 
@@ -92,7 +92,7 @@ def triple(values: NDArray[np.float64]) -> Vector:
 
 
 class Mark(NamedTuple):
-    """What a face of a file is known by: colour, name, and its numbers in the file's order."""
+    """The marks that a face of a file is known by: colour, name, and its numbers in the file's order."""
 
     colour: Colour | None = None
     name: str = ""
