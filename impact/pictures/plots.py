@@ -134,8 +134,7 @@ def plot_motion(
 
 
 def plot_energy(result: ImpactResult, path: str | os.PathLike[str] | None = None, *, title: str = "Energy") -> Figure:
-    """Plot the ledger: terms stacked up to the energy brought in, the same on a logarithmic scale, and what is left
-    over.
+    """The ledger: terms stacked up to the energy brought in, the same on a logarithmic scale, and what is left over.
 
     Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
 
