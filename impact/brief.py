@@ -13,14 +13,15 @@ MOST = 6  # values of a sequence
 
 
 def brief(thing: object) -> str:
-    """``Name(field=value, ...)`` of a dataclass, arrays by shape and range; set it as ``__repr__``."""
+    """Return ``Name(field=value, ...)`` of a dataclass, arrays by shape and range; set it as ``__repr__``."""
     shown = [f for f in fields(thing) if f.repr]  # type: ignore[arg-type]
     values = ", ".join(f"{f.name}={brief_value(getattr(thing, f.name))}" for f in shown)
     return f"{type(thing).__name__}({values})"
 
 
 def as_html(thing: object) -> str:
-    """``str(thing)`` as a small table: its first line the caption, a row a line, split at ": "; for ``_repr_html_``."""
+    """Return ``str(thing)`` as a small table: its first line the caption, a row a line, split at ": "; for
+    ``_repr_html_``."""
     caption, *lines = str(thing).splitlines() or [""]
     rows = "".join(f"<tr>{_cells(line.strip())}</tr>" for line in lines)
     return f"<table><caption style='text-align:left'><b>{escape(caption)}</b></caption>{rows}</table>"
@@ -28,14 +29,14 @@ def as_html(thing: object) -> str:
 
 def _cells(line: str) -> str:
     name, colon, value = line.partition(": ")
-    left = "style='text-align:left'"
+    style = "style='text-align:left'"
     if not colon:
-        return f"<td colspan='2' {left}>{escape(line)}</td>"
-    return f"<th scope='row' {left}>{escape(name)}</th><td {left}>{escape(value)}</td>"
+        return f"<td colspan='2' {style}>{escape(line)}</td>"
+    return f"<th scope='row' {style}>{escape(name)}</th><td {style}>{escape(value)}</td>"
 
 
 def brief_value(value: object) -> str:
-    """One value in at most `WIDTH` characters."""
+    """Return one value in at most `WIDTH` characters."""
     if isinstance(value, np.ndarray):
         return _array(value)
     if isinstance(value, float):
@@ -50,13 +51,13 @@ def brief_value(value: object) -> str:
 
 
 def some(items: Iterable[str], most: int = MOST) -> str:
-    """The first ``most`` of them, and how many there are more."""
+    """Return the first ``most`` of them as text, and how many there are more."""
     listed = list(items)
     return ", ".join(listed[:most]) + (f", ... ({len(listed) - most} more)" if len(listed) > most else "")
 
 
 def cut(text: str, width: int = WIDTH) -> str:
-    """One line of at most ``width`` characters."""
+    """Return one line of at most ``width`` characters."""
     line = " ".join(text.split())
     return line if len(line) <= width else f"{line[: width - 4]} ..."
 

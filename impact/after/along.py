@@ -26,7 +26,7 @@ class ClosedLine:
 
     Attributes:
         lengths: (N,) of the arcs [m].
-        edges: (N + 1,) angles at which they begin and end, from 0 to 2 pi [rad]; ``None``: angles do not tell places.
+        edges: (N + 1,) angles at which they begin and end, from 0 to 2 pi [rad]; ``None``: angles do not give places.
         places: (N, 2) means over them of x and y from the point [m].
         pieces: as above; none: all of it is one closed line.
     """
@@ -38,19 +38,20 @@ class ClosedLine:
 
     @property
     def borders(self) -> Array:
-        """(N + 1,) lengths along it at which arcs begin and end [m]."""
+        """Return the (N + 1,) lengths along it at which arcs begin and end [m]."""
         return np.concatenate([[0.0], np.cumsum(self.lengths)])
 
     @staticmethod
     def circle(radius: float, arcs: int) -> ClosedLine:
-        """In equal arcs, the first begins on the x axis; their means lie inside the circle."""
+        """Return a circle in equal arcs, of which the first begins on the x axis; their means lie inside the circle."""
         angles, reach = 2 * np.pi * (np.arange(arcs) + 0.5) / arcs, radius * np.sinc(1 / arcs)
         places = reach * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         return ClosedLine(np.full(arcs, 2 * np.pi * radius / arcs), 2 * np.pi * np.arange(arcs + 1) / arcs, places)
 
 
 def over_arcs(force: Array, share: float, length: float | Array | None = None, pieces: Pieces = ()) -> Array:
-    """(n, N) forces of N arcs [N] -> (n, N) mean force per length over a part of the line that begins at each arc.
+    """Turn (n, N) forces of N arcs [N] into the (n, N) mean force per length over a part of the line that begins at
+    each arc.
 
     On an open piece parts that would reach beyond its end are moved back to it.
 
@@ -74,29 +75,29 @@ def over_arcs(force: Array, share: float, length: float | Array | None = None, p
 
 
 def _parts(share: float, lengths: Array, pieces: Pieces) -> Iterator[tuple[slice, Array, float, bool]]:
-    """Of each piece its arcs, where on it the parts of `over_arcs` begin and how long they are [m], and whether it is
-    closed."""
+    """Yield for each piece its arcs, where on it the parts of `over_arcs` begin and how long they are [m], and whether
+    it is closed."""
     width, first = widest(share, lengths) * lengths.sum(), 0
     for number, closed in pieces or ((len(lengths), True),):
         arcs = slice(first, first + number)
         starts, whole = np.cumsum(lengths[arcs]) - lengths[arcs], float(lengths[arcs].sum())
-        here = min(width, whole)
-        yield arcs, starts if closed else np.minimum(starts, whole - here), here, closed
+        span = min(width, whole)
+        yield arcs, starts if closed else np.minimum(starts, whole - span), span, closed
         first += number
 
 
 def lengths_of(length: float | Array, number: int) -> Array:
-    """(N,) of the arcs [m]."""
+    """Return the (N,) lengths of the arcs [m]."""
     return np.full(number, length / number) if np.ndim(length) == 0 else np.asarray(length)
 
 
 def widest(share: float, lengths: Array) -> float:
-    """The part of the line that is averaged over: ``share``, or that of the longest arc where that is more."""
+    """Return the part of the line that is averaged over: ``share``, or that of the longest arc where that is more."""
     return float(np.clip(share, lengths.max() / lengths.sum(), 1.0))
 
 
 def per_length(force: Array, dt: float, width: float, length: float | Array) -> Array:
-    """(n + 1, N) force per length of each arc, averaged over ``width`` [s] around each recorded time [N/m].
+    """Return the (n + 1, N) force per length of each arc, averaged over ``width`` [s] around each recorded time [N/m].
 
     Args:
         force: (n + 1, N) of N arcs, as in `impact.ImpactResult` [N].
@@ -109,7 +110,7 @@ def per_length(force: Array, dt: float, width: float, length: float | Array) -> 
 
 
 def best_plane(gaps: Array, line: float | ClosedLine) -> Array:
-    """(n, 3) mean [m] and slopes along x and y of the plane a + b x + c y next to the gaps along a line.
+    """Return the (n, 3) mean [m] and slopes along x and y of the plane a + b x + c y next to the gaps along a line.
 
     Args:
         gaps: (n, N) mean gap of each of N >= 3 arcs [m].
@@ -123,7 +124,8 @@ def best_plane(gaps: Array, line: float | ClosedLine) -> Array:
 def line_force_peak(
     force: Array, dt: float, width: float, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[float, float]:
-    """Largest force per length [N/m] averaged over any span of ``width`` [s] and a ``share`` of the line, and where.
+    """Return the largest force per length [N/m] averaged over any span of ``width`` [s] and a ``share`` of the line,
+    and where.
 
     Args:
         force: (n, N) of N arcs, constant over each step [N].
@@ -146,28 +148,29 @@ def line_force_peak(
 def line_impulse(
     force: Array, dt: float, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[Array, Array]:
-    """Impulse per length averaged over a ``share`` of the line around it, (N,) [N s/m], and where, (N,): shares of the
-    line from the first arc's beginning. The arguments are those of `line_impulse_peak`."""
+    """Return the impulse per length averaged over a ``share`` of the line around it, (N,) [N s/m], and where, (N,):
+    shares of the line from the first arc's beginning. The arguments are those of `line_impulse_peak`."""
     lengths = lengths_of(length, force.shape[1])
-    found = over_arcs(force.sum(axis=0, keepdims=True), share, lengths, pieces)[0] * dt
+    impulses = over_arcs(force.sum(axis=0, keepdims=True), share, lengths, pieces)[0] * dt
     places = _middles(lengths, share, pieces)
     order = np.argsort(places, kind="stable")
-    return found[order], places[order]
+    return impulses[order], places[order]
 
 
 def line_impulse_peak(
     force: Array, dt: float, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[float, float]:
-    """Largest impulse per length [N s/m], averaged over a ``share`` of the line; else as `line_force_peak`."""
+    """Return the largest impulse per length [N s/m], averaged over a ``share`` of the line; else as
+    `line_force_peak`."""
     each, places = line_impulse(force, dt, length, share, pieces)
     return float(each.max()), float(places[int(np.argmax(each))])
 
 
 def _middles(lengths: Array, share: float, pieces: Pieces) -> Array:
-    """(N,) of the parts that begin at each arc, as shares of the line."""
-    found, before = [], 0.0
+    """Return the (N,) middles of the parts that begin at each arc, as shares of the line."""
+    places, before = [], 0.0
     for arcs, starts, width, closed in _parts(share, lengths, pieces):
         whole, middles = float(lengths[arcs].sum()), starts + width / 2
-        found.append(before + (middles % whole if closed else middles))
+        places.append(before + (middles % whole if closed else middles))
         before += whole
-    return np.asarray(np.concatenate(found) / lengths.sum())
+    return np.asarray(np.concatenate(places) / lengths.sum())

@@ -16,7 +16,7 @@ class FrameError(ImportError):
 
 
 def frame_of(columns: Mapping[str, Any], index: str = "") -> pandas.DataFrame:
-    """The ``columns`` as a `pandas.DataFrame`, with that named ``index`` as its index.
+    """Return the ``columns`` as a `pandas.DataFrame`, with that named ``index`` as its index.
 
     Arrays (n, p) become p columns, "name[0]" to "name[p - 1]".
 

@@ -36,7 +36,8 @@ class Work:
 
 
 def of_contact(result: ImpactResult, contact: int | None) -> ImpactResult:
-    """The force, gap and displacements of one of several contacts, (n + 1,) each; the energies stay those of all.
+    """Return the force, gap and displacements of one of several contacts, (n + 1,) each; the energies stay those of
+    all.
 
     Raises:
         MeasureError: no contact of that number; ``None`` where there are several.
@@ -51,36 +52,38 @@ def of_contact(result: ImpactResult, contact: int | None) -> ImpactResult:
 
 
 def impulse(result: ImpactResult, *, contact: int | None = None) -> float:
-    """Integral of the contact force [N s]; 0 without contact."""
+    """Return the integral of the contact force [N s]; 0 without contact."""
     return float(np.sum(of_contact(result, contact).force[1:])) * result.dt
 
 
 def total_impulse(result: ImpactResult) -> float:
-    """Momentum that all contacts gave the striker along the normal [N s]: seats push it up (+), stoppers down (-).
+    """Return the momentum that all contacts gave the striker along the normal [N s]: seats push it up (+), stoppers
+    down (-).
 
     Raises:
-        MeasureError: a contact that pressed without the bodies ever moving there, so that its side cannot be told.
+        MeasureError: a contact that pressed without the bodies ever moving there, so that its side is unknown.
     """
     total = 0.0
     for contact in range(_contacts(result)):
-        given = impulse(result, contact=contact)
-        total += _told_side(of_contact(result, contact)) * given if given > 0 else 0.0
+        momentum = impulse(result, contact=contact)
+        total += _told_side(of_contact(result, contact)) * momentum if momentum > 0 else 0.0
     return total
 
 
 def peak_force(result: ImpactResult, *, contact: int | None = None) -> float:
-    """Largest force of any step [N]; at a velocity jump it converges only slowly, see `filtered_peak_force`."""
+    """Return the largest force of any step [N]; at a velocity jump it converges only slowly, see
+    `filtered_peak_force`."""
     return float(np.max(of_contact(result, contact).force))
 
 
 def film_force_peak(result: ImpactResult, *, contact: int | None = None) -> float:
-    """Largest force of any step by which the film resists closing [N]; 0 without one."""
+    """Return the largest force of any step by which the film resists closing [N]; 0 without one."""
     film = of_contact(result, contact).film
     return 0.0 if film is None else max(float(film.max()), 0.0)
 
 
 def stiction_force_peak(result: ImpactResult, *, contact: int | None = None) -> float:
-    """Largest force of any step by which the film pulls at bodies that part [N]; 0 without one."""
+    """Return the largest force of any step by which the film pulls at bodies that part [N]; 0 without one."""
     film = of_contact(result, contact).film
     return 0.0 if film is None else max(-float(film.min()), 0.0)
 
@@ -88,7 +91,8 @@ def stiction_force_peak(result: ImpactResult, *, contact: int | None = None) -> 
 def filtered_force(
     result: ImpactResult, width: float = 1e-6, *, contact: int | None = None, window: Window = MOVING_AVERAGE
 ) -> Array:
-    """(n + 1,) force averaged over ``width`` [s] around each recorded time, zero force outside the record [N].
+    """Return the (n + 1,) force averaged over ``width`` [s] around each recorded time, zero force outside the record
+    [N].
 
     ``window`` weights the average, which is exact for the stepwise force: N_w(t) = integral of h(s) N(t - s) ds with
 
@@ -109,14 +113,15 @@ def filtered_force(
 def filtered_peak_force(
     result: ImpactResult, width: float = 1e-6, *, contact: int | None = None, window: Window = MOVING_AVERAGE
 ) -> float:
-    """Largest `filtered_force` at any time, with the Hann window at any recorded time [N]; raises as it does."""
+    """Return the largest `filtered_force` at any time, with the Hann window at any recorded time [N]; raises as it
+    does."""
     if window == MOVING_AVERAGE:
         return largest_average(_resolved(result, width, contact)[1:], result.dt, width)
     return float(np.max(filtered_force(result, width, contact=contact, window=window)))
 
 
 def _resolved(result: ImpactResult, width: float, contact: int | None) -> Array:
-    """(n + 1,) the force of a record that resolves the filter."""
+    """Return the (n + 1,) force of a record that resolves the filter."""
     force = of_contact(result, contact).force
     if not width >= 2 * result.dt * (1 - 1e-9):
         raise MeasureError(
@@ -129,7 +134,8 @@ def _resolved(result: ImpactResult, width: float, contact: int | None) -> Array:
 def spectrum(
     result: ImpactResult, *, contact: int | None = None, resolution: float | None = None
 ) -> tuple[Array, Array]:
-    """Frequencies (K,) [Hz] and |N(f)| (K,) [N s], the magnitude of the Fourier transform of the contact force,
+    """Return the frequencies (K,) [Hz] and |N(f)| (K,) [N s], the magnitude of the Fourier transform of the contact
+    force,
 
         N(f) = integral of N(t) exp(-2 pi i f t) dt = dt sinc(f dt) sum_m N_m exp(-2 pi i f (t_m - dt/2)),
 
@@ -149,7 +155,7 @@ def spectrum(
 
 
 def contact_intervals(result: ImpactResult, *, contact: int | None = None) -> Array:
-    """(n, 2) start and end [s] of each maximal run of steps with force > 0, that of a film apart."""
+    """Return the (n, 2) start and end [s] of each maximal run of steps with force > 0, that of a film apart."""
     return result.dt * closed_steps(of_contact(result, contact).solid[1:])
 
 
@@ -163,12 +169,13 @@ def closed_steps(force: Array | NDArray[np.bool_]) -> Array:
 
 
 def contact_groups(result: ImpactResult, *, contact: int | None = None, merge: float = MERGE) -> Array:
-    """(n, 2) contact intervals [s] with openings shorter than ``merge`` [s] closed: what a user calls one impact."""
+    """Return the (n, 2) contact intervals [s] with openings shorter than ``merge`` [s] closed: what a user calls one
+    impact."""
     return merged(contact_intervals(result, contact=contact), merge)
 
 
 def merged(raw: Array, merge: float = MERGE) -> Array:
-    """Intervals (n, 2) [s] with openings shorter than ``merge`` [s] between them closed."""
+    """Return intervals (n, 2) [s] with openings shorter than ``merge`` [s] between them closed."""
     if len(raw) == 0:
         return raw
     new = np.concatenate([[True], raw[1:, 0] - raw[:-1, 1] >= merge])
@@ -177,8 +184,9 @@ def merged(raw: Array, merge: float = MERGE) -> Array:
 
 
 def hardest_group(result: ImpactResult, width: float = 1e-6) -> tuple[int, Array]:
-    """Number, from 0 on, and start and end (2,) [s] of the group of contacts that holds the largest mean force over
-    ``width`` [s], at least a step; that of all contacts together where there are several. 0 and nan without contact.
+    """Return the number, from 0 on, and start and end (2,) [s] of the group of contacts that holds the largest mean
+    force over ``width`` [s], at least a step; that of all contacts together where there are several. 0 and nan without
+    contact.
     """
     force, solid = (values.reshape(len(values), -1).sum(axis=1)[1:] for values in (result.force, result.solid))
     groups = merged(result.dt * closed_steps(solid))
@@ -191,13 +199,13 @@ def hardest_group(result: ImpactResult, width: float = 1e-6) -> tuple[int, Array
 
 
 def peak_time(result: ImpactResult, width: float = 1e-6, *, contact: int | None = None) -> float:
-    """The recorded time at which `filtered_force` is largest [s]; ``nan`` without force. Raises as it does."""
+    """Return the recorded time at which `filtered_force` is largest [s]; ``nan`` without force. Raises as it does."""
     force = filtered_force(result, width, contact=contact)
     return float(result.time[int(np.argmax(force))]) if np.any(force > 0) else math.nan
 
 
 def impact_velocity(result: ImpactResult, *, contact: int | None = None) -> float:
-    """Closing speed -d(gap)/dt over the last step before the first contact [m/s].
+    """Return the closing speed -d(gap)/dt over the last step before the first contact [m/s].
 
     In contact from the first step on, it is that of the bodies' translation. ``nan`` without contact and under a
     preload, where nothing comes in (as of `restitution`), and where contact begins at once but the record does not
@@ -216,7 +224,8 @@ def impact_velocity(result: ImpactResult, *, contact: int | None = None) -> floa
 
 
 def largest_impact_velocity(result: ImpactResult) -> float:
-    """Largest closing speed -d(gap)/dt over the last step before any contact of one pair [m/s]; ``nan`` without one.
+    """Return the largest closing speed -d(gap)/dt over the last step before any contact of one pair [m/s]; ``nan``
+    without one.
 
     It counts the first contact as `impact_velocity` does, and every later one; one that begins under a preload has 0.
     """
@@ -230,8 +239,8 @@ def largest_impact_velocity(result: ImpactResult) -> float:
 
 
 def rebound_velocity(result: ImpactResult, *, contact: int | None = None, merge: float = MERGE) -> float:
-    """Opening speed d(gap)/dt of the contact over the first step after its first group [m/s], the counterpart of
-    `impact_velocity`; ``nan`` without contact.
+    """Return the opening speed d(gap)/dt of the contact over the first step after its first group [m/s], the
+    counterpart of `impact_velocity`; ``nan`` without contact.
 
     It is that of the two points in contact, vibration included; that of the centres of mass is `restitution` times
     the closing speed.
@@ -250,7 +259,7 @@ def rebound_velocity(result: ImpactResult, *, contact: int | None = None, merge:
 
 
 def restitution(result: ImpactResult, *, contact: int | None = None, group: int = 0) -> float:
-    """Coefficient of restitution, of a held striker in the ``group``, from 0 on, of `contact_groups`.
+    """Return the coefficient of restitution, of a held striker in the ``group``, from 0 on, of `contact_groups`.
 
     With a striker free to translate: ratio of the relative centre-of-mass velocities of the bodies after and before,
     (V_s' - V_t')/(V_t - V_s), from the impulse (a held target has V = 0). With a held striker (a reed): the energetic
@@ -292,13 +301,13 @@ def restitution(result: ImpactResult, *, contact: int | None = None, group: int 
 
 
 def work(result: ImpactResult, *, contact: int | None = None) -> Work:
-    """Work of the contact force on each body [J], exact for the stepwise force; zero without contact.
+    """Return the work of the contact force on each body [J], exact for the stepwise force; zero without contact.
 
     W_s = side sum_m N_m (u_s[m] - u_s[m-1]) and W_t = -side sum_m N_m (u_t[m] - u_t[m-1]); W_s + W_t is minus what the
     contact itself stores and loses.
 
     Raises:
-        MeasureError: a contact that pressed without the bodies ever moving there, so that its side cannot be told.
+        MeasureError: a contact that pressed without the bodies ever moving there, so that its side is unknown.
     """
     one = of_contact(result, contact)
     if not np.any(one.force[1:]):
@@ -319,7 +328,7 @@ def _energetic_restitution(result: ImpactResult, group: Array) -> float:
 
 
 def _step(result: ImpactResult, time: float) -> int:
-    """The recorded time, as its number."""
+    """Return the recorded time, as its number."""
     return int(np.searchsorted(result.time, time))
 
 
@@ -328,7 +337,7 @@ def _contacts(result: ImpactResult) -> int:
 
 
 def _told_side(one: ImpactResult) -> int:
-    """The side, of a contact that pressed; `MeasureError` if it cannot be told."""
+    """Return the side, of a contact that pressed; `MeasureError` if it is unknown."""
     side = _side(one)
     if side == 0:
         raise MeasureError(
@@ -339,7 +348,7 @@ def _told_side(one: ImpactResult) -> int:
 
 
 def _side(one: ImpactResult) -> int:
-    """+1 for a seat, -1 for a stopper, from d(gap) = side d(u_striker - u_target); 0 if that never moves."""
+    """Return +1 for a seat, -1 for a stopper, from d(gap) = side d(u_striker - u_target); 0 if that never moves."""
     striker, target = np.diff(one.striker_displacement), np.diff(one.target_displacement)
     agreement = float(np.diff(one.gap) @ (striker - target))
     round_off = 1e-24 * float(striker @ striker + target @ target)

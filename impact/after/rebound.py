@@ -69,14 +69,14 @@ def _kinematic(before: float, after: float) -> float | None:
 def _closing_speeds(problem: ContactProblem, force: Array, dt: float, loads: Array, side: int) -> Array:
     """Return the (n + 1,) mean closing speed of the bodies' translations at the contacts of one side [m/s]."""
     face = np.array([contact.side == side for contact in problem.contacts])
-    given = np.concatenate([np.zeros((1, force.shape[1])), np.cumsum(force, axis=0) * dt])
-    speed = np.zeros(len(given))
+    impulses = np.concatenate([np.zeros((1, force.shape[1])), np.cumsum(force, axis=0) * dt])
+    speed = np.zeros(len(impulses))
     for body in problem.bodies:
         turn = problem.directions(body)
         seen = turn[:, face].mean(axis=1)
         start = np.array([body.velocity_of(port) for port in range(len(seen))])
         inverse = body.greens.inverse_mass()
-        speed += seen @ start + given @ (turn.T @ np.where(np.isfinite(inverse), inverse, 0.0) @ seen)
+        speed += seen @ start + impulses @ (turn.T @ np.where(np.isfinite(inverse), inverse, 0.0) @ seen)
     modal = problem.striker.greens.modal
     if modal is not None and len(loads):
         rigid, seen = modal.omega == 0, problem.directions(problem.striker)[:, face].mean(axis=1)

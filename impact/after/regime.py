@@ -1,4 +1,4 @@
-"""In which regime an impact took place, and what a constant stiffness in place of the seat would have got wrong."""
+"""The regime in which an impact took place, and what a constant stiffness in place of the seat would have got wrong."""
 
 from __future__ import annotations
 
@@ -46,7 +46,8 @@ class Regime:
 
     @property
     def predicted_sign(self) -> str:
-        """Of the constant-K model's error in the filtered peak: "over", "under", "equal" (2 %) or "unknown"."""
+        """Return the sign of the constant-K model's error in the filtered peak: "over", "under", "equal" (2 %) or
+        "unknown"."""
         if math.isnan(self.predicted_peak_error):
             return "unknown"
         if abs(self.predicted_peak_error) <= EQUAL:
@@ -55,7 +56,7 @@ class Regime:
 
 
 def regime(striker: Body | GreensFunction, target: Body | GreensFunction, result: ImpactResult) -> Regime:
-    """Numbers of one impact (first port of either body).
+    """Return the numbers of one impact (first port of either body).
 
     The prediction is read off the maps of examples/paper/regimes.py: a rigid striker on an undamped rod, a reed as the
     one of Table 1 (damping 3 %, seat 10 %, filter 1 us) on a fixed rod. Other reeds and seats enter by their equivalent
@@ -88,12 +89,12 @@ def regime(striker: Body | GreensFunction, target: Body | GreensFunction, result
 
 
 def regime_card(striker: Body | GreensFunction, target: Body | GreensFunction, result: ImpactResult) -> str:
-    """`regime` in one line for people."""
+    """Return `regime` as one line of text."""
     return in_words(regime(striker, target, result))
 
 
 def in_words(found: Regime) -> str:
-    """One line that says what each number is."""
+    """Return one line that says what each number is."""
     verdict = {
         "unknown": "no prediction for a constant stiffness (outside the regime map)",
         "equal": "a constant stiffness should agree in peak force within 2 %",
@@ -110,7 +111,7 @@ def in_words(found: Regime) -> str:
 
 
 def _equivalent_rod(seat: GreensFunction) -> tuple[float, float, float]:
-    """(K [N/m], Z [N s/m], reflection at the far end); ``nan`` where the seat has none."""
+    """Return (K [N/m], Z [N s/m], reflection at the far end); ``nan`` where the seat has none."""
     if (rod := seat.rod) is not None:
         return rod.impedance / rod.transit, rod.impedance, rod.reflection
     try:
@@ -121,7 +122,8 @@ def _equivalent_rod(seat: GreensFunction) -> tuple[float, float, float]:
 
 
 def _striker(striker: Body) -> tuple[float, float]:
-    """(mass [kg], lowest angular frequency [rad/s]); of a held body 1/phi^2 of its first mode, of a free one all."""
+    """Return (mass [kg], lowest angular frequency [rad/s]); of a held body 1/phi^2 of its first mode, of a free one
+    all."""
     g = striker.greens.modal
     if math.isfinite(striker.mass) or g is None or not len(g.omega):
         return striker.mass, math.nan
@@ -138,7 +140,8 @@ def _round_trip(seat: GreensFunction) -> float:
 
 
 def _nearest(name: str, scales: dict[str, float], plain: dict[str, float]) -> tuple[float, float]:
-    """(peak, impulse) errors at the nearest point of a map, ``scales`` on logarithmic axes; ``nan`` off the map."""
+    """Return the (peak, impulse) errors at the nearest point of a map, ``scales`` on logarithmic axes; ``nan`` off the
+    map."""
     rows = read_rows(MAPS / name)
     distance = np.zeros(len(rows))
     for wanted, logarithmic in ((scales, True), (plain, False)):
@@ -156,7 +159,7 @@ def _nearest(name: str, scales: dict[str, float], plain: dict[str, float]) -> tu
 
 
 def _ratio(above: float, below: float) -> float:
-    """``nan`` unless both are positive and finite."""
+    """Return the quotient; ``nan`` unless both are positive and finite."""
     sound = above > 0 and below > 0 and math.isfinite(above) and math.isfinite(below)
     return above / below if sound else math.nan
 

@@ -56,12 +56,12 @@ class EnergyLedger:
 
     @property
     def stored(self) -> Array:
-        """Striker + target + contact."""
+        """Return the energy stored in striker, target and contact."""
         return self.striker + self.target + self.contact
 
     @property
     def residual(self) -> float:
-        """max |input - stored - dissipated| / largest energy stored; 0 for a system that never holds any.
+        """Return max |input - stored - dissipated| / largest energy stored; 0 for a system that never holds any.
 
         The parts are counted by their size: what is known by work only may be negative, and cancel.
         """
@@ -71,7 +71,7 @@ class EnergyLedger:
 
 
 def pressed_in(problem: ContactProblem, force: Array, gap: Array) -> Array:
-    """(n + 1,) work put in by an overlap of rigid bodies at t = 0, which the first step drives apart [J].
+    """Return the (n + 1,) work put in by an overlap of rigid bodies at t = 0, which the first step drives apart [J].
 
     No law stores it: the force of that step does N times the overlap on bodies that come from nowhere.
     """
@@ -91,8 +91,8 @@ def ledger(
     film: Array | None = None,
     carried: Array | None = None,
 ) -> EnergyLedger:
-    """From the motion of each body (striker first), force (n, p), of which ``film`` is the films' part, and gap
-    (n + 1, p), of which ``carried`` is what moving bases add."""
+    """Return the ledger from the motion of each body (striker first), force (n, p), of which ``film`` is the films'
+    part, and gap (n + 1, p), of which ``carried`` is what moving bases add."""
     potential = np.stack([c.law.potential(-gap[:, i]) for i, c in enumerate(problem.contacts)], axis=1)
     opened, of_films, of_bases = np.diff(gap, axis=0), None, np.zeros(len(gap))
     if carried is not None:
@@ -160,7 +160,7 @@ class ImpactResult:
 
     @property
     def solid(self) -> Array:
-        """The force >= 0 that the bodies exert themselves where they touch [N]."""
+        """Return the force >= 0 that the bodies exert themselves where they touch [N]."""
         return self.force if self.film is None else self.force - self.film
 
     def __str__(self) -> str:
@@ -171,11 +171,11 @@ class ImpactResult:
             in_units(value, unit, 4) for value, unit in ((total.max(), "N"), (self.time[total.argmax()], "s"))
         )
         size = f"{parts} contact{'s'[: parts > 1]}, {len(self.time) - 1} steps of {in_units(self.dt, 's', 4)}"
-        told = some([advice.name for advice in self.advice]) or "no advice"
+        advice_names = some([advice.name for advice in self.advice]) or "no advice"
         return (
             f"ImpactResult, {size}\n  peak force {peak} at {when}, impulse "
             f"{in_units(float(total[1:].sum()) * self.dt, 'N s', 4)}\n  {self._touches()}\n  "
-            f"energy balance error {percent(self.energy.residual)}; {cut(self.engine, 160)}; {told}"
+            f"energy balance error {percent(self.energy.residual)}; {cut(self.engine, 160)}; {advice_names}"
         )
 
     def _touches(self) -> str:
@@ -190,21 +190,21 @@ class ImpactResult:
         return f"closed once, {first}" if count == 1 else f"closed {count} times, first {first}"
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Force, gap, displacements and energies by time [SI], a row a step, "force_N[k]" where there are several
-        contacts; raises `impact.after.frame.FrameError` where pandas is missing."""
+        """Return the force, gap, displacements and energies by time [SI], a row a step, "force_N[k]" where there are
+        several contacts; raises `impact.after.frame.FrameError` where pandas is missing."""
         of_contacts = {"force_N": self.force, **{f"{name}_m": getattr(self, name) for name in _WAYS}}
         energies = {f"energy_{name}_J": getattr(self.energy, name) for name in _TERMS}
         return frame_of({"time_s": self.time, **of_contacts, **energies}, "time_s")
 
 
 def of_contacts(result: ImpactResult, which: int | slice) -> ImpactResult:
-    """One of several contacts, histories (n + 1,), or a range of them; the energies stay those of all."""
+    """Return one of several contacts, histories (n + 1,), or a range of them; the energies stay those of all."""
     of_film = () if result.film is None else ("film",)
     return replace(result, **{name: getattr(result, name)[:, which] for name in ("force", *_WAYS, *of_film)})
 
 
 def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
-    """Several contacts of one face, seen as one: the sum of the forces, the mean of the displacements and gaps.
+    """Return several contacts of one face as one: the sum of the forces, the mean of the displacements and gaps.
 
     Args:
         result: of p contacts that one port of the striker presses.

@@ -14,7 +14,7 @@ from impact.march import history
 
 
 def displacement_response(rod: ExactRod, t: ArrayLike, *, at: float) -> Array:
-    """S(x, t) [m/N]: displacement at ``at`` = x/l (0 contact ... 1 far end) after a unit force set on at t = 0.
+    """Return S(x, t) [m/N]: displacement at ``at`` = x/l (0 contact ... 1 far end) after a unit force set on at t = 0.
 
     Undamped, the wavefronts and their images behind both ends (T = 2 l/c, R of the particle velocity at the far end):
 
@@ -47,7 +47,7 @@ def force_response(rod: ExactRod, t: ArrayLike, *, at: float) -> Array:
 
 
 def rod_displacement(rod: ExactRod, force: Array, dt: float, *, at: float) -> Array:
-    """(n + 1,) displacement [m] at ``at`` = x/l under ``force`` (n + 1,) [N] on the rod's end; exact.
+    """Return the (n + 1,) displacement [m] at ``at`` = x/l under ``force`` (n + 1,) [N] on the rod's end; exact.
 
     ``force[m]`` is constant over the step that ends at m ``dt`` and pushes into the rod, as in `ImpactResult`; > 0 is
     the direction of the force, so the target displacement of a result is minus this at ``at`` = 0.
@@ -60,7 +60,8 @@ def rod_displacement(rod: ExactRod, force: Array, dt: float, *, at: float) -> Ar
 
 
 def rod_axial_force(rod: ExactRod, force: Array, dt: float, *, at: float) -> Array:
-    """(n + 1,) axial force [N] at ``at`` = x/l, > 0 in compression, under ``force`` as in `rod_displacement`.
+    """Return the (n + 1,) axial force [N] at ``at`` = x/l, > 0 in compression, under ``force`` as in
+    `rod_displacement`.
 
     The value at the middle of the step that ends at m ``dt``; where the delays x/c and 2l/c are whole numbers of steps
     it holds over the whole step and is `impact.rod_stress` times the area. The stress is this over the area.
@@ -74,7 +75,7 @@ def rod_axial_force(rod: ExactRod, force: Array, dt: float, *, at: float) -> Arr
 
 
 def fixed_rod_modes(rod: ExactRod, n_modes: int, *, at: tuple[float, ...] = (), residual: bool = False) -> ModalGreens:
-    """A fixed rod by its lowest modes; ports: the contact, then the positions ``at`` (x/l).
+    """Return a fixed rod by its lowest modes; ports: the contact, then the positions ``at`` (x/l).
 
     phi_n(x) = sqrt(2/(rho A l)) cos(omega_n x/c), omega_n = (2n - 1) pi c/(2l), all with the rod's damping ratio.
     S_x0(t), the displacement at x after a unit force at the contact, converges like 1/n. ``residual`` adds, at
@@ -95,8 +96,8 @@ def fixed_rod_modes(rod: ExactRod, n_modes: int, *, at: tuple[float, ...] = (), 
     transit, places = uniform.transit, np.array([0.0, *map(on_rod, at)])
     omega = np.asarray((2.0 * np.arange(1, n_modes + 1) - 1.0) * math.pi / (2 * transit), dtype=np.float64)
     shapes = math.sqrt(2 / (uniform.impedance * transit)) * np.cos(omega[:, None] * transit * places)
-    left = transit / uniform.impedance - math.fsum((shapes[:, 0] / omega) ** 2)
-    rest = Residual.exponential(left, rod.initial_value()) if residual else Residual.none(len(places))
+    compliance = transit / uniform.impedance - math.fsum((shapes[:, 0] / omega) ** 2)
+    rest = Residual.exponential(compliance, rod.initial_value()) if residual else Residual.none(len(places))
     return ModalGreens(
         omega,
         np.full(n_modes, uniform.damping_ratio),
@@ -109,7 +110,8 @@ def fixed_rod_modes(rod: ExactRod, n_modes: int, *, at: tuple[float, ...] = (), 
 
 
 def modal_displacement(greens: GreensFunction, force: Array, dt: float, *, port: str | int = 0) -> Array:
-    """(n + 1,) displacement [m] of ``port`` under ``force`` (n + 1,) [N] on the first port; exact for its steps."""
+    """Return the (n + 1,) displacement [m] of ``port`` under ``force`` (n + 1,) [N] on the first port; exact for its
+    steps."""
     steps = greens.step_response(dt * np.arange(len(force)), greens.port_index(port), 0)
     return _superposed(np.diff(steps), force)
 

@@ -26,36 +26,36 @@ class Spans:
 
     @classmethod
     def of_run(cls, force: Array, dt: float, since: float | None = None) -> Spans:
-        """The spans of a run with contact forces (n + 1,) or (n + 1, ports) at the step ``dt`` [s], whose landing
-        begins at the time ``since`` [s]; ``None``: no landing."""
+        """Return the spans of a run with contact forces (n + 1,) or (n + 1, ports) at the step ``dt`` [s], whose
+        landing begins at the time ``since`` [s]; ``None``: no landing."""
         return cls(first_touch(force), np.inf if since is None else float(np.floor(since / dt + ON_A_STEP)))
 
     @property
     def cuts(self) -> Array:
-        """(c,) numbers of the times that are the last ones of their spans, rising."""
+        """Return the (c,) numbers of the times that are the last ones of their spans, rising."""
         return np.unique([0.0, self.touch, self.landing])
 
     @property
     def count(self) -> int:
-        """The number of spans."""
+        """Return the number of spans."""
         return len(self.cuts) + 1
 
     @property
     def start(self) -> slice:
-        """The span that holds t = 0, and nothing else of a record."""
+        """Return the span that holds t = 0, and nothing else of a record."""
         number = self._span(0.0)
         return slice(number, number + 1)
 
     def until(self, cut: float) -> slice:
-        """The spans up to a cut, ``touch`` or ``landing``."""
+        """Return the spans up to a cut, ``touch`` or ``landing``."""
         return slice(self._span(cut) + 1)
 
     def after(self, cut: float) -> slice:
-        """The spans after a cut, ``touch`` or ``landing``."""
+        """Return the spans after a cut, ``touch`` or ``landing``."""
         return slice(self._span(cut) + 1, None)
 
     def of_times(self, times: NDArray[np.int64]) -> NDArray[np.intp]:
-        """(m,) the span that holds each of m recorded times, given by their numbers."""
+        """Return the (m,) numbers of the span that holds each of m recorded times, given by their numbers."""
         return np.searchsorted(self.cuts, times)
 
     def _span(self, time: float) -> int:
@@ -63,7 +63,7 @@ class Spans:
 
 
 def first_touch(force: Array) -> float:
-    """The recorded time, as its number, from which on contact bends the reed; beyond all where there is none.
+    """Return the recorded time, as its number, from which on contact bends the reed; beyond all where there is none.
 
     ``force[m]`` acts from time m - 1 on; a preload, ``force[0]``, since ever.
     """

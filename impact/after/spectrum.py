@@ -13,7 +13,7 @@ MOVING_AVERAGE: Window = "moving average"
 
 
 def averaged(force: Array, dt: float, width: float, window: Window) -> Array:
-    """(n + 1,) average over ``width`` [s] around t = 0, dt ... n dt of ``force`` (n,) [N], zero outside.
+    """Return the (n + 1,) average over ``width`` [s] around t = 0, dt ... n dt of ``force`` (n,) [N], zero outside.
 
     A step of force from a to b adds N (H(t - a) - H(t - b)), H the integral of the window.
     """
@@ -32,7 +32,7 @@ def averaged(force: Array, dt: float, width: float, window: Window) -> Array:
 
 
 def largest_average(force: Array, dt: float, width: float) -> float:
-    """Largest average over any span of ``width`` [s] of ``force`` (n,) [N], zero outside.
+    """Return the largest average over any span of ``width`` [s] of ``force`` (n,) [N], zero outside.
 
     As the span moves, its average changes linearly between places where it begins or ends with a step: these count.
     """
@@ -40,7 +40,7 @@ def largest_average(force: Array, dt: float, width: float) -> float:
 
 
 def largest_averages(force: Array, dt: float, width: float) -> Array:
-    """(N,) `largest_average` of each column of ``force`` (n, N)."""
+    """Return the (N,) `largest_average` of each column of ``force`` (n, N)."""
     last, span = len(force), width / dt
     whole = min(int(span), last)
     share = span - whole if whole < last else 0.0
@@ -48,13 +48,13 @@ def largest_averages(force: Array, dt: float, width: float) -> Array:
     held = np.concatenate(
         [np.repeat(integral[:1], whole + 1, axis=0), integral, np.repeat(integral[-1:], whole + 1, axis=0)]
     )
-    here = slice(whole + 1, whole + 2 + last)
-    begins = (1 - share) * held[2 * whole + 1 :][: last + 1] + share * held[2 * whole + 2 :][: last + 1] - held[here]
-    ends = held[here] - (1 - share) * held[1 : last + 2] - share * held[: last + 1]
+    rows = slice(whole + 1, whole + 2 + last)
+    begins = (1 - share) * held[2 * whole + 1 :][: last + 1] + share * held[2 * whole + 2 :][: last + 1] - held[rows]
+    ends = held[rows] - (1 - share) * held[1 : last + 2] - share * held[: last + 1]
     return np.asarray(np.maximum(begins.max(axis=0), ends.max(axis=0)) / width)
 
 
 def transform(force: Array, dt: float, size: int) -> tuple[Array, Array]:
-    """Frequencies [Hz] and |N(f)| [N s] of ``force`` (n,) [N], followed by zeros up to ``size`` steps."""
+    """Return the frequencies [Hz] and |N(f)| [N s] of ``force`` (n,) [N], followed by zeros up to ``size`` steps."""
     frequencies = np.asarray(np.fft.rfftfreq(size, dt), dtype=np.float64)
     return frequencies, np.asarray(np.abs(np.fft.rfft(force, size)) * dt * np.sinc(frequencies * dt))

@@ -63,7 +63,7 @@ class ReedStress:
 
     @property
     def largest(self) -> PeakStress:
-        """Of all times."""
+        """Return the largest of all times."""
         after = self.after_contact
         return self.initial if after is None or after.value < self.initial.value else after
 
@@ -71,7 +71,8 @@ class ReedStress:
 def bending_stress(
     force: Array, dt: float, reed: Body, beam: Cantilever, x: ArrayLike, *, contact_at: At = None
 ) -> Array:
-    """(X, n + 1) bending stress of a reed under its contact force, in the face towards the seat, > 0 in tension [Pa].
+    """Return the (X, n + 1) bending stress of a reed under its contact force, in the face towards the seat, > 0 in
+    tension [Pa].
 
     With the modal coordinates q_k under the contact force N and the moment of a static force at the contact point a,
 
@@ -110,7 +111,7 @@ def bending_stress(
 def peak_bending_stress(
     force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: At = None, coarsely: bool = False
 ) -> PeakStress:
-    """The largest |`bending_stress`| [Pa] along the reed and over the record, release included: as `reed_stress`."""
+    """Return the largest |`bending_stress`| [Pa] along the reed in the record, release included: as `reed_stress`."""
     return reed_stress(force, dt, reed, beam, contact_at=contact_at, coarsely=coarsely).largest
 
 
@@ -124,8 +125,8 @@ def reed_stress(
     coarsely: bool = False,
     since: float | None = None,
 ) -> ReedStress:
-    """The largest |`bending_stress`| [Pa] along the reed, at its start, before the first touch and after it, and before
-    and after the time ``since`` at which a landing begins [s].
+    """Return the largest |`bending_stress`| [Pa] along the reed, at its start, before the first touch and after it, and
+    before and after the time ``since`` at which a landing begins [s].
 
     It is looked for at `POINTS_PER_WAVE` of the shortest wave retained and at every step, ``coarsely`` at half as many
     places and once a radian of the highest frequency. Other arguments and errors are as `bending_stress` has them.
@@ -164,7 +165,7 @@ def reed_stress(
 
 
 def stress_by_spans(spans: Spans, largest: Callable[[slice], PeakStress]) -> ReedStress:
-    """The largest stresses of a reed by that of any of the spans of a run."""
+    """Return the largest stresses of a reed by that of any of the spans of a run."""
     return ReedStress(
         largest(spans.until(spans.touch)),
         largest(spans.after(spans.touch)) if np.isfinite(spans.touch) else None,
@@ -175,7 +176,7 @@ def stress_by_spans(spans: Spans, largest: Callable[[slice], PeakStress]) -> Ree
 
 
 def _fields(reed: Body, beam: Cantilever, x: Array, contact_at: At) -> Array:
-    """(M + p, X) stress per unit of each of `coordinates`: of the modes, and r(x) of each followed force."""
+    """Return the (M + p, X) stress per unit of each of `coordinates`: of the modes, and r(x) of each followed force."""
     greens = _modal(reed)
     curvature = beam.curvatures(len(greens.omega), x)
     places = contact_at if isinstance(contact_at, tuple) else (beam.length if contact_at is None else contact_at,)
@@ -191,7 +192,7 @@ def _fields(reed: Body, beam: Cantilever, x: Array, contact_at: At) -> Array:
 
 
 def _by_port(force: Array, reed: Body) -> Array:
-    """(p, n + 1) forces on the ports of the reed."""
+    """Return the (p, n + 1) forces on the ports of the reed."""
     ports, pushes = len(_modal(reed).ports), np.atleast_2d(force.T)
     if len(pushes) != ports:
         raise StressError(
@@ -201,7 +202,8 @@ def _by_port(force: Array, reed: Body) -> Array:
 
 
 def coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[Array]:
-    """(..., M + p) blocks of modal coordinates and p followed forces, at every ``stride``-th time from t = 0 on."""
+    """Yield (..., M + p) blocks of modal coordinates and p followed forces, at every ``stride``-th time from t = 0
+    on."""
     greens, ports = _modal(reed), len(pushes)
     rate = _following(greens)
     followed = replace(greens, residual=Residual(rate * np.eye(ports), np.full(ports, rate), np.zeros((ports, ports))))
@@ -218,24 +220,24 @@ def coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[A
     for part in blocks(pushes.shape[1] - 1, _BLOCK * stride):
         middle = np.asarray(dt * (np.arange(part.start, part.stop) + 0.5), dtype=np.float64)
         amplitudes = np.array([load.amplitude(middle) for load in reed.loads]).reshape(-1, len(middle))
-        found = replay.coordinates(pushes[:, 1:][:, part], amplitudes, stride)
-        found[:, -ports:] += (at_ports @ amplitudes[:, stride - 1 :: stride]).T
-        yield found
+        block = replay.coordinates(pushes[:, 1:][:, part], amplitudes, stride)
+        block[:, -ports:] += (at_ports @ amplitudes[:, stride - 1 :: stride]).T
+        yield block
 
 
 def _at_ports(reed: Body) -> Array:
-    """(p, L) by how much each of the reed's loads is a force on each of its ports, whose static part is known; none of
-    one that is spread otherwise."""
-    shapes, found = _modal(reed).shapes, np.zeros((len(reed.greens.ports), len(reed.loads)))
-    for number, load in enumerate(reed.loads if len(shapes) > len(found) else ()):  # of so few modes all are alike
+    """Return the (p, L) shares by which each of the reed's loads is a force on each of its ports, whose static part is
+    known; none of one that is spread otherwise."""
+    shapes, shares = _modal(reed).shapes, np.zeros((len(reed.greens.ports), len(reed.loads)))
+    for number, load in enumerate(reed.loads if len(shapes) > len(shares) else ()):  # of so few modes all are alike
         share = np.linalg.lstsq(shapes, load.shape, rcond=None)[0]
         if np.linalg.norm(shapes @ share - load.shape) < SAME * np.linalg.norm(load.shape):
-            found[:, number] = share
-    return found
+            shares[:, number] = share
+    return shares
 
 
 def _following(greens: ModalGreens) -> float:
-    """The rate at which the reed's residual compliance follows the force [1/s]."""
+    """Return the rate at which the reed's residual compliance follows the force [1/s]."""
     rates = greens.residual.rates
     return float(rates[0] if rates.size else 2 * greens.omega.max())
 
@@ -250,7 +252,8 @@ def _modal(reed: Body) -> ModalGreens:
 
 
 def rod_stress(result: ImpactResult, rod: GreensFunction, *, area: float, at: float = 1.0) -> Array:
-    """(n + 1,) axial stress, > 0 in compression [Pa], of a rod struck by ``result.force``; exact for its steps.
+    """Return the (n + 1,) axial stress, > 0 in compression [Pa], of a rod struck by ``result.force``; exact for its
+    steps.
 
     The contact sends out the wave of particle velocity a(t) = N(t)/Z + R a(t - T); at the distance x it meets the
     wave that returns from the far end:  sigma A = Z (a(t - x/c) - R a(t - T + x/c)).  Like the force,
@@ -278,9 +281,9 @@ def rod_stress(result: ImpactResult, rod: GreensFunction, *, area: float, at: fl
             f"a {type(rod).__name__} is no undamped uniform rod, in which waves keep their shape; make it by fixed_rod"
         )
     trip = _steps(2 * uniform.transit, result.dt)
-    there = _steps(at * uniform.transit, result.dt)
+    delay = _steps(at * uniform.transit, result.dt)
     outgoing = reflected(result.force / uniform.impedance, uniform.reflection, trip)
-    force = _delayed(outgoing, there) - uniform.reflection * _delayed(outgoing, trip - there)
+    force = _delayed(outgoing, delay) - uniform.reflection * _delayed(outgoing, trip - delay)
     return np.asarray(uniform.impedance / area * force)
 
 

@@ -23,7 +23,7 @@ class Cantilever(EulerBernoulliBeam):
     family: ClassVar[str] = "cantilever"
 
     def wave_numbers(self, n_modes: int) -> Array:
-        """(n,) k_n L: roots of cos x cosh x = -1 by Newton on cos x + 1/cosh x."""
+        """Return the (n,) k_n L: roots of cos x cosh x = -1 by Newton on cos x + 1/cosh x."""
         k = np.arange(1, n_modes + 1)
         x = (k - 0.5) * np.pi
         x[0] = 1.875
@@ -33,12 +33,13 @@ class Cantilever(EulerBernoulliBeam):
         return np.asarray(x)
 
     def end_condition(self, k: Array) -> Array:
-        """s = (sinh k - sin k)/(cosh k + cos k); the shapes are 2 (-1)^(n+1)/sqrt(mass) at the tip."""
+        """Return s = (sinh k - sin k)/(cosh k + cos k); the shapes are 2 (-1)^(n+1)/sqrt(mass) at the tip."""
         growth = np.exp(-k)
         return np.asarray(2 * (growth + np.cos(k) + np.sin(k)) / (1 + growth**2 + 2 * growth * np.cos(k)))
 
     def curvatures(self, n_modes: int, x: ArrayLike) -> Array:
-        """(n, ...) second derivatives of the mode shapes at ``x`` [1/(m^2 sqrt(kg))]; 2 (k_n/L)^2/sqrt(mass) at 0."""
+        """Return the (n, ...) second derivatives of the mode shapes at ``x`` [1/(m^2 sqrt(kg))]; 2 (k_n/L)^2/sqrt(mass)
+        at 0."""
         k, xi = self.wave_numbers(n_modes), self.relative(x)
         squares = np.reshape((k / self.length) ** 2, (-1, *[1] * xi.ndim))
         return squares * self._on_modes(clamped_curvature, k, xi)

@@ -21,11 +21,11 @@ class ClampedClamped(EulerBernoulliBeam):
 
     @property
     def free_point(self) -> float:
-        """The middle [m]."""
+        """Return the middle [m]."""
         return self.length / 2
 
     def wave_numbers(self, n_modes: int) -> Array:
-        """(n,) k_n L: roots of cos x cosh x = 1 near (n + 1/2) pi, by bisection of cos x - 1/cosh x."""
+        """Return the (n,) k_n L: roots of cos x cosh x = 1 near (n + 1/2) pi, by bisection of cos x - 1/cosh x."""
         n = np.arange(1, n_modes + 1)
         centre = (n + 0.5) * np.pi
 
@@ -35,13 +35,14 @@ class ClampedClamped(EulerBernoulliBeam):
         return bisected(past, centre - 0.5, centre + 0.5)
 
     def end_condition(self, k: Array) -> Array:
-        """s = (cosh k - cos k)/(sinh k - sin k)."""
+        """Return s = (cosh k - cos k)/(sinh k - sin k)."""
         growth = np.exp(-k)
         denominator = (1 - growth**2) / 2 - growth * np.sin(k)  # (sinh k - sin k) exp(-k)
         return np.asarray((np.cos(k) - np.sin(k) - growth) / denominator)
 
     def compliance(self, x: float, load: float) -> float:
-        """Static deflection at ``x`` per unit force at ``load`` [m/N]:  a^2 c^2 (3 b L - a (3 b + c))/(6 EI L^3).
+        """Return the static deflection at ``x`` per unit force at ``load`` [m/N]:  a^2 c^2 (3 b L - a (3 b + c))/(6 EI
+        L^3).
 
         a <= b the two distances from the clamp, c = L - b.
         """

@@ -34,41 +34,41 @@ class RectangularBeam:
 
     @property
     def description(self) -> Mapping[str, object]:
-        """Kind and parameters."""
+        """Return the kind and parameters."""
         return {"kind": self.family, **asdict(self)}
 
     @property
     def free_point(self) -> float:
-        """Where it is touched and measured unless stated: the tip [m]."""
+        """Return where it is touched and measured unless stated, the tip [m]."""
         return self.length
 
     @property
     def area(self) -> float:
-        """A = w h [m^2]."""
+        """Return A = w h [m^2]."""
         return self.width * self.thickness
 
     @property
     def rigidity(self) -> float:
-        """EI = E w h^3/12 [N m^2]."""
+        """Return EI = E w h^3/12 [N m^2]."""
         return self.young * self.width * self.thickness**3 / 12
 
     @property
     def line_density(self) -> float:
-        """rho A [kg/m]."""
+        """Return rho A [kg/m]."""
         return self.density * self.width * self.thickness
 
     @property
     def mass(self) -> float:
-        """rho A L [kg]."""
+        """Return rho A L [kg]."""
         return self.line_density * self.length
 
     @property
     def frequency_scale(self) -> float:
-        """sqrt(EI/(rho A L^4)) [rad/s]: omega = (k L)^2 times it for an Euler-Bernoulli wave of number k."""
+        """Return sqrt(EI/(rho A L^4)) [rad/s]: omega = (k L)^2 times it for an Euler-Bernoulli wave of number k."""
         return math.sqrt(self.rigidity / (self.line_density * self.length**4))
 
     def relative(self, x: ArrayLike) -> Array:
-        """x/L in 0..1; raises `GreensFunctionError` for a position off the beam."""
+        """Return x/L in 0..1; raises `GreensFunctionError` for a position off the beam."""
         x = np.asarray(x, dtype=float)
         outside = ~((x >= 0) & (x <= self.length * (1 + 1e-12)))
         if np.any(outside):
@@ -109,7 +109,8 @@ class BeamModes:
     breaks: tuple[float, ...] = ()
 
     def quadrature(self, start: float, end: float, extra: int = 4) -> tuple[Array, Array]:
-        """Nodes (G,) and weights (G,) [m] from start to end for products of the modes, times the relative width."""
+        """Return the nodes (G,) and weights (G,) [m] from start to end for products of the modes, times the relative
+        width."""
         edges = [start, *(x for x in self.breaks if start < x < end), end]
         panels = (len(self.omega) + extra) / (end - start)
         parts = [gauss(low, high, math.ceil(panels * (high - low) - 1e-9)) for low, high in pairwise(edges)]
@@ -117,7 +118,8 @@ class BeamModes:
         return x, weights if self.relative_width is None else weights * self.relative_width(x)
 
     def project(self, shape: Callable[[Array], ArrayLike]) -> Array:
-        """(n,) modal coordinates of the deflection (or velocity) ``shape``, x (G,) m -> (G,), by Gauss quadrature.
+        """Return the (n,) modal coordinates of the deflection (or velocity) ``shape``, x (G,) m -> (G,), by Gauss
+        quadrature.
 
         q_k = integral of (rho A w_k w + rho I psi_k w') dx + m w_k(L) w(L), sections normal to the axis (no shear).
 
@@ -141,7 +143,7 @@ class BeamModes:
 
 
 def gauss(start: float, end: float, panels: int) -> tuple[Array, Array]:
-    """Nodes and weights (12 panels,) of Gauss-Legendre quadrature on ``panels`` equal panels of [start, end]."""
+    """Return nodes and weights (12 panels,) of Gauss-Legendre quadrature on ``panels`` equal panels of [start, end]."""
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
     half = (end - start) / panels / 2
     centres = start + half * (2 * np.arange(panels) + 1)
@@ -149,7 +151,8 @@ def gauss(start: float, end: float, panels: int) -> tuple[Array, Array]:
 
 
 def clamped_shape(k: Array, delta: Array, ratio: Array, xi: Array) -> Array:
-    """(n, ...) cosh z - cos z - s (sinh z - sin z), z = k xi, s = 1 - delta, delta = ratio exp(-k), for any k.
+    """Return the (n, ...) values of cosh z - cos z - s (sinh z - sin z), z = k xi, s = 1 - delta, delta = ratio
+    exp(-k), for any k.
 
     Clamped at xi = 0; the far end chooses s. cosh z - s sinh z = exp(-z) + delta sinh z has no growing exponential.
     """
@@ -160,14 +163,14 @@ def clamped_shape(k: Array, delta: Array, ratio: Array, xi: Array) -> Array:
 
 
 def clamped_curvature(k: Array, delta: Array, ratio: Array, xi: Array) -> Array:
-    """(n, ...) second derivative of `clamped_shape` by z = k xi:  cosh z + cos z - s (sinh z + sin z)."""
+    """Return the (n, ...) second derivative of `clamped_shape` by z = k xi:  cosh z + cos z - s (sinh z + sin z)."""
     k, delta, ratio = (np.reshape(v, (-1, *[1] * np.ndim(xi))) for v in (k, delta, ratio))
     z = k * xi
     return clamped_shape(k, delta, ratio, xi) + 2 * (np.cos(z) - (1 - delta) * np.sin(z))
 
 
 def bisected(past_root: Callable[[Array], NDArray[np.bool_]], low: ArrayLike, high: ArrayLike) -> Array:
-    """Roots to the last digit, one in each bracket; ``past_root(x)`` tells elementwise."""
+    """Return the roots to the last digit, one in each bracket; ``past_root(x)`` answers elementwise."""
     low, high = np.array(low, dtype=float), np.array(high, dtype=float)
     for _ in range(200):
         middle = (low + high) / 2
@@ -185,7 +188,7 @@ def positive(family: str, name: str, value: float) -> None:
 
 
 def _slope(values: Array, weights: Array) -> Array:
-    """Derivative of the polynomial through the nodes of each panel, (G,) -> (G,)."""
+    """Return the derivative of the polynomial through the nodes of each panel, (G,) -> (G,)."""
     nodes, unit = np.polynomial.legendre.leggauss(_POINTS)
     vander = np.polynomial.legendre.legvander(nodes, _POINTS - 1)
     derived = np.stack(

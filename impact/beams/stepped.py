@@ -64,7 +64,7 @@ class SteppedCantilever:
 
     @property
     def description(self) -> Mapping[str, object]:
-        """Kind and parameters."""
+        """Return the kind and parameters."""
         return {"kind": self.family, **asdict(self)}
 
     @property
@@ -74,40 +74,40 @@ class SteppedCantilever:
 
     @property
     def length(self) -> float:
-        """L [m]."""
+        """Return the length L [m]."""
         return float(self.widths[-1][0])
 
     @property
     def free_point(self) -> float:
-        """The tip [m]."""
+        """Return the tip [m]."""
         return self.length
 
     @property
     def mean_width(self) -> float:
-        """[m]."""
+        """Return the mean width [m]."""
         x, b = self._table
         return float(np.trapezoid(b, x)) / self.length
 
     @property
     def mass(self) -> float:
-        """[kg]."""
+        """Return the mass [kg]."""
         return self.density * self.thickness * self.mean_width * self.length
 
     def width_at(self, x: ArrayLike) -> Array:
-        """b(x) [m]; beyond a step at the step itself."""
+        """Return the width b(x) [m]; beyond a step that at the step itself."""
         return np.asarray(np.interp(np.asarray(x, dtype=float), *self._table))
 
     def rigidity_at(self, x: ArrayLike) -> Array:
-        """EI(x) [N m^2]."""
+        """Return the bending stiffness EI(x) [N m^2]."""
         return np.asarray(self.young * self.thickness**3 / 12 * self.width_at(x))
 
     @property
     def breaks(self) -> tuple[float, ...]:
-        """Positions between which the width is linear [m], both ends among them."""
+        """Return positions between which the width is linear [m], both ends among them."""
         return tuple(dict.fromkeys(x for x, _ in self.widths))
 
     def modes(self, n_modes: int) -> BeamModes:
-        """The lowest modes, w'' > 0 at the clamp."""
+        """Return the lowest modes, w'' > 0 at the clamp."""
         elements, omega, coefficients = _solved(self, n_modes)
         return BeamModes(
             omega,
@@ -120,19 +120,19 @@ class SteppedCantilever:
         )
 
     def frequencies(self, n_modes: int) -> Array:
-        """(n,) undamped angular frequencies [rad/s]."""
+        """Return the (n,) undamped angular frequencies [rad/s]."""
         return _solved(self, n_modes)[1]
 
     def compliance(self, x: float, load: float) -> float:
-        """Static deflection at ``x`` per unit force at ``load`` [m/N]: integral of (x - s)(load - s)/EI(s) ds to the
-        nearer one."""
+        """Return the static deflection at ``x`` per unit force at ``load`` [m/N]: integral of (x - s)(load - s)/EI(s)
+        ds to the nearer one."""
         end = min(x, load)
         edges = [*(s for s in self.breaks if s < end), end]
         parts = [gauss(low, high, 4) for low, high in pairwise(edges)]
         return math.fsum(float(ds @ ((x - s) * (load - s) / self.rigidity_at(s))) for s, ds in parts)
 
     def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float, highest: float) -> Residual:
-        """The exponential that relaxes within half a radian of the highest mode, as of `EulerBernoulliBeam`."""
+        """Return the exponential that relaxes within half a radian of the highest mode, as of `EulerBernoulliBeam`."""
         return Residual.relaxing(compliance, 2 * highest)
 
 
@@ -146,33 +146,33 @@ class Elements:
 
     @property
     def places(self) -> Array:
-        """(e, 8) unknowns of each element among all, the nodes' first."""
+        """Return the (e, 8) unknowns of each element among all, the nodes' first."""
         count = len(self.edges) - 1
         first = 2 * np.arange(count)[:, None] + np.arange(4)
         inner = 2 * len(self.edges) + _BUBBLES * np.arange(count)[:, None] + np.arange(_BUBBLES)
         return np.concatenate([first, inner], axis=1)
 
     def shapes(self, element: int, s: Array, derivative: int = 0) -> Array:
-        """(8, G) of one element, or a derivative of them by x."""
+        """Return the (8, G) shape functions of one element, or a derivative of them by x."""
         half = float(self.edges[element + 1] - self.edges[element]) / 2
         slope = half / self.length
-        found = [shape.deriv(derivative)(s) if derivative else shape(s) for shape in _SHAPES]
+        values = [shape.deriv(derivative)(s) if derivative else shape(s) for shape in _SHAPES]
         scale = np.array([1, slope, 1, slope, *[1] * _BUBBLES])
-        return np.asarray(np.array(found) * scale[:, None] / half**derivative)
+        return np.asarray(np.array(values) * scale[:, None] / half**derivative)
 
     def values(self, coefficients: Array, x: ArrayLike, derivative: int = 0) -> Array:
-        """(n, ...) at x [m] of functions with coefficients (unknowns, n). Raises off the beam."""
+        """Return the (n, ...) values at x [m] of functions with coefficients (unknowns, n). Raises off the beam."""
         x = np.asarray(x, dtype=float)
         if np.any(outside := ~((x >= 0) & (x <= self.length * (1 + 1e-12)))):
             raise GreensFunctionError(f"position {x[outside].flat[0]:g} m is outside the beam, 0..{self.length:g} m")
         flat = x.ravel()
         element = np.clip(np.searchsorted(self.edges, flat, side="right") - 1, 0, len(self.edges) - 2)
-        found, places = np.empty((coefficients.shape[1], flat.size)), self.places
+        values, places = np.empty((coefficients.shape[1], flat.size)), self.places
         for e in np.unique(element):
-            here, (low, high) = element == e, self.edges[e : e + 2]
-            s = np.clip((2 * flat[here] - low - high) / (high - low), -1.0, 1.0)
-            found[:, here] = coefficients[places[e]].T @ self.shapes(int(e), s, derivative)
-        return found.reshape(-1, *x.shape)
+            inside, (low, high) = element == e, self.edges[e : e + 2]
+            s = np.clip((2 * flat[inside] - low - high) / (high - low), -1.0, 1.0)
+            values[:, inside] = coefficients[places[e]].T @ self.shapes(int(e), s, derivative)
+        return values.reshape(-1, *x.shape)
 
 
 def _hermite() -> tuple[Polynomial, ...]:
@@ -190,7 +190,8 @@ _SHAPES: Final = _hermite()
 
 
 def elements_of(beam: SteppedCantilever, size: float) -> Elements:
-    """Of at most ``size`` [m] between the beam's breaks, but for those so near each other that digits would be lost."""
+    """Return elements of at most ``size`` [m] between the beam's breaks, but for those so near each other that digits
+    would be lost."""
     edges = [0.0]
     for x in beam.breaks:
         if x - edges[-1] >= LEAST * size:
@@ -201,7 +202,7 @@ def elements_of(beam: SteppedCantilever, size: float) -> Elements:
 
 
 def eigen(beam: SteppedCantilever, elements: Elements, n_modes: int) -> tuple[Array, Array]:
-    """(n,) angular frequencies [rad/s] and (unknowns, n) shapes of unit modal mass.
+    """Return the (n,) angular frequencies [rad/s] and (unknowns, n) shapes of unit modal mass.
 
     Of M y = (K + s M) y/(w^2 + s) with s between the lowest and the highest; w^2 is the quotient of the energies of y,
     summed over the elements: K itself has lost the digits that its condition takes, 1e-9 of the lowest of 100 modes.

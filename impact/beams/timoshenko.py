@@ -42,27 +42,27 @@ class TimoshenkoCantilever(RectangularBeam):
 
     @property
     def shear_rigidity(self) -> float:
-        """kappa A G [N]."""
+        """Return kappa A G [N]."""
         return self.shear_factor * self.area * self.young / (2 * (1 + self.poisson))
 
     @property
     def line_inertia(self) -> float:
-        """rho I [kg m]."""
+        """Return rho I [kg m]."""
         return self.line_density * self.thickness**2 / 12
 
     @property
     def cutoff(self) -> float:
-        """Angular frequency sqrt(kappa G A/(rho I)) above which both wave families travel [rad/s]."""
+        """Return the angular frequency sqrt(kappa G A/(rho I)) above which both wave families travel [rad/s]."""
         return math.sqrt(self.shear_rigidity / self.line_inertia)
 
     def waves(self, omega: Array) -> Waves:
-        """Wave numbers at the angular frequencies ``omega`` [rad/s]."""
+        """Return the wave numbers at the angular frequencies ``omega`` [rad/s]."""
         rotary = self.thickness**2 / (12 * self.length**2)
         shear = self.rigidity / (self.shear_rigidity * self.length**2)
         return Waves.at(np.asarray(omega) / self.frequency_scale, rotary, shear)
 
     def frequencies(self, n_modes: int) -> Array:
-        """(n,) undamped angular frequencies [rad/s]: bisection of the exact count of modes below omega.
+        """Return the (n,) undamped angular frequencies [rad/s]: bisection of the exact count of modes below omega.
 
         None is missed, none found twice, however close.
 
@@ -75,7 +75,7 @@ class TimoshenkoCantilever(RectangularBeam):
         return bisected(lambda w: self.count_below(w) >= wanted, np.zeros(n_modes), np.full(n_modes, high[0]))
 
     def count_below(self, omega: Array) -> Array:
-        """How many modes lie below each angular frequency, (n,) rad/s -> (n,)."""
+        """Return how many modes lie below each angular frequency, (n,) rad/s -> (n,)."""
         waves = self.waves(omega)
         cut = 2 ** -_doublings(float(np.max(omega)), self)
         clamped = np.zeros(len(omega), dtype=np.int64)
@@ -91,7 +91,7 @@ class TimoshenkoCantilever(RectangularBeam):
         return np.asarray(clamped + negative)
 
     def modes(self, n_modes: int) -> BeamModes:
-        """The lowest modes, normalised with the rotary inertia by Gauss quadrature; M > 0 at the clamp."""
+        """Return the lowest modes, normalised with the rotary inertia by Gauss quadrature; M > 0 at the clamp."""
         omega = self.frequencies(n_modes)
         waves = self.waves(omega)
         scale = np.sqrt(self.mass * waves.inertia(self.thickness**2 / (12 * self.length**2)))[:, None]
@@ -112,17 +112,20 @@ class TimoshenkoCantilever(RectangularBeam):
         )
 
     def compliance(self, x: float, load: float) -> float:
-        """Static deflection at ``x`` per unit force at ``load`` [m/N]: a^2 (3b - a)/(6 EI) + a/(kappa A G), a <= b."""
+        """Return the static deflection at ``x`` per unit force at ``load`` [m/N]: a^2 (3b - a)/(6 EI) + a/(kappa A G),
+        a <= b."""
         a, b = sorted((x, load))
         return a * a * (3 * b - a) / (6 * self.rigidity) + a / self.shear_rigidity
 
     def initial_value(self, x: float) -> float:
-        """g(0+) at ``x`` [m/(N s)]: 1/(A sqrt(kappa G rho)) at the tip, half of it where two shear waves leave."""
+        """Return g(0+) at ``x`` [m/(N s)]: 1/(A sqrt(kappa G rho)) at the tip, half of it where two shear waves
+        leave."""
         impedance = math.sqrt(self.shear_rigidity * self.line_density)
         return (1.0 if x >= self.length * (1 - 1e-9) else 0.5) / impedance
 
     def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float, highest: float) -> Residual:
-        """The exponential with static part ``compliance`` and the beam's own g(0+), as its modal damping leaves it."""
+        """Return the exponential with static part ``compliance`` and the beam's own g(0+), as its modal damping leaves
+        it."""
         start = np.diag([self.initial_value(x) for x in at]) * damped_start(damping_ratio)
         return Residual.exponential(compliance, start)
 
@@ -147,7 +150,8 @@ class Waves:
 
     @staticmethod
     def at(b: Array, rotary: float, shear: float) -> Waves:
-        """From rotary = I/(A L^2) and shear = EI/(kappa G A L^2); alpha^2 beta^2 = b^2 |1 - b^2 rotary shear|."""
+        """Return the wave numbers from rotary = I/(A L^2) and shear = EI/(kappa G A L^2); alpha^2 beta^2 = b^2 |1 - b^2
+        rotary shear|."""
         b = np.maximum(b, 1e-9)
         square = (b**2 * (rotary + shear) + b * np.sqrt(b**2 * (rotary - shear) ** 2 + 4)) / 2
         other = b**2 * (1 - b**2 * rotary * shear) / square
@@ -158,14 +162,14 @@ class Waves:
         return Waves(b, alpha, beta, p, (square - b**2 * shear) / beta, above)
 
     def even_odd(self, span: float) -> tuple[Array, Array]:
-        """Signs that decide the even and the odd modes of a beam of length 2 span clamped at both ends."""
+        """Return signs that decide the even and the odd modes of a beam of length 2 span clamped at both ends."""
         a, c, s = self.alpha * span, np.cos(self.beta * span), np.sin(self.beta * span)
         ch, sh = np.where(self.above, np.cos(a), 1.0), np.where(self.above, np.sin(a), np.tanh(a))
         ratio = self.p / self.q
         return ch * s + ratio * c * sh, ratio * ch * s - np.where(self.above, -1.0, 1.0) * c * sh
 
     def determinant(self) -> Array:
-        """Frequency equation of the cantilever, divided by cosh alpha below the cutoff; zero at a mode."""
+        """Return the frequency equation of the cantilever, divided by cosh alpha below the cutoff; zero at a mode."""
         a, c, s = self.alpha, np.cos(self.beta), np.sin(self.beta)
         sign = np.where(self.above, -1.0, 1.0)
         one = np.where(self.above, 1.0, 1 / np.cosh(np.minimum(a, 700.0)))
@@ -174,7 +178,7 @@ class Waves:
         return np.asarray(2 * one + (moments + 1 / moments) * ch * c + (sign * a / self.beta - self.beta / a) * sh * s)
 
     def inertia(self, rotary: float) -> Array:
-        """(n,) integral of (w^2 + rotary psi^2) over x/L = 0..1, in blocks that bound the memory."""
+        """Return the (n,) integral of (w^2 + rotary psi^2) over x/L = 0..1, in blocks that bound the memory."""
         x, weights = gauss(0.0, 1.0, math.ceil(0.2 * float(self.beta.max())) + 4)  # below two half waves a panel
         total = np.zeros(len(self.beta))
         block = max(1, 2**20 // len(self.beta))
@@ -184,7 +188,7 @@ class Waves:
         return total
 
     def shapes(self, x: Array) -> tuple[Array, Array]:
-        """w and psi (n, G) of the cantilever's modes at x (G,) in L, of any size."""
+        """Return w and psi (n, G) of the cantilever's modes at x (G,) in L, of any size."""
         w, psi = np.zeros((2, len(self.alpha), len(x)))
         for part, pair in ((~self.above, _below), (self.above, _above)):
             if np.any(part):
@@ -199,7 +203,8 @@ Pair = tuple[tuple[Array, Array], tuple[Array, Array], tuple[Array, Array, Array
 
 
 def _below(a: Array, b: Array, p: Array, q: Array, x: Array) -> Pair:
-    """Two motions (w, psi) clamped at 0 and bounded for any alpha; their moments and shear forces at the free end."""
+    """Return two motions (w, psi) clamped at 0 and bounded for any alpha; their moments and shear forces at the free
+    end."""
     e, c, s = np.exp(-a * x), np.cos(b * x), np.sin(b * x)
     far, echo = np.exp(a * (x - 1)), np.exp(-a * (x + 1))
     unit = 1 + np.exp(-2 * a)  # 2 exp(-a) cosh a
@@ -217,7 +222,7 @@ def _below(a: Array, b: Array, p: Array, q: Array, x: Array) -> Pair:
 
 
 def _above(a: Array, b: Array, p: Array, q: Array, x: Array) -> Pair:
-    """As `_below`, above the cutoff."""
+    """Return the same as `_below`, above the cutoff."""
     one = (np.cos(a * x) - np.cos(b * x), p * np.sin(a * x) + q * np.sin(b * x))
     two = (np.sin(a * x) + p / q * np.sin(b * x), p * (np.cos(b * x) - np.cos(a * x)))
     ca, sa, c, s = np.cos(a), np.sin(a), np.cos(b), np.sin(b)
@@ -226,7 +231,8 @@ def _above(a: Array, b: Array, p: Array, q: Array, x: Array) -> Pair:
 
 
 def _null_vector(m1: Array, m2: Array, q1: Array, q2: Array) -> tuple[Array, Array]:
-    """Factors of two motions without moment and shear force at the end, from the larger row; the first is >= 0."""
+    """Return the factors of two motions without moment and shear force at the end, from the larger row; the first is >=
+    0."""
     by_moment = np.hypot(m1, m2) / (np.abs(m1).max() + np.abs(m2).max()) >= np.hypot(q1, q2) / (
         np.abs(q1).max() + np.abs(q2).max()
     )
@@ -236,7 +242,7 @@ def _null_vector(m1: Array, m2: Array, q1: Array, q2: Array) -> tuple[Array, Arr
 
 
 def _doublings(omega: float, beam: TimoshenkoCantilever) -> int:
-    """Halvings of the beam until a piece clamped at both ends has no mode below ``omega``.
+    """Return the halvings of the beam until a piece clamped at both ends has no mode below ``omega``.
 
     With w = psi = 0 at both ends of a piece of length l (Poincare, and (w' - psi)^2 >= w'^2/2 - psi^2):
     omega^2 >= min(E/rho (pi/l)^2 - cutoff^2, kappa G/(2 rho) (pi/l)^2).

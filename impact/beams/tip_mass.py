@@ -32,16 +32,17 @@ class TipMassCantilever(EulerBernoulliBeam):
 
     @property
     def mass_ratio(self) -> float:
-        """mu = tip_mass/(rho A L)."""
+        """Return mu = tip_mass/(rho A L)."""
         return self.tip_mass / self.mass
 
     @property
     def end_mass(self) -> float:
-        """The tip mass [kg]."""
+        """Return the tip mass [kg]."""
         return self.tip_mass
 
     def wave_numbers(self, n_modes: int) -> Array:
-        """(n,) k_n L, one between each clamped-pinned root (mu = inf) and clamped-free root (mu = 0), by bisection."""
+        """Return the (n,) k_n L, one between each clamped-pinned root (mu = inf) and clamped-free root (mu = 0), by
+        bisection."""
         n = np.arange(n_modes)
         mu = self.mass_ratio
 
@@ -54,11 +55,12 @@ class TipMassCantilever(EulerBernoulliBeam):
         return bisected(past, low, (n + 0.5) * np.pi + 0.31)
 
     def end_condition(self, k: Array) -> Array:
-        """s = (cosh k + cos k)/(sinh k + sin k): no moment at the tip."""
+        """Return s = (cosh k + cos k)/(sinh k + sin k): no moment at the tip."""
         return np.asarray((np.sin(k) - np.cos(k) - np.exp(-k)) / _sines(k))
 
     def modal_mass(self, k: Array) -> Array:
-        """(n,) rho A L/4 ((1 + mu) w^2 + 2 mu w w') [kg], w and w' = dw/d(x/L) at the tip; the tip mass included."""
+        """Return the (n,) rho A L/4 ((1 + mu) w^2 + 2 mu w w') [kg], w and w' = dw/d(x/L) at the tip; the tip mass
+        included."""
         growth, ratio, denominator, mu = np.exp(-k), self.end_condition(k), _sines(k), self.mass_ratio
         # tip: 2 (cosh k sin k - cos k sinh k)/(sinh k + sin k); by the frequency equation no digits go for large mu k
         direct = (1 + growth**2) / 2 * np.sin(k) - (1 - growth**2) / 2 * np.cos(k)
@@ -69,5 +71,5 @@ class TipMassCantilever(EulerBernoulliBeam):
 
 
 def _sines(k: Array) -> Array:
-    """(sinh k + sin k) exp(-k)."""
+    """Return (sinh k + sin k) exp(-k)."""
     return np.asarray((1 - np.exp(-2 * k)) / 2 + np.exp(-k) * np.sin(k))

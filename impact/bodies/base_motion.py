@@ -40,7 +40,8 @@ class BaseMotion:
 
     @staticmethod
     def of(series: TimeSeries, kind: Kind) -> BaseMotion:
-        """Of a record of one of the three, the others by exact integrals and derivatives of one piecewise polynomial.
+        """Return the motion by a record of one of the three, the others by exact integrals and derivatives of one
+        piecewise polynomial.
 
         An acceleration or velocity is linear between its samples, a displacement a cubic spline (not-a-knot). The base
         moves from s = 0 at t = 0; an acceleration starts it from rest.
@@ -79,9 +80,10 @@ class BaseMotion:
         return BaseMotion(displacement, lambda t: np.asarray(push(inside(t))))
 
     def modal(self, modes: BeamModes) -> tuple[Load, ...]:
-        """The load on a beam in the frame of its base, tip mass included: -integral of rho A w_k dx times s''."""
+        """Return the load on a beam in the frame of its base, tip mass included: -integral of rho A w_k dx times
+        s''."""
         return tuple(self.load(load.shape, modes.line_density * modes.length) for load in Gravity(1.0).modal(modes))
 
     def load(self, shape: Array, mass: float) -> Load:
-        """The same on a body of a ``mass`` [kg] that is spread over its modes by ``shape`` (M,) [1/sqrt(kg)]."""
+        """Return the same on a body of a ``mass`` [kg] that is spread over its modes by ``shape`` (M,) [1/sqrt(kg)]."""
         return Load(shape, lambda t: -mass * np.asarray(self.acceleration(t), dtype=float))

@@ -25,13 +25,13 @@ class ModalState:
 
 
 class Feedback(Protocol):
-    """What pushes a body and is itself driven by the opening of its contacts, as gas that flows through a valve.
+    """A load on a body that is itself driven by the opening of its contacts, as gas that flows through a valve.
 
     It is data; how far it has come is an array of numbers, which the march keeps.
     """
 
     def start(self) -> Array:
-        """(S,) its state at t = 0."""
+        """Return its (S,) state at t = 0."""
 
     def advance(self, state: Array, time: float, span: float, opening: float) -> float:
         """Take ``state`` on in place, from ``time`` over ``span`` [s] at a constant mean ``opening`` [m] of the
@@ -59,7 +59,7 @@ class Load:
 
     @property
     def follows(self) -> bool:
-        """Whether it depends on how far the contacts are open."""
+        """Return whether it depends on how far the contacts are open."""
         return self.by_opening is not None or self.feedback is not None
 
     __repr__ = brief
@@ -115,15 +115,16 @@ class Body:
     _repr_html_ = as_html
 
     def carried(self, time: Array) -> Array:
-        """(n,) displacement of its base at the times (n,) [m]; raises `GreensFunctionError` for other numbers."""
+        """Return the (n,) displacement of its base at the times (n,) [m]; raises `GreensFunctionError` for other
+        numbers."""
         if self.base is None:
             return np.zeros(len(time))
-        found = np.asarray(self.base(time), dtype=float)
-        if found.shape != time.shape or not np.all(np.isfinite(found)):
+        displacement = np.asarray(self.base(time), dtype=float)
+        if displacement.shape != time.shape or not np.all(np.isfinite(displacement)):
             raise GreensFunctionError(
-                f"base gave {found.shape} values for {time.shape} times: give a finite one for each"
+                f"base gave {displacement.shape} values for {time.shape} times: give a finite one for each"
             )
-        return found
+        return displacement
 
     def load_amplitudes(self, time: Array) -> Array:
         """Return the (L, n) amplitudes of its loads at the times (n,) [s -> N]."""
@@ -134,16 +135,18 @@ class Body:
 
     @property
     def mass(self) -> float:
-        """Mass of the rigid translation along the normal at the first port [kg]; ``inf`` if the body is held."""
+        """Return the mass of the rigid translation along the normal at the first port [kg]; ``inf`` if the body is
+        held."""
         return self.greens.mass()
 
     @property
     def is_deflected(self) -> bool:
-        """Whether it starts with any modal displacement or velocity beyond its translation."""
+        """Return whether it starts with any modal displacement or velocity beyond its translation."""
         return self.state is not None and bool(np.any(self.state.displacement) or np.any(self.state.velocity))
 
     def velocity_of(self, port: str | int) -> float:
-        """Of a port in the initial translation [m/s]: that of the rigid body pushed at its first port."""
+        """Return a port's velocity in the initial translation [m/s]: that of the rigid body pushed at its first
+        port."""
         if self.velocity == 0.0:
             return 0.0
         i = self.greens.port_index(port)
@@ -151,11 +154,11 @@ class Body:
 
     @property
     def momentum(self) -> float:
-        """Impulse on the first port that sets the body moving at ``velocity`` [N s]."""
+        """Return the impulse on the first port that sets the body moving at ``velocity`` [N s]."""
         return self.velocity * self.mass if self.velocity else 0.0
 
     def modal_start(self, modal: ModalGreens | None = None) -> ModalState:
-        """Initial modal state of a modal body, its translation included.
+        """Return the initial modal state of a modal body, its translation included.
 
         ``modal``: the oscillators among its parts, where not all of it is made of such; by default, all of it.
         """
@@ -173,7 +176,7 @@ class Body:
 
 
 def as_body(partner: Body | GreensFunction) -> Body:
-    """A partner of an impact; a Green's function is taken as a body at rest.
+    """Return a partner of an impact; a Green's function is taken as a body at rest.
 
     Raises:
         GreensFunctionError: anything else, naming what it is.
@@ -192,7 +195,7 @@ class AtRest(Body):
 
 
 def rigid_mass(*, mass: float, velocity: float) -> Body:
-    """Rigid striker of ``mass`` m [kg]: g = t/m; ``velocity`` < 0 approaches the target [m/s].
+    """Return a rigid striker of ``mass`` m [kg]: g = t/m; ``velocity`` < 0 approaches the target [m/s].
 
     Raises:
         GreensFunctionError: a mass that is not positive, or a number that is not finite.

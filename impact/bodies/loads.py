@@ -28,7 +28,7 @@ class ReedLoad(Protocol):
     """
 
     def modal(self, modes: BeamModes) -> tuple[Load, ...]:
-        """The load as shapes on the modes and courses in time."""
+        """Return the load as shapes on the modes and courses in time."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class PointForce:
     at: float
 
     def modal(self, modes: BeamModes) -> tuple[Load, ...]:
-        """One load; `GreensFunctionError` if ``at`` is off the reed."""
+        """Return one load; `GreensFunctionError` if ``at`` is off the reed."""
         return (Load(modes.deflection(self.at), _course(self.force)),)
 
 
@@ -58,7 +58,7 @@ class Pressure:
     profile: Callable[[Array], ArrayLike] | None = None
 
     def modal(self, modes: BeamModes) -> tuple[Load, ...]:
-        """One load; `GreensFunctionError` if ``between`` is off the reed or the profile is not finite."""
+        """Return one load; `GreensFunctionError` if ``between`` is off the reed or the profile is not finite."""
         start, end = _span(self.between, modes.length)
         x, weights = modes.quadrature(start, end)
         profile = np.ones(1) if self.profile is None else np.asarray(self.profile(x), dtype=float)
@@ -89,7 +89,7 @@ class PressureField:
     points: int = 8
 
     def modal(self, modes: BeamModes) -> tuple[Load, ...]:
-        """``points`` loads; `GreensFunctionError` if ``between`` is off the reed or there are no points."""
+        """Return ``points`` loads; `GreensFunctionError` if ``between`` is off the reed or there are no points."""
         if not 1 <= self.points <= 64:
             raise GreensFunctionError(f"points = {self.points} of a pressure field must be 1..64")
         start, end = _span(self.between, modes.length)
@@ -116,7 +116,7 @@ class Gravity:
     acceleration: float
 
     def modal(self, modes: BeamModes) -> tuple[Load, ...]:
-        """One constant load, tip mass included; `GreensFunctionError` if the acceleration is not finite."""
+        """Return one constant load, tip mass included; `GreensFunctionError` if the acceleration is not finite."""
         if not math.isfinite(self.acceleration):
             raise GreensFunctionError(f"acceleration = {self.acceleration} m/s^2 must be finite")
         mass = modes.line_density * modes.length

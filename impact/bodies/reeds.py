@@ -1,4 +1,4 @@
-"""From a beam to a body that takes part in an impact: contact points, release, loads."""
+"""The way from a beam to a body that takes part in an impact: contact points, release, loads."""
 
 from __future__ import annotations
 
@@ -22,40 +22,41 @@ _OFF = 1e-6  # of it: no sum of modes is above by more; the shapes of a thousand
 
 
 class Beam(Protocol):
-    """What `reed` needs to know of a beam; all positions are distances from its (left) clamp [m]."""
+    """A beam as `reed` needs it; all positions are distances from its (left) clamp [m]."""
 
     @property
     def length(self) -> float:
-        """L [m]."""
+        """Return the length L [m]."""
 
     @property
     def free_point(self) -> float:
-        """Where it is touched and measured unless stated: the tip, or the middle [m]."""
+        """Return where it is touched and measured unless stated: the tip, or the middle [m]."""
 
     @property
     def description(self) -> Mapping[str, object]:
-        """Kind and parameters, plain JSON values, for the provenance."""
+        """Return the kind and parameters, plain JSON values, for the provenance."""
 
     def modes(self, n_modes: int) -> BeamModes:
-        """The lowest modes."""
+        """Return the lowest modes."""
 
     def compliance(self, x: float, load: float) -> float:
-        """Static deflection at ``x`` per unit force at ``load`` [m/N]."""
+        """Return the static deflection at ``x`` per unit force at ``load`` [m/N]."""
 
     def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float, highest: float) -> Residual:
-        """What the modes up to ``highest`` [rad/s] leave out at the points ``at``, given its static (p, p) part."""
+        """Return what the modes up to ``highest`` [rad/s] leave out at the points ``at``, given its static (p, p)
+        part."""
 
 
 class Release(Protocol):
-    """How a reed starts."""
+    """The start of a reed."""
 
     def state(self, beam: Beam, modes: BeamModes) -> ModalState:
-        """Initial modal state."""
+        """Return the initial modal state."""
 
 
 @dataclass(frozen=True)
 class StaticShape:
-    """From rest, in the static shape under a force at ``at`` that deflects this point by ``deflection`` [m].
+    """Release from rest in the static shape under a force at ``at`` that deflects this point by ``deflection`` [m].
 
     q_k = F w_k(at)/omega_k^2.  ``at=None`` is the tip (the middle of a clamped-clamped reed); > 0 is away from the
     seat. The modes left out carry the rest of the deflection, as stated for loads in `impact.bodies.loads.ReedLoad`.
@@ -65,7 +66,7 @@ class StaticShape:
     at: float | None = None
 
     def state(self, beam: Beam, modes: BeamModes) -> ModalState:
-        """Initial modal state."""
+        """Return the initial modal state."""
         x = beam.free_point if self.at is None else self.at
         _on_reed("release at", x, beam)
         force = _finite("deflection", self.deflection) / beam.compliance(x, x)
@@ -74,7 +75,8 @@ class StaticShape:
 
 @dataclass(frozen=True)
 class ModeShape:
-    """In mode ``number`` = 1, 2 ..., the point ``at`` deflected by ``deflection`` [m] and moving at ``velocity`` [m/s].
+    """Release in mode ``number`` = 1, 2 ..., the point ``at`` deflected by ``deflection`` [m] and moving at
+    ``velocity`` [m/s].
 
     ``at=None`` is the tip (the middle of a clamped-clamped reed); > 0 is away from the seat.
     """
@@ -85,24 +87,25 @@ class ModeShape:
     velocity: float = 0.0
 
     def state(self, beam: Beam, modes: BeamModes) -> ModalState:
-        """Initial modal state; `GreensFunctionError` if the reed has no such mode, or it has a node at ``at``."""
+        """Return the initial modal state; `GreensFunctionError` if the reed has no such mode, or it has a node at
+        ``at``."""
         n = len(modes.omega)
         if not 1 <= self.number <= n:
             raise GreensFunctionError(f"release in mode {self.number}: the reed has modes 1..{n}; raise n_modes")
         x = beam.free_point if self.at is None else self.at
         _on_reed("release at", x, beam)
-        here = float(modes.deflection(x)[self.number - 1])
-        if abs(here) * math.sqrt(modes.line_density * modes.length) < 1e-9:
+        amplitude = float(modes.deflection(x)[self.number - 1])
+        if abs(amplitude) * math.sqrt(modes.line_density * modes.length) < 1e-9:
             raise GreensFunctionError(f"mode {self.number} has a node at {x:g} m: give another point with at=")
         q, v = np.zeros(n), np.zeros(n)
-        q[self.number - 1] = _finite("deflection", self.deflection) / here
-        v[self.number - 1] = _finite("velocity", self.velocity) / here
+        q[self.number - 1] = _finite("deflection", self.deflection) / amplitude
+        v[self.number - 1] = _finite("velocity", self.velocity) / amplitude
         return ModalState(q, v)
 
 
 @dataclass(frozen=True)
 class GivenShape:
-    """In any shape w(x) and velocity v(x), x (G,) m -> (G,) m and m/s; ``None`` is zero.
+    """Release in any shape w(x) and velocity v(x), x (G,) m -> (G,) m and m/s; ``None`` is zero.
 
     Projected on the modes (`BeamModes.project`): the part outside their span is lost, so w should meet the clamp.
     """
@@ -111,7 +114,7 @@ class GivenShape:
     velocity: Callable[[Array], ArrayLike] | None = None
 
     def state(self, beam: Beam, modes: BeamModes) -> ModalState:
-        """Initial modal state; `GreensFunctionError` if a value is not finite."""
+        """Return the initial modal state; `GreensFunctionError` if a value is not finite."""
         zero = np.zeros(len(modes.omega))
         return ModalState(
             zero if self.shape is None else modes.project(self.shape),
@@ -128,7 +131,7 @@ def reed(
     release: Release | None = None,
     loads: Sequence[ReedLoad] = (),
 ) -> Body:
-    """A beam as one partner of an impact.
+    """Return a beam as one partner of an impact.
 
     Its lowest modes with one damping ratio, plus the static compliance they leave out at the contact points.
 
@@ -189,7 +192,7 @@ def _on_reed(what: str, x: float, beam: Beam) -> None:
 
 
 def _left_out(beam: Beam, at: tuple[float, ...], scaled: Array) -> Array:
-    """(p, p) static compliance minus that of the modes, symmetric and positive semidefinite [m/N].
+    """Return the (p, p) static compliance minus that of the modes, symmetric and positive semidefinite [m/N].
 
     Eigenvalues below round-off are clipped; `GreensFunctionError` if the modes are more compliant than the beam.
     """
@@ -227,7 +230,7 @@ def cantilever_reed(
     release: Release | None = None,
     loads: Sequence[ReedLoad] = (),
 ) -> Body:
-    """Cantilever reed released at t = 0, by default from the static shape under a tip force.
+    """Return a cantilever reed released at t = 0, by default from the static shape under a tip force.
 
     Modes of `Cantilever`, one damping ratio for all, plus the static compliance they leave out at the contact point
     as an exponential of their time scale, see `EulerBernoulliBeam.residual`.

@@ -77,7 +77,7 @@ class TimeSeries:
             )
 
     def __call__(self, t: Array) -> Array:
-        """Values at the times ``t`` [s]; `TimeSeriesError` beyond the samples under ``outside="forbid"``."""
+        """Return values at the times ``t`` [s]; `TimeSeriesError` beyond the samples under ``outside="forbid"``."""
         first, last = self.time[0], self.time[-1]
         slack = 1e-9 * (last - first)
         if self.outside == "forbid" and t.size and (t.min() < first - slack or t.max() > last + slack):
@@ -108,7 +108,7 @@ def read_time_series(
 ) -> TimeSeries:
     """Read two columns, time and value, under a header such as ``time [ms],pressure [bar]``; others are left aside.
 
-    Columns are divided by tabs, semicolons or commas, with decimal points or commas, as the lines tell or ``delimiter``
+    Columns are divided by tabs, semicolons or commas, with decimal points or commas, as the lines show or ``delimiter``
     says. ``columns`` and ``units`` name those of "time", or "angle", and of the quantity where the header does not.
     Times in s, ms, us; pressure in Pa, kPa, MPa, mbar, bar, psi; force in N, mN, kN; acceleration in m/s^2, mm/s^2;
     velocity in m/s, mm/s; displacement in m, mm, um. Units stand in [] or (). Empty lines and lines that begin with #
@@ -152,10 +152,10 @@ def _check_gaps(name: Path, angles: Array, lines: Sequence[int], most: float) ->
     gaps = np.diff(angles, append=angles[0] + TURN)
     worst = int(gaps.argmax())
     if gaps[worst] > most * (1 + 1e-9):
-        here, there = angles[worst], angles[worst] + gaps[worst]
+        start, end = angles[worst], angles[worst] + gaps[worst]
         raise TimeSeriesError(
-            f"{name}, line {lines[worst]}, column 1: no sample between {here:g} and {there:g} deg, {gaps[worst]:g} deg "
-            f"of the turn (limit {most:g}); give samples there, as one at {here + most:g} deg, also where nothing "
+            f"{name}, line {lines[worst]}, column 1: no sample between {start:g} and {end:g} deg, {gaps[worst]:g} deg "
+            f"of the turn (limit {most:g}); give samples there, as one at {start + most:g} deg, also where nothing "
             "changes"
         )
 
@@ -168,7 +168,7 @@ def _columns_of(
     wanted = (first, (quantity, _UNITS[quantity]))
     for role in sorted({*columns, *units} - {word for word, _ in wanted}):
         raise table.error(f"{table.path}: columns and units know {wanted[0][0]} and {quantity}, not {role}: remove it")
-    found = []
+    pairs = []
     for place, (word, known) in enumerate(wanted):
         column = table.column_of(word, (word,), columns)
         if column is None:
@@ -185,12 +185,12 @@ def _columns_of(
                 f"with the unit {', '.join(known)}, or be named by columns = {{ {word} = ... }}"
                 + _in_the_other(head.name.lower(), rpm)
             )
-        found.append((column, table.factor_of(column, word, known, units)))
-    return table.numbers([column for column, _ in found]), np.array([factor for _, factor in found])
+        pairs.append((column, table.factor_of(column, word, known, units)))
+    return table.numbers([column for column, _ in pairs]), np.array([factor for _, factor in pairs])
 
 
 def _in_the_other(name: str, rpm: float | None) -> str:
-    """What to do about times where angles are expected, and the other way round."""
+    """Return what to do about times where angles are expected, and the other way round."""
     if rpm is None and name not in ("time", *_UNITS):
         return "; of a record in crank angle, 'angle [deg]', state rpm, too"
     return "; rpm is for records in crank angle: remove it" if rpm is not None and name == "time" else ""

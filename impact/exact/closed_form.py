@@ -34,7 +34,7 @@ __all__ = [
 
 
 def spring(*, stiffness: float) -> ModalGreens:
-    """Massless spring: u = N / stiffness [N/m]. The usual seat model, and the baseline beside every result."""
+    """Return a massless spring: u = N / stiffness [N/m]. The usual seat model, and the baseline beside every result."""
     check_positive(stiffness=stiffness)
     return _closed(Residual.spring(1.0 / stiffness), kind="spring", stiffness=stiffness)
 
@@ -42,7 +42,7 @@ def spring(*, stiffness: float) -> ModalGreens:
 def semi_infinite_rod(
     *, young: float, density: float, area: float, length: float | None = None, damping_ratio: float = 0.0
 ) -> ModalGreens:
-    """Rod without reflections: a dashpot, g = 1/Z, Z = A sqrt(E rho) [N s/m].
+    """Return a rod without reflections: a dashpot, g = 1/Z, Z = A sqrt(E rho) [N s/m].
 
     It takes the arguments of the other rods, to stand in for them: ``length`` has no effect, and ``damping_ratio``
     that of the limit length -> inf of a rod with uniform modal damping, g = (2/pi) acos(zeta)/sqrt(1 - zeta^2)/Z.
@@ -56,7 +56,7 @@ def semi_infinite_rod(
 
 
 def infinite_plate(*, young: float, poisson: float, density: float, thickness: float) -> ModalGreens:
-    """Infinite Kirchhoff plate struck at a point: g = 1/(8 sqrt(D rho h)), D = E h^3/(12 (1 - nu^2)).
+    """Return an infinite Kirchhoff plate struck at a point: g = 1/(8 sqrt(D rho h)), D = E h^3/(12 (1 - nu^2)).
 
     E [Pa], rho [kg/m^3], h [m]. Source: Boussinesq; used for impact by Zener, Phys. Rev. 59 (1941) 669.
     """
@@ -69,7 +69,7 @@ def infinite_plate(*, young: float, poisson: float, density: float, thickness: f
 
 
 def infinite_beam(*, young: float, density: float, area: float, second_moment: float) -> PowerLaw:
-    """Infinite Euler-Bernoulli beam struck at a point: g = C t^(1/2)/Gamma(3/2), C = (4EI/rho A)^(3/4)/(8EI).
+    """Return an infinite Euler-Bernoulli beam struck at a point: g = C t^(1/2)/Gamma(3/2), C = (4EI/rho A)^(3/4)/(8EI).
 
     From EI u'''' + rho A s^2 u = F delta(x) in the Laplace domain, u(0) = F/(8 EI b^3), 4 b^4 = rho A s^2/EI.
     E [Pa], rho [kg/m^3], A [m^2], I [m^4].
@@ -81,7 +81,8 @@ def infinite_beam(*, young: float, density: float, area: float, second_moment: f
 
 
 def single_mode(*, frequency_hz: float, mass: float, damping_ratio: float = 0.0) -> ModalGreens:
-    """One damped oscillator of modal ``mass`` m [kg]: g(t) = exp(-zeta w t) sin(wd t)/(m wd), w = 2 pi frequency_hz.
+    """Return one damped oscillator of modal ``mass`` m [kg]: g(t) = exp(-zeta w t) sin(wd t)/(m wd), w = 2 pi
+    frequency_hz.
 
     As g(0+) = 0, it needs a law that yields, or a partner that does.
     """
@@ -97,7 +98,7 @@ def single_mode(*, frequency_hz: float, mass: float, damping_ratio: float = 0.0)
 def fixed_rod(
     *, young: float, density: float, area: float, length: float, damping_ratio: float = 0.0
 ) -> DelayRod | DampedFixedRod:
-    """Elastic rod struck at one end, fixed at the other; exact, with or without uniform modal damping.
+    """Return an elastic rod struck at one end, fixed at the other; exact, with or without uniform modal damping.
 
     Undamped, g(t) = (1/Z) (H(t) + 2 sum_k (-1)^k H(t - 2 k l/c)) [m/(N s)], Z = A sqrt(E rho), c = sqrt(E/rho): the
     wave and its reflections (d'Alembert); damped, as `DampedFixedRod` says. S(inf) = l/(EA).
@@ -112,7 +113,7 @@ def fixed_rod(
 def free_rod(
     *, young: float, density: float, area: float, length: float, damping_ratio: float = 0.0
 ) -> DelayRod | DampedFreeRod:
-    """Elastic rod struck at one end, free at the other; exact, with or without uniform modal damping.
+    """Return an elastic rod struck at one end, free at the other; exact, with or without uniform modal damping.
 
     Undamped, g(t) = (1/Z) (H(t) + 2 sum_k H(t - 2 k l/c)) [m/(N s)], Z = A sqrt(E rho), c = sqrt(E/rho): the wave and
     its reflections (d'Alembert), on the mean t/(rho A l); damped, as `DampedFreeRod` says.
@@ -127,7 +128,8 @@ def free_rod(
 def rod_with_end_impedance(
     *, young: float, density: float, area: float, length: float, end_impedance: float
 ) -> DelayRod:
-    """Elastic rod whose far end moves against a dashpot ``end_impedance`` Z_e [N s/m] >= 0; 0 free, inf fixed.
+    """Return an elastic rod whose far end moves against a dashpot ``end_impedance`` Z_e [N s/m] >= 0; 0 free, inf
+    fixed.
 
     g(t) = (1/Z) (H(t) + 2 sum_k R^k H(t - 2 k l/c)) [m/(N s)], R = (Z - Z_e)/(Z + Z_e).
     """
@@ -141,36 +143,36 @@ def rod_with_end_impedance(
 
 @dataclass(frozen=True)
 class PowerLaw(ExactPort):
-    """g(t) = coefficient * t^exponent, exponent > -1."""
+    """A Green's function g(t) = coefficient * t^exponent, exponent > -1."""
 
     kind: ClassVar[str] = "power_law"
     coefficient: float
     exponent: float
 
     def inverse_mass(self) -> Array:
-        """The coefficient of t; 0 below it, for a body without end [1/kg]."""
+        """Return the coefficient of t; 0 below it, for a body without end [1/kg]."""
         return np.array([[self.coefficient if self.exponent == 1 else 0.0 if self.exponent < 1 else math.inf]])
 
     def scaled(self, factor: float) -> PowerLaw:
-        """The coefficient times ``factor``."""
+        """Return the coefficient times ``factor``."""
         return replace(self, coefficient=check_factor(factor) * self.coefficient)
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """coefficient * t^exponent [m/(N s)]."""
+        """Return coefficient * t^exponent [m/(N s)]."""
         time: Array = np.asarray(t, dtype=float)
         return np.where(time < 0, 0.0, self.coefficient * np.maximum(time, 0.0) ** self.exponent)
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """coefficient * t^(exponent + 1)/(exponent + 1) [m/N]."""
+        """Return coefficient * t^(exponent + 1)/(exponent + 1) [m/N]."""
         time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
         return np.asarray(self.coefficient * time ** (self.exponent + 1) / (self.exponent + 1))
 
     def static_compliance(self) -> Array:
-        """Unbounded."""
+        """Return infinity: it is unbounded."""
         return np.array([[np.inf]])
 
     def initial_value(self) -> Array:
-        """0 for a positive exponent."""
+        """Return g(0+), 0 for a positive exponent."""
         return np.array([[0.0 if self.exponent > 0 else self.coefficient if self.exponent == 0 else np.inf]])
 
 

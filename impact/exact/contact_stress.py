@@ -58,13 +58,13 @@ class ShearMaximum:
 
 
 def reduced_modulus(*, young: float, poisson: float, young_2: float = math.inf, poisson_2: float = 0.0) -> float:
-    """1/E* = (1 - nu_1^2)/E_1 + (1 - nu_2^2)/E_2 [Pa]; the second body is rigid unless given."""
+    """Return 1/E* = (1 - nu_1^2)/E_1 + (1 - nu_2^2)/E_2 [Pa]; the second body is rigid unless given."""
     _positive(young=young, young_2=young_2)
     return 1 / ((1 - poisson**2) / young + (1 - poisson_2**2) / young_2)
 
 
 def hertz_stiffness(*, reduced_modulus: float, radius: float) -> float:
-    """k = (4/3) E* sqrt(R) of N = k d^(3/2) [N/m^1.5], 1/R = 1/R_1 + 1/R_2. Source: Johnson 4.23."""
+    """Return k = (4/3) E* sqrt(R) of N = k d^(3/2) [N/m^1.5], 1/R = 1/R_1 + 1/R_2. Source: Johnson 4.23."""
     _positive(reduced_modulus=reduced_modulus, radius=radius)
     return 4 / 3 * reduced_modulus * math.sqrt(radius)
 
@@ -80,14 +80,16 @@ def hertz_circular(*, force: float, reduced_modulus: float, radius: float) -> He
 
 
 def hertz_line(*, force_per_length: float, reduced_modulus: float, radius: float) -> HertzContact:
-    """Cylinders: b = sqrt(4 N' R/(pi E*)), p0 = 2 N'/(pi b), N' [N/m]. Source: Johnson 4.43, 4.45."""
+    """Return the contact of cylinders: b = sqrt(4 N' R/(pi E*)), p0 = 2 N'/(pi b), N' [N/m]. Source: Johnson 4.43,
+    4.45."""
     _positive(force_per_length=force_per_length, reduced_modulus=reduced_modulus, radius=radius)
     b = math.sqrt(4 * force_per_length * radius / (math.pi * reduced_modulus))
     return HertzContact(b, 2 * force_per_length / (math.pi * b), math.nan)
 
 
 def hertz_impact(*, stiffness: float, mass: float, speed: float) -> HertzImpact:
-    """Mass m [kg] at V [m/s] against N = k d^(3/2), no waves (for two free bodies 1/m = 1/m_1 + 1/m_2):
+    """Return the impact of a mass m [kg] at V [m/s] against N = k d^(3/2), no waves (for two free bodies 1/m = 1/m_1 +
+    1/m_2):
 
     d = (5 m V^2/(4 k))^(2/5), N = k d^(3/2), T = (4/5) sqrt(pi) Gamma(2/5)/Gamma(9/10) d/V.
 
@@ -133,34 +135,36 @@ def disk_axis_stress(depth: ArrayLike, *, poisson: float) -> tuple[Array, Array]
 
 
 def circular_shear_maximum(*, poisson: float) -> ShearMaximum:
-    """Largest |sigma_z - sigma_r|/2 under a circular Hertz contact, over p0, at z/a: 0.310, 0.481 (nu = 0.3)."""
+    """Return the largest |sigma_z - sigma_r|/2 under a circular Hertz contact, over p0, at z/a: 0.310, 0.481 (nu =
+    0.3)."""
     return _shear_maximum(lambda z: circular_axis_stress(z, poisson=poisson))
 
 
 def line_shear_maximum() -> ShearMaximum:
-    """Largest |sigma_z - sigma_x|/2 below a Hertz line contact, over p0, at z/b: 0.300, 0.786."""
+    """Return the largest |sigma_z - sigma_x|/2 below a Hertz line contact, over p0, at z/b: 0.300, 0.786."""
     return _shear_maximum(line_axis_stress)
 
 
 def disk_shear_maximum(*, poisson: float) -> ShearMaximum:
-    """Largest |sigma_z - sigma_r|/2 on the axis of a uniform disk, over p, at z/a: 0.333, 0.637 (nu = 0.3)."""
+    """Return the largest |sigma_z - sigma_r|/2 on the axis of a uniform disk, over p, at z/a: 0.333, 0.637 (nu =
+    0.3)."""
     return _shear_maximum(lambda z: disk_axis_stress(z, poisson=poisson))
 
 
 def edge_tension(*, poisson: float) -> float:
-    """(1 - 2 nu)/3: radial tension at the edge of a circular Hertz contact over p0. Source: Johnson 4.2."""
+    """Return (1 - 2 nu)/3: the radial tension at the edge of a circular Hertz contact over p0. Source: Johnson 4.2."""
     _poisson(poisson)
     return (1 - 2 * poisson) / 3
 
 
 def rod_wave_speed(*, young: float, density: float) -> float:
-    """c_0 = sqrt(E/rho) [m/s]."""
+    """Return c_0 = sqrt(E/rho) [m/s]."""
     _positive(young=young, density=density)
     return math.sqrt(young / density)
 
 
 def pressure_wave_speed(*, young: float, poisson: float, density: float) -> float:
-    """c_p = sqrt(E (1 - nu)/(rho (1 + nu)(1 - 2 nu))) [m/s], plane strain of a wide front; inf for nu = 0.5."""
+    """Return c_p = sqrt(E (1 - nu)/(rho (1 + nu)(1 - 2 nu))) [m/s], plane strain of a wide front; inf for nu = 0.5."""
     _positive(young=young, density=density)
     _poisson(poisson)
     if poisson == 0.5:
@@ -169,7 +173,7 @@ def pressure_wave_speed(*, young: float, poisson: float, density: float) -> floa
 
 
 def first_contact_pressure(*, speed: float, impedance: float, impedance_2: float = math.inf) -> float:
-    """p = v z_1 z_2/(z_1 + z_2) [Pa]: flat bodies meet at the relative speed v, until the first release wave.
+    """Return p = v z_1 z_2/(z_1 + z_2) [Pa]: flat bodies meet at the relative speed v, until the first release wave.
 
     z = rho c [Pa s/m], with c_p for bodies and c_0 for rods; equal bodies rho c v/2, a rigid second one rho c v.
     """
@@ -191,7 +195,8 @@ def tip_step_moment(eta: ArrayLike) -> Array:
 def tip_step_stress(
     *, young: float, density: float, speed: float, eta: ArrayLike = TIP_STEP_MAXIMUM, section: float = RECTANGULAR
 ) -> Array:
-    """Surface stress (n,) [Pa] rho c_0 v ``section`` m(eta) of a tip given the velocity v: largest 0.8445 rho c_0 v.
+    """Return the surface stress (n,) [Pa] rho c_0 v ``section`` m(eta) of a tip given the velocity v: largest 0.8445
+    rho c_0 v.
 
     ``section`` is the distance of the surface from the neutral axis over the radius of gyration. Euler-Bernoulli:
     valid for waves longer than about 6 heights.
@@ -200,7 +205,8 @@ def tip_step_stress(
 
 
 def midspan_step_stress(*, young: float, density: float, speed: float, section: float = RECTANGULAR) -> float:
-    """Surface stress [Pa] of a beam section that keeps its slope and is given the velocity v: sqrt(3) rho c_0 v.
+    """Return the surface stress [Pa] of a beam section that keeps its slope and is given the velocity v: sqrt(3) rho
+    c_0 v.
 
     M = v sqrt(EI rho A), constant in time: struck in mid-span, or a tip arrested by a clamp.
     """
@@ -208,7 +214,8 @@ def midspan_step_stress(*, young: float, density: float, speed: float, section: 
 
 
 def tip_step_force(time: ArrayLike, *, speed: float, bending_stiffness: float, mass_per_length: float) -> Array:
-    """F = v sqrt(EI rho A)/sqrt(2 pi a t) [N], a = sqrt(EI/(rho A)): what gives a free tip the velocity v at once.
+    """Return F = v sqrt(EI rho A)/sqrt(2 pi a t) [N], a = sqrt(EI/(rho A)): what gives a free tip the velocity v at
+    once.
 
     Args:
         time: (n,) t > 0 [s]; inf at 0.
@@ -224,7 +231,7 @@ def tip_step_force(time: ArrayLike, *, speed: float, bending_stiffness: float, m
 
 
 def _shear_maximum(stress: Callable[[Array], tuple[Array, Array]]) -> ShearMaximum:
-    """By the roots of the derivative of a Chebyshev interpolant on 0 <= z <= 3."""
+    """Return the largest shear stress by the roots of the derivative of a Chebyshev interpolant on 0 <= z <= 3."""
 
     def shear(z: Array) -> Array:
         across, along = stress(z)

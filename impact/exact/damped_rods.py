@@ -36,31 +36,31 @@ class DampedRod(ExactPort):
 
     @property
     def rod(self) -> Rod:
-        """Itself."""
+        """Return itself."""
         return Rod(self.impedance, self.transit, self.reflection, self.damping_ratio)
 
     @property
     def highest_rate(self) -> float:
-        """Ten radians per transit [rad/s]."""
+        """Return ten radians per transit [rad/s]."""
         return 10 / self.transit
 
     def scaled(self, factor: float) -> Self:
-        """A rod of 1/``factor`` the section."""
+        """Return a rod of 1/``factor`` the section."""
         return replace(self, impedance=self.impedance / check_factor(factor))
 
     def initial_value(self) -> Array:
-        """g(0+) = (2/pi) acos(zeta)/sqrt(1 - zeta^2)/Z [m/(N s)]."""
+        """Return g(0+) = (2/pi) acos(zeta)/sqrt(1 - zeta^2)/Z [m/(N s)]."""
         return np.array([[damped_start(self.damping_ratio) / self.impedance]])
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g(t) [m/(N s)]; at t = 0 its limit from the right."""
+        """Return g(t) [m/(N s)]; at t = 0 its limit from the right."""
         time: Array = np.asarray(t, dtype=float)
         values = self._after_start(np.where(time > 0, time, 1.0))
         return np.where(time > 0, values, np.where(time == 0, self.initial_value()[0, 0], 0.0))
 
     @abstractmethod
     def _after_start(self, time: Array) -> Array:
-        """g at times > 0."""
+        """Return g at times > 0."""
 
 
 @dataclass(frozen=True)
@@ -77,17 +77,18 @@ class DampedFixedRod(DampedRod, ExactRod):
     """Poles, and poles times steps, up to which it is marched by poles: these tell the energy stored from that lost."""
 
     def forces_only(self) -> BareFixedRod:
-        """By step weights as soon as these are faster."""
+        """Return the function by step weights as soon as these are faster."""
         return BareFixedRod(self.impedance, self.transit, self.damping_ratio)
 
     @property
     def omega_1(self) -> float:
-        """First angular frequency pi c/(2 l) [rad/s]."""
+        """Return the first angular frequency pi c/(2 l) [rad/s]."""
         return math.pi / (2 * self.transit)
 
     @property
     def slowest_decay(self) -> float:
-        """Smallest of all decay rates: zeta w_1, above critical damping w_1/(zeta + sqrt(zeta^2 - 1)) [1/s]."""
+        """Return the smallest of all decay rates: zeta w_1, above critical damping w_1/(zeta + sqrt(zeta^2 - 1))
+        [1/s]."""
         z = self.damping_ratio
         return self.omega_1 * (z if z < 1 else 1 / (z + math.sqrt(z * z - 1)))
 
@@ -95,7 +96,7 @@ class DampedFixedRod(DampedRod, ExactRod):
         return self._over_exponents(lambda rate: np.arctanh(np.exp(rate * time)))
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """S(t) [m/N]."""
+        """Return S(t) [m/N]."""
         time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
         moving = time < _AT_REST / self.slowest_decay
         now, out = time[moving], np.full(time.shape, self.transit / self.impedance)
@@ -103,7 +104,8 @@ class DampedFixedRod(DampedRod, ExactRod):
         return out
 
     def displacement_at(self, time: Array, at: float) -> Array:
-        """S = (l - x)/(EA) + 2/(pi Z sqrt(1 - zeta^2)) Im [(chi_2(q e^(i theta)) + chi_2(q e^(-i theta)))/lambda].
+        """Return S = (l - x)/(EA) + 2/(pi Z sqrt(1 - zeta^2)) Im [(chi_2(q e^(i theta)) + chi_2(q e^(-i
+        theta)))/lambda].
 
         q = exp(lambda t), theta = pi x/(2l), chi_2 Legendre's function; from the modal sum, as g is.
         """
@@ -115,7 +117,7 @@ class DampedFixedRod(DampedRod, ExactRod):
         return np.asarray((1 - at) * self.transit / self.impedance + self._over_exponents(term))
 
     def force_at(self, time: Array, at: float) -> Array:
-        """Minus the derivative of the displacement along x; its limit from the right at t = 0."""
+        """Return minus the derivative of the displacement along x; its limit from the right at t = 0."""
         if at == 0.0:
             return np.ones_like(time)
         turn, slope = 0.5j * math.pi * at, self.impedance * self.omega_1  # EA d theta/dx
@@ -127,15 +129,16 @@ class DampedFixedRod(DampedRod, ExactRod):
         return np.asarray(np.where(time > 0, 1.0 - self._over_exponents(term), 0.0))
 
     def _over_exponents(self, term: Term) -> Array:
-        """4/(pi Z) times the divided difference of ``term`` over the pair of exponents."""
+        """Return 4/(pi Z) times the divided difference of ``term`` over the pair of exponents."""
         return 4 / (math.pi * self.impedance) * divided_difference(term, self.damping_ratio, self.omega_1)
 
     def static_compliance(self) -> Array:
-        """l/(EA) [m/N], whatever the damping."""
+        """Return l/(EA) [m/N], whatever the damping."""
         return np.array([[self.transit / self.impedance]])
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """The modes that outlive a step and the compliance of those that do not: exact to round-off at this step.
+        """Return the modes that outlive a step and the compliance of those that do not: exact to round-off at this
+        step.
 
         A mode with decay * dt > 36.7 follows a stepwise force like a spring. With too many that do not, exact weights.
         """
@@ -145,7 +148,7 @@ class DampedFixedRod(DampedRod, ExactRod):
         return StepKernel(self.modes(count), None, f"pole recursion, {count} poles (all that outlive a step)")
 
     def modes(self, count: int) -> ModalGreens:
-        """The first ``count`` modes, and the compliance of the rest."""
+        """Return the first ``count`` modes, and the compliance of the rest."""
         omega = (2.0 * np.arange(1, count + 1, dtype=np.float64) - 1.0) * np.float64(self.omega_1)
         factor = 2 / (self.impedance * self.transit)
         tail = max(self.transit / self.impedance - math.fsum(factor / omega**2), 0.0)
@@ -153,16 +156,16 @@ class DampedFixedRod(DampedRod, ExactRod):
         return ModalGreens(omega, damping, shapes, Residual.spring(tail))
 
     def marches(self, dt: float, n_steps: float) -> bool:
-        """Whether its memory is that of poles, over ``n_steps`` of ``dt`` [s]; else of exact step weights."""
+        """Return whether its memory is that of poles, over ``n_steps`` of ``dt`` [s]; else of exact step weights."""
         (most, most_in_all), count = self.most_poles, self.lasting_modes(dt)
         return count <= most and count * float(n_steps) <= most_in_all
 
     def marched_poles(self, dt: float, n_steps: float) -> int | None:
-        """The modes that outlive a step, where they are marched."""
+        """Return the modes that outlive a step, where they are marched."""
         return self.lasting_modes(dt) if self.marches(dt, n_steps) else None
 
     def lasting_modes(self, dt: float) -> int:
-        """How many modes are not at rest again within a step ``dt`` [s]."""
+        """Return how many modes are not at rest again within a step ``dt`` [s]."""
         return int(min(_MEMORYLESS / (self.slowest_decay * dt) / 2 + 1, 1e9))
 
 
@@ -184,7 +187,7 @@ class DampedFreeRod(DampedRod):
     reflection: ClassVar[float] = 1.0
 
     def inverse_mass(self) -> Array:
-        """1/(rho A l) = c/(Z l) [1/kg]."""
+        """Return 1/(rho A l) = c/(Z l) [1/kg]."""
         return np.array([[1 / (self.impedance * self.transit)]])
 
     def _after_start(self, time: Array) -> Array:
@@ -192,7 +195,7 @@ class DampedFreeRod(DampedRod):
         return np.asarray(time * self.inverse_mass()[0, 0] + elastic)
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """S(t) [m/N]."""
+        """Return S(t) [m/N]."""
         time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
         elastic = self._elastic(lambda rate: (dilogarithm(np.exp(rate * time)) - math.pi**2 / 6) / rate)
         return np.asarray(time**2 / 2 * self.inverse_mass()[0, 0] + elastic)
@@ -202,5 +205,5 @@ class DampedFreeRod(DampedRod):
         return 2 / (math.pi * self.impedance) * divided_difference(term, self.damping_ratio, omega_1)
 
     def static_compliance(self) -> Array:
-        """Unbounded."""
+        """Return infinity: it is unbounded."""
         return np.array([[np.inf]])

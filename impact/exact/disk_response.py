@@ -41,7 +41,7 @@ class PointLoad:
 
     @staticmethod
     def of(poisson: float) -> PointLoad:
-        """The terms for a Poisson ratio in [0, 0.5]; raises `GreensFunctionError` outside."""
+        """Return the terms for a Poisson ratio in [0, 0.5]; raises `GreensFunctionError` outside."""
         kappa2 = _kappa2(poisson)
         x1, x2, x3 = _roots(kappa2)
         static = (1 - poisson) / 2
@@ -63,7 +63,8 @@ class PointLoad:
 
 
 def rayleigh_speed(poisson: float) -> float:
-    """c_R/c_s of an elastic half-space, 0.8740 (nu = 0) ... 0.9553 (nu = 0.5): the exact root of the Rayleigh cubic.
+    """Return c_R/c_s of an elastic half-space, 0.8740 (nu = 0) ... 0.9553 (nu = 0.5): the exact root of the Rayleigh
+    cubic.
 
     Raises:
         GreensFunctionError: Poisson ratio outside [0, 0.5].
@@ -72,7 +73,8 @@ def rayleigh_speed(poisson: float) -> float:
 
 
 def point_step_response(tau: ArrayLike, *, poisson: float) -> Array:
-    """f(tau), shape of ``tau``: w = F f(c_s t/r)/(pi mu r) is the surface's displacement along a point load F H(t) [m].
+    """Return f(tau), shape of ``tau``: w = F f(c_s t/r)/(pi mu r) is the surface's displacement along a point load F
+    H(t) [m].
 
     Zero before the pressure wave, -inf at the Rayleigh wave tau = c_s/c_R, (1 - nu)/2 (Boussinesq) ever after.
     Accurate to 1e-11 of (1 - nu)/2 away from the Rayleigh pole.
@@ -96,7 +98,8 @@ def _kappa2(poisson: float) -> float:
 
 
 def _roots(kappa2: float) -> tuple[complex, complex, complex]:
-    """Roots of P, the Rayleigh root (the only one above 1) last; one Newton step removes the eigenvalue round-off."""
+    """Return the roots of P, the Rayleigh root (the only one above 1) last; one Newton step removes the eigenvalue
+    round-off."""
     cubic = np.polynomial.Polynomial([1.0, -8.0, 8 * (3 - 2 * kappa2), 16 * (kappa2 - 1)])
     roots = np.asarray(cubic.roots(), dtype=complex)
     last = np.argmax(roots.real)  # above 1; the two others have real parts below 3/4
@@ -136,7 +139,7 @@ class DiskResponse:
 
     @staticmethod
     def of(poisson: float) -> DiskResponse:
-        """The response for a Poisson ratio in [0, 0.5]; about 0.1 s.
+        """Return the response for a Poisson ratio in [0, 0.5]; about 0.1 s.
 
         Raises:
             GreensFunctionError: Poisson ratio outside, or an error above 1e-9 (none is known).
@@ -164,7 +167,8 @@ class DiskResponse:
         return DiskResponse(breaks, speed, rise / ends[-1], float(error))
 
     def __call__(self, time: Array, *, integrated: bool) -> Array:
-        """S/S_static (``integrated``) or its slope at T >= 0; exactly 1 or 0 once the Rayleigh wave has crossed."""
+        """Return S/S_static (``integrated``) or its slope at T >= 0; exactly 1 or 0 once the Rayleigh wave has
+        crossed."""
         out = np.full(time.shape, 1.0 if integrated else 0.0)
         piece = np.searchsorted(self.breaks, time, side="right") - 1
         for n, series in enumerate(self.rise if integrated else self.speed):
@@ -175,7 +179,7 @@ class DiskResponse:
 
 
 def _disk_speed(time: Array, load: PointLoad) -> Array:
-    """dS/dT, shape of ``time`` > 0, by quadrature over the three pieces where Q is not zero; x = sin(theta)."""
+    """Return dS/dT, shape of ``time`` > 0, by quadrature over the three pieces where Q is not zero; x = sin(theta)."""
     t = np.ravel(time)[:, None]
     pulse = load.rayleigh / load.gamma**2  # Q = pulse/sqrt(gamma^2 y^2 - 1) between the Rayleigh and the shear wave
 
@@ -202,7 +206,7 @@ def _disk_speed(time: Array, load: PointLoad) -> Array:
 
 
 def _graded_rule() -> tuple[Array, Array]:
-    """Gauss panels on [0, 1], each 1/4 of its neighbour towards both ends: end singularities converge too."""
+    """Return Gauss panels on [0, 1], each 1/4 of its neighbour towards both ends: end singularities converge too."""
     half = np.concatenate([[0.0], 0.5 * 0.25 ** np.arange(14, -1, -1)])
     edges = np.concatenate([half, 1 - half[-2::-1]])
     nodes, gauss = np.polynomial.legendre.leggauss(14)
@@ -211,13 +215,14 @@ def _graded_rule() -> tuple[Array, Array]:
 
 
 def _breaks(kappa: float, gamma: float) -> Array:
-    """Where g(T) is not smooth; and, for a very fast pressure wave, steps of 8 towards T = 0, where T log T rules."""
+    """Return where g(T) is not smooth; and, for a very fast pressure wave, steps of 8 towards T = 0, where T log T
+    rules."""
     towards_zero = [x for x in (1 / 512, 1 / 64, 1 / 8) if x > 2 * kappa]
     return np.array(sorted({0.0, kappa, *towards_zero, 1.0, gamma}))
 
 
 def _clustered(v: Array) -> Array:
-    """[-1, 1] onto [0, 1], quadratic at both ends: half-integer powers there become whole."""
+    """Map [-1, 1] onto [0, 1], quadratic at both ends: half-integer powers there become whole."""
     return (2 + 3 * v - v**3) / 4
 
 

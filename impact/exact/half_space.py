@@ -29,7 +29,8 @@ __all__ = [
 
 
 def disk_compliance(*, young: float, poisson: float, radius: float, at: str = "mean") -> float:
-    """Static displacement per unit force, spread evenly over a disk [m/N], ``at`` its "mean", "centre" or "edge".
+    """Return the static displacement per unit force, spread evenly over a disk [m/N], ``at`` its "mean", "centre" or
+    "edge".
 
     (1 - nu^2)/(E a) times 16/(3 pi^2), 2/pi, 4/pi^2. Source: Johnson, Contact Mechanics, 3.4.
     """
@@ -39,7 +40,7 @@ def disk_compliance(*, young: float, poisson: float, radius: float, at: str = "m
 
 
 def square_compliance(*, young: float, poisson: float, side: float, at: str = "mean") -> float:
-    """Static displacement per unit force, spread evenly over a square [m/N], ``at`` its "mean" or "centre".
+    """Return the static displacement per unit force, spread evenly over a square [m/N], ``at`` its "mean" or "centre".
 
     (1 - nu^2)/(E b) times (4 (1 - sqrt 2)/3 + 4 asinh 1)/pi, 4 asinh(1)/pi. Source: Love,
     Phil. Trans. A 228 (1929) 377.
@@ -50,7 +51,8 @@ def square_compliance(*, young: float, poisson: float, side: float, at: str = "m
 
 
 def punch_compliance(*, young: float, poisson: float, radius: float) -> float:
-    """Static displacement per unit force of a rigid round punch, (1 - nu^2)/(2 E a) [m/N]. Source: Johnson 3.36."""
+    """Return the static displacement per unit force of a rigid round punch, (1 - nu^2)/(2 E a) [m/N]. Source: Johnson
+    3.36."""
     return _unit_compliance(young, poisson, radius) / 2
 
 
@@ -79,21 +81,21 @@ class HalfSpacePatch(ExactPort):
 
     @property
     def error_estimate(self) -> ErrorEstimate:
-        """What the Chebyshev series leave, about 1e-13; no mesh."""
+        """Return what the Chebyshev series leave, about 1e-13; no mesh."""
         return ErrorEstimate(self.response.error, 0.0)
 
     @property
     def highest_rate(self) -> float:
-        """Ten radians per crossing time [rad/s]."""
+        """Return ten radians per crossing time [rad/s]."""
         return 10 / self.crossing_time
 
     def scaled(self, factor: float) -> HalfSpacePatch:
-        """1/``factor`` the stiffness and the density: the same wave speeds."""
+        """Return the patch on 1/``factor`` the stiffness and the density: the same wave speeds."""
         return replace(self, young=self.young / check_factor(factor), density=self.density / factor)
 
     @property
     def crossing_time(self) -> float:
-        """2a/c_R [s]: the memory of the kernel."""
+        """Return 2a/c_R [s]: the memory of the kernel."""
         return float(self.response.breaks[-1]) * self._unit_time
 
     @property
@@ -105,28 +107,28 @@ class HalfSpacePatch(ExactPort):
         return disk_compliance(young=self.young, poisson=self.poisson, radius=self.radius)
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g(t) [m/(N s)]; at t = 0 its limit from the right."""
+        """Return g(t) [m/(N s)]; at t = 0 its limit from the right."""
         time: Array = np.asarray(t, dtype=float)
         scale = self._static / self._unit_time
         values = scale * self.response(np.maximum(time, 0.0) / self._unit_time, integrated=False)
         return np.where(time < 0, 0.0, values)
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """S(t) [m/N]."""
+        """Return S(t) [m/N]."""
         time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
         return np.asarray(self._static * self.response(time / self._unit_time, integrated=True))
 
     def static_compliance(self) -> Array:
-        """16 (1 - nu^2)/(3 pi^2 E a) [m/N]."""
+        """Return 16 (1 - nu^2)/(3 pi^2 E a) [m/N]."""
         return np.array([[self._static]])
 
     def initial_value(self) -> Array:
-        """1/(rho c_p pi a^2) [m/(N s)]; 0 for nu = 0.5, where c_p is infinite."""
+        """Return 1/(rho c_p pi a^2) [m/(N s)]; 0 for nu = 0.5, where c_p is infinite."""
         slowness = math.sqrt((1 + self.poisson) * (1 - 2 * self.poisson) / (1 - self.poisson) / self.young)
         return np.array([[slowness / (math.sqrt(self.density) * math.pi * self.radius**2)]])
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """Exact step weights; zero beyond the crossing time."""
+        """Return exact step weights; zero beyond the crossing time."""
         alive = min(n_steps, math.ceil(self.crossing_time / dt))
         weights = np.zeros((1, 1, n_steps))
         weights[:, :, :alive] = step_weights(self, dt, alive)
@@ -134,7 +136,7 @@ class HalfSpacePatch(ExactPort):
 
 
 def half_space_patch(*, young: float, poisson: float, density: float, radius: float) -> HalfSpacePatch:
-    """Disk of ``radius`` on an elastic half-space, SI units.
+    """Return a disk of ``radius`` on an elastic half-space, SI units.
 
     Raises:
         GreensFunctionError: a number that is not positive, or a Poisson ratio outside [0, 0.5].
@@ -147,7 +149,8 @@ def half_space_patch(*, young: float, poisson: float, density: float, radius: fl
 
 
 def without_patch(greens: GreensFunction, patch: HalfSpacePatch, *, band_hz: float) -> GreensFunction:
-    """``greens`` without the local compliance of ``patch``, for a law that brings its own (Hertz): still passive.
+    """Return ``greens`` without the local compliance of ``patch``, for a law that brings its own (Hertz): still
+    passive.
 
     FE-BE split: compliance = (body - half-space under the patch) + contact law. As kernels the difference is not
     passive (it starts at g(0+) - g(0+) = 0 and holds reflections only), so the half-space is taken at its static value
@@ -218,7 +221,7 @@ def _quasi_static_removed(greens: ModalGreens, amount: float, band_hz: float) ->
 
 
 def _unit_compliance(young: float, poisson: float, size: float, name: str = "radius") -> float:
-    """(1 - nu^2)/(E size)."""
+    """Return (1 - nu^2)/(E size)."""
     check_positive(**{"young": young, name: size})
     if not 0.0 <= poisson <= 0.5:
         raise GreensFunctionError(f"poisson = {poisson:g} is outside [0, 0.5]")

@@ -21,19 +21,19 @@ class ExactRod(ExactPort):
     @property
     @abstractmethod
     def rod(self) -> Rod:
-        """Its impedance, transit, reflection and damping."""
+        """Return its impedance, transit, reflection and damping."""
 
     @abstractmethod
     def displacement_at(self, time: Array, at: float) -> Array:
-        """S(x, t) [m/N] at times >= 0 and ``at`` = x/l: see `impact.after.rods.displacement_response`."""
+        """Return S(x, t) [m/N] at times >= 0 and ``at`` = x/l: see `impact.after.rods.displacement_response`."""
 
     @abstractmethod
     def force_at(self, time: Array, at: float) -> Array:
-        """E(x, t) [1] at times >= 0 and ``at`` = x/l: see `impact.after.rods.force_response`."""
+        """Return E(x, t) [1] at times >= 0 and ``at`` = x/l: see `impact.after.rods.force_response`."""
 
 
 def on_rod(at: float) -> float:
-    """A position x/l on a rod; raises `GreensFunctionError` for one off it."""
+    """Return a position x/l on a rod; raises `GreensFunctionError` for one off it."""
     if not 0.0 <= at <= 1.0:
         raise GreensFunctionError(f"at = {at:g} is off the rod, 0 (contact) ... 1 (far end)")
     return at
@@ -57,30 +57,30 @@ class DelayRod(ExactRod):
 
     @property
     def rod(self) -> Rod:
-        """Itself."""
+        """Return itself."""
         return Rod(self.impedance, self.round_trip / 2, self.reflection)
 
     @property
     def highest_rate(self) -> float:
-        """Ten radians per transit [rad/s]: its waves have fronts."""
+        """Return ten radians per transit [rad/s]: its waves have fronts."""
         return 20 / self.round_trip
 
     def inverse_mass(self) -> Array:
-        """1/(rho A l) = 2/(Z T) of a free rod, 0 where its end meets a resistance [1/kg]."""
+        """Return 1/(rho A l) = 2/(Z T) of a free rod, 0 where its end meets a resistance [1/kg]."""
         return np.array([[2 / (self.impedance * self.round_trip) if self.reflection == 1.0 else 0.0]])
 
     def scaled(self, factor: float) -> DelayRod:
-        """A rod of 1/``factor`` the section."""
+        """Return a rod of 1/``factor`` the section."""
         return replace(self, impedance=self.impedance / check_factor(factor))
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g(t) [m/(N s)], right-continuous at its jumps."""
+        """Return g(t) [m/(N s)], right-continuous at its jumps."""
         time: Array = np.asarray(t, dtype=float)
         n = np.floor(np.maximum(time, 0.0) / self.round_trip)
         return np.where(time < 0, 0.0, (1.0 + 2.0 * self._geometric(n)) / self.impedance)
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """S(t) [m/N]; the triangle wave for a fixed end."""
+        """Return S(t) [m/N]; the triangle wave for a fixed end."""
         time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
         n, r = np.floor(time / self.round_trip), self.reflection
         if r == -1.0:
@@ -96,28 +96,28 @@ class DelayRod(ExactRod):
         return np.asarray(n if r == 1.0 else r * (1 - r**n) / (1 - r))
 
     def static_compliance(self) -> Array:
-        """l/(EA) for a fixed end; ``inf`` otherwise."""
+        """Return l/(EA) for a fixed end; ``inf`` otherwise."""
         value = self.round_trip / (2 * self.impedance) if self.reflection == -1.0 else np.inf
         return np.array([[value]])
 
     def initial_value(self) -> Array:
-        """1/Z."""
+        """Return 1/Z."""
         return np.array([[1.0 / self.impedance]])
 
     def displacement_at(self, time: Array, at: float) -> Array:
-        """S = (1/Z) sum_k R^k [<t - x/c - kT> + R <t + x/c - (k+1)T>],  <s> = max(s, 0)."""
+        """Return S = (1/Z) sum_k R^k [<t - x/c - kT> + R <t + x/c - (k+1)T>],  <s> = max(s, 0)."""
         delay = at * self.round_trip / 2
-        there, back = self._ramps(time - delay), self._ramps(time + delay - self.round_trip)
-        return np.asarray((there + self.reflection * back) / self.impedance)
+        outgoing, back = self._ramps(time - delay), self._ramps(time + delay - self.round_trip)
+        return np.asarray((outgoing + self.reflection * back) / self.impedance)
 
     def force_at(self, time: Array, at: float) -> Array:
-        """E = sum_k R^k [H(t - x/c - kT) - R H(t + x/c - (k+1)T)]; right-continuous."""
+        """Return E = sum_k R^k [H(t - x/c - kT) - R H(t + x/c - (k+1)T)]; right-continuous."""
         delay = at * self.round_trip / 2
-        there, back = self._fronts(time - delay), self._fronts(time + delay - self.round_trip)
-        return np.asarray(there - self.reflection * back)
+        outgoing, back = self._fronts(time - delay), self._fronts(time + delay - self.round_trip)
+        return np.asarray(outgoing - self.reflection * back)
 
     def _fronts(self, s: Array) -> Array:
-        """sum_k R^k H(s - k T); round-off below a whole number of trips is taken as that number."""
+        """Return sum_k R^k H(s - k T); round-off below a whole number of trips is taken as that number."""
         relative = s / self.round_trip
         nearest = np.round(relative)
         settled = np.where(np.abs(relative - nearest) < 1e-9, nearest, relative)
@@ -126,7 +126,7 @@ class DelayRod(ExactRod):
         return np.asarray(np.where(n > 0, count, 0.0))
 
     def _ramps(self, s: Array) -> Array:
-        """sum_k R^k <s - k T>."""
+        """Return sum_k R^k <s - k T>."""
         s, r = np.maximum(s, 0.0), self.reflection
         n = np.floor(s / self.round_trip)
         if r == 1.0:
@@ -140,7 +140,7 @@ _TINY, _SMALL = 1e-4, 0.4  # |q| up to which the power series of the dilogarithm
 
 
 def divided_difference(term: Term, zeta: float, omega: float) -> Array:
-    """(term(lambda) - term(conj lambda))/(2 i sqrt(1 - zeta^2)), lambda = (-zeta + i sqrt(1 - zeta^2)) omega.
+    """Return (term(lambda) - term(conj lambda))/(2 i sqrt(1 - zeta^2)), lambda = (-zeta + i sqrt(1 - zeta^2)) omega.
 
     Above critical damping the same with the two real exponents.
     """
@@ -155,7 +155,8 @@ def divided_difference(term: Term, zeta: float, omega: float) -> Array:
 
 
 def damped_start(zeta: float) -> float:
-    """Factor by which uniform modal damping lowers g(0+): (2/pi) acos(zeta)/sqrt(1 - zeta^2), acosh above 1."""
+    """Return the factor by which uniform modal damping lowers g(0+): (2/pi) acos(zeta)/sqrt(1 - zeta^2), acosh above
+    1."""
     if zeta < 0:
         raise GreensFunctionError(f"damping ratio {zeta:g} must be >= 0")
     if abs(zeta - 1) < 1e-6:
@@ -166,19 +167,20 @@ def damped_start(zeta: float) -> float:
 
 
 def legendre_chi2(q: ComplexArray) -> ComplexArray:
-    """chi_2(q) = sum q^(2k+1)/(2k+1)^2 = (Li_2(q) - Li_2(-q))/2, complex |q| <= 1."""
+    """Return chi_2(q) = sum q^(2k+1)/(2k+1)^2 = (Li_2(q) - Li_2(-q))/2, complex |q| <= 1."""
     return np.asarray((dilogarithm(q) - dilogarithm(-q)) / 2)
 
 
 def dilogarithm(q: ComplexArray) -> ComplexArray:
-    """Li_2(q) = sum q^k/k^2, complex |q| <= 1; by this sum where it is short, as it is once a rod is nearly at rest."""
+    """Return Li_2(q) = sum q^k/k^2, complex |q| <= 1; by this sum where it is short, as it is once a rod is nearly at
+    rest."""
     from scipy.special import spence  # here, as it would be a third of the time to import this package
 
     q = np.asarray(q)
     size, out = np.abs(q), np.empty_like(q)
     parts = ((size <= _TINY, 4), ((size > _TINY) & (size <= _SMALL), 36))  # the term left out is below 1e-17 of the sum
-    for here, terms in parts:
-        out[here] = _power_sum(q[here], terms)
+    for chosen, terms in parts:
+        out[chosen] = _power_sum(q[chosen], terms)
     large = ~(size <= _SMALL)
     out[large] = spence(1 - q[large])
     return out

@@ -19,7 +19,7 @@ class OutputError(ValueError):
 
 @contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A temporary path beside ``path``, renamed to it when the block ends well and removed when it does not.
+    """Yield a temporary path beside ``path``, renamed to it when the block ends well and removed when it does not.
 
     The temporary name keeps the suffix, for writers that choose the format by it. The folder is made if missing. The
     content is on the disk before it gets its name. An `OSError` names ``path``.
@@ -78,5 +78,5 @@ def check_writable(*paths: str | os.PathLike[str]) -> None:
         except OSError as problem:
             reason = problem.strerror or str(problem)
             remedy = "free space there, or choose" if problem.errno in FULL else "choose"
-            told = f"{path}: cannot be written ({reason}); {remedy} another place with --output"
-            raise OutputError(told) from problem
+            message = f"{path}: cannot be written ({reason}); {remedy} another place with --output"
+            raise OutputError(message) from problem

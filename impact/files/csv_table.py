@@ -1,7 +1,7 @@
 """CSV files as programs and analysers write them: separators, decimals, heads with units, columns by name.
 
 Columns are divided by tabs, semicolons or commas; numbers have a decimal point or comma; a head is ``name [unit]``,
-``name (unit)`` or ``name``. What cannot be told for sure is refused in words.
+``name (unit)`` or ``name``. What is not known for sure is refused in words.
 """
 
 from __future__ import annotations
@@ -105,18 +105,18 @@ class CsvTable:
         """
         if role in stated:
             wanted = stated[role].strip().lower()
-            found = [k for k, head in enumerate(self.heads) if wanted in (head.text.lower(), head.name.lower())]
+            numbers = [k for k, head in enumerate(self.heads) if wanted in (head.text.lower(), head.name.lower())]
             words = f"columns.{role} = {stated[role]!r}"
         else:
-            found = [k for k, head in enumerate(self.heads) if head.name.lower() in names]
+            numbers = [k for k, head in enumerate(self.heads) if head.name.lower() in names]
             words = f"the name of {role}"
-        if len(found) > 1 or (not found and role in stated):
+        if len(numbers) > 1 or (not numbers and role in stated):
             heads = ", ".join(repr(head.text) for head in self.heads)
             raise self.error(
-                f"{self.path}, line {self.head_line}: {words} is the head of {len(found)} columns; give columns = "
+                f"{self.path}, line {self.head_line}: {words} is the head of {len(numbers)} columns; give columns = "
                 f"{{ {role} = ... }} one of {heads}"
             )
-        return found[0] if found else None
+        return numbers[0] if numbers else None
 
     def factor_of(self, column: int, role: str, units: Mapping[str, float], stated: Mapping[str, str]) -> float:
         """Return the factor of a column to SI, by its head or by the unit that is ``stated``.
@@ -133,9 +133,9 @@ class CsvTable:
                 f"{stated[role]!r}: remove the key, or correct the head"
             )
         if unit not in units:
-            found = f"unit {unit!r} is unknown" if unit else "has no unit"
+            fault = f"unit {unit!r} is unknown" if unit else "has no unit"
             raise self.error(
-                f"{self.path}, line {self.head_line}, column {column + 1}: header {head.text!r} {found}: write "
+                f"{self.path}, line {self.head_line}, column {column + 1}: header {head.text!r} {fault}: write "
                 f"'{head.name} [unit]', or give units = {{ {role} = ... }}, with the unit {', '.join(units)}"
             )
         return units[unit]
@@ -147,7 +147,7 @@ def read_csv(
     """Return the table in a file; ``None`` of one without a line that holds something. Lines that begin with # are
     left out.
 
-    ``delimiter``: between the columns; ``None``: as the lines tell.
+    ``delimiter``: between the columns; ``None``: as the lines show.
 
     Raises ``error``: no regular file, larger than ``most`` bytes, no text, too many columns or lines, commas that
     divide columns and stand in numbers at once, both decimal points and commas.
@@ -231,7 +231,7 @@ def _without_trailing(rows: list[list[str]]) -> list[list[str]]:
 
 
 def _with_decimal(table: CsvTable) -> CsvTable:
-    """Return the table with the decimal mark that its cells tell."""
+    """Return the table with the decimal mark that its cells show."""
     count = len(table.heads)
     wide = table.rows and count > 1 and all(len(row) > count for row in table.rows[:_LOOKED_AT])
     if table.separator == "," and wide and len(table.rows) > 1:
@@ -257,7 +257,7 @@ def _with_decimal(table: CsvTable) -> CsvTable:
 
 
 def _cells(table: CsvTable) -> Iterator[tuple[int, str]]:
-    """Yield the lines and cells that tell the decimal mark: all of them, so that none is read by the wrong one."""
+    """Yield the lines and cells that show the decimal mark: all of them, so that none is read by the wrong one."""
     for line, row in zip(table.lines, table.rows, strict=True):
         for cell in row:
             if "," in cell or "." in cell:

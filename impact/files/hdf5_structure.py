@@ -41,20 +41,20 @@ def check_structure(path: Path, error: type[Exception], most_packed: float = 100
     limit = max(FREE, int(most_packed * size))
     claimed = attributes = 0
     with h5py.File(path, "r") as file:
-        for key, found in _objects(file, path, error):
-            attributes += len(found.attrs)
+        for key, member in _objects(file, path, error):
+            attributes += len(member.attrs)
             if attributes > MOST_ATTRIBUTES:
                 raise error(f"{path}: has more than {MOST_ATTRIBUTES} attributes: refused")
-            for name in found.attrs:
-                claimed += _bytes_of_attribute(found, name, size, limit - claimed)
+            for name in member.attrs:
+                claimed += _bytes_of_attribute(member, name, size, limit - claimed)
                 if claimed > limit:
                     raise error(
                         f"{path}: attribute {name!r} of {key or 'the file'}, with what is before it, may take more "
                         f"than {limit / MB:.4g} MB from a file of {size / MB:.3g} MB: refused; write one short text"
                     )
-            if not isinstance(found, h5py.Dataset):
+            if not isinstance(member, h5py.Dataset):
                 continue
-            dataset = found
+            dataset = member
             if problem := _not_plain(dataset):
                 raise error(f"{path}: {key} {problem}: refused; write it as a plain dataset")
             entry = size if dataset.dtype.hasobject else int(dataset.dtype.itemsize)
@@ -88,15 +88,15 @@ def _objects(file: Any, path: Path, error: type[Exception]) -> Iterator[tuple[st
                     f"{path}: {key} is a {type(link).__name__} to {getattr(link, 'filename', '')}"
                     f"{getattr(link, 'path', '')!r}: links are not followed; write the data itself"
                 )
-            found = group[name]
-            if isinstance(found, h5py.Group):
-                address = _address(found)
+            member = group[name]
+            if isinstance(member, h5py.Group):
+                address = _address(member)
                 if address in seen:
                     raise error(f"{path}: {key} is a group with another name, too: refused; write each group once")
                 seen.add(address)
-                waiting.append((key, found, depth + 1))
-            if isinstance(found, h5py.Dataset | h5py.Group):
-                yield key, found
+                waiting.append((key, member, depth + 1))
+            if isinstance(member, h5py.Dataset | h5py.Group):
+                yield key, member
 
 
 def _address(group: Any) -> tuple[int, int]:
@@ -126,13 +126,13 @@ def _taken(value: Any) -> int:
 
 
 def _not_plain(dataset: Any) -> str:
-    """What a dataset has that may not be; "" for none."""
+    """Return what a dataset has that may not be; "" for none."""
     if dataset.external:
         return f"has its bytes in another file, {dataset.external[0][0]!r}"
     if dataset.is_virtual:
         return "is put together from other datasets (virtual)"
-    made = dataset.id.get_create_plist()
-    codes = [made.get_filter(k)[0] for k in range(made.get_nfilters())]
+    properties = dataset.id.get_create_plist()
+    codes = [properties.get_filter(k)[0] for k in range(properties.get_nfilters())]
     if foreign := [str(code) for code in codes if code not in OWN_FILTERS]:
         return f"is packed by a plug-in (filter {', '.join(foreign)})"
     return ""
@@ -152,12 +152,12 @@ _PROBE_SECONDS: Final = 20  # of the processor
 
 
 def seal_of(image: bytes) -> bytes:
-    """The user block to stand in front of the bytes of an HDF5 file."""
+    """Return the user block to put in front of the bytes of an HDF5 file."""
     return (_MAGIC + hashlib.sha256(image).hexdigest().encode() + b"\n").ljust(USER_BLOCK, b"\0")
 
 
 def seal_holds(path: Path) -> bool | None:
-    """Whether the file is as it was sealed; ``None`` for a file without a seal."""
+    """Return whether the file is as it was sealed; ``None`` for a file without a seal."""
     with path.open("rb") as file:
         head = file.read(USER_BLOCK)
         if not head.startswith(_MAGIC):
@@ -167,7 +167,7 @@ def seal_holds(path: Path) -> bool | None:
 
 
 def can_be_opened(path: Path) -> bool:
-    """Whether HDF5 reads the file's structure without crashing, tried in a process of its own."""
+    """Return whether HDF5 reads the file's structure without crashing, tried in a process of its own."""
     try:
         probe = subprocess.run(
             [sys.executable, "-P", __file__, str(path)], capture_output=True, timeout=60, check=False
@@ -178,7 +178,7 @@ def can_be_opened(path: Path) -> bool:
 
 
 def _probe(path: Path) -> None:
-    """Walk through a file within bounds of memory and time; what is wrong with it is told by who reads it."""
+    """Walk through a file within bounds of memory and time; what is wrong with it is reported by who reads it."""
     with suppress(ImportError, OSError, ValueError):  # absent on Windows
         import resource
 

@@ -21,7 +21,7 @@ _KINDS = (
 
 
 def opened_file(path: Path, most: int, error: type[Exception]) -> BinaryIO:
-    """The open file, to be read in bytes, at its beginning.
+    """Return the open file, to be read in bytes, at its beginning.
 
     Raises:
         FileNotFoundError: there is none.
@@ -48,7 +48,8 @@ def check_file(path: Path, most: int, error: type[Exception]) -> None:
 
 
 def read_bytes(path: Path, most: int, error: type[Exception]) -> bytes:
-    """All bytes of a file; raises as `opened_file`, also where the file grows beyond ``most`` while it is read."""
+    """Return all bytes of a file; raises as `opened_file`, also where the file grows beyond ``most`` while it is
+    read."""
     with opened_file(path, most, error) as file:
         data = file.read(os.fstat(file.fileno()).st_size)
         while more := file.read(MB):
@@ -59,7 +60,7 @@ def read_bytes(path: Path, most: int, error: type[Exception]) -> bytes:
 
 
 def read_text(path: Path, most: int, error: type[Exception], encoding: str = "utf-8", errors: str = "strict") -> str:
-    """The text of a file, line ends as ``\\n``; raises as `read_bytes`, and `UnicodeDecodeError`."""
+    """Return the text of a file, line ends as ``\\n``; raises as `read_bytes`, and `UnicodeDecodeError`."""
     text = read_bytes(path, most, error).decode(encoding, errors)
     return text.replace("\r\n", "\n").replace("\r", "\n")
 

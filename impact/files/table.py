@@ -15,7 +15,7 @@ Row = Mapping[str, float]
 
 
 def write_rows(path: str | os.PathLike[str], rows: Sequence[Mapping[str, object]]) -> None:
-    """Rows of equal keys, at least one; numbers to 7 digits. The file is whole or absent."""
+    """Write rows of equal keys, at least one, with numbers to 7 digits. The file is whole or absent."""
     with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, fieldnames=list(rows[0]), lineterminator="\n")
         writer.writeheader()
@@ -23,7 +23,7 @@ def write_rows(path: str | os.PathLike[str], rows: Sequence[Mapping[str, object]
 
 
 def read_rows(path: str | os.PathLike[str]) -> list[Row]:
-    """Rows of numbers only. Raises `ValueError` that names file and line."""
+    """Read rows of numbers only. Raises `ValueError` that names file and line."""
     table = read_csv(Path(path), ValueError)
     if table is None:
         return []
@@ -32,7 +32,8 @@ def read_rows(path: str | os.PathLike[str]) -> list[Row]:
 
 
 def without_nan(value: object) -> object:
-    """Mappings, lists and tuples within each other, every number that is not finite as ``None``: JSON has none."""
+    """Return mappings, lists and tuples within each other, every number that is not finite as ``None``: JSON has
+    none."""
     if isinstance(value, Mapping):
         return {key: without_nan(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

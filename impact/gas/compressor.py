@@ -62,7 +62,7 @@ class Compressor:
     __repr__ = brief
 
     def start(self) -> Array:
-        """(7,) as `cylinder` orders it."""
+        """Return the (7,) state as `cylinder` orders it."""
         state = np.zeros(STATE)
         state[PRESSURE] = self.start_pressure
         warm = isentropic(self.gas, self.suction, self.start_pressure)
@@ -70,7 +70,8 @@ class Compressor:
         return state
 
     def advance(self, state: Array, time: float, span: float, opening: float) -> float:
-        """As `Feedback`: the mean of dp in the middle of the step, before and after the flow, on A_f [N]."""
+        """Advance as `Feedback` says and return the mean of dp in the middle of the step, before and after the flow, on
+        A_f [N]."""
         before, now, after = (self.crank.volume(time + part * span) for part in (0.0, 0.5, 1.0))
         squeeze(self.gas, state, before, now)
         first = float(state[PRESSURE])
@@ -82,7 +83,7 @@ class Compressor:
         return self.valve.push(opening, self.drop(pressure))
 
     def drop(self, pressure: float) -> float:
-        """dp over the reed, forward, at a pressure in the cylinder [Pa]."""
+        """Return dp over the reed, forward, at a pressure in the cylinder [Pa]."""
         return drop(self, pressure)
 
     def _through_the_reed(self, state: Array, volume: float, lift: float, span: float) -> None:
@@ -120,13 +121,13 @@ class Prescribed:
     __repr__ = brief
 
     def start(self) -> Array:
-        """(7,) as `cylinder` orders it: pressure, and the masses that pass; the rest stays 0."""
+        """Return the (7,) state as `cylinder` orders it: pressure, and the masses that pass; the rest stays 0."""
         state = np.zeros(STATE)
         state[PRESSURE] = self.pressure(np.zeros(1))[0]
         return state
 
     def advance(self, state: Array, time: float, span: float, opening: float) -> float:
-        """As `Feedback`: midpoint rule."""
+        """Advance as `Feedback` says, by the midpoint rule."""
         middle, end = (float(p) for p in self.pressure(np.array([time + span / 2, time + span])))
         over = self.drop(middle)
         known = self.suction if self.side == "suction" else self.discharge
@@ -139,18 +140,19 @@ class Prescribed:
         return self.valve.push(opening, over)
 
     def drop(self, pressure: float) -> float:
-        """dp over the reed, forward, at a pressure in the cylinder [Pa]."""
+        """Return dp over the reed, forward, at a pressure in the cylinder [Pa]."""
         return drop(self, pressure)
 
 
 def isentropic(gas: PerfectGas, plenum: Plenum, pressure: float) -> float:
-    """Temperature of the plenum's gas after an isentropic change to a pressure [Pa], T (p/p_0)^((k - 1)/k) [K]."""
+    """Return the temperature of the plenum's gas after an isentropic change to a pressure [Pa], T (p/p_0)^((k - 1)/k)
+    [K]."""
     return float(plenum.temperature * (pressure / plenum.pressure) ** ((gas.k - 1) / gas.k))
 
 
 def drop(drive: Compressor | Prescribed, pressure: Pressure) -> Pressure:
-    """Pressure in the port less that on the reed's other side [Pa]: the suction port is the plenum's, that of the
-    discharge the cylinder's."""
+    """Return the pressure in the port less that on the reed's other side [Pa]: the suction port is the plenum's, that
+    of the discharge the cylinder's."""
     return drive.suction.pressure - pressure if drive.side == "suction" else pressure - drive.discharge.pressure
 
 
@@ -172,30 +174,32 @@ class GasHistory:
 
     @property
     def pressure(self) -> Array:
-        """(n + 1,) in the cylinder [Pa]."""
+        """Return the (n + 1,) pressure in the cylinder [Pa]."""
         return np.asarray(self.states[:, PRESSURE])
 
     def flow(self, *columns: int) -> Array:
-        """(n + 1,) mass flow of ``columns`` of the states over the span that ends there [kg/s]; of BACK negative."""
+        """Return the (n + 1,) mass flow of ``columns`` of the states over the span that ends there [kg/s]; of BACK
+        negative."""
         passed = np.sum([(-1 if c == BACK else 1) * self.states[:, c] for c in columns], axis=0)
         return np.concatenate([np.zeros(1), np.diff(passed) / np.diff(self.time)])
 
     def mass_residual(self, side: Side) -> float:
-        """|m - m_0 - what came in + what went out|, largest, over the mass at the start."""
+        """Return the largest |m - m_0 - what came in + what went out| over the mass at the start."""
         s = self.states - self.states[0]
         reed, other = s[:, FORWARD] - s[:, BACK], s[:, OTHER]
         came = reed - other if side == "suction" else other - reed
         return float(np.max(np.abs(s[:, MASS] - came)) / self.states[0, MASS])
 
     def energy_residual(self, k: float, volume: Array) -> float:
-        """|U - U_0 - work - enthalpy|, largest, over the largest U = p V/(k - 1); ``volume`` (n + 1,) [m^3]."""
+        """Return the largest |U - U_0 - work - enthalpy| over the largest U = p V/(k - 1); ``volume`` (n + 1,)
+        [m^3]."""
         inner = self.pressure * volume / (k - 1)
         s = self.states - self.states[0]
         return float(np.max(np.abs(inner - inner[0] - s[:, WORK] - s[:, ENTHALPY])) / np.max(inner))
 
 
 def gas_history(drive: Compressor | Prescribed, opening: Array, dt: float) -> GasHistory:
-    """The gas of a run that is over, found again from the reed's motion as the march had it.
+    """Return the gas of a run that is over, found again from the reed's motion as the march had it.
 
     Args:
         drive: what the reed was driven by.
@@ -214,5 +218,5 @@ def gas_history(drive: Compressor | Prescribed, opening: Array, dt: float) -> Ga
 
 
 def angles(time: Array, rpm: float, start: float) -> Array:
-    """Crank angles [deg] at times [s], on from ``start`` [rad] without return."""
+    """Return the crank angles [deg] at times [s], on from ``start`` [rad] without return."""
     return np.asarray(math.degrees(start) + 6 * rpm * time)

@@ -51,11 +51,11 @@ class SliderCrank:
             )
 
     def angle(self, time: float) -> float:
-        """Crank angle [rad] at a time [s]."""
+        """Return the crank angle [rad] at a time [s]."""
         return self.start + math.pi / 30 * self.rpm * time
 
     def volume(self, time: float) -> float:
-        """V_c + (pi/4) B^2 (a (1 - cos) + l - sqrt(l^2 - a^2 sin^2)) [m^3], a = stroke/2, l = rod."""
+        """Return V_c + (pi/4) B^2 (a (1 - cos) + l - sqrt(l^2 - a^2 sin^2)) [m^3], a = stroke/2, l = rod."""
         arm, angle = self.stroke / 2, self.angle(time)
         travel = arm * (1 - math.cos(angle)) + self.rod - math.sqrt(self.rod**2 - (arm * math.sin(angle)) ** 2)
         return self.clearance + math.pi / 4 * self.bore**2 * travel
@@ -76,14 +76,15 @@ class Plenum:
 
 
 def squeeze(gas: PerfectGas, state: Array, before: float, after: float) -> None:
-    """From one volume to another [m^3] with all valves shut: p V^k = const."""
+    """Compress the gas from one volume to another [m^3] with all valves shut: p V^k = const."""
     ratio = before / after
     state[WORK] += state[PRESSURE] * before / (gas.k - 1) * math.expm1((gas.k - 1) * math.log(ratio))
     state[PRESSURE] *= ratio**gas.k
 
 
 def let_in(gas: PerfectGas, state: Array, volume: float, plenum: Plenum, area: float, span: float) -> float:
-    """Flow between the gas and a plenum through an effective ``area`` [m^2] over ``span`` [s] at a constant volume.
+    """Let gas flow between the gas and a plenum through an effective ``area`` [m^2] over ``span`` [s] at a constant
+    volume.
 
     p' = k R T_u m'/V, with T_u of the plenum where it flows in; where it flows out, what stays keeps p/m^k.
     The root s of the pressures' difference is smooth down to zero, where the flow ends: it is stepped by the midpoint
@@ -99,7 +100,7 @@ def let_in(gas: PerfectGas, state: Array, volume: float, plenum: Plenum, area: f
     inward = plenum.pressure > p
 
     def rate(s: float) -> float:
-        """-s' = |p'|/(2 s)."""
+        """Return -s' = |p'|/(2 s)."""
         if inward:
             heat = plenum.temperature
             flux = gas.flux(plenum.pressure, heat, s * s)
@@ -110,13 +111,13 @@ def let_in(gas: PerfectGas, state: Array, volume: float, plenum: Plenum, area: f
         return k * gas.constant * heat * area * flux / (2 * s * volume)
 
     middle = max(root - span / 2 * rate(root), 1e-6 * root)
-    left = max(root - span * rate(middle), 0.0) ** 2
+    difference = max(root - span * rate(middle), 0.0) ** 2
     if inward:
-        after = plenum.pressure - left
+        after = plenum.pressure - difference
         gained = volume * (after - p) / (k * gas.constant * plenum.temperature)
         brought = gas.heat * plenum.temperature * gained
     else:
-        after = plenum.pressure + left
+        after = plenum.pressure + difference
         gained = m * math.expm1(math.log(after / p) / k)
         warm = p * volume / (m * gas.constant)
         brought = gas.heat * warm * m / k * ((1 + gained / m) ** k - 1)  # integral of c_p T dm, T ~ m^(k - 1)

@@ -37,16 +37,17 @@ class PerfectGas:
 
     @property
     def heat(self) -> float:
-        """Specific heat at constant pressure, c_p = k R/(k - 1) [J/(kg K)]."""
+        """Return the specific heat at constant pressure, c_p = k R/(k - 1) [J/(kg K)]."""
         return self.k * self.constant / (self.k - 1)
 
     @property
     def critical(self) -> float:
-        """Ratio of the pressures at and below which the flow is choked, (2/(k + 1))^(k/(k - 1))."""
+        """Return the ratio of the pressures at and below which the flow is choked, (2/(k + 1))^(k/(k - 1))."""
         return float((2 / (self.k + 1)) ** (self.k / (self.k - 1)))
 
     def flux(self, upstream: float, temperature: float, drop: float) -> float:
-        """Mass flow through an effective area [kg/(s m^2)], at rest ``upstream`` [Pa] with its ``temperature`` [K].
+        """Return the mass flow through an effective area [kg/(s m^2)], at rest ``upstream`` [Pa] with its
+        ``temperature`` [K].
 
             m'/A = p_u sqrt(2 k/((k - 1) R T_u) (r^(2/k) - r^((k + 1)/k))),   r = max(p_d/p_u, r*),
 
@@ -61,7 +62,7 @@ class PerfectGas:
 
 
 def of_molar_mass(k: float, molar_mass: float, source: str = "") -> PerfectGas:
-    """From the molar mass [kg/mol]; raises `GasError`."""
+    """Return the gas by its molar mass [kg/mol]; raises `GasError`."""
     if not molar_mass > 0:
         raise GasError(f"molar mass = {molar_mass:g} kg/mol must be positive")
     return PerfectGas(k, MOLAR / molar_mass, source)

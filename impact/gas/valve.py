@@ -48,7 +48,7 @@ class AreaTable:
             raise GasError(f"an area of {1e6 * np.min(area):g} mm^2: areas are >= 0 and finite")
 
     def __call__(self, lift: float) -> float:
-        """[m^2] at a mean lift [m]; below 0 as at 0."""
+        """Return the area [m^2] at a mean lift [m]; below 0 that at 0."""
         return float(np.interp(lift, self.lift, self.area))
 
 
@@ -82,11 +82,11 @@ class ReedValve:
                 )
 
     def flow_area(self, lift: float, drop: float) -> float:
-        """A_e at a lift [m] under dp = ``drop`` [Pa], whose sign alone counts [m^2]."""
+        """Return A_e at a lift [m] under dp = ``drop`` [Pa], whose sign alone counts [m^2]."""
         return (self.flow if drop >= 0 else self.flow_back)(lift)
 
     def push(self, lift: float, drop: float) -> float:
-        """dp A_f, away from the seat [N]."""
+        """Return dp A_f, away from the seat [N]."""
         return drop * (self.force if drop >= 0 else self.force_back)(lift)
 
 
@@ -101,6 +101,6 @@ def port_flow(radius: float, coefficient: float) -> AreaTable:
 
 
 def port_force(radius: float) -> AreaTable:
-    """pi R^2 at every lift: the port alone, as if the valve stayed shut. An estimate, marked so."""
+    """Return pi R^2 at every lift: the area of the port alone, as if the valve stayed shut. An estimate, marked so."""
     words = f"{NOT_MEASURED}pi R^2 at every lift, R = {1e3 * radius:g} mm"
     return AreaTable(np.zeros(1), np.array([math.pi * radius**2]), words)

@@ -41,7 +41,7 @@ class ErrorEstimate:
 
     @property
     def total(self) -> float | None:
-        """Sum of the known parts; ``None`` if nothing is known."""
+        """Return the sum of the known parts; ``None`` if nothing is known."""
         known = [e for e in (self.reduction, self.mesh) if e is not None]
         return sum(known) if known else None
 
@@ -81,7 +81,7 @@ class StepKernel:
     __repr__ = brief
 
     def self_weight(self, dt: float) -> Array:
-        """W_0 (p, p): displacement at the end of a step per unit force during it [m/N]."""
+        """Return W_0 (p, p): displacement at the end of a step per unit force during it [m/N]."""
         parts = []
         if self.modal is not None:
             parts.append(self.modal.step_matrix(dt))
@@ -92,7 +92,7 @@ class StepKernel:
 
 @dataclass(frozen=True)
 class Stored:
-    """What a file must hold to make a Green's function again, beside its provenance, error and time limit.
+    """The content of a file to make a Green's function again, beside its provenance, error and time limit.
 
     Attributes:
         kind: how the file names the representation.
@@ -108,20 +108,20 @@ class Stored:
 
 
 def check_positive(**values: float) -> None:
-    """Raises `GreensFunctionError`, naming it, for a value that is not a positive, finite number."""
+    """Raise `GreensFunctionError`, naming it, for a value that is not a positive, finite number."""
     for name, value in values.items():
         if not (value > 0 and math.isfinite(value)):
             raise GreensFunctionError(f"{name} = {value:g} must be a positive, finite number")
 
 
 def check_factor(factor: float) -> float:
-    """A factor of g that leaves a passive body passive; raises `GreensFunctionError` for any other."""
+    """Return a factor of g that leaves a passive body passive; raises `GreensFunctionError` for any other."""
     if not (np.isfinite(factor) and factor > 0):
         raise GreensFunctionError(f"factor = {factor} must be positive and finite: the body must stay passive")
     return float(factor)
 
 
 def check_valid_for(time: float) -> None:
-    """Raises `GreensFunctionError` for a time limit that is none."""
+    """Raise `GreensFunctionError` for a time limit that is none."""
     if not time > 0:
         raise GreensFunctionError(f"valid_for = {time} s must be positive (inf: without limit)")

@@ -49,25 +49,25 @@ class GreensFunction(ABC):
     @property
     @abstractmethod
     def ports(self) -> tuple[str, ...]:
-        """Names of the ports, in the order of the matrix."""
+        """Return the names of the ports, in the order of the matrix."""
 
     @property
     def error_estimate(self) -> ErrorEstimate:
-        """Estimated error; unknown by default, zero for closed forms."""
+        """Return the estimated error; unknown by default, zero for closed forms."""
         return ErrorEstimate()
 
     @property
     def provenance(self) -> Mapping[str, object]:
-        """Where this function came from, in plain JSON values."""
+        """Return where this function came from, in plain JSON values."""
         return {}
 
     @property
     def valid_for(self) -> float:
-        """Until when g is known [s]; ``inf`` where there is no such limit."""
+        """Return until when g is known [s]; ``inf`` where there is no such limit."""
         return math.inf
 
     def check_length(self, dt: float, n_steps: int) -> None:
-        """Raises `GreensFunctionError` if ``n_steps`` of ``dt`` [s] last longer than g is known."""
+        """Raise `GreensFunctionError` if ``n_steps`` of ``dt`` [s] last longer than g is known."""
         lasts, known = n_steps * dt, self.valid_for
         if lasts - known > self.overhang * dt * (1 - 1e-6) + 1e-9 * known:
             raise GreensFunctionError(
@@ -77,36 +77,38 @@ class GreensFunction(ABC):
 
     @property
     def highest_rate(self) -> float:
-        """The highest angular frequency in it, which a time step should resolve [rad/s]; 0 where it states none."""
+        """Return the highest angular frequency in it, which a time step should resolve [rad/s]; 0 where it states
+        none."""
         return 0.0
 
     @property
     def modal(self) -> ModalGreens | None:
-        """The same function as a sum of oscillators, where it is one: what modal states and loads refer to."""
+        """Return the same function as a sum of oscillators, where it is one: what modal states and loads refer to."""
         return None
 
     @property
     def pole_sum(self) -> PoleGreens | None:
-        """The same function as a sum of complex poles, where it is held as one."""
+        """Return the same function as a sum of complex poles, where it is held as one."""
         return None
 
     @property
     def summands(self) -> tuple[GreensFunction, ...]:
-        """The functions that it is the sum of; itself where it is no sum."""
+        """Return the functions that it is the sum of; itself where it is no sum."""
         return (self,)
 
     @property
     def rod(self) -> Rod | None:
-        """The uniform rod that it is, if it is one."""
+        """Return the uniform rod that it is, if it is one."""
         return None
 
     @property
     def sampled_parts(self) -> tuple[SampledGreens, ...]:
-        """The parts known by samples only."""
+        """Return the parts known by samples only."""
         return ()
 
     def inverse_mass(self) -> Array:
-        """(p, p) lim g_ij(t)/t for t -> inf: velocity of port i per impulse on port j once it has come to rest within.
+        """Return the (p, p) lim g_ij(t)/t for t -> inf: velocity of port i per impulse on port j once it has come to
+        rest within.
 
         Zero where the body is held [1/kg].
 
@@ -120,27 +122,28 @@ class GreensFunction(ABC):
         )
 
     def mass(self, port: str | int = 0) -> float:
-        """Mass of the rigid translation as felt at a port [kg]; ``inf`` if the body is held, or endless."""
+        """Return the mass of the rigid translation as felt at a port [kg]; ``inf`` if the body is held, or endless."""
         i = self.port_index(port)
         inverse = float(self.inverse_mass()[i, i])
         return 1.0 / inverse if inverse > 0 else math.inf
 
     def marched_poles(self, dt: float, n_steps: float) -> int | None:
-        """How many poles `step_kernel` marches by their recursion; ``None`` where it has step weights to convolve."""
+        """Return how many poles `step_kernel` marches by their recursion; ``None`` where it has step weights to
+        convolve."""
         return None
 
     def scaled(self, factor: float) -> GreensFunction:
-        """``factor`` times g_ij, ``factor`` > 0: the body whose error is that relative size."""
+        """Return ``factor`` times g_ij, ``factor`` > 0: the body whose error is that relative size."""
         from impact.greens.sums import ScaledGreens  # here, for a multiple is made of this class, and this of it
 
         return ScaledGreens(self, factor)
 
     def forces_only(self) -> GreensFunction:
-        """The same function in the form that marches fastest where no energies are asked for."""
+        """Return the same function in the form that marches fastest where no energies are asked for."""
         return self
 
     def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> GreensFunction:
-        """The same function with another error estimate (and provenance).
+        """Return the same function with another error estimate (and provenance).
 
         Raises:
             GreensFunctionError: a closed form, whose error and provenance are not stated but known.
@@ -148,11 +151,11 @@ class GreensFunction(ABC):
         raise GreensFunctionError(f"the error and the origin of a {type(self).__name__} are known: state neither")
 
     def stored(self) -> Stored | None:
-        """What a file must hold to make it again; ``None`` for a representation without a file form."""
+        """Return what a file must hold to make it again; ``None`` for a representation without a file form."""
         return None
 
     def transfer(self, s: ComplexArray) -> ComplexArray:
-        """(n, p, p) Laplace transform of g at ``s`` (n,) [1/s], bare compliance included [m/N].
+        """Return the (n, p, p) Laplace transform of g at ``s`` (n,) [1/s], bare compliance included [m/N].
 
         Raises:
             GreensFunctionError: a representation whose transform is not known in closed form.
@@ -163,26 +166,28 @@ class GreensFunction(ABC):
 
     @abstractmethod
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g_ij(t) [m/(N s)], shape of ``t`` [s]; a bare compliance (a Dirac pulse at t = 0) is not part of it."""
+        """Return g_ij(t) [m/(N s)], shape of ``t`` [s]; a bare compliance (a Dirac pulse at t = 0) is not part of
+        it."""
 
     @abstractmethod
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """S_ij(t) = integral of g_ij from 0 to t, bare compliance included [m/N], shape of ``t`` [s]."""
+        """Return S_ij(t) = integral of g_ij from 0 to t, bare compliance included [m/N], shape of ``t`` [s]."""
 
     @abstractmethod
     def static_compliance(self) -> Array:
-        """(p, p) displacement per unit constant force [m/N]; ``inf`` where a rigid-body motion is possible."""
+        """Return (p, p) displacement per unit constant force [m/N]; ``inf`` where a rigid-body motion is possible."""
 
     @abstractmethod
     def initial_value(self) -> Array:
-        """(p, p) g(0+) [m/(N s)] = 1/impedance at first contact; ``inf`` where a bare compliance stands."""
+        """Return the (p, p) g(0+) [m/(N s)] = 1/impedance at first contact; ``inf`` where a bare compliance stands."""
 
     @abstractmethod
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """The representation used by the contact solver for ``n_steps`` steps of ``dt`` [s]."""
+        """Return the representation used by the contact solver for ``n_steps`` steps of ``dt`` [s]."""
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> GreensFunction:
-        """The function W' g W of new ports: a load on one is spread over the old ones by its column of ``weights``.
+        """Return the function W' g W of new ports: a load on one is spread over the old ones by its column of
+        ``weights``.
 
         Args:
             weights: W (p, q); with columns that sum to 1 the displacements are means.
@@ -196,7 +201,7 @@ class GreensFunction(ABC):
         )
 
     def port_index(self, port: str | int) -> int:
-        """Index of a port given by name or index; raises `GreensFunctionError` listing what there is."""
+        """Return the index of a port given by name or index; raises `GreensFunctionError` listing what there is."""
         if isinstance(port, int):
             if 0 <= port < len(self.ports):
                 return port
@@ -205,7 +210,7 @@ class GreensFunction(ABC):
         raise GreensFunctionError(f"no port {port!r}; choose one of this Green's function, {', '.join(self.ports)}")
 
     def filtered(self, t: ArrayLike, width: float, i: int = 0, j: int = 0) -> Array:
-        """g_ij convolved with a unit Hann pulse of total ``width`` [s], from its step response [m/(N s)].
+        """Return g_ij convolved with a unit Hann pulse of total ``width`` [s], from its step response [m/(N s)].
 
         p(s) = (1 - cos(2 pi s / width)) / width on [0, width]. Band: -6 dB at 1/width, zero at 2/width.
         """
@@ -222,7 +227,7 @@ class GreensFunction(ABC):
         return out
 
     def filtered_matrix(self, t: ArrayLike, width: float, columns: Sequence[int] | None = None) -> Array:
-        """(p, p, nt) `filtered` for every pair of ports; (p, c, nt) under impulses on ``columns`` alone."""
+        """Return the (p, p, nt) `filtered` for every pair of ports; (p, c, nt) under impulses on ``columns`` alone."""
         p = len(self.ports)
         pushed = range(p) if columns is None else columns
         return np.array([[self.filtered(t, width, i, j) for j in pushed] for i in range(p)])
@@ -233,7 +238,7 @@ class GreensFunction(ABC):
     _repr_html_ = as_html
 
     def _in_words(self) -> tuple[str, ...]:
-        """What the function is made of, a line each."""
+        """Return what the function is made of, a line each."""
         return ()
 
     def _ports_in_words(self) -> str:
@@ -241,7 +246,7 @@ class GreensFunction(ABC):
         return f"port {names[0]}" if len(names) == 1 else f"{len(names)} ports {some(names)}"
 
     def _quality(self) -> tuple[str, ...]:
-        """Error, time limit and origin in words."""
+        """Return the error, time limit and origin in words."""
         error = self.error_estimate
         parts = [f"{n} {'unknown' if e is None else f'{e:.2g}'}" for n, e in vars(error).items()]
         limit = "any time" if math.isinf(self.valid_for) else f"{self.valid_for:.4g} s"
@@ -250,5 +255,5 @@ class GreensFunction(ABC):
 
 
 def is_greens(thing: object) -> TypeGuard[GreensFunction]:
-    """Whether ``thing`` is a Green's function, where a body or step weights may be given instead."""
+    """Return whether ``thing`` is a Green's function, where a body or step weights may be given instead."""
     return isinstance(thing, GreensFunction)

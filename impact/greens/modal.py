@@ -32,7 +32,7 @@ ALL: Final = slice(None)
 
 @dataclass(frozen=True)
 class Residual:
-    """What the retained modes leave out, in a passive form.
+    """The part that the retained modes leave out, in a passive form.
 
     g_res(t) = sum_r a_r a_r' exp(-rates_r t) + compliance * delta(t)
 
@@ -50,18 +50,18 @@ class Residual:
 
     @staticmethod
     def none(n_ports: int = 1) -> Residual:
-        """Nothing left out."""
+        """Return the residual of modes that leave nothing out."""
         return Residual(np.zeros((0, n_ports)), np.zeros(0), np.zeros((n_ports, n_ports)))
 
     @staticmethod
     def spring(compliance: ArrayLike) -> Residual:
-        """Bare residual flexibility (MacNeal): r0 delta(t), ``compliance`` scalar or (p, p) [m/N]."""
+        """Return a bare residual flexibility (MacNeal): r0 delta(t), ``compliance`` scalar or (p, p) [m/N]."""
         r0 = _symmetric_psd(compliance, "residual compliance")
         return Residual(np.zeros((0, len(r0))), np.zeros(0), r0)
 
     @staticmethod
     def relaxing(compliance: ArrayLike, rate: float) -> Residual:
-        """The exponential with integral R0 = ``compliance`` (scalar or (p, p)) [m/N] and a given ``rate`` [1/s].
+        """Return the exponential with integral R0 = ``compliance`` (scalar or (p, p)) [m/N] and a given ``rate`` [1/s].
 
         g_res(t) = R0 rate exp(-rate t): springs R0, each beside a dashpot.
         """
@@ -75,7 +75,8 @@ class Residual:
 
     @staticmethod
     def exponential(compliance: ArrayLike, initial_value: ArrayLike) -> Residual:
-        """The exponential with integral R0 = ``compliance`` and initial value G0 = ``initial_value``, (p, p) or scalar.
+        """Return the exponential with integral R0 = ``compliance`` and initial value G0 = ``initial_value``, (p, p) or
+        scalar.
 
         g_res(t) = G0^(1/2) exp(-G0^(1/2) R0^-1 G0^(1/2) t) G0^(1/2); null directions of R0 are dropped.
         """
@@ -94,22 +95,23 @@ class Residual:
 
     @staticmethod
     def together(residuals: Sequence[Residual]) -> Residual:
-        """Their sum."""
+        """Return their sum."""
         shapes, rates = (np.concatenate([getattr(r, name) for r in residuals]) for name in ("shapes", "rates"))
         return Residual(shapes, rates, np.asarray(sum(residual.compliance for residual in residuals)))
 
     def scaled(self, factor: float) -> Residual:
-        """``factor`` times it."""
+        """Return ``factor`` times it."""
         return Residual(math.sqrt(factor) * self.shapes, self.rates, factor * self.compliance)
 
     def static(self) -> Array:
-        """(p, p) static compliance [m/N]; ``inf`` for a dashpot (rate 0)."""
+        """Return the (p, p) static compliance [m/N]; ``inf`` for a dashpot (rate 0)."""
         loose = self.rates == 0
         bent = self.shapes[~loose] / np.sqrt(self.rates[~loose])[:, None]
         return np.asarray(bent.T @ bent + _endless(self.shapes[loose]) + self.compliance)
 
     def filtered(self, t: Array, width: float, rows: Ports = ALL, columns: Ports = ALL) -> Array:
-        """(p, p, nt) its part of g after a unit Hann pulse of ``width`` [m/(N s)]; or ``rows``, ``columns`` of it."""
+        """Return its (p, p, nt) part of g after a unit Hann pulse of ``width`` [m/(N s)]; or ``rows``, ``columns`` of
+        it."""
         decays = combine(self.shapes[:, rows], decay_responses(self.rates, t, width), self.shapes[:, columns])
         return decays + self.compliance[rows][:, columns, None] * hann(t, width)
 
@@ -194,23 +196,23 @@ class ModalGreens(PoleSums):
 
     @property
     def modal(self) -> ModalGreens:
-        """Itself."""
+        """Return itself."""
         return self
 
     @property
     def highest_rate(self) -> float:
-        """The highest w_k [rad/s]."""
+        """Return the highest w_k [rad/s]."""
         return float(self.omega.max(initial=0.0))
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> ModalGreens:
-        """The same modes and relaxations, seen through ``weights`` (p, q)."""
+        """Return the same modes and relaxations, seen through ``weights`` (p, q)."""
         rest = self.residual
         seen = Residual(rest.shapes @ weights, rest.rates, weights.T @ rest.compliance @ weights)
         return replace(self, shapes=self.shapes @ weights, residual=seen, port_names=port_names)
 
     @property
     def frequencies_hz(self) -> Array:
-        """(M,) undamped natural frequencies [Hz]."""
+        """Return the (M,) undamped natural frequencies [Hz]."""
         return self.omega / (2 * np.pi)
 
     def _in_words(self) -> tuple[str, ...]:
@@ -238,7 +240,7 @@ class ModalGreens(PoleSums):
         return float(self.residual.compliance[i, j])
 
     def transfer(self, s: ComplexArray) -> ComplexArray:
-        """(n, p, p) Laplace transform [m/N]: sum of phi phi'/(s^2 + 2 zeta w s + w^2) + a a'/(s + rate) + c."""
+        """Return (n, p, p) Laplace transform [m/N]: sum of phi phi'/(s^2 + 2 zeta w s + w^2) + a a'/(s + rate) + c."""
         rest, w, column = self.residual, self.omega, s[:, None]
         parts = (
             (1 / (column**2 + 2 * self.zeta * w * column + w**2), self.shapes),
@@ -248,25 +250,25 @@ class ModalGreens(PoleSums):
         return np.asarray(sums[0] + sums[1] + rest.compliance, dtype=complex)
 
     def above(self, omega: float) -> ModalGreens:
-        """The oscillations above ``omega`` [rad/s] alone."""
+        """Return the oscillations above ``omega`` [rad/s] alone."""
         high = self.omega > omega
         rest = Residual.none(len(self.port_names))
         return ModalGreens(self.omega[high], self.zeta[high], self.shapes[high], rest, self.port_names)
 
     def stored(self) -> Stored:
-        """Its modes and its residual."""
+        """Return its modes and its residual."""
         arrays = {name: getattr(self, name) for name in ("omega", "zeta", "shapes")}
         arrays |= {f"residual/{name}": getattr(self.residual, name) for name in ("shapes", "rates", "compliance")}
         return Stored("modal", arrays=arrays)
 
     def static_compliance(self) -> Array:
-        """(p, p) sum of phi phi'/w^2 plus the residual's; ``inf`` with a rigid-body mode at the port [m/N]."""
+        """Return (p, p) sum of phi phi'/w^2 plus the residual's; ``inf`` with a rigid-body mode at the port [m/N]."""
         rigid = self.omega == 0
         bent = self.shapes[~rigid] / self.omega[~rigid, None]
         return np.asarray(bent.T @ bent + _endless(self.shapes[rigid]) + self.residual.static())
 
     def initial_value(self) -> Array:
-        """(p, p) g(0+): the relaxations' sum; ``inf`` where a bare compliance stands; 0 for modes alone."""
+        """Return the (p, p) g(0+): the relaxations' sum; ``inf`` where a bare compliance stands; 0 for modes alone."""
         start = np.einsum("ri,rj->ij", self.residual.shapes, self.residual.shapes)
         return np.asarray(start + np.where(self.residual.compliance != 0, np.inf, 0.0))
 
@@ -279,7 +281,7 @@ class ModalGreens(PoleSums):
         return rest
 
     def step_matrix(self, dt: float) -> Array:
-        """W_0 (p, p): displacement at the end of a step of ``dt`` [s] per unit force during it [m/N].
+        """Return W_0 (p, p): displacement at the end of a step of ``dt`` [s] per unit force during it [m/N].
 
         Each mode is evaluated once, phi' S(dt) phi for all pairs of ports.
         """
@@ -290,26 +292,27 @@ class ModalGreens(PoleSums):
         return np.asarray((whole + whole.T) / 2)
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """Itself: the recursion is exact for forces constant over a step."""
+        """Return itself: the recursion is exact for forces constant over a step."""
         return StepKernel(self, None, f"pole recursion, {self.marched_poles(dt, n_steps)} poles")
 
     def marched_poles(self, dt: float, n_steps: float) -> int:
-        """Oscillators and relaxations."""
+        """Return the number of oscillators and relaxations."""
         return len(self.omega) + len(self.residual.rates)
 
     def inverse_mass(self) -> Array:
-        """(p, p) of the rigid-body modes [1/kg]."""
+        """Return the (p, p) inverse mass of the rigid-body modes [1/kg]."""
         rigid = self.shapes[self.omega == 0]
         return np.asarray(rigid.T @ rigid)
 
     def scaled(self, factor: float) -> ModalGreens:
-        """Every shape times the root of ``factor``."""
+        """Return every shape times the root of ``factor``."""
         rest = self.residual.scaled(check_factor(factor))
         return replace(self, shapes=math.sqrt(factor) * self.shapes, residual=rest)
 
 
 def _symmetric_psd(values: ArrayLike, name: str) -> Array:
-    """``values`` as a symmetric (p, p) matrix with round-off negative eigenvalues clipped; error beyond 1e-10."""
+    """Return ``values`` as a symmetric (p, p) matrix with round-off negative eigenvalues clipped; error beyond
+    1e-10."""
     matrix = np.atleast_2d(np.asarray(values, dtype=float))
     if matrix.shape[0] != matrix.shape[1] or not np.all(np.isfinite(matrix)):
         raise GreensFunctionError(f"{name} must be a finite square matrix, got shape {matrix.shape}")
@@ -324,6 +327,6 @@ def _symmetric_psd(values: ArrayLike, name: str) -> Array:
 
 
 def _endless(shapes: Array) -> Array:
-    """(p, p) compliance of motions (r, p) that nothing holds: infinite where both ports share one."""
+    """Return the (p, p) compliance of motions (r, p) that nothing holds: infinite where both ports share one."""
     shared = shapes.T @ shapes
     return np.where(shared != 0, np.copysign(np.inf, shared), 0.0)

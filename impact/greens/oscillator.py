@@ -17,13 +17,13 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 def expm1_over(x: _Numbers) -> _Numbers:
-    """(exp(x) - 1)/x, 1 at x = 0."""
+    """Return (exp(x) - 1)/x, 1 at x = 0."""
     safe = np.where(x == 0, 1.0, x)
     return np.where(x == 0, 1.0, np.expm1(safe) / safe)
 
 
 def decaying_pair(t: Array, omega: Array, zeta: Array) -> tuple[Array, Array]:
-    """exp(-zeta w t) times (cos(wd t), sin(wd t)/wd); hyperbolic for zeta > 1, t for wd = 0. Units 1 and s."""
+    """Return exp(-zeta w t) times (cos(wd t), sin(wd t)/wd); hyperbolic for zeta > 1, t for wd = 0. Units 1 and s."""
     t, omega, zeta = np.broadcast_arrays(np.asarray(t, float), np.asarray(omega, float), np.asarray(zeta, float))
     wd = omega * np.sqrt(np.abs((1.0 - zeta) * (1.0 + zeta)))
     under = zeta < 1
@@ -43,13 +43,14 @@ def decaying_pair(t: Array, omega: Array, zeta: Array) -> tuple[Array, Array]:
 
 
 def impulse_response(t: Array, omega: Array, zeta: Array) -> Array:
-    """h(t) = exp(-zeta w t) sin(wd t)/wd [s]."""
+    """Return h(t) = exp(-zeta w t) sin(wd t)/wd [s]."""
     sine: Array = decaying_pair(t, omega, zeta)[1]
     return sine
 
 
 def step_response(t: Array, omega: Array, zeta: Array) -> Array:
-    """Integral of h from 0 to t [s^2]: (1 - exp(-zeta w t)(cos wd t + zeta w sin(wd t)/wd))/w^2, t^2/2 for w = 0."""
+    """Return the integral of h from 0 to t [s^2]: (1 - exp(-zeta w t)(cos wd t + zeta w sin(wd t)/wd))/w^2, t^2/2 for w
+    = 0."""
     t, omega, zeta = np.broadcast_arrays(np.asarray(t, float), np.asarray(omega, float), np.asarray(zeta, float))
     cosine, sine = decaying_pair(t, omega, zeta)
     short = omega * t * (1 + zeta) < 0.5  # where 1 - cos loses digits, Gauss quadrature of h is exact to round-off
@@ -69,7 +70,8 @@ def step_response(t: Array, omega: Array, zeta: Array) -> Array:
 
 
 def _creep(t: Array, omega: Array, zeta: Array) -> Array:
-    """The step response for heavy damping: t [E(s t) - E(f t)]/(f - s), E(x) = (1 - exp(-x))/x, slow and fast rates."""
+    """Return the step response for heavy damping: t [E(s t) - E(f t)]/(f - s), E(x) = (1 - exp(-x))/x, slow and fast
+    rates."""
     wd = omega * np.sqrt((zeta - 1) * (zeta + 1))
     fast = zeta * omega + wd
     slow = omega * (omega / fast)
@@ -77,7 +79,7 @@ def _creep(t: Array, omega: Array, zeta: Array) -> Array:
 
 
 def transition(dt: float, omega: Array, zeta: Array) -> tuple[Array, Array]:
-    """Exact step for a constant force: [q, q'] <- A [q, q'] + B f; A (2, 2, M), B (2, M)."""
+    """Return the exact step for a constant force: [q, q'] <- A [q, q'] + B f; A (2, 2, M), B (2, M)."""
     step = np.full(np.shape(omega), dt)
     cosine, sine = decaying_pair(step, omega, zeta)
     a = np.array([[cosine + zeta * omega * sine, sine], [-(omega**2) * sine, cosine - zeta * omega * sine]])
@@ -86,7 +88,7 @@ def transition(dt: float, omega: Array, zeta: Array) -> tuple[Array, Array]:
 
 
 def dissipation_form(dt: float, omega: Array, zeta: Array) -> Array:
-    """D (3, 3, M) with 2 zeta w * integral of q'^2 over one step = x' D x, x = (q, q', f) at its start.
+    """Return D (3, 3, M) with 2 zeta w * integral of q'^2 over one step = x' D x, x = (q, q', f) at its start.
 
     The integral of products of exponentials in closed form where that keeps its digits, else Gauss quadrature on
     panels that resolve both the oscillation and the decay.
@@ -105,7 +107,7 @@ def dissipation_form(dt: float, omega: Array, zeta: Array) -> Array:
 
 
 def _closed_gram(dt: float, w: Array, z: Array) -> Array:
-    """Integral over [0, dt] of v v' with v = Re(c exp(lambda t)), for light damping; (3, 3, M)."""
+    """Return the integral over [0, dt] of v v' with v = Re(c exp(lambda t)), for light damping; (3, 3, M)."""
     wd = w * np.sqrt((1 - z) * (1 + z))
     rate = -z * w + 1j * wd
     twice = np.expm1(2 * rate * dt) / (2 * rate)
@@ -115,7 +117,7 @@ def _closed_gram(dt: float, w: Array, z: Array) -> Array:
 
 
 def _panel_gram(start: Array, end: Array, w: Array, z: Array) -> Array:
-    """(3, 3, m) integrals of v v' over [start, end] (m, 1) each, where q'(t) = v(t) . (q0, q'0, f)."""
+    """Return the (3, 3, m) integrals of v v' over [start, end] (m, 1) each, where q'(t) = v(t) . (q0, q'0, f)."""
     half = (end - start) / 2
     t = (end + start) / 2 + half * _NODES
     cosine, sine = decaying_pair(t, w, z)
@@ -124,7 +126,7 @@ def _panel_gram(start: Array, end: Array, w: Array, z: Array) -> Array:
 
 
 def _panels(dt: float, w: float, z: float) -> Array:
-    """Panel edges: half a radian (or a decay time) wide at first, geometric once the fast part has decayed."""
+    """Return panel edges: half a radian (or a decay time) wide at first, geometric once the fast part has decayed."""
     width = 0.5 / (w * max(1.0, 2 * z))
     slow = z * w if z < 1 else w / (2 * z)
     end = 40.0 / slow if slow * dt > 40.0 else dt

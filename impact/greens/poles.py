@@ -92,15 +92,15 @@ class PoleGreens(PoleSums):
 
     @property
     def highest_rate(self) -> float:
-        """The largest |s_k| [rad/s]."""
+        """Return the largest |s_k| [rad/s]."""
         return float(np.abs(self.poles).max(initial=0.0))
 
     def inverse_mass(self) -> Array:
-        """(p, p) of the rigid bodies [1/kg]."""
+        """Return the (p, p) inverse mass of the rigid bodies [1/kg]."""
         return np.asarray(self.rigid.T @ self.rigid)
 
     def scaled(self, factor: float) -> PoleGreens:
-        """Every shape times the root of ``factor``."""
+        """Return every shape times the root of ``factor``."""
         root = math.sqrt(check_factor(factor))
         return replace(
             self,
@@ -121,23 +121,24 @@ class PoleGreens(PoleSums):
         return ("; ".join(parts) or "rigid and held",)
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> PoleGreens:
-        """The same poles, seen through ``weights`` (p, q)."""
+        """Return the same poles, seen through ``weights`` (p, q)."""
         shapes = {name: getattr(self, name) @ weights for name in ("shapes", "real_shapes", "rigid")}
         return replace(self, compliance=weights.T @ self.compliance @ weights, port_names=port_names, **shapes)
 
     @property
     def frequencies_hz(self) -> Array:
-        """(K,) |s_k|/(2 pi) [Hz]: undamped natural frequencies where the modes are uncoupled."""
+        """Return the (K,) |s_k|/(2 pi) [Hz]: undamped natural frequencies where the modes are uncoupled."""
         return np.asarray(np.abs(self.poles) / (2 * np.pi))
 
     @property
     def damping_ratios(self) -> Array:
-        """(K,) -Re s_k/|s_k|."""
+        """Return the (K,) ratios -Re s_k/|s_k|."""
         return np.asarray(-self.poles.real / np.abs(self.poles))
 
     @staticmethod
     def of(modal: ModalGreens) -> PoleGreens:
-        """The same function by its poles; raises `GreensFunctionError` for a critically damped mode (double pole)."""
+        """Return the same function by its poles; raises `GreensFunctionError` for a critically damped mode (double
+        pole)."""
         omega, zeta, phi, rest = modal.omega, modal.zeta, modal.shapes, modal.residual
         free = omega == 0
         under, over = ~free & (zeta < 1), ~free & (zeta > 1)
@@ -177,11 +178,11 @@ class PoleGreens(PoleSums):
 
     @property
     def pole_sum(self) -> PoleGreens:
-        """Itself."""
+        """Return itself."""
         return self
 
     def transfer(self, s: ComplexArray) -> ComplexArray:
-        """(n, p, p) Laplace transform [m/N]: the residues over the distances from the poles, b b'/s^2 and c."""
+        """Return (n, p, p) Laplace transform [m/N]: the residues over the distances from the poles, b b'/s^2 and c."""
         column = s[:, None]
         parts = (
             (1 / (column - self.poles), self.shapes),
@@ -193,17 +194,18 @@ class PoleGreens(PoleSums):
         return np.asarray(sum(sums) + rigid + self.compliance, dtype=complex)
 
     def above(self, omega: float) -> PoleGreens:
-        """The oscillations above ``omega`` [rad/s] alone."""
+        """Return the oscillations above ``omega`` [rad/s] alone."""
         high = self.poles.imag > omega
         return PoleGreens(self.poles[high], self.shapes[high], port_names=self.port_names)
 
     def stored(self) -> Stored:
-        """Its poles, residues and rigid bodies."""
+        """Return its poles, residues and rigid bodies."""
         names = ("poles", "shapes", "rates", "real_shapes", "signs", "rigid", "compliance")
         return Stored("poles", arrays={name: getattr(self, name) for name in names})
 
     def static_compliance(self) -> Array:
-        """(p, p) [m/N]; ``inf`` where a rigid-body motion or a dashpot (rate 0) stands at the port."""
+        """Return the (p, p) static compliance [m/N]; ``inf`` where a rigid-body motion or a dashpot (rate 0) stands at
+        the port."""
         free = self.rates == 0
         rates = np.where(free, 1.0, self.rates)
         pairs = -2 * np.einsum("ki,kj,k->ij", self.shapes, self.shapes, 1 / self.poles).real
@@ -215,18 +217,18 @@ class PoleGreens(PoleSums):
         return np.asarray(total)
 
     def initial_value(self) -> Array:
-        """(p, p) g(0+) [m/(N s)]; ``inf`` where a bare compliance stands."""
+        """Return the (p, p) g(0+) [m/(N s)]; ``inf`` where a bare compliance stands."""
         pairs = 2 * np.einsum("ki,kj->ij", self.shapes, self.shapes).real
         real = np.einsum("m,mi,mj->ij", self.signs, self.real_shapes, self.real_shapes)
         return np.asarray(pairs + real + np.where(self.compliance != 0, np.inf, 0.0))
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """W_m = S((m + 1) dt) - S(m dt), S(0-) = 0, each to round-off."""
+        """Return W_m = S((m + 1) dt) - S(m dt), S(0-) = 0, each to round-off."""
         count = len(self.poles) + len(self.rates)
         return StepKernel(None, self.step_weights(dt, n_steps), f"convolution of {count} poles, {n_steps} weights")
 
     def step_weights(self, dt: float, n_steps: int) -> Array:
-        """(p, p, n) W_m = 2 Re sum_k r_ki r_kj exp(s_k m dt) (exp(s_k dt) - 1)/s_k + ... [m/N].
+        """Return the (p, p, n) W_m = 2 Re sum_k r_ki r_kj exp(s_k m dt) (exp(s_k dt) - 1)/s_k + ... [m/N].
 
         exp(s (a J + b) dt) = exp(s a J dt) exp(s b dt), J = sqrt(n): one product of an (n/J, 2K) and a (2K, J) matrix
         for each pair of ports; no array larger than that or the result.
@@ -244,8 +246,8 @@ class PoleGreens(PoleSums):
             fine = np.exp(np.outer(s, dt * np.arange(inner)))
             for i in range(p):
                 for j in range(i + 1):
-                    left = coarse * (gain * r[:, i] * r[:, j])
-                    out[i, j] += (left.real @ fine.real - left.imag @ fine.imag).ravel()
+                    factors = coarse * (gain * r[:, i] * r[:, j])
+                    out[i, j] += (factors.real @ fine.real - factors.imag @ fine.imag).ravel()
         out = out[:, :, :n_steps]
         free = self.rigid.T @ self.rigid
         out += free[:, :, None] * dt**2 * (np.arange(n_steps) + 0.5)
@@ -263,8 +265,8 @@ class PoleGreens(PoleSums):
             (self.rigid, self.rigid, pulse.mode_responses(free, free, t, width)),
         )
         sums = [
-            np.einsum("ki,kj,kt->ijt", left[:, rows], right[:, columns], each, optimize=True).real
-            for left, right, each in parts
+            np.einsum("ki,kj,kt->ijt", row_shapes[:, rows], column_shapes[:, columns], each, optimize=True).real
+            for row_shapes, column_shapes, each in parts
         ]
         return np.asarray(sum(sums) + self.compliance[np.ix_(rows, columns)][:, :, None] * pulse.hann(t, width))
 

@@ -12,18 +12,18 @@ from impact.greens.answers import Array, ComplexArray
 
 
 def hann(t: Array, width: float) -> Array:
-    """p(t) [1/s]."""
+    """Return p(t) [1/s]."""
     return np.where((t >= 0) & (t <= width), 1 - np.cos(2 * np.pi * t / width), 0.0) / width
 
 
 def error_times(duration: float, width: float, limit: int = 4000) -> Array:
-    """Times at which errors are measured: ten per pulse width (forty in the first two), ``limit`` at most."""
+    """Return times at which errors are measured: ten per pulse width (forty in the first two), ``limit`` at most."""
     n = int(np.clip(np.ceil(10 * duration / width), 16, limit))
     return np.unique(np.concatenate([np.linspace(0, min(2 * width, duration), 81), np.linspace(0, duration, n + 1)]))
 
 
 def mode_responses(omega: Array, zeta: Array, t: Array, width: float) -> Array:
-    """(M, nt) displacement of each oscillator of unit mass after the pulse [s]."""
+    """Return the (M, nt) displacement of each oscillator of unit mass after the pulse [s]."""
     rigid = omega == 0
     out = np.zeros((len(omega), len(t)))
     out[rigid] = _rigid(t, width)
@@ -32,13 +32,13 @@ def mode_responses(omega: Array, zeta: Array, t: Array, width: float) -> Array:
 
 
 def combine(rows: Array, responses: Array, columns: Array | None = None) -> Array:
-    """(p, q, nt) sum over modes of rows_ki columns_kj responses_kt; ``columns`` as ``rows`` by default."""
+    """Return the (p, q, nt) sum over modes of rows_ki columns_kj responses_kt; ``columns`` as ``rows`` by default."""
     columns = rows if columns is None else columns
     return np.stack([(columns * row[:, None]).T @ responses for row in rows.T])
 
 
 def decay_responses(rates: Array, t: Array, width: float) -> Array:
-    """(R, nt) each exp(-rate t) after the pulse."""
+    """Return the (R, nt) responses, each exp(-rate t) after the pulse."""
     return exponentials(-rates.astype(complex), t, width).real
 
 
@@ -49,7 +49,7 @@ def _rigid(t: Array, width: float) -> Array:
 
 
 def _oscillators(t: Array, width: float, omega: Array, zeta: Array) -> Array:
-    """Difference of the responses of the two poles, divided by their distance."""
+    """Return the difference of the responses of the two poles, divided by their distance."""
     apart = np.where(np.abs(zeta - 1) < 1e-7, 1 - 1e-7, zeta)  # the double pole, to 1e-7
     wd = omega * np.sqrt((1 - apart**2).astype(complex))
     out = np.empty((len(omega), len(t)))
@@ -65,7 +65,7 @@ def _oscillators(t: Array, width: float, omega: Array, zeta: Array) -> Array:
 
 
 def exponentials(poles: ComplexArray, t: Array, width: float) -> ComplexArray:
-    """(poles, nt) integral of p(s) exp(pole (t - s)) over 0 < s < min(t, T); 0 for t < 0."""
+    """Return the (poles, nt) integral of p(s) exp(pole (t - s)) over 0 < s < min(t, T); 0 for t < 0."""
     t = np.maximum(t, 0.0)
     out = np.empty((len(poles), len(t)), dtype=complex)
     early = t < width

@@ -14,7 +14,8 @@ _BLOCK = 1 << 20  # frequencies times modes at once
 def receptance(
     greens: GreensFunction, frequency: ArrayLike, i: int | None = None, j: int | None = None
 ) -> ComplexArray:
-    """H_ij(f) = displacement of port i per unit harmonic force on port j [m/N], at ``frequency`` (...,) > 0 [Hz].
+    """Return H_ij(f) = displacement of port i per unit harmonic force on port j [m/N], at ``frequency`` (...,) > 0
+    [Hz].
 
     Shape (..., p, p): frequency, response, reference, the layout of pyFBS and other programs of substructuring; (...,)
     where ``i`` and ``j`` are given. Of oscillators and relaxations

@@ -94,7 +94,8 @@ class SampledGreens(StatedGreens):
         static: Array | None = None,
         origin: Mapping[str, object] | None = None,
     ) -> SampledGreens:
-        """Measured: ``values`` (n,) or (p, p, n) [m/(N s)] at ``time`` (n,) or (p, p, n) [s]; the blow is at t = 0.
+        """Return a measured function: ``values`` (n,) or (p, p, n) [m/(N s)] at ``time`` (n,) or (p, p, n) [s]; the
+        blow is at t = 0.
 
         The times must be equally spaced to 1 % of the spacing, the same for all records, with a sample at t = 0.
         Samples before it must be zero, or are dropped under ``pretrigger="drop"``; ``origin["pretrigger"]`` then
@@ -117,7 +118,7 @@ class SampledGreens(StatedGreens):
                 f"no sample at t = 0, the nearest is at {nearest:.6g} s: shift or resample the time"
             )
         early, kept = g[..., :zero], g[..., zero:]
-        found = dict(origin or {})
+        provenance = dict(origin or {})
         if np.any(early != 0):
             share = float(np.sum(early**2) / np.sum(g**2))
             if pretrigger != "drop":
@@ -127,11 +128,11 @@ class SampledGreens(StatedGreens):
                     "move before the blow: correct the time zero, or give "
                     'pretrigger="drop"'
                 )
-            found["pretrigger"] = {"samples": zero, "share_of_squares": share}
-        return cls(kept, dt, tail, port_names, static, origin=found)
+            provenance["pretrigger"] = {"samples": zero, "share_of_squares": share}
+        return cls(kept, dt, tail, port_names, static, origin=provenance)
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> SampledGreens:
-        """The same samples, seen through ``weights`` (p, q)."""
+        """Return the same samples, seen through ``weights`` (p, q)."""
         values = np.einsum("ia,ijn,jb->abn", weights, self.values, weights, optimize=True)
         static = None if self.static is None else weights.T @ self.static @ weights
         values = (values + values.transpose(1, 0, 2)) / 2  # to round-off
@@ -139,36 +140,36 @@ class SampledGreens(StatedGreens):
 
     @property
     def end(self) -> float:
-        """Time of the last sample [s]."""
+        """Return the time of the last sample [s]."""
         return float((self.values.shape[2] - 1) * self.dt)
 
     @property
     def valid_for(self) -> float:
-        """The last sample under tail "forbid", else without limit: the tail rule says how g goes on [s]."""
+        """Return the last sample under tail "forbid", else without limit: the tail rule says how g goes on [s]."""
         return self.end if self.tail == "forbid" else math.inf
 
     def known_for(self, time: float) -> Self:
-        """Itself: samples are known as far as they go."""
+        """Return itself: samples are known as far as they go."""
         return self
 
     @property
     def sampled_parts(self) -> tuple[SampledGreens, ...]:
-        """Itself."""
+        """Return itself."""
         return (self,)
 
     def inverse_mass(self) -> Array:
-        """(p, p) the last slope under tail "rigid" [1/kg], else 0: what is not said to move away counts as held."""
+        """Return (p, p) last slope under tail "rigid" [1/kg], else 0: what is not said to move away counts as held."""
         if self.tail != "rigid":
             return np.zeros(self.values.shape[:2])
         return np.asarray((self.values[:, :, -1] - self.values[:, :, -2]) / self.dt)
 
     def scaled(self, factor: float) -> SampledGreens:
-        """Every sample times ``factor``."""
+        """Return every sample times ``factor``."""
         static = None if self.static is None else factor * self.static
         return replace(self, values=check_factor(factor) * self.values, static=static)
 
     def stored(self) -> Stored:
-        """Its samples and what is said beyond them."""
+        """Return its samples and what is said beyond them."""
         known = {"values": self.values} | ({} if self.static is None else {"static": self.static})
         return Stored("sampled", {"dt": self.dt, "tail": self.tail}, known)
 
@@ -178,12 +179,12 @@ class SampledGreens(StatedGreens):
 
     @cached_property
     def _integral(self) -> Array:
-        """(p, p, n) exact integral of the piecewise-linear g up to each sample."""
+        """Return the (p, p, n) exact integral of the piecewise-linear g up to each sample."""
         steps = (self.values[:, :, 1:] + self.values[:, :, :-1]) * (self.dt / 2)
         return np.concatenate([np.zeros((*steps.shape[:2], 1)), np.cumsum(steps, axis=2)], axis=2)
 
     def _pieces(self, t: ArrayLike, i: int, j: int) -> tuple[Array, Array, Array, Array, Array]:
-        """(t, index of the sample before, time since, value there, slope there); the tail is the last piece."""
+        """Return (t, index of the sample before, time since, value there, slope there); the tail is the last piece."""
         t = np.asarray(t, dtype=float)
         last = self.values.shape[2] - 1
         if self.tail == "forbid" and t.size and t.max() > self.end * (1 + 1e-9):
@@ -198,17 +199,17 @@ class SampledGreens(StatedGreens):
         return t, index, np.maximum(t, 0.0) - index * self.dt, start, slopes[index]
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g_ij(t) [m/(N s)]."""
+        """Return g_ij(t) [m/(N s)]."""
         t, _, since, start, slope = self._pieces(t, i, j)
         return np.asarray(np.where(t < 0, 0.0, start + slope * since))
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """S_ij(t), exact for the piecewise-linear g [m/N]."""
+        """Return S_ij(t), exact for the piecewise-linear g [m/N]."""
         t, index, since, start, slope = self._pieces(t, i, j)
         return np.asarray(np.where(t < 0, 0.0, self._integral[i, j][index] + since * (start + slope * since / 2)))
 
     def static_compliance(self) -> Array:
-        """(p, p) ``static`` if given, else what the tail rule implies [m/N].
+        """Return the (p, p) ``static`` if given, else what the tail rule implies [m/N].
 
         Raises:
             GreensFunctionError: tail "forbid" and no ``static``: unknown.
@@ -228,17 +229,17 @@ class SampledGreens(StatedGreens):
         return np.where(last != 0, np.copysign(np.inf, last), self._integral[:, :, -1])
 
     def initial_value(self) -> Array:
-        """(p, p) g(0+), the first sample [m/(N s)]."""
+        """Return the (p, p) g(0+), the first sample [m/(N s)]."""
         return np.asarray(self.values[:, :, 0])
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """W_m = S((m+1) dt) - S(m dt) for m < n_steps, to be convolved."""
+        """Return W_m = S((m+1) dt) - S(m dt) for m < n_steps, to be convolved."""
         self.check_length(dt, n_steps)
         return StepKernel(None, step_weights(self, dt, n_steps), f"convolution of a sampled g, {n_steps} weights")
 
 
 def _common_time(time: Array, shape: tuple[int, ...]) -> Array:
-    """(n,) the one time axis of all records."""
+    """Return the (n,) one time axis of all records."""
     if len(shape) not in (1, 3) or time.shape not in (shape, shape[-1:]) or shape[-1] < 2:
         raise GreensFunctionError(
             f"time {time.shape} and values {shape} do not match: (n,) each, or values (p, p, n); n >= 2"
@@ -256,7 +257,7 @@ def _common_time(time: Array, shape: tuple[int, ...]) -> Array:
 
 
 def _uniform(time: Array) -> tuple[Array, float]:
-    """The times and their spacing."""
+    """Return the times and their spacing."""
     steps = np.diff(time)
     usual = float(np.median(steps))
     irregular = np.flatnonzero(~(np.abs(steps - usual) <= _GRID * abs(usual)))

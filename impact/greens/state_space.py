@@ -35,7 +35,7 @@ class StateSpace:
 
 
 def state_space(greens: GreensFunction) -> StateSpace:
-    """A Green's function of oscillators, relaxations, complex poles and rigid motions, exactly.
+    """Return a Green's function of oscillators, relaxations, complex poles and rigid motions, exactly.
 
     Modal: the states are q_k and q_k' of q'' + 2 zeta w q' + w^2 q = phi' F, then z_r of z' = -rate z + a' F. Complex
     poles s = -d + i w with shapes r: blocks [[-d, -w], [w, -d]] driven by (Re r, Im r), seen by 2 (Re r, -Im r).

@@ -17,7 +17,7 @@ _BLOCK = 256  # times at once: bounds the memory to that times the number of pol
 
 
 class StatedGreens(GreensFunction):
-    """What computed and measured functions have in common: names, error, origin and time limit are fields."""
+    """Base of computed and measured functions: names, error, origin and time limit are fields."""
 
     port_names: tuple[str, ...]
     error: ErrorEstimate
@@ -25,46 +25,46 @@ class StatedGreens(GreensFunction):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """Names of the ports."""
+        """Return the names of the ports."""
         return self.port_names
 
     @property
     def error_estimate(self) -> ErrorEstimate:
-        """Estimated error of g."""
+        """Return the estimated error of g."""
         return self.error
 
     @property
     def provenance(self) -> Mapping[str, object]:
-        """Where this function came from."""
+        """Return where this function came from."""
         return self.origin
 
     def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> Self:
-        """The same function with another error estimate (and provenance)."""
+        """Return the same function with another error estimate (and provenance)."""
         assert is_dataclass(self)
         changed: Self = replace(self, error=error, origin=self.origin if origin is None else origin)
         return changed
 
     def known_for(self, time: float) -> Self:
-        """The same function, known until ``time`` [s]."""
+        """Return the same function, known until ``time`` [s]."""
         assert is_dataclass(self)
         changed: Self = replace(self, valid_for=time)
         return changed
 
 
 class PoleSums(StatedGreens):
-    """What sums of oscillators and of complex poles have in common: all is known in closed form, term by term."""
+    """Base of sums of oscillators and of complex poles: all is known in closed form, term by term."""
 
     @abstractmethod
     def _values(self, t: Array, i: int, j: int, integrated: bool) -> Array:
-        """g_ij, or its integral without bare compliance, at the times ``t`` (n,) >= 0."""
+        """Return g_ij, or its integral without bare compliance, at the times ``t`` (n,) >= 0."""
 
     @abstractmethod
     def _compliance(self, i: int, j: int) -> float:
-        """The bare compliance [m/N]."""
+        """Return the bare compliance [m/N]."""
 
     @abstractmethod
     def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
-        """(rows, columns, n) g after a unit Hann pulse of ``width`` [s]."""
+        """Return the (rows, columns, n) g after a unit Hann pulse of ``width`` [s]."""
 
     def _sum(self, t: ArrayLike, i: int, j: int, integrated: bool) -> Array:
         t = np.asarray(t, dtype=float)
@@ -76,27 +76,27 @@ class PoleSums(StatedGreens):
         return np.where(flat < 0, 0.0, out).reshape(t.shape)
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
+        """Return g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
         return self._sum(t, i, j, integrated=False)
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """S_ij(t) = integral of g_ij from 0 to t [m/N]."""
+        """Return S_ij(t) = integral of g_ij from 0 to t [m/N]."""
         return self._sum(t, i, j, integrated=True)
 
     def filtered(self, t: ArrayLike, width: float, i: int = 0, j: int = 0) -> Array:
-        """As `GreensFunction.filtered`, in closed form."""
+        """Return the same as `GreensFunction.filtered`, in closed form."""
         t = np.asarray(t, dtype=float)
         return np.asarray(self._filtered(np.ravel(t), width, [i], [j])[0, 0].reshape(t.shape))
 
     def filtered_matrix(self, t: ArrayLike, width: float, columns: Sequence[int] | None = None) -> Array:
-        """As `GreensFunction.filtered_matrix`, in closed form."""
+        """Return the same as `GreensFunction.filtered_matrix`, in closed form."""
         every = list(range(len(self.ports)))
         pushed = every if columns is None else list(columns)
         return self._filtered(np.asarray(t, dtype=float), width, every, pushed)
 
 
 def step_weights(greens: GreensFunction, dt: float, n_steps: int) -> Array:
-    """(p, p, n) exact weights W_m = S((m + 1) h) - S(m h), S(0-) = 0 [m/N]."""
+    """Return the (p, p, n) exact weights W_m = S((m + 1) h) - S(m h), S(0-) = 0 [m/N]."""
     t, ports = dt * np.arange(1, n_steps + 1), range(len(greens.ports))
     return np.diff(np.array([[greens.step_response(t, i, j) for j in ports] for i in ports]), axis=2, prepend=0.0)
 
@@ -111,24 +111,24 @@ class ExactPort(GreensFunction):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """The struck point."""
+        """Return the struck point."""
         return ("contact",)
 
     @property
     def error_estimate(self) -> ErrorEstimate:
-        """Exact."""
+        """Return 0: it is exact."""
         return ErrorEstimate(0.0, 0.0)
 
     @property
     def provenance(self) -> Mapping[str, object]:
-        """The kind and its parameters."""
+        """Return the kind and its parameters."""
         assert is_dataclass(self)
         return {"kind": self.kind} | {f.name: getattr(self, f.name) for f in fields(self) if f.repr}
 
     def stored(self) -> Stored:
-        """Its provenance alone: the kind and its parameters."""
+        """Return its provenance alone: the kind and its parameters."""
         return Stored(str(self.provenance.get("kind", "")))
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """Exact step weights."""
+        """Return exact step weights."""
         return StepKernel(None, step_weights(self, dt, n_steps), f"{self.memory}, exact step weights")

@@ -37,84 +37,86 @@ class Combination(GreensFunction):
 
     @abstractmethod
     def _with(self, parts: tuple[GreensFunction, ...]) -> Self:
-        """The same factor of the sum of other parts."""
+        """Return the same factor of the sum of other parts."""
 
     def _sum(self, values: list[Array]) -> Array:
         return np.asarray(self.factor * sum(values))
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """Names of the ports."""
+        """Return the names of the ports."""
         return self.parts[0].ports
 
     @property
     def error_estimate(self) -> ErrorEstimate:
-        """The largest of the parts', each relative to its own largest value; unknown if one of them is."""
+        """Return the largest of the parts', each relative to its own largest value; unknown if one of them is."""
         errors = [part.error_estimate for part in self.parts]
         return ErrorEstimate(_largest([e.reduction for e in errors]), _largest([e.mesh for e in errors]))
 
     @property
     def valid_for(self) -> float:
-        """The shortest of the parts' [s]."""
+        """Return the shortest of the parts' [s]."""
         return min(part.valid_for for part in self.parts)
 
     @property
     def highest_rate(self) -> float:
-        """The highest of the parts' [rad/s]."""
+        """Return the highest of the parts' [rad/s]."""
         return max(part.highest_rate for part in self.parts)
 
     @property
     def modal(self) -> ModalGreens | None:
-        """All oscillators side by side, if every part is a sum of oscillators."""
-        found = tuple(modal for part in self.parts if (modal := part.modal) is not None)
-        return merged(found, self.factor) if len(found) == len(self.parts) else None
+        """Return all oscillators side by side, if every part is a sum of oscillators."""
+        modal_parts = tuple(modal for part in self.parts if (modal := part.modal) is not None)
+        return merged(modal_parts, self.factor) if len(modal_parts) == len(self.parts) else None
 
     @property
     def sampled_parts(self) -> tuple[SampledGreens, ...]:
-        """The parts', times the factor."""
-        found = [sampled for part in self.parts for sampled in part.sampled_parts]
-        return tuple(found if self.factor == 1.0 else [sampled.scaled(self.factor) for sampled in found])
+        """Return the sampled parts of all parts, times the factor."""
+        samples = [sampled for part in self.parts for sampled in part.sampled_parts]
+        return tuple(samples if self.factor == 1.0 else [sampled.scaled(self.factor) for sampled in samples])
 
     def inverse_mass(self) -> Array:
-        """(p, p) of the parts [1/kg]: the velocities add."""
+        """Return the (p, p) sum of the parts' inverse masses [1/kg]: the velocities add."""
         return self._sum([part.inverse_mass() for part in self.parts])
 
     def marched_poles(self, dt: float, n_steps: float) -> int | None:
-        """Of all parts; ``None`` if one has step weights."""
+        """Return the number of poles of all parts; ``None`` if one has step weights."""
         counts = [part.marched_poles(dt, n_steps) for part in self.parts]
         known = [count for count in counts if count is not None]
         return sum(known) if len(known) == len(counts) else None
 
     def forces_only(self) -> Self:
-        """Every part in that form."""
+        """Return the sum of every part in that form."""
         return self._with(tuple(part.forces_only() for part in self.parts))
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> Self:
-        """Every part, combined."""
+        """Return the sum of every part, combined."""
         return self._with(tuple(part.combined(weights, port_names) for part in self.parts))
 
     def transfer(self, s: ComplexArray) -> ComplexArray:
-        """(n, p, p) Laplace transform [m/N]; raises `GreensFunctionError` for a part without one in closed form."""
+        """Return the (n, p, p) Laplace transform [m/N]; raises `GreensFunctionError` for a part without one in closed
+        form."""
         return np.asarray(self.factor * sum(part.transfer(s) for part in self.parts), dtype=complex)
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
+        """Return g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
         return self._sum([part.impulse_response(t, i, j) for part in self.parts])
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """S_ij(t) [m/N]."""
+        """Return S_ij(t) [m/N]."""
         return self._sum([part.step_response(t, i, j) for part in self.parts])
 
     def static_compliance(self) -> Array:
-        """(p, p) [m/N]; ``inf`` where a part can move as a rigid body."""
+        """Return the (p, p) static compliance [m/N]; ``inf`` where a part can move as a rigid body."""
         return self._sum([part.static_compliance() for part in self.parts])
 
     def initial_value(self) -> Array:
-        """(p, p) g(0+) [m/(N s)]; ``inf`` where a bare compliance stands."""
+        """Return the (p, p) g(0+) [m/(N s)]; ``inf`` where a bare compliance stands."""
         return self._sum([part.initial_value() for part in self.parts])
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """All poles in one recursion, all weights in one convolution, every residue and weight times the factor."""
+        """Return all poles in one recursion, all weights in one convolution, every residue and weight times the
+        factor."""
         kernels = [part.step_kernel(dt, n_steps) for part in self.parts]
         modal = tuple(kernel.modal for kernel in kernels if kernel.modal is not None)
         weights = [kernel.weights for kernel in kernels if kernel.weights is not None]
@@ -159,24 +161,24 @@ class SumGreens(Combination):
 
     @property
     def summands(self) -> tuple[GreensFunction, ...]:
-        """The parts."""
+        """Return the parts."""
         return self.parts
 
     @property
     def provenance(self) -> dict[str, object]:
-        """The parts' provenances."""
+        """Return the parts' provenances."""
         return {"kind": "sum", "parts": [dict(part.provenance) for part in self.parts]}
 
     def stored(self) -> Stored:
-        """Its parts."""
+        """Return its parts."""
         return Stored("sum", parts=self.parts)
 
     def scaled(self, factor: float) -> SumGreens:
-        """The sum of the parts, scaled."""
+        """Return the sum of the parts, scaled."""
         return SumGreens(tuple(part.scaled(factor) for part in self.parts))
 
     def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> SumGreens:
-        """The parts with this error, relative to each; their origins are their own.
+        """Return the parts with this error, relative to each; their origins are their own.
 
         Raises:
             GreensFunctionError: an ``origin``; a part in closed form.
@@ -208,7 +210,7 @@ class ScaledGreens(Combination):
 
     @property
     def parts(self) -> tuple[GreensFunction, ...]:  # type: ignore[override]
-        """The one function."""
+        """Return the one function."""
         return (self.part,)
 
     def _with(self, parts: tuple[GreensFunction, ...]) -> ScaledGreens:
@@ -219,30 +221,31 @@ class ScaledGreens(Combination):
 
     @property
     def provenance(self) -> dict[str, object]:
-        """The factor and the part's provenance."""
+        """Return the factor and the part's provenance."""
         return {"kind": "scaled", "factor": self.factor, "part": dict(self.part.provenance)}
 
     @property
     def rod(self) -> Rod | None:
-        """The part's, of another section."""
+        """Return the part's rod, of another section."""
         rod = self.part.rod
         return None if rod is None else replace(rod, impedance=rod.impedance / self.factor)
 
     def stored(self) -> Stored:
-        """Its factor and its part."""
+        """Return its factor and its part."""
         return Stored("scaled", {"factor": self.factor}, parts=(self.part,))
 
     def scaled(self, factor: float) -> ScaledGreens:
-        """The part, by the product of both factors."""
+        """Return the part, by the product of both factors."""
         return ScaledGreens(self.part, self.factor * factor)
 
     def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> ScaledGreens:
-        """The part with this error and origin, scaled; raises `GreensFunctionError` where the part does."""
+        """Return the part with this error and origin, scaled; raises `GreensFunctionError` where the part does."""
         return replace(self, part=self.part.with_error(error, origin))
 
 
 def merged(parts: tuple[ModalGreens, ...], factor: float = 1.0) -> ModalGreens:
-    """``factor`` times the sum of modal functions as one: their poles side by side, their bare compliances added."""
+    """Return ``factor`` times the sum of modal functions as one: their poles side by side, their bare compliances
+    added."""
     together = SumGreens(parts)
     whole = ModalGreens(
         np.concatenate([part.omega for part in parts]),

@@ -19,7 +19,7 @@ _HELD: Final = 16  # planes at once
 
 
 def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
-    """A place with the normal stress n' sigma n in time on each plane that may be critical.
+    """Yield a place with the normal stress n' sigma n in time on each plane that may be critical.
 
     The normals are spread over half the sphere, from the principal axes of the stress that is furthest from the mean:
     proportional stress is judged along its own axes, exactly. Planes are passed over on which neither the range nor
@@ -52,7 +52,8 @@ def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
 
 
 def on_planes(histories: Iterable[tuple[str, Array]], *, tensors: bool = False) -> Iterator[tuple[str, Array]]:
-    """Named histories of one axis as they are, and in place of tensors, or beside them, their `normal_stresses`."""
+    """Yield named histories of one axis as they are, and in place of tensors, or beside them, their
+    `normal_stresses`."""
     for name, history in histories:
         if history.ndim == 1:
             yield name, history
@@ -62,18 +63,18 @@ def on_planes(histories: Iterable[tuple[str, Array]], *, tensors: bool = False) 
 
 
 def _reach(stress: Array) -> Array:
-    """(2, p) range and twice the largest tension of (n, p) histories."""
+    """Return the (2, p) range and twice the largest tension of (n, p) histories."""
     top = stress.max(axis=0)
     return np.stack([top - stress.min(axis=0), np.maximum(2 * top, 0.0)])
 
 
 @cache
 def _normals() -> Array:
-    """(N, 3) over half the sphere, the three axes among them; opposite normals are one plane."""
-    found = [(0.0, 0.0, 1.0)]
+    """Return the (N, 3) normals over half the sphere, the three axes among them; opposite normals are one plane."""
+    normals = [(0.0, 0.0, 1.0)]
     for polar in np.radians(np.arange(APART, 90.0 + APART / 2, APART)):
         turn = math.tau if polar < math.pi / 2 - 1e-9 else math.pi
         count = 2 * math.ceil(turn / 2 * math.sin(polar) / math.radians(APART) - 1e-9)
         for angle in turn * np.arange(count) / count:
-            found.append((math.sin(polar) * math.cos(angle), math.sin(polar) * math.sin(angle), math.cos(polar)))
-    return np.array(found)
+            normals.append((math.sin(polar) * math.cos(angle), math.sin(polar) * math.sin(angle), math.cos(polar)))
+    return np.array(normals)

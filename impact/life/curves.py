@@ -64,7 +64,7 @@ class Curve:
         _quantile(self.survival)
 
     def life(self, amplitude: ArrayLike, survival: float | None = None) -> Array:
-        """Cycles to failure of (...,) amplitudes >= 0 [Pa] for a share of survivors; 0 Pa: ``inf``.
+        """Return the cycles to failure of (...,) amplitudes >= 0 [Pa] for a share of survivors; 0 Pa: ``inf``.
 
         Raises:
             LifeError: a ``survival`` other than the curve's own where its scatter is not known; an amplitude that is
@@ -82,7 +82,7 @@ class Curve:
             return np.asarray(np.exp(logs - self._shift(survival)))
 
     def stress(self, cycles: float, survival: float | None = None) -> float:
-        """The amplitude [Pa] that a share of the parts endures for so many cycles > 0; raises as `life`."""
+        """Return the amplitude [Pa] that a share of the parts endures for so many cycles > 0; raises as `life`."""
         if not 0 < cycles < math.inf:
             raise LifeError(f"cycles = {cycles:g} must be positive and finite")
         levels, counts = np.log(self.stresses), np.log(self.cycles)
@@ -92,7 +92,7 @@ class Curve:
         return float(np.exp(level))
 
     def _shift(self, survival: float | None) -> float:
-        """Of log N, towards the safe side."""
+        """Return the shift of log N, towards the safe side."""
         if survival is None or survival == self.survival:
             return 0.0
         if self.scatter is None:
@@ -112,7 +112,8 @@ def basquin(
     scatter: float | None = None,
     survival: float = 0.5,
 ) -> Curve:
-    """N = N_k (S/S_k)^-k, with another slope below the knee; none stated: 2k - 1, and no endurance limit.
+    """Return the curve N = N_k (S/S_k)^-k, with another slope below the knee; none stated: 2k - 1, and no endurance
+    limit.
 
     Args:
         knee_stress: S_k, amplitude [Pa].
@@ -133,7 +134,8 @@ def basquin(
 
 
 def tabled(points: Sequence[tuple[float, float]], *, scatter: float | None = None, survival: float = 0.5) -> Curve:
-    """Measured (amplitude [Pa], cycles), joined by straight lines in log-log; the end pieces go on for ever.
+    """Return the curve of measured (amplitude [Pa], cycles), joined by straight lines in log-log; the end pieces go on
+    for ever.
 
     Raises:
         LifeError: as `Curve`, fewer than two points.

@@ -47,7 +47,8 @@ def reversals(history: ArrayLike) -> Array:
 
 
 def from_peak(history: ArrayLike) -> Array:
-    """(r,) turning points of the history repeated for ever, one period from its highest peak to the next one.
+    """Return the (r,) turning points of the history repeated for ever, one period from its highest peak to the next
+    one.
 
     Raises:
         LifeError: as `reversals`.
@@ -75,13 +76,13 @@ def rainflow(history: ArrayLike, *, repeated: bool = True) -> Cycles:
     """
     if repeated:
         return Cycles(*counted(from_peak(history)))
-    found = [cycle[:3] for cycle in extract_cycles(reversals(history))]
-    ranges, means, counts = np.array(found, dtype=float).reshape(-1, 3).T
+    cycles = [cycle[:3] for cycle in extract_cycles(reversals(history))]
+    ranges, means, counts = np.array(cycles, dtype=float).reshape(-1, 3).T
     return Cycles(ranges, means, counts)
 
 
 def counted(points: Array) -> tuple[Array, Array, Array]:
-    """Ranges, means and counts of turning points that begin and end at the highest one.
+    """Return the ranges, means and counts of turning points that begin and end at the highest one.
 
     The package's rule in a compiled loop, some hundred times as fast: maps count millions of turning points.
     """
@@ -93,14 +94,14 @@ def counted(points: Array) -> tuple[Array, Array, Array]:
 def _whole_cycles(points):  # type: ignore[no-untyped-def]
     stack = np.empty(len(points))
     ranges, means = np.empty(len(points) // 2), np.empty(len(points) // 2)
-    depth, found = 0, 0
+    depth, count = 0, 0
     for value in points:
         stack[depth] = value
         depth += 1
         while depth >= 3 and abs(value - stack[depth - 2]) >= abs(stack[depth - 2] - stack[depth - 3]):
-            ranges[found] = abs(stack[depth - 2] - stack[depth - 3])
-            means[found] = 0.5 * (stack[depth - 2] + stack[depth - 3])
-            found += 1
+            ranges[count] = abs(stack[depth - 2] - stack[depth - 3])
+            means[count] = 0.5 * (stack[depth - 2] + stack[depth - 3])
+            count += 1
             depth -= 2
             stack[depth - 1] = value
-    return ranges[:found], means[:found]
+    return ranges[:count], means[:count]

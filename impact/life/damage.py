@@ -20,7 +20,7 @@ _WIDEST = 1e12  # stresses that are looked at, over the curve's own, and their i
 
 @dataclass(frozen=True)
 class Life:
-    """What repeated blocks do to one point.
+    """The effect of repeated blocks on one point.
 
     Attributes:
         damage: of one block, by Miner's sum; 1 is failure.
@@ -38,7 +38,7 @@ class Life:
 
 
 def damage(cycles: Cycles, strength: Strength, judge: MeanStress, *, survival: float | None = None) -> float:
-    """Damage of one block, D = sum n_i / N(S_i); ``inf`` where a mean stress breaks the part.
+    """Return the damage of one block, D = sum n_i / N(S_i); ``inf`` where a mean stress breaks the part.
 
     S_i is the amplitude that is as damaging at the loading ratio of the S-N curve as the cycle is at its mean; at the
     curve's own ratio -1 it is the criterion's fully reversed amplitude itself.
@@ -50,7 +50,7 @@ def damage(cycles: Cycles, strength: Strength, judge: MeanStress, *, survival: f
         survival: share of the parts that lives on; ``None``: that of the curve.
 
     Raises:
-        LifeError: no curve, a survival that the curve cannot tell.
+        LifeError: no curve, a survival that the curve cannot give.
 
     Source: M. A. Miner, J. Appl. Mech. 12 (1945) A159.
     """
@@ -71,7 +71,8 @@ def margin(
     blocks: float,
     survival: float | None = None,
 ) -> float:
-    """The factor f on all stresses, amplitudes and means, with which ``blocks`` D(f) = 1; ``inf`` where nothing fails.
+    """Return the factor f on all stresses, amplitudes and means, with which ``blocks`` D(f) = 1; ``inf`` where nothing
+    fails.
 
     D grows with f, so that there is one root, or one jump (an endurance limit, a mean that breaks the part) which is
     the margin then.
@@ -95,7 +96,7 @@ def margin(
     ranges, means = cycles.ranges / largest, cycles.means / largest
 
     def excess(exponent: float) -> float:
-        """log(blocks D), the largest stress being e^exponent times the curve's first."""
+        """Return log(blocks D), the largest stress being e^exponent times the curve's first."""
         level = curve.stresses[0] * math.exp(exponent)
         sum_ = damage(Cycles(level * ranges, level * means, cycles.counts), strength, judge, survival=survival) * blocks
         return float(np.clip(math.log(sum_) if sum_ > 0 else -_STEEPEST, -_STEEPEST, _STEEPEST))

@@ -15,7 +15,7 @@ _MOST = 2000  # exchanges; some ten happen
 
 
 def enclosing_sphere(points: Array) -> tuple[Array, float]:
-    """(d,) centre and radius of the smallest sphere that holds (n, d) points, d <= 6.
+    """Return the (d,) centre and radius of the smallest sphere that holds (n, d) points, d <= 6.
 
     The sphere is determined by at most d + 1 of the points. Beginning with two, the point furthest outside joins them,
     and the smallest sphere around these few, found among the circumscribed spheres of their subsets, replaces the last
@@ -32,8 +32,8 @@ def enclosing_sphere(points: Array) -> tuple[Array, float]:
     scale = float(np.abs(points - origin).max())
     if scale == 0.0:
         return origin, 0.0
-    centre, squared, done = _smallest((points - origin) / scale, _INSIDE, _MOST)
-    if not done:
+    centre, squared, converged = _smallest((points - origin) / scale, _INSIDE, _MOST)
+    if not converged:
         raise LifeError(f"no smallest sphere around {len(points)} points after {_MOST} exchanges; report this history")
     return origin + scale * centre, scale * math.sqrt(squared)
 
@@ -52,7 +52,7 @@ def _furthest(points, centre):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _smallest(points, inside, most):  # type: ignore[no-untyped-def]
-    """Centre, squared radius, and whether it ended; the radius holds the furthest point."""
+    """Return the centre, squared radius, and whether it ended; the radius holds the furthest point."""
     size = points.shape[1]
     held = np.empty((size + 2, size))
     held[0] = points[_furthest(points, points[0])[1]]
@@ -77,7 +77,8 @@ def _smallest(points, inside, most):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _around(few):  # type: ignore[no-untyped-def]
-    """Smallest sphere around at most d + 2 points, the last of them on it: centre, squared radius, subset as bits."""
+    """Return the smallest sphere around at most d + 2 points, the last of them on it: centre, squared radius, subset as
+    bits."""
     count, size = few.shape
     best, centre, chosen = np.inf, few[0].copy(), 0
     for subset in range(1, 1 << (count - 1)):
@@ -94,7 +95,8 @@ def _around(few):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _circumscribed(few, subset):  # type: ignore[no-untyped-def]
-    """The centre in the plane of the subset and the last point: 2 G lam = diag G, G of the edges from that point."""
+    """Return the centre in the plane of the subset and the last point: 2 G lam = diag G, G of the edges from that
+    point."""
     count, size = few.shape
     edges = np.empty((count, size))
     m = 0
@@ -103,26 +105,26 @@ def _circumscribed(few, subset):  # type: ignore[no-untyped-def]
             edges[m] = few[k] - few[count - 1]
             m += 1
     edges = edges[:m]
-    left = 2 * edges @ edges.T
-    right = 0.5 * np.diag(left)
+    matrix = 2 * edges @ edges.T
+    right = 0.5 * np.diag(matrix)
     for k in range(m):  # elimination; edges that others imply are left out
-        pivot = k + np.argmax(np.abs(np.diag(left)[k:]))
+        pivot = k + np.argmax(np.abs(np.diag(matrix)[k:]))
         for each in range(m):
-            left[k, each], left[pivot, each] = left[pivot, each], left[k, each]
+            matrix[k, each], matrix[pivot, each] = matrix[pivot, each], matrix[k, each]
         for each in range(m):
-            left[each, k], left[each, pivot] = left[each, pivot], left[each, k]
+            matrix[each, k], matrix[each, pivot] = matrix[each, pivot], matrix[each, k]
         right[k], right[pivot] = right[pivot], right[k]
         edges[k], edges[pivot] = edges[pivot].copy(), edges[k].copy()
-        if left[k, k] <= 1e-24:
+        if matrix[k, k] <= 1e-24:
             m = k
             break
         for row in range(k + 1, m):
-            factor = left[row, k] / left[k, k]
-            left[row] -= factor * left[k]
+            factor = matrix[row, k] / matrix[k, k]
+            matrix[row] -= factor * matrix[k]
             right[row] -= factor * right[k]
     centre = few[count - 1].copy()
     weights = np.zeros(m)
     for k in range(m - 1, -1, -1):
-        weights[k] = (right[k] - left[k, k + 1 : m] @ weights[k + 1 :]) / left[k, k]
+        weights[k] = (right[k] - matrix[k, k + 1 : m] @ weights[k + 1 :]) / matrix[k, k]
         centre += weights[k] * edges[k]
     return centre

@@ -19,7 +19,7 @@ SHARE = 0.7
 
 @dataclass(frozen=True, repr=False)
 class PointMap:
-    """What cycles do to P points.
+    """The effect of cycles on P points.
 
     Attributes:
         values: (P,) what was asked for; NaN at points that were skipped.
@@ -33,14 +33,14 @@ class PointMap:
 
     @property
     def skipped(self) -> int:
-        """How many points were not counted."""
+        """Return how many points were not counted."""
         return int(np.isnan(self.values).sum())
 
     __repr__ = brief
 
 
 def cycle_map(blocks: Iterable[Array], judged: Callable[[Cycles], float], share: float = SHARE) -> PointMap:
-    """A number for each point by its cycles, where they may matter.
+    """Return a number for each point by its cycles, where they may matter.
 
     A point is skipped where its largest range is below ``share`` of the largest of all points; 0 skips none. Ranges
     say nothing of means: where means differ much from point to point, take a lower share.
@@ -72,12 +72,12 @@ def cycle_map(blocks: Iterable[Array], judged: Callable[[Cycles], float], share:
         ranges += reach.tolist()
     if not ranges:
         raise LifeError("no points: give the map a block at least")
-    found = np.array(ranges)
-    return PointMap(np.where(found >= share * hottest, values, np.nan), found, share)
+    point_ranges = np.array(ranges)
+    return PointMap(np.where(point_ranges >= share * hottest, values, np.nan), point_ranges, share)
 
 
 def margin_map(blocks: Iterable[Array], criterion: Multiaxial) -> Array:
-    """(P,) margins of points by a criterion of several axes.
+    """Return the (P,) margins of points by a criterion of several axes.
 
     Args:
         blocks: (p, n, 6) stress tensors of p points at a time [Pa].

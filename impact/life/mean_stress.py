@@ -18,26 +18,27 @@ from impact.life.strength import Strength, criterion
 
 
 class MeanStress(ABC):
-    """What a mean stress does to an amplitude, by one criterion."""
+    """The effect of a mean stress on an amplitude, by one criterion."""
 
     name: ClassVar[str]
 
     @abstractmethod
     def equivalent(self, amplitude: Array, mean: Array) -> Array:
-        """(...,) fully reversed amplitudes [Pa] of cycles with amplitudes >= 0 and means [Pa]; ``inf``: it breaks."""
+        """Return the (...,) fully reversed amplitudes [Pa] of cycles with amplitudes >= 0 and means [Pa]; ``inf``: it
+        breaks."""
 
     @abstractmethod
     def at_ratio(self, equivalent: Array, slant: float) -> Array:
-        """(...,) amplitudes S [Pa] that are equivalent where the mean is slant S, slant = (1 + R)/(1 - R)."""
+        """Return (...,) amplitudes S [Pa] that are equivalent where the mean is slant S, slant = (1 + R)/(1 - R)."""
 
     @property
     def breaks_at(self) -> float:
-        """The mean stress that no cycle survives [Pa]."""
+        """Return the mean stress that no cycle survives [Pa]."""
         return math.inf
 
 
 def _over(stress: Array, left: Array) -> Array:
-    """``inf`` where nothing is left to bear it."""
+    """Return the quotient, ``inf`` where nothing is left to bear it."""
     return np.asarray(np.divide(stress, left, out=np.full(np.shape(left), np.inf), where=left > 0))
 
 
@@ -47,13 +48,13 @@ class _Straight(MeanStress):
     compression: bool
 
     def equivalent(self, amplitude: Array, mean: Array) -> Array:
-        left = 1 - (mean if self.compression else np.maximum(mean, 0.0)) / self.breaks_at
-        return _over(amplitude, left)
+        divisor = 1 - (mean if self.compression else np.maximum(mean, 0.0)) / self.breaks_at
+        return _over(amplitude, divisor)
 
     def at_ratio(self, equivalent: Array, slant: float) -> Array:
         pull = slant if self.compression else max(slant, 0.0)
-        left = 1 + equivalent * pull / self.breaks_at
-        return _over(equivalent, left)
+        divisor = 1 + equivalent * pull / self.breaks_at
+        return _over(equivalent, divisor)
 
 
 @dataclass(frozen=True)
@@ -108,11 +109,11 @@ class Gerber(MeanStress):
     ultimate: float
 
     def equivalent(self, amplitude: Array, mean: Array) -> Array:
-        left = 1 - (np.maximum(mean, 0.0) / self.ultimate) ** 2
-        return _over(amplitude, left)
+        divisor = 1 - (np.maximum(mean, 0.0) / self.ultimate) ** 2
+        return _over(amplitude, divisor)
 
     def at_ratio(self, equivalent: Array, slant: float) -> Array:
-        """The positive root of S = e (1 - (slant S/UTS)^2)."""
+        """Return the positive root of S = e (1 - (slant S/UTS)^2)."""
         pull = 2 * equivalent * max(slant, 0.0) / self.ultimate
         return np.asarray(2 * equivalent / (1 + np.sqrt(1 + pull**2)))
 
@@ -161,7 +162,7 @@ class SmithWatsonTopper(_Power):
 
 
 def mean_stress(name: str, strength: Strength) -> MeanStress:
-    """The criterion of that name: goodman, gerber, swt, walker, morrow.
+    """Return the criterion of that name: goodman, gerber, swt, walker, morrow.
 
     Raises:
         LifeError: another name, or a constant that the strength lacks.

@@ -54,15 +54,17 @@ class Multiaxial(ABC):
 
     @property
     def ratio(self) -> float:
-        """t-1/f-1."""
+        """Return t-1/f-1."""
         return self.torsion_limit / self.bending_limit
 
     @abstractmethod
     def value(self, stress: ArrayLike) -> float:
-        """Equivalent shear amplitude [Pa] of an (n, 6) block; raises `LifeError` for stress of another shape."""
+        """Return the equivalent shear amplitude [Pa] of an (n, 6) block; raises `LifeError` for stress of another
+        shape."""
 
     def margin(self, stress: ArrayLike) -> float:
-        """t-1/value: the factor on all stresses at which the limit is met; ``inf`` where there is nothing to bear."""
+        """Return t-1/value: the factor on all stresses at which the limit is met; ``inf`` where there is nothing to
+        bear."""
         value = self.value(stress)
         return self.torsion_limit / value if value > 0 else math.inf
 
@@ -128,7 +130,7 @@ class Papadopoulos(Multiaxial):
 
 
 def multiaxial(name: str, strength: Strength) -> Multiaxial:
-    """The criterion of that name: crossland, dang_van, papadopoulos.
+    """Return the criterion of that name: crossland, dang_van, papadopoulos.
 
     Raises:
         LifeError: another name, limits that the strength lacks or that the criterion cannot use.
@@ -137,18 +139,18 @@ def multiaxial(name: str, strength: Strength) -> Multiaxial:
 
 
 def pressure(stress: Array) -> Array:
-    """(n,) hydrostatic stress p = (xx + yy + zz)/3, > 0 in tension [Pa]."""
+    """Return the (n,) hydrostatic stress p = (xx + yy + zz)/3, > 0 in tension [Pa]."""
     return np.asarray(stress[:, :3].sum(axis=1) / 3)
 
 
 def deviators(stress: Array) -> Array:
-    """(n, 5) deviators in Ilyushin's space, scaled so that the squared length is J2 = s:s/2 [Pa]."""
+    """Return the (n, 5) deviators in Ilyushin's space, scaled so that the squared length is J2 = s:s/2 [Pa]."""
     xx, yy, zz, yz, xz, xy = stress.T
     return np.stack([(2 * xx - yy - zz) / (2 * ROOT_3), (yy - zz) / 2, yz, xz, xy], axis=1)
 
 
 def largest_shear(path: Array) -> Array:
-    """(n,) half the largest difference of principal values of (n, 5) `deviators` [Pa].
+    """Return (n,) half the largest difference of principal values of (n, 5) `deviators` [Pa].
 
     (s1 - s3)/2 = sqrt(J2) sin(theta + pi/3), cos(3 theta) = (3 sqrt 3/2) J3/J2^(3/2), 0 <= theta <= pi/3.
     """

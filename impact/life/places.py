@@ -18,7 +18,7 @@ from impact.life.strength import Strength
 
 @dataclass(frozen=True)
 class Demand:
-    """What a part has to endure, and by which rules that is judged.
+    """The demand on a part, and the rules by which it is judged.
 
     Attributes:
         strength: of its material.
@@ -52,7 +52,7 @@ class Judged:
 
 
 def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
-    """Where a block of stress that repeats without end leaves the least margin.
+    """Return where a block of stress that repeats without end leaves the least margin.
 
     Of stress of one axis, places are passed over where neither the largest range nor the largest range with its mean,
     twice the largest tension, reaches `SHARE` of the largest of all places.
@@ -83,28 +83,28 @@ def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
             raise LifeError(f"{name}: stress of several axes needs a criterion for it (crossland, ...)")
         else:
             tensors.append((demand.several_axes.margin(history), name))
-    found = Judged()
+    judgement = Judged()
     if counted and demand.judge is not None:
         lives = [
             (name, life(cycles, demand.strength, demand.judge, blocks=demand.blocks, survival=demand.survival))
             for _, name, cycles in counted
         ]
         at, worst = min(lives, key=lambda place: place[1].margin)
-        found = Judged(at, worst)
+        judgement = Judged(at, worst)
     if tensors:
         margin, name = min(tensors)
-        found = Judged(found.at, found.life, name, margin)
-    return found
+        judgement = Judged(judgement.at, judgement.life, name, margin)
+    return judgement
 
 
 def _reach(cycles: Cycles) -> float:
-    """The larger of the largest range and twice the largest tension that a cycle has [Pa]."""
+    """Return the larger of the largest range and twice the largest tension that a cycle has [Pa]."""
     if not cycles.ranges.size:
         return 0.0
     return max(float(cycles.ranges.max()), float((2 * cycles.means + cycles.ranges).max()), 0.0)
 
 
 def left_of(margin: float, bar: float) -> float:
-    """The error bar of a margin of stresses that are known to the share ``bar``: a margin of f at stress 1 is f/(1 + b)
-    at 1 + b, exactly, and the larger deviation is the one below, f b/(1 - b); ``inf`` from b = 1 on."""
+    """Return the error bar of a margin of stresses that are known to the share ``bar``: a margin of f at stress 1 is
+    f/(1 + b) at 1 + b, exactly, and the larger deviation is the one below, f b/(1 - b); ``inf`` from b = 1 on."""
     return margin * bar / (1 - bar) if bar < 1 else math.inf

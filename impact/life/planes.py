@@ -15,7 +15,8 @@ _FEW = 64  # points that are sorted as they are
 
 
 def mean_square_shear(stress: Array, tolerance: float = 1e-6) -> float:
-    """<Ta^2> [Pa^2], Ta half the range of the shear stress on a plane with the normal n along a direction m in it.
+    """Return <Ta^2> [Pa^2], Ta half the range of the shear stress on a plane with the normal n along a direction m in
+    it.
 
         <Ta^2> = 1/(8 pi^2) int int int Ta^2(theta, phi, chi) dchi sin(theta) dtheta dphi
 
@@ -51,7 +52,7 @@ def mean_square_shear(stress: Array, tolerance: float = 1e-6) -> float:
 
 
 def _polar(number: int) -> tuple[Array, Array]:
-    """Cosines and weights over half the sphere: opposite normals are one plane."""
+    """Return cosines and weights over half the sphere: opposite normals are one plane."""
     cosines, weights = np.polynomial.legendre.leggauss(number)
     return cosines[number // 2 :], weights[number // 2 :]
 
@@ -78,7 +79,7 @@ def _average(stress, cosines, weights):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _half_width_squared(points):  # type: ignore[no-untyped-def]
-    """Mean over all directions of (half the width)^2 of points in a plane.
+    """Return the mean over all directions of (half the width)^2 of points in a plane.
 
     With the edges of the hull sorted by their directions mod pi, e_1, e_2, ..., the width is the support function of
     the symmetric polygon with the corners v_0 = -sum e_i/2, v_1 = v_0 + e_1, ...: v_k . u between the normals of e_k
@@ -106,7 +107,8 @@ def _half_width_squared(points):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _outer(points):  # type: ignore[no-untyped-def]
-    """Without points inside the octagon of those that are extreme along eight directions (Akl and Toussaint 1978)."""
+    """Return the points without those inside the octagon of those that are extreme along eight directions (Akl and
+    Toussaint 1978)."""
     at, reach = np.zeros(9, dtype=np.int64), np.full(8, -np.inf)
     for k in range(len(points)):
         x, y = points[k, 0], points[k, 1]
@@ -131,7 +133,7 @@ def _outer(points):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _hull_edges(points):  # type: ignore[no-untyped-def]
-    """Of the convex hull, by Andrew's monotone chain."""
+    """Return the edges of the convex hull, by Andrew's monotone chain."""
     upwards = np.argsort(points[:, 1])
     order = upwards[np.argsort(points[upwards, 0], kind="mergesort")]
     chain = np.empty((2 * len(points), 2))

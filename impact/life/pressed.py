@@ -19,7 +19,8 @@ WIDTHS: Final = 60
 
 
 def hertz_path(force: float, *, stiffness: float, modulus: float, poisson: float = 0.3) -> Iterator[tuple[str, Array]]:
-    """Names of depths with the (n, 6) stress there [Pa], while a contact of N = k d^(3/2) goes from 0 to its ``force``.
+    """Yield names of depths with the (n, 6) stress there [Pa], while a contact of N = k d^(3/2) goes from 0 to its
+    ``force``.
 
     Its radius is R = (3 k/(4 E*))^2; at the half-width a the pressure is p0 = 2 E* a/(pi R), and the stress on the axis
     p0 times that of `circular_axis_stress`. What a blow does in time does not matter: it takes each depth along one

@@ -16,7 +16,7 @@ Kind = TypeVar("Kind")
 
 @dataclass(frozen=True)
 class Strength:
-    """What is known of a material's fatigue, and from where; ``None`` is what nobody measured.
+    """The known fatigue strength of a material, and where it is from; ``None`` is what nobody measured.
 
     Attributes:
         source: citation of all numbers; required.
@@ -77,21 +77,21 @@ class Strength:
                 )
 
     def needed(self, what: str, *names: str) -> list[Any]:
-        """The values of these fields. Raises `LifeError`, which names those that are missing and ``what`` needs."""
+        """Return values of these fields. Raises `LifeError`, which names those that are missing and ``what`` needs."""
         if missing := [name for name in names if getattr(self, name) is None]:
             raise LifeError(f"{what} needs {', '.join(missing)} of the material ({self.source}): measure or cite it")
         return [getattr(self, name) for name in names]
 
 
 def kinds(base: type[Kind]) -> Iterator[type[Kind]]:
-    """The criteria there are: every subclass with a ``name``, those defined elsewhere, too."""
+    """Yield the criteria there are: every subclass with a ``name``, those defined elsewhere, too."""
     for each in base.__subclasses__():
         yield from [each] if "name" in vars(each) else []
         yield from kinds(each)
 
 
 def criterion(base: type[Kind], name: str, strength: Strength) -> Kind:
-    """The criterion of that name, its constants the fields of the same names of the strength.
+    """Return the criterion of that name, its constants the fields of the same names of the strength.
 
     Args:
         base: what kind of criterion, `MeanStress` or `Multiaxial`.
@@ -106,9 +106,9 @@ def criterion(base: type[Kind], name: str, strength: Strength) -> Kind:
         close = get_close_matches(name, known, n=1)
         meant = f"did you mean {close[0]!r}? " if close else ""
         raise LifeError(f"no criterion named {name!r}; {meant}There are: {', '.join(known)}")
-    asked = [field.name for field in fields(known[name]) if field.default is MISSING]
-    made: Kind = known[name](*strength.needed(name, *asked))
-    return made
+    constants = [field.name for field in fields(known[name]) if field.default is MISSING]
+    instance: Kind = known[name](*strength.needed(name, *constants))
+    return instance
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class SpeedMargin:
 
 
 def speed_margin(speed: float, strength: Strength) -> SpeedMargin:
-    """How far a speed of closing is below the one that the strength allows.
+    """Return how far a speed of closing is below the one that the strength allows.
 
     Args:
         speed: largest speed of closing, either sign [m/s].

@@ -33,19 +33,19 @@ class CostModel:
     call: float
 
     def poles(self, n: int, poles: int, contacts: int) -> float:
-        """March by the recursion."""
+        """Return the cost of a march by the recursion."""
         return n * poles * (self.pole + (contacts - 1) * self.pole_contact)
 
     def forming(self, n: int, poles: int, contacts: int) -> float:
-        """Step weights of poles."""
+        """Return the cost of forming the step weights of poles."""
         return n * poles * contacts * (contacts + 1) / 2 * self.weight
 
     def direct(self, n: int, contacts: int, block: int) -> float:
-        """Sum over the steps of each block."""
+        """Return the cost of a sum over the steps of each block."""
         return contacts**2 * n * min(block, n) / 2 * self.multiply
 
     def fft(self, n: int, contacts: int, block: int) -> float:
-        """Sum inside blocks, FFT between them."""
+        """Return the cost of a sum inside blocks and an FFT between them."""
         cost, size = self.direct(n, contacts, block) + n // block * self.call, block
         while size < n:
             cost += n / 2 * (contacts * math.log2(2 * size) * self.transform + contacts**2 * self.product)
@@ -68,7 +68,7 @@ MEASURED = CostModel(
 
 @dataclass(frozen=True)
 class Plan:
-    """What runs how.
+    """The engines that the bodies run with.
 
     Attributes:
         by_poles: for each body, whether its poles are marched (else they become step weights).
@@ -91,7 +91,7 @@ def choose(
     block: int | None = None,
     costs: CostModel = MEASURED,
 ) -> Plan:
-    """The plan for the bodies' ``kernels`` (striker first); a given ``block`` is kept.
+    """Return the plan for the bodies' ``kernels`` (striker first); a given ``block`` is kept.
 
     Raises:
         ContactError: unknown engine; "poles" where a body has none; a block below one step.
@@ -116,16 +116,16 @@ def choose(
 
 
 def _candidates(kernels: Sequence[StepKernel], engine: Engine) -> list[tuple[bool, ...]]:
-    """All poles marched, then without the largest body's, the two largest bodies', ...; fewer where forced."""
+    """Return all poles marched, then without the largest body's, the two largest bodies', ...; fewer where forced."""
     modal = [kernel.modal is not None for kernel in kernels]
     if engine in ("fft", "direct"):
         return [(False,) * len(kernels)]
-    found = [tuple(modal)]
+    candidates = [tuple(modal)]
     if engine == "auto":
         for number in sorted(range(len(kernels)), key=lambda i: -_count(kernels[i])):
             modal[number] = False
-            found.append(tuple(modal))
-    return list(dict.fromkeys(found))
+            candidates.append(tuple(modal))
+    return list(dict.fromkeys(candidates))
 
 
 def _blocks(engine: Engine, block: int | None, steps: int) -> tuple[int, ...]:

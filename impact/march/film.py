@@ -65,7 +65,8 @@ class SqueezeFilm:
     def strip(
         *, viscosity: float, length: float, width: float, floor: float, underpressure: float = 1e5
     ) -> SqueezeFilm:
-        """Under a long strip, or a narrow ring of this length; ``underpressure``: at which the fluid breaks [Pa].
+        """Return the film under a long strip, or a narrow ring of this length; ``underpressure``: that at which the
+        fluid breaks [Pa].
 
         The default is that of one bar around, and a fluid that bears no tension. Raises as the class does.
         """
@@ -73,9 +74,9 @@ class SqueezeFilm:
 
     @property
     def parameters(self) -> Parameters:
-        """k, f, largest pull."""
+        """Return k, f and the largest pull."""
         return (self.coefficient, self.floor, self.tension)
 
     def part(self, share: float) -> SqueezeFilm:
-        """Of a ``share`` of the strip's length."""
+        """Return the film of a ``share`` of the strip's length."""
         return SqueezeFilm(share * self.coefficient, self.floor, share * self.tension)

@@ -55,7 +55,7 @@ class Flying:
 
 
 def parted(bodies: tuple[Discrete, ...], turns: list[Array]) -> tuple[tuple[Discrete, ...], list[Flying]]:
-    """The bodies without their loaded translations, and these; ``turns``: (P, p) of each body."""
+    """Return the bodies without their loaded translations, and these; ``turns``: (P, p) of each body."""
     parts, flying = list(bodies), []
     for number, (body, turn) in enumerate(zip(bodies, turns, strict=True)):
         if flies(body):
@@ -65,7 +65,7 @@ def parted(bodies: tuple[Discrete, ...], turns: list[Array]) -> tuple[tuple[Disc
 
 
 def flies(discrete: Discrete) -> bool:
-    """Whether loads act on a translation of the body."""
+    """Return whether loads act on a translation of the body."""
     g = discrete.body.greens.modal if discrete.body.loads else None
     if g is None:
         return False
@@ -74,7 +74,7 @@ def flies(discrete: Discrete) -> bool:
 
 
 def _split(discrete: Discrete, turn: Array) -> tuple[Discrete, Flying]:
-    """The body without its translations, and these."""
+    """Return the body without its translations, and these."""
     body, g = discrete.body, discrete.body.greens.modal
     assert g is not None
     rigid, start = g.omega == 0, body.modal_start()
@@ -104,11 +104,11 @@ class Pilot:
         self._end = self._lay(0)
 
     def resume(self, done: int) -> None:
-        """``base`` was set anew, of the block that step ``done`` lies in."""
+        """Go on after ``base`` was set anew, that of the block that step ``done`` lies in."""
         self._end = self._lay(done - done % BLOCK)
 
     def turn(self, done: int, state: tuple[Array, Array], last: Array, folded: bool) -> None:
-        """At the end of a block: move what the poles ``state`` hold of it into a new base.
+        """Move, at the end of a block, what the poles ``state`` hold of it into a new base.
 
         The march gives the last forces ``last`` (p,) to the poles with the next step only; they are moved too, and
         the poles left holding their negative.
@@ -122,7 +122,7 @@ class Pilot:
         self._end = self._lay(done)
 
     def _lay(self, first: int) -> Array:
-        """Add the flight of the block from step ``first`` to the free gaps; returns where it ends, (2, R)."""
+        """Add the flight of the block from step ``first`` to the free gaps; return where it ends, (2, R)."""
         h, drive = self._dt, self._flight.drive[:, first : first + BLOCK]
         if drive.shape[1] == 0:
             return self.base.copy()

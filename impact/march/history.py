@@ -46,7 +46,7 @@ class Poles:
 
     @staticmethod
     def of(parts: list[tuple[ModalGreens, Array]], dt: float, contacts: int) -> Poles:
-        """Poles of several bodies, each with its (ports, contacts) directions; unseen ones are dropped."""
+        """Return the poles of several bodies, each with its (ports, contacts) directions; unseen ones are dropped."""
         steps, psi = [np.zeros((5, 0))], [np.zeros((contacts, 0))]
         for greens, directions in parts:
             ((a11, a12), (a21, a22)), (b1, b2) = oscillator.transition(dt, greens.omega, greens.zeta)
@@ -64,13 +64,14 @@ class Poles:
         return Poles(*(np.ascontiguousarray(np.concatenate(a, axis=1)) for a in (steps, psi)))
 
     def folded(self) -> Array:
-        """For one contact: step rows with psi^2 in c1 and c2, so that the gap is a plain sum."""
+        """Return for one contact the step rows with psi^2 in c1 and c2, so that the gap is a plain sum."""
         rows = self.steps.copy()
         rows[3:] *= self.psi[0] ** 2
         return rows
 
     def along(self) -> tuple[NDArray[np.int64], Array, Array]:
-        """Poles that the contacts see alike, as those of one wave around a lip: psi_ck = size_k directions_cg, g of k.
+        """Return the poles that the contacts see alike, as those of one wave around a lip: psi_ck = size_k
+        directions_cg, g of k.
 
         (K,) g, (K,) sizes and (p, G) directions, equal to psi but for round-off; empty ones where that saves nothing.
         """
@@ -101,7 +102,7 @@ class Poles:
         return group, size, np.ascontiguousarray(self.psi[:, firsts])
 
     def weights(self, own: Array, n: int) -> Array:
-        """(p, p, n) step weights: W_0 = ``own`` (p, p), W_m = sum_k psi_ck psi_dk [1 0] A_k^(m-1) c_k.
+        """Return the (p, p, n) step weights: W_0 = ``own`` (p, p), W_m = sum_k psi_ck psi_dk [1 0] A_k^(m-1) c_k.
 
         A^(i J + j) = (A^J)^i A^j makes each W a product of an (n/J, 2K) and a (2K, J) matrix: about 2J recursions
         and 4 n K operations at the speed of BLAS.
@@ -112,18 +113,18 @@ class Poles:
         one, none = np.ones_like(a11), np.zeros_like(a11)
         first, second = (_powers(a11, a21, a22, *start, inner + 1)[-1] for start in ((one, none), (none, one)))
         rows = _powers(first[0], second[0], second[1], one, none, -(-n // inner), first[1])
-        left, right = rows.reshape(len(rows), -1), columns.reshape(inner, -1).T
+        coarse, fine = rows.reshape(len(rows), -1), columns.reshape(inner, -1).T
         out = np.empty((contacts, contacts, n))
         for c in range(contacts):
             for d in range(c + 1):
                 both = np.tile(self.psi[c] * self.psi[d], 2)
-                out[c, d, 1:] = out[d, c, 1:] = ((left * both) @ right).ravel()[: n - 1]
+                out[c, d, 1:] = out[d, c, 1:] = ((coarse * both) @ fine).ravel()[: n - 1]
         out[:, :, 0] = own
         return out
 
 
 def streams(rows: Array) -> tuple[tuple[Array, ...], tuple[Array, Array]]:
-    """The (5, K) rows as five arrays and a zero state (q, p), laid out for the march.
+    """Return the (5, K) rows as five arrays and a zero state (q, p), laid out for the march.
 
     Each begins a cache line, and all lie 576 bytes apart modulo 4096: processors tell loads from earlier stores by the
     last 12 bits of the address, and two arrays that agree there cost up to three times the time.
@@ -137,14 +138,14 @@ def streams(rows: Array) -> tuple[tuple[Array, ...], tuple[Array, Array]]:
 
 
 def aligned(count: int) -> Array:
-    """(count,) zeros that begin a cache line."""
+    """Return the (count,) zeros that begin a cache line."""
     raw = np.zeros(count + 8)
     first = -raw.ctypes.data // 8 % 8
     return raw[first : first + count]
 
 
 def _powers(a: Array, c: Array, d: Array, q: Array, p: Array, count: int, b: Array | float = 1.0) -> Array:
-    """(count, 2, K): the vectors x, A x, A^2 x, ... with A = [[a, b], [c, d]] and x = (q, p), pole by pole."""
+    """Return (count, 2, K): the vectors x, A x, A^2 x, ... with A = [[a, b], [c, d]] and x = (q, p), pole by pole."""
     out = np.empty((count, 2, len(a)))
     for row in out:
         row[0], row[1] = q, p
@@ -153,7 +154,7 @@ def _powers(a: Array, c: Array, d: Array, q: Array, p: Array, count: int, b: Arr
 
 
 class BlockedSum:
-    """What finished blocks of force do to later steps, folded in by FFT.
+    """The effect of finished blocks of force on later steps, folded in by FFT.
 
     Attributes:
         weights: (p, p, n) step weights.
@@ -193,7 +194,7 @@ class BlockedSum:
 
 
 def convolve(weights: Array, force: Array) -> Array:
-    """u[n] = sum_m weights[n - m] force[m], by FFT."""
+    """Return u[n] = sum_m weights[n - m] force[m], by FFT."""
     n = len(force)
     size = 1 << (2 * n - 1).bit_length()
     return np.asarray(np.fft.irfft(np.fft.rfft(weights[:n], size) * np.fft.rfft(force, size), size)[:n])

@@ -52,22 +52,22 @@ class LawError(ValueError):
 
 
 class Law(Protocol):
-    """What the solver needs of a law."""
+    """A contact law as the solver needs it."""
 
     @property
     def code(self) -> int:
-        """Branch of `impact.march.loop.forces.law_force`."""
+        """Return the branch of `impact.march.loop.forces.law_force`."""
 
     @property
     def parameters(self) -> Parameters:
-        """Its numbers."""
+        """Return its numbers."""
 
     @property
     def elastic(self) -> bool:
-        """Whether the march knows a potential of it, of which its force is the slope but for damping."""
+        """Return whether the march knows a potential of it, of which its force is the slope but for damping."""
 
     def potential(self, penetration: Array) -> Array:
-        """Stored energy Psi [J]; zero for a law that stores none."""
+        """Return the stored energy Psi [J]; zero for a law that stores none."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Signorini:
     parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
 
     def potential(self, penetration: Array) -> Array:
-        """Zero."""
+        """Return zero."""
         return np.zeros_like(penetration)
 
 
@@ -101,11 +101,11 @@ class _PowerLaw:
 
     @property
     def parameters(self) -> Parameters:
-        """k."""
+        """Return k."""
         return (self.stiffness, 0.0, 0.0)
 
     def potential(self, penetration: Array) -> Array:
-        """k pen^(n + 1)/(n + 1) [J]."""
+        """Return k pen^(n + 1)/(n + 1) [J]."""
         return np.asarray(self.stiffness * np.maximum(penetration, 0.0) ** (self.exponent + 1) / (self.exponent + 1))
 
 
@@ -184,7 +184,7 @@ class HuntCrossley(_PowerLaw):
 
     @property
     def parameters(self) -> Parameters:
-        """k, d, n."""
+        """Return k, d and n."""
         return (self.stiffness, self.damping, self.exponent)
 
 
@@ -207,7 +207,7 @@ class CompiledLaw:
     parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
 
     def potential(self, penetration: Array) -> Array:
-        """None declared; raises `LawError` if the force of a run was not finite."""
+        """Return zero, as none is declared; raises `LawError` if the force of a run was not finite."""
         if not np.all(np.isfinite(penetration)):
             raise LawError(
                 f"a compiled law's force must be finite, {np.sum(~np.isfinite(penetration))} of its run are not"
@@ -299,14 +299,14 @@ class PlainLaw:
         self.compiled.check()
 
     def potential(self, penetration: Array) -> Array:
-        """None declared; raises the first failure, as `check` does."""
+        """Return zero, as none is declared; raises the first failure, as `check` does."""
         self.check()
         return np.zeros_like(penetration)
 
 
 @cache
 def no_user_law() -> Any:
-    """Stands in where the law is a built-in one; compiled when first needed."""
+    """Return what stands in for a law where that is a built-in one; compiled when first needed."""
     return cfunc(_SIGNATURE, cache=True)(_zero)
 
 

@@ -77,7 +77,7 @@ class Discrete:
 
     @staticmethod
     def of(body: Body, dt: float, n: int) -> Discrete:
-        """``body`` over ``n`` steps of ``dt``, starting from its initial state."""
+        """Return ``body`` over ``n`` steps of ``dt``, starting from its initial state."""
         body.greens.check_length(dt, n)
         loads = body.load_amplitudes(mid_steps(dt, n))
         if not np.all(np.isfinite(loads)):
@@ -87,12 +87,12 @@ class Discrete:
 
     @property
     def moves_by_itself(self) -> bool:
-        """Whether the body moves, or is deflected, without contact."""
+        """Return whether the body moves, or is deflected, without contact."""
         b = self.body
         return b.velocity != 0.0 or b.state is not None or len(b.loads) > 0 or bool(np.any(self.rest))
 
     def free_motion(self) -> Array:
-        """(P, n + 1) displacement [m] without contact: initial state, loads and preload."""
+        """Return the (P, n + 1) displacement [m] without contact: initial state, loads and preload."""
         if self.free is not None:
             return self.free
         force = np.repeat(self.rest[:, None], self.loads.shape[1], axis=1)
@@ -117,7 +117,7 @@ class Discrete:
         return np.array(stored)
 
     def motion(self, force: Array) -> Motion:
-        """Under port forces (P, n) along the normal, constant over each step."""
+        """Return the motion under port forces (P, n) along the normal, constant over each step."""
         n = force.shape[1]
         out = Motion(np.zeros((len(force), n + 1)), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1))
         if self.kernel.modal is not None:
@@ -128,9 +128,10 @@ class Discrete:
 
 
 def mean_displacement(discrete: Discrete, force: Array, shares: Array) -> Array:
-    """(n + 1,) mean displacement [m] of the ports of a held body at rest, each with its share, under ``force`` (P, n).
+    """Return the (n + 1,) mean displacement [m] of the ports of a held body at rest, each with its share, under
+    ``force`` (P, n).
 
-    Equal to ``shares @ discrete.motion(force).displacement``, which serves every other body; without the energies, and
+    Equal to ``shares @ discrete.motion(force).displacement``, which is for every other body; without the energies, and
     by those modes alone that the mean shows, it is several times cheaper.
     """
     kernel = discrete.kernel
@@ -146,19 +147,21 @@ def mean_displacement(discrete: Discrete, force: Array, shares: Array) -> Array:
 
 
 def _shown(modal: ModalGreens, shares: Array) -> ModalGreens:
-    """The modes and relaxations whose mean over the ports is more than round-off, as those around a lip are not."""
+    """Return modes and relaxations whose mean over the ports is more than round-off, as those around a lip are not."""
 
     def kept(shapes: Array) -> Array:
         return np.asarray(np.abs(shapes @ shares) > 16 * np.finfo(float).eps * (np.abs(shapes) @ np.abs(shares)))
 
-    rest, here = modal.residual, kept(modal.shapes)
-    there = kept(rest.shapes)
-    residual = replace(rest, shapes=rest.shapes[there], rates=rest.rates[there])
-    return replace(modal, omega=modal.omega[here], zeta=modal.zeta[here], shapes=modal.shapes[here], residual=residual)
+    rest, modes = modal.residual, kept(modal.shapes)
+    relaxations = kept(rest.shapes)
+    residual = replace(rest, shapes=rest.shapes[relaxations], rates=rest.rates[relaxations])
+    return replace(
+        modal, omega=modal.omega[modes], zeta=modal.zeta[modes], shapes=modal.shapes[modes], residual=residual
+    )
 
 
 def _mean_of_modes(modal: ModalGreens, dt: float, force: Array, shares: Array) -> Array:
-    """(n,) after each step; one port by the recursion of the march itself."""
+    """Return the (n,) means after each step; one port by the recursion of the march itself."""
     if len(shares) == 1:
         rows, state = history.streams(history.Poles.of([(modal, np.ones((1, 1)))], dt, 1).folded())
         return np.asarray(shares[0] * displaced(rows, state, float(modal.step_matrix(dt)[0, 0]), force[0]))
@@ -171,7 +174,8 @@ def _mean_of_modes(modal: ModalGreens, dt: float, force: Array, shares: Array) -
 
 
 def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array:
-    """(n // stride + 1, M) modal coordinates q of a body [m sqrt(kg)]: at t = 0, and after every ``stride``-th step.
+    """Return the (n // stride + 1, M) modal coordinates q of a body [m sqrt(kg)]: at t = 0, and after every
+    ``stride``-th step.
 
     The motion of any point whose mode shapes are known is their sum, u = sum_k phi_k q_k, without what the modes leave
     out.
@@ -191,20 +195,20 @@ def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array
         )
     discrete, rows = Discrete.of(body, dt, force.shape[1]), force.shape[1] // stride
     start, rigid = _start(discrete, modal), modal.omega == 0
-    found = np.empty((rows + 1, len(modal.omega)))
-    found[0] = start.displacement
-    found[1:, ~rigid] = _replay(discrete, modal).coordinates(force, discrete.loads, stride)[:, : int(np.sum(~rigid))]
+    q = np.empty((rows + 1, len(modal.omega)))
+    q[0] = start.displacement
+    q[1:, ~rigid] = _replay(discrete, modal).coordinates(force, discrete.loads, stride)[:, : int(np.sum(~rigid))]
     channels = np.concatenate([modal.shapes.T, *(load.shape[None] for load in body.loads)])
     for k in np.flatnonzero(rigid):
         places, rates = np.empty((2, force.shape[1]))
         pushed = channels[:, k] @ np.concatenate([force, discrete.loads])
         translate(dt, resting(start.displacement[k], start.velocity[k]), pushed, places, rates)
-        found[1:, k] = places[stride - 1 :: stride][:rows]
-    return found
+        q[1:, k] = places[stride - 1 :: stride][:rows]
+    return q
 
 
 def _start(discrete: Discrete, modal: ModalGreens) -> ModalState:
-    """Modal coordinates and rates at t = 0, preload included."""
+    """Return the modal coordinates and rates at t = 0, preload included."""
     pull = modal.shapes @ discrete.rest
     for load, amplitude in zip(discrete.body.loads, discrete.rest_loads, strict=True):
         pull = pull + load.shape * amplitude
@@ -216,7 +220,7 @@ def _start(discrete: Discrete, modal: ModalGreens) -> ModalState:
 
 
 def _modal_motion(discrete: Discrete, modal: ModalGreens, force: Array, *, energies: bool = True) -> Motion:
-    """Without ``energies`` those of a motion are zero."""
+    """Return the motion by modes; without ``energies`` its energies are zero."""
     n, replay = force.shape[1], _replay(discrete, modal)
     u, stored, lost, work = np.zeros((len(force), n + 1)), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1)
     u[:, 0], stored[0] = _first(discrete, modal)
@@ -236,7 +240,7 @@ def _replay(discrete: Discrete, modal: ModalGreens) -> Replay:
 
 
 def _relaxed(discrete: Discrete, modal: ModalGreens) -> Array:
-    """(R,) the relaxations at t = 0, under the preload."""
+    """Return the (R,) relaxations at t = 0, under the preload."""
     held, rates = modal.residual.shapes @ discrete.rest, modal.residual.rates
     if np.any(held[rates == 0] != 0):
         raise GreensFunctionError("a dashpot cannot carry a preload: hold the body somewhere")
@@ -244,7 +248,7 @@ def _relaxed(discrete: Discrete, modal: ModalGreens) -> Array:
 
 
 def _first(discrete: Discrete, modal: ModalGreens) -> tuple[Array, float]:
-    """Displacement (P,) and stored energy at t = 0."""
+    """Return the displacement (P,) and stored energy at t = 0."""
     start, relaxed, rest = _start(discrete, modal), _relaxed(discrete, modal), modal.residual
     spring = rest.compliance @ discrete.rest
     u = modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + spring
@@ -278,7 +282,7 @@ def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Moti
 
 
 def _translation(discrete: Discrete) -> Array:
-    """(P,) velocity of the ports in the initial translation, of the part known by step weights [m/s]."""
+    """Return the (P,) velocity of the ports in the initial translation, of the part known by step weights [m/s]."""
     body, modal = discrete.body, discrete.kernel.modal
     if body.velocity == 0.0:
         return np.zeros(len(body.greens.ports))
@@ -288,13 +292,14 @@ def _translation(discrete: Discrete) -> Array:
 
 
 def _wave_energy(rod: Rod, force: Array, dt: float, steps: int) -> tuple[Array, Array]:
-    """Outgoing wave a = f/Z + R a(t - T); each carries Z a^2 per unit time, R^2 of it after the far end."""
+    """Return the energies by the outgoing wave a = f/Z + R a(t - T); each carries Z a^2 per unit time, R^2 of it after
+    the far end."""
     n, r = len(force), rod.reflection
     a = reflected(force / rod.impedance, r, steps)
     power = np.concatenate([[0.0], np.cumsum(rod.impedance * a**2 * dt)])
     now = np.arange(n + 1, dtype=np.float64)
-    there, back = _at(power, now - np.float64(steps / 2)), _at(power, now - np.float64(steps))
-    return (power - there) + r**2 * (there - back), (1 - r**2) * there
+    at_far_end, back = _at(power, now - np.float64(steps / 2)), _at(power, now - np.float64(steps))
+    return (power - at_far_end) + r**2 * (at_far_end - back), (1 - r**2) * at_far_end
 
 
 def _at(cumulative: Array, index: Array) -> Array:
@@ -303,7 +308,7 @@ def _at(cumulative: Array, index: Array) -> Array:
 
 @njit(cache=True)
 def reflected(f, r, steps):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """The outgoing wave a = f + R a(t - T) of a rod whose waves return after so many steps."""
+    """Return the outgoing wave a = f + R a(t - T) of a rod whose waves return after so many steps."""
     out = f.copy()
     for m in range(steps, f.size):
         out[m] += r * out[m - steps]
@@ -342,7 +347,7 @@ class LiveLoads:
             self.state = np.zeros((2, len(greens.omega)))
 
     def record(self, step: int, amplitudes: Array) -> None:
-        """Amplitudes for one step; raises `ContactError` unless they are one finite number per load."""
+        """Record amplitudes for one step; raises `ContactError` unless they are one finite number per load."""
         if np.shape(amplitudes) != (len(self.amplitudes),) or not np.all(np.isfinite(amplitudes)):
             raise ContactError(
                 f"{len(self.amplitudes)} finite load amplitudes are needed, one for each of the striker's loads; "
@@ -368,7 +373,7 @@ class LiveLoads:
                 self.awake = self.awake or bool(np.any(row[start:stop]))
 
     def advance(self, start: int, stop: int) -> Array:
-        """Over these steps; returns (stop - start, p) what it adds to the gaps at the end of each [m]."""
+        """Advance over these steps; return the (stop - start, p) what it adds to the gaps at the end of each [m]."""
         out = np.zeros((stop - start, len(self._seen)))
         _carry(self._a, self._b, self._shapes, self._seen, self.amplitudes, start, self.state, out)
         return out
@@ -376,7 +381,7 @@ class LiveLoads:
 
 @njit(cache=True)
 def _carry(a, b, shapes, seen, amplitudes, start, state, out):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Oscillators under known amplitudes, from step ``start`` on; out (m, p) is filled."""
+    """Move oscillators under known amplitudes, from step ``start`` on; out (m, p) is filled."""
     steps, contacts = out.shape
     for m in range(steps):
         for k in range(state.shape[1]):

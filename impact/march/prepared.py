@@ -103,7 +103,7 @@ def prepare(
 
 
 def _free_gaps(problem: ContactProblem, bodies: tuple[Discrete, ...], turns: list[Array], n: int) -> Array:
-    """(n + 1, p) gaps without contact forces beyond those at rest."""
+    """Return the (n + 1, p) gaps without contact forces beyond those at rest."""
     gaps = np.tile([c.gap for c in problem.contacts], (n + 1, 1))
     for body, turn in zip(bodies, turns, strict=True):
         if body.moves_by_itself:
@@ -116,15 +116,15 @@ def _free_gaps(problem: ContactProblem, bodies: tuple[Discrete, ...], turns: lis
 def _flight(
     problem: ContactProblem, parts: tuple[Discrete, ...], flying: list[Flying], turns: list[Array], n: int
 ) -> Flight | None:
-    """The loaded translations of all bodies, those that a contact sees, in the order of `_memory`."""
+    """Return the loaded translations of all bodies, those that a contact sees, in the order of `_memory`."""
     seen = [np.any(part.free.shapes @ part.turn != 0, axis=1) for part in flying]
-    if not any(np.any(here) for here in seen):
+    if not any(np.any(mask) for mask in seen):
         return None
     each = list(zip(flying, seen, strict=True))
     return Flight(
-        np.concatenate([(part.free.shapes @ part.turn)[here].T for part, here in each], axis=1),
-        np.concatenate([part.start[:, here] for part, here in each], axis=1),
-        np.concatenate([part.drive[here] for part, here in each]),
+        np.concatenate([(part.free.shapes @ part.turn)[mask].T for part, mask in each], axis=1),
+        np.concatenate([part.start[:, mask] for part, mask in each], axis=1),
+        np.concatenate([part.drive[mask] for part, mask in each]),
         _free_gaps(problem, parts, turns, n),
     )
 
@@ -132,28 +132,28 @@ def _flight(
 def _memory(
     parts: tuple[Discrete, ...], flying: list[Flying], turns: list[Array], plan: engines.Plan, own: Array, n: int
 ) -> tuple[history.Poles, Array]:
-    """The poles to march and the (p, p, n) step weights of all the rest; what flies is marched with every engine."""
+    """Return poles to march and the (p, p, n) step weights of all the rest; what flies is marched with every engine."""
     p, dt = len(own), parts[0].dt
     marched: list[tuple[ModalGreens, Array]] = []
     turned: list[tuple[ModalGreens, Array]] = []
-    found: list[Array] = []
+    terms: list[Array] = []
     for body, turn, by_poles in zip(parts, turns, plan.by_poles, strict=True):
         if body.kernel.modal is not None:
             (marched if by_poles else turned).append((body.kernel.modal, turn))
         if body.kernel.weights is not None:
-            found.append(np.einsum("ic,ijn,jd->cdn", turn, body.kernel.weights, turn, optimize=True))
-    if turned or found:
+            terms.append(np.einsum("ic,ijn,jd->cdn", turn, body.kernel.weights, turn, optimize=True))
+    if turned or terms:
         _refuse_weights(p, n, dt)
     if turned:
-        found.append(history.Poles.of(turned, dt, p).weights(own, n))
-    weights = np.ascontiguousarray(sum(found[1:], start=found[0])) if found else np.zeros((p, p, 0))
-    if found:
+        terms.append(history.Poles.of(turned, dt, p).weights(own, n))
+    weights = np.ascontiguousarray(sum(terms[1:], start=terms[0])) if terms else np.zeros((p, p, 0))
+    if terms:
         weights[:, :, 0] = own
     return history.Poles.of([*marched, *((part.free, part.turn) for part in flying)], dt, p), weights
 
 
 def _refuse_weights(contacts: int, steps: int, dt: float) -> None:
-    """Of bodies that are no sums of poles."""
+    """Raise `ContactError` if the step weights of bodies that are no sums of poles are too many."""
     need = 8.0 * contacts**2 * steps
     if need > MOST_WEIGHTS:
         raise ContactError(
@@ -165,7 +165,8 @@ def _refuse_weights(contacts: int, steps: int, dt: float) -> None:
 def _preloaded(
     problem: ContactProblem, bodies: tuple[Discrete, ...], turns: list[Array]
 ) -> tuple[tuple[Discrete, ...], Array]:
-    """Bodies in static equilibrium with their loads and each other at t = 0, and the contact forces of that state."""
+    """Return bodies in static equilibrium with their loads and each other at t = 0, and the contact forces of that
+    state."""
     compliance = sum(t.T @ b.body.greens.static_compliance() @ t for b, t in zip(bodies, turns, strict=True))
     if not np.all(np.isfinite(compliance)):
         raise ContactError(
@@ -197,7 +198,7 @@ def _preloaded(
 
 
 def _rules(problem: ContactProblem, rule: str) -> NDArray[np.int64]:
-    """(p,) codes."""
+    """Return the (p,) codes."""
     if rule == "auto":
         return np.array([BLENDED if contact.law.elastic else PASSIVE for contact in problem.contacts])
     if rule not in RULES:
@@ -213,7 +214,7 @@ def _rules(problem: ContactProblem, rule: str) -> NDArray[np.int64]:
 
 
 def step_count(dt: float, duration: float) -> int:
-    """Steps of ``dt`` [s] that cover ``duration`` [s]; raises `ContactError` for too many, or none."""
+    """Return the steps of ``dt`` [s] that cover ``duration`` [s]; raises `ContactError` for too many, or none."""
     for name, value in (("dt", dt), ("duration", duration)):
         if not (value > 0 and math.isfinite(value)):
             raise ContactError(f"{name} = {value} s must be positive and finite")
@@ -238,7 +239,8 @@ def _refuse_other(problem: ContactProblem, bodies: tuple[Discrete, ...], dt: flo
 
 
 def _refuse_ill_posed(problem: ContactProblem) -> None:
-    """Two bodies that both start like t, under a rigid law: the force of a step would grow like 1/dt."""
+    """Raise `ContactError` for two bodies that both start like t, under a rigid law: the force of a step would grow
+    like 1/dt."""
     modes = [body for body in problem.bodies if body.greens.modal is not None]
     at_once = {id(body): np.diag(body.greens.initial_value()) for body in modes}
     for number, contact in enumerate(problem.contacts):

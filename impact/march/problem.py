@@ -49,7 +49,7 @@ class Contact:
 
     @property
     def film_parameters(self) -> Parameters:
-        """Those of the film, as the march takes them; the first 0 without one."""
+        """Return the parameters of the film, as the march takes them; the first 0 without one."""
         return NO_FILM if self.film is None else self.film.parameters
 
     def __post_init__(self) -> None:
@@ -125,41 +125,43 @@ class ContactProblem:
         ]
         more = len(self.contacts) - len(lines)
         bodies = [f"striker: {self.striker}", *(f"target {n}: {body}" for n, body in enumerate(self.targets[:3]))]
-        told = [*lines, *([f"{more} contacts more"] if more else []), *bodies]
+        rows = [*lines, *([f"{more} contacts more"] if more else []), *bodies]
         start = ", preloaded" if self.preload else ""
-        return f"ContactProblem, {len(self.contacts)} contacts{start}\n" + "\n".join(told)
+        return f"ContactProblem, {len(self.contacts)} contacts{start}\n" + "\n".join(rows)
 
     __repr__ = __str__
     _repr_html_ = as_html
 
     @property
     def target(self) -> Body:
-        """The target of the first contact."""
+        """Return the target of the first contact."""
         return self.contacts[0].target
 
     @property
     def targets(self) -> tuple[Body, ...]:
-        """The distinct bodies touched, in order of first appearance."""
-        found: list[Body] = []
+        """Return the distinct bodies touched, in order of first appearance."""
+        bodies: list[Body] = []
         for contact in self.contacts:
-            if not any(contact.target is body for body in found):
-                found.append(contact.target)
-        return tuple(found)
+            if not any(contact.target is body for body in bodies):
+                bodies.append(contact.target)
+        return tuple(bodies)
 
     @property
     def bodies(self) -> tuple[Body, ...]:
-        """Striker first, then the targets."""
+        """Return the striker, then the targets."""
         return (self.striker, *self.targets)
 
     def carried(self, time: Array) -> Array | None:
-        """(n, contacts) what the motion of the bodies' bases adds to the gaps [m]; ``None`` where none moves."""
+        """Return the (n, contacts) amounts that the motion of the bodies' bases adds to the gaps [m]; ``None`` where
+        none moves."""
         if all(body.base is None for body in self.bodies):
             return None
         striker = self.striker.carried(time)
         return np.stack([c.side * (striker - c.target.carried(time)) for c in self.contacts], axis=1)
 
     def directions(self, body: Body) -> Array:
-        """(ports of ``body``, contacts) +1, 0 or -1: how a contact force N >= 0 acts on a port, along the normal."""
+        """Return (ports of ``body``, contacts) +1, 0 or -1: how a contact force N >= 0 acts on a port, along the
+        normal."""
         out = np.zeros((len(body.greens.ports), len(self.contacts)))
         for c, contact in enumerate(self.contacts):
             if body is self.striker:
@@ -170,7 +172,7 @@ class ContactProblem:
 
 
 def _same_bodies(contacts: list[Contact] | tuple[Contact, ...]) -> tuple[Contact, ...]:
-    """One body for each Green's function that stands for a body at rest."""
+    """Return one body for each Green's function that stands for a body at rest."""
     met: dict[int, Body] = {}
     return tuple(
         replace(c, target=met.setdefault(id(c.target.greens), c.target)) if isinstance(c.target, AtRest) else c

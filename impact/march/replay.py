@@ -25,7 +25,7 @@ NEAR, LEAST = 2**17, 64  # coordinates of some steps that stay near the processo
 
 @dataclass(frozen=True)
 class Block:
-    """What m steps of a replay bring.
+    """The results of m steps of a replay.
 
     Attributes:
         displacement: (P, m) of the ports at the end of each step [m].
@@ -49,7 +49,7 @@ class Replay:
     def __init__(
         self, modal: ModalGreens, dt: float, start: ModalState, relaxed: Array, held: Array, loads: Sequence[Array]
     ) -> None:
-        """Where it begins: modal coordinates, relaxations (R,) and port forces (P,) so far; ``loads``: shapes (M,)."""
+        """Begin at these modal coordinates, relaxations (R,) and port forces (P,) so far; ``loads``: shapes (M,)."""
         rigid, rest = modal.omega == 0, modal.residual
         shapes = np.vstack([modal.shapes.T, *loads])
         omega, zeta = modal.omega[~rigid], modal.zeta[~rigid]
@@ -70,26 +70,27 @@ class Replay:
 
     @cached_property
     def _form(self) -> Array:
-        """(6, K) what damping takes from each oscillator during a step."""
+        """Return the (6, K) form of what damping takes from each oscillator during a step."""
         form = oscillator.dissipation_form(self._dt, *self._rates)
         rows = [form[0, 0], 2 * form[0, 1], 2 * form[0, 2], form[1, 1], 2 * form[1, 2], form[2, 2]]
         return padded(np.array(rows))
 
     @property
     def stored(self) -> float:
-        """Elastic and kinetic energy of the oscillators, translations, relaxations and compliance by now [J]."""
+        """Return the elastic and kinetic energy of the oscillators, translations, relaxations and compliance by now
+        [J]."""
         swinging = float(np.sum(self._p**2) + np.sum(self._steps[6] * self._q**2))
         moving = sum((body[1] + self._dt * (body[2] + body[3])) ** 2 for body in self._bodies)
         resting = float(self._relaxing[3] @ self._y**2 + self._last @ self._compliance @ self._last)
         return 0.5 * (swinging + float(moving) + resting)
 
     def advance(self, force: Array, loads: Array, *, energies: bool = True) -> Block:
-        """On through m steps under port forces (P, m) and load amplitudes (L, m); without ``energies``, of which then
-        none is there, all is several times cheaper."""
+        """Advance through m steps under port forces (P, m) and load amplitudes (L, m); without ``energies``, of which
+        then none is there, all is several times cheaper."""
         ports, m = force.shape
         channels = np.concatenate([force, loads])
-        u, told = np.zeros_like(channels), np.zeros((2, m if energies else 0))
-        stored, lost = told
+        u, stored_and_lost = np.zeros_like(channels), np.zeros((2, m if energies else 0))
+        stored, lost = stored_and_lost
         for body, seen in zip(self._bodies, self._rigid, strict=True):
             places, rates = np.empty(m), np.empty(m)
             translate(self._dt, body, seen @ channels, places, rates)
@@ -99,7 +100,7 @@ class Replay:
         if self._q.size:
             for part in blocks(m, self._tile):
                 q = _pushed(channels[:, part], self._shapes, self._rooms[0])
-                self._oscillate(q, told[:, part] if energies else None)
+                self._oscillate(q, stored_and_lost[:, part] if energies else None)
                 u[:, part] += self._shapes @ q.T
         work = np.sum(loads * np.diff(u[ports:], axis=1, prepend=self._seen[:, None]), axis=0)
         self._seen = u[ports:, -1].copy()
@@ -119,7 +120,7 @@ class Replay:
         return Block(u[:ports], stored, lost, work)
 
     def _oscillate(self, pushed: Array, told: Array | None) -> None:
-        """Modal forces (m, K) become coordinates; ``told`` (2, m) gains energies stored and lost."""
+        """Turn modal forces (m, K) into coordinates; ``told`` (2, m) gains energies stored and lost."""
         if told is None:
             oscillate(self._steps, None, self._q, self._p, pushed, None)
             return
@@ -128,38 +129,40 @@ class Replay:
         told += energies
 
     def coordinates(self, force: Array, loads: Array, stride: int) -> Array:
-        """(m // stride, K + R) oscillators and relaxations after every ``stride``-th of m steps, nothing else.
+        """Return the (m // stride, K + R) oscillators and relaxations after every ``stride``-th of m steps, nothing
+        else.
 
         Translations are left out: they bend nothing.
         """
         channels, swinging, none = np.concatenate([force, loads]), len(self._rates[0]), np.zeros(0)
-        found = np.empty((force.shape[1] // stride, swinging + self._y.size))
+        coordinates = np.empty((force.shape[1] // stride, swinging + self._y.size))
         for part in blocks(force.shape[1], self._tile):
             q = _pushed(channels[:, part], self._shapes, self._rooms[0])
             y = _pushed(force[:, part], self._amplitudes, self._rooms[1])
             self._oscillate(q, None)
             _relax(self._relaxing, self._y, y, none, none)
             first, rows = -(part.start + 1) % stride, slice(part.start // stride, part.stop // stride)
-            found[rows, :swinging], found[rows, swinging:] = q[first::stride, :swinging], y[first::stride]
-        return found
+            coordinates[rows, :swinging], coordinates[rows, swinging:] = q[first::stride, :swinging], y[first::stride]
+        return coordinates
 
 
 def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
-    """The steps of a run, block by block."""
+    """Return the steps of a run, block by block."""
     return (slice(first, min(first + size, steps)) for first in range(0, steps, size))
 
 
 def _pushed(force: Array, shapes: Array, room: Array) -> Array:
-    """(m, M) modal forces of (C, m) forces on shapes (C, M), in ``room``; a channel without force costs nothing."""
-    there = np.any(force, axis=1)
-    if not np.all(there):
-        force, shapes = force[there], shapes[there]
+    """Return the (m, M) modal forces of (C, m) forces on shapes (C, M), in ``room``; a channel without force costs
+    nothing."""
+    active = np.any(force, axis=1)
+    if not np.all(active):
+        force, shapes = force[active], shapes[active]
     return np.dot(force.T, shapes, out=room[: force.shape[1]])
 
 
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def _relax(relaxing, y, pushed, stored, lost):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Kelvin-Voigt elements f = y' + rate y: each stores rate y^2/2 and loses the integral of y'^2.
+    """Relax Kelvin-Voigt elements f = y' + rate y: each stores rate y^2/2 and loses the integral of y'^2.
 
     ``pushed`` (m, R): their forces, which become their coordinates after each step; energies for ``lost`` of its size.
     """
@@ -177,13 +180,13 @@ def _relax(relaxing, y, pushed, stored, lost):  # type: ignore[no-untyped-def]  
 
 
 def resting(place: float, rate: float) -> Array:
-    """The state of a translation for `translate`: where it is, how fast it was at the start, and three sums."""
+    """Return the state of a translation for `translate`: where it is, how fast it was at the start, and three sums."""
     return np.array([place, rate, 0.0, 0.0, 0.0])
 
 
 @njit(cache=True)
 def translate(dt, state, force, places, rates):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """A rigid-body mode: the sums of forces and of ways carry their own round-off (Knuth's two-sum).
+    """Move a rigid-body mode: the sums of forces and of ways carry their own round-off (Knuth's two-sum).
 
     Bare sums drift: a steady force is rounded the same way at every step, and the position is off by eps n^2.
     """

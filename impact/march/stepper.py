@@ -30,7 +30,7 @@ FOLLOW = 32  # steps for which a load that depends on the opening keeps what it 
 
 @dataclass(frozen=True)
 class StepState:
-    """Where the march stands: time [s], force (p,) of the step just done [N], gap (p,) at its end [m]."""
+    """State of the march: time [s], force (p,) of the step just done [N], gap (p,) at its end [m]."""
 
     time: float
     force: Array
@@ -55,8 +55,9 @@ class ContactStepper:
     """
 
     def __init__(self, prepared: Prepared, *, flying: bool = False) -> None:
-        """``flying``: take flight in long strides where all is marched by poles (`impact.march.strides`); the forces
-        are the same to round-off, ``gap`` is exact at their ends and interpolated in between."""
+        """Begin at t = 0; ``flying``: take flight in long strides where all is marched by poles
+        (`impact.march.strides`); the forces are the same to round-off, ``gap`` is exact at their ends and interpolated
+        in between."""
         p, n = len(prepared.rest), prepared.steps
         self.prepared = prepared
         self.done = 0
@@ -98,17 +99,17 @@ class ContactStepper:
 
     @property
     def time(self) -> float:
-        """Time reached [s]."""
+        """Return the time reached [s]."""
         return self.done * self.prepared.dt
 
     @property
     def state(self) -> StepState:
-        """Where the march stands; before the first step the force is the preload."""
+        """Return where the march stands; before the first step the force is the preload."""
         force = self.force[self.done - 1] if self.done else self.prepared.rest
         return StepState(self.time, force.copy(), self.gap[self.done].copy())
 
     def step(self, loads: Array | None = None) -> StepState:
-        """One step, during which ``loads`` (L,) [N] act beside the striker's own loads, constant over the step.
+        """Take one step, during which ``loads`` (L,) [N] act beside the striker's own loads, constant over the step.
 
         ``loads[i]`` is added to the amplitude of ``striker.loads[i]``; for a force known only here, give the body
         ``Load(shape, numpy.zeros_like)``. The result's energy ledger counts its work.
@@ -135,11 +136,12 @@ class ContactStepper:
 
     @property
     def opening(self) -> Array:
-        """(n + 1,) the seats' mean opening up to the steps done [m]."""
+        """Return the seats' (n + 1,) mean opening up to the steps done [m]."""
         return np.asarray(self.gap[: self.done + 1] @ self._seats)
 
     def _foreseen(self, step: int) -> float:
-        """The seats' mean opening [m] in the middle of the `FOLLOW` steps from ``step`` on, at its present rate."""
+        """Return the seats' mean opening [m] in the middle of the `FOLLOW` steps from ``step`` on, at its present
+        rate."""
         before, now = self.gap[[step - 1 if step else 0, step]] @ self._seats
         return float(now + FOLLOW / 2 * (now - before))
 
@@ -161,7 +163,7 @@ class ContactStepper:
                 self._past.fold(self.force.T, self.prepared.rest, edge // block)
 
     def _states(self, done: int) -> dict[str, Array]:
-        """Everything that the future depends on after ``done`` steps, as arrays to read and to write into."""
+        """Return everything that the future depends on after ``done`` steps, as arrays to read and to write into."""
         films = {"film": self.film[:done]} if self.film.size else {}
         return films | {
             "force": self.force[:done],
@@ -176,7 +178,7 @@ class ContactStepper:
         }
 
     def checkpoint(self) -> dict[str, Array]:
-        """Everything the future depends on, as arrays; `impact.storage.checkpoint` writes it to a file."""
+        """Return everything the future depends on, as arrays; `impact.storage.checkpoint` writes it to a file."""
         states = {name: values.copy() for name, values in self._states(self.done).items()}
         return {"done": np.array(self.done), **states}
 
@@ -190,12 +192,12 @@ class ContactStepper:
             raise ContactError(f"this stepper has already done {self.done} steps; restore into a fresh one")
         if "done" not in state or state["done"].size != 1:
             raise ContactError("the checkpoint must say how many steps are done: its 'done' is missing or no number")
-        done = int(state["done"].item())
-        mine = self._states(done)
+        steps = int(state["done"].item())
+        mine = self._states(steps)
         if missing := ", ".join(sorted(mine.keys() - state.keys())):
             raise ContactError(f"the checkpoint has no {missing}: take one of the same problem")
-        if not 0 <= done <= self.prepared.steps:
-            raise ContactError(f"the checkpoint has done {done} steps, of at most {self.prepared.steps} in this run")
+        if not 0 <= steps <= self.prepared.steps:
+            raise ContactError(f"the checkpoint has done {steps} steps, of at most {self.prepared.steps} in this run")
         for name, values in mine.items():
             if state[name].shape != values.shape:
                 raise ContactError(
@@ -203,10 +205,10 @@ class ContactStepper:
                 )
         for name, values in mine.items():
             values[...] = state[name]
-        self.done = done
+        self.done = steps
         self.live.awake = bool(np.any(self.live.amplitudes))
-        if self._pilot is not None and done >= FLIGHT:
-            self._pilot.resume(done)
+        if self._pilot is not None and steps >= FLIGHT:
+            self._pilot.resume(steps)
 
     def _march(self, start: int, stop: int) -> None:
         s, force = self.prepared, self.force.T
@@ -231,7 +233,7 @@ class ContactStepper:
 
 
 def _carried(prepared: Prepared) -> Array:
-    """(K,) what drives the poles while nothing touches: the force carried since ever, missing."""
+    """Return the (K,) drive of the poles while nothing touches: the force carried since ever, missing."""
     if len(prepared.rest) == 1:  # folded
         return np.full(prepared.poles.steps.shape[1], -prepared.rest[0])
     return np.asarray(-prepared.rest @ prepared.poles.psi)

@@ -25,7 +25,7 @@ SHORTEST, LONGEST = 4, 13  # powers of two, of steps; a shorter stride costs wha
 
 @dataclass(frozen=True)
 class Strides:
-    """What the march needs to know of K poles.
+    """Data of K poles for the strides of a march.
 
     Attributes:
         lengths: (L,) steps; none where poles are no oscillations, relaxations or rigid motions.
@@ -41,12 +41,13 @@ class Strides:
 
     @staticmethod
     def none() -> Strides:
-        """For marches step by step."""
+        """Return the strides of a march step by step."""
         return Strides(np.zeros(0, dtype=np.int64), np.zeros((0, 5, 0)), np.zeros((4, 0)))
 
     @staticmethod
     def of(steps: Array, drive: Array, most: int) -> Strides:
-        """Of poles with the (5, K) ``steps`` of `history.Poles` under a constant ``drive`` (K,), of ``most`` steps."""
+        """Return the strides of poles with the (5, K) ``steps`` of `history.Poles` under a constant ``drive`` (K,), of
+        ``most`` steps."""
         a11, a21, a22, c1, c2 = np.asarray(steps, dtype=np.longdouble)
         half, det = (a11 - a22) / 2, a11 * a22 - a21
         sine = det - ((a11 + a22) / 2) ** 2  # (exp(-zeta w h) sin(w_d h))^2

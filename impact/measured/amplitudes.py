@@ -32,18 +32,18 @@ class FitData:
 
     @property
     def elements(self) -> ComplexArray:
-        """(n, q) the responses of the upper triangle."""
+        """Return the (n, q) responses of the upper triangle."""
         p = len(self.port_names)
         return np.stack([self.g[:, i, j] for i in range(p) for j in range(i, p)], axis=1)
 
     @property
     def beyond(self) -> Poles:
-        """The poles ``above``."""
+        """Return the poles ``above``."""
         return Poles(np.array(self.above, dtype=complex), np.zeros(0))
 
     @property
     def fixed(self) -> ComplexArray:
-        """(n, e) columns beside the poles in the band: `extra`, and oscillators at the poles ``above``."""
+        """Return the (n, e) columns beside the poles in the band: `extra`, and oscillators at the poles ``above``."""
         return np.concatenate([self.extra, oscillators(self.s, self.beyond.pairs)], axis=1)
 
     @property
@@ -55,7 +55,7 @@ class FitData:
         return float(np.linalg.norm(self.weights[:, None, None] * self.g))
 
     def misfit(self, model: ComplexArray) -> float:
-        """Weighted, relative."""
+        """Return the weighted relative misfit."""
         return float(np.linalg.norm(self.weights[:, None, None] * (model - self.g))) / self.scale
 
 
@@ -65,23 +65,26 @@ def oscillators(s: ComplexArray, pairs: ComplexArray) -> ComplexArray:
 
 
 def free_residues(data: FitData, poles: Poles) -> Residues:
-    """Least squares without regard to passivity, but c and the rigid-body term positive semidefinite."""
+    """Return residues by least squares without regard to passivity, but c and the rigid-body term positive
+    semidefinite."""
     phi, extra, p = basis(data.s, poles), data.extra, len(data.port_names)
     beside = np.zeros((extra.shape[1], p, p))
     both = np.concatenate([phi, extra], axis=1)
-    found = least_squares(both, data.g, data.weights)
-    beside[:] = [positive_part(matrix) for matrix in found[phi.shape[1] :]]
+    coefficients = least_squares(both, data.g, data.weights)
+    beside[:] = [positive_part(matrix) for matrix in coefficients[phi.shape[1] :]]
     if np.abs(beside[0]).max() < _NOTHING * np.abs(data.g).max():
         beside[0] = 0.0
-    if np.any(beside != found[phi.shape[1] :]):
-        found = least_squares(phi, data.g - np.einsum("ne,eij->nij", extra, beside), data.weights)
+    if np.any(beside != coefficients[phi.shape[1] :]):
+        coefficients = least_squares(phi, data.g - np.einsum("ne,eij->nij", extra, beside), data.weights)
     k = 2 * len(poles.pairs)
     rigid = beside[1] if data.free else np.zeros((p, p))
-    return Residues(poles, found[0:k:2] + 1j * found[1:k:2], found[k : phi.shape[1]], beside[0], rigid)
+    return Residues(
+        poles, coefficients[0:k:2] + 1j * coefficients[1:k:2], coefficients[k : phi.shape[1]], beside[0], rigid
+    )
 
 
 def least_squares(columns: ComplexArray, g: ComplexArray, weights: Array) -> Array:
-    """(m, p, p) real amplitudes of complex columns."""
+    """Return the (m, p, p) real amplitudes of complex columns."""
     a = columns * weights[:, None]
     b = (g * weights[:, None, None]).reshape(len(g), -1)
     a, b = np.concatenate([a.real, a.imag]), np.concatenate([b.real, b.imag])
@@ -91,7 +94,7 @@ def least_squares(columns: ComplexArray, g: ComplexArray, weights: Array) -> Arr
 
 
 def response_of(residues: Residues, s: ComplexArray) -> ComplexArray:
-    """(n, p, p) what residues answer at the lines ``s``."""
+    """Return the (n, p, p) values that residues answer at the lines ``s``."""
     r, real = residues.pairs, residues.real
     amplitudes = np.concatenate([np.stack([r.real, r.imag], axis=1).reshape(-1, *real.shape[1:]), real])
     rest = residues.compliance + residues.rigid / (s**2)[:, None, None]
@@ -99,7 +102,7 @@ def response_of(residues: Residues, s: ComplexArray) -> ComplexArray:
 
 
 def modal_fit(data: FitData, poles: Poles, smallest: float) -> ModalGreens:
-    """Positive amplitudes of oscillators, those beyond the band too, of relaxations, compliance and rigid body.
+    """Return positive amplitudes of oscillators, those beyond the band too, of relaxations, compliance and rigid body.
 
     ``smallest``: part of a mode's amplitude matrix below which its further ranks are left out.
     """
@@ -108,16 +111,22 @@ def modal_fit(data: FitData, poles: Poles, smallest: float) -> ModalGreens:
     zeta = -pairs.real / omega
     s = data.s[:, None]
     columns = np.concatenate([1 / (s**2 + 2 * zeta * omega * s + omega**2), 1 / (s + poles.rates), data.extra], axis=1)
-    found = _positive_least_squares(columns, data.g, data.weights)
+    amplitudes = _positive_least_squares(columns, data.g, data.weights)
     k, r = len(omega), len(poles.rates)
     modes = [
-        (w, z, shape) for w, z, a in zip(omega, zeta, found, strict=False) for _, shape in signed_terms(a, smallest)
+        (w, z, shape)
+        for w, z, a in zip(omega, zeta, amplitudes, strict=False)
+        for _, shape in signed_terms(a, smallest)
     ]
     if data.free:
-        modes = [(0.0, 0.0, shape) for _, shape in signed_terms(found[-1])] + modes
-    decays = [(rate, shape) for rate, a in zip(poles.rates, found[k:], strict=False) for _, shape in signed_terms(a)]
+        modes = [(0.0, 0.0, shape) for _, shape in signed_terms(amplitudes[-1])] + modes
+    decays = [
+        (rate, shape) for rate, a in zip(poles.rates, amplitudes[k:], strict=False) for _, shape in signed_terms(a)
+    ]
     residual = Residual(
-        np.array([shape for _, shape in decays]).reshape(-1, p), np.array([rate for rate, _ in decays]), found[k + r]
+        np.array([shape for _, shape in decays]).reshape(-1, p),
+        np.array([rate for rate, _ in decays]),
+        amplitudes[k + r],
     )
     shapes = np.array([shape for _, _, shape in modes]).reshape(-1, p)
     w, z = np.array([w for w, _, _ in modes]), np.array([z for _, z, _ in modes])
@@ -125,7 +134,7 @@ def modal_fit(data: FitData, poles: Poles, smallest: float) -> ModalGreens:
 
 
 def _positive_least_squares(columns: ComplexArray, g: ComplexArray, weights: Array, iterations: int = 3000) -> Array:
-    """(m, p, p) positive semidefinite amplitudes: NNLS for one port, else an accelerated projected gradient.
+    """Return the (m, p, p) positive semidefinite amplitudes: NNLS for one port, else an accelerated projected gradient.
 
     Source: Lawson and Hanson, Solving Least Squares Problems (1974), ch. 23; Beck and Teboulle, SIAM J. Imaging Sci. 2
     (2009) 183.

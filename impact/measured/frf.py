@@ -57,7 +57,7 @@ class FrequencyResponse:
 
     Attributes:
         frequency: (n,) strictly increasing, > 0 [Hz].
-        receptance: (n, p, p) or, for one port, (n,) [m/N]; made symmetric, ``reciprocity`` tells by how much.
+        receptance: (n, p, p) or, for one port, (n,) [m/N]; made symmetric, ``reciprocity`` says by how much.
         port_names: p names.
         shift: decay rate of an exponential window laid over an impulse response [1/s]; 0 for measured FRFs.
         origin: provenance, plain JSON values.
@@ -117,18 +117,19 @@ class FrequencyResponse:
 
     @property
     def lines(self) -> ComplexArray:
-        """(n,) s [1/s]."""
+        """Return the (n,) s [1/s]."""
         return np.asarray(self.shift + 2j * np.pi * self.frequency, dtype=complex)
 
     def within(self, lowest: float, highest: float) -> FrequencyResponse:
-        """The lines from ``lowest`` to ``highest`` [Hz]."""
+        """Return the lines from ``lowest`` to ``highest`` [Hz]."""
         kept = (self.frequency >= lowest) & (self.frequency <= highest)
         deviation = None if self.deviation is None else self.deviation[kept]
         return replace(self, frequency=self.frequency[kept], receptance=self.receptance[kept], deviation=deviation)
 
     @property
     def per_receptance(self) -> ComplexArray:
-        """(n,) s^k: the measured quantity over the receptance, k = 0, 1, 2 of receptance, mobility, accelerance."""
+        """Return the (n,) s^k: the measured quantity over the receptance, k = 0, 1, 2 of receptance, mobility,
+        accelerance."""
         return np.asarray(self.lines ** _ORDER[self.measured_as])
 
 
@@ -141,7 +142,8 @@ def receptance(
     origin: Mapping[str, object] | None = None,
     deviation: ArrayLike | None = None,
 ) -> FrequencyResponse:
-    """From mobility [m/(N s)] or accelerance [1/kg]: divided by (i w) or (i w)^2; a line at 0 Hz is left out.
+    """Return the receptance from mobility [m/(N s)] or accelerance [1/kg]: divided by (i w) or (i w)^2; a line at 0 Hz
+    is left out.
 
     ``deviation``: standard deviation of the noise of ``values``, in their unit; ``None``: not known.
     """
@@ -172,7 +174,7 @@ def read_frf(
     also in 1/kg or g/N (g = 9.80665 m/s^2); real and imag, or magnitude, also in dB re one of these, and phase [deg,
     rad].
     The noise by a column of coherence (with ``averages``, the number of blows) or of variance, in the square of the
-    response's unit, real and imaginary part together; otherwise it is told from the lines when poles are fitted.
+    response's unit, real and imaginary part together; otherwise it is estimated from the lines when poles are fitted.
     Separators, decimals and other columns as in `impact.read_time_series`.
 
     Args:
@@ -192,22 +194,22 @@ def read_frf(
     if table is None:
         raise FrequencyResponseError(f"{name}, line 1: header '' {_LIKE}")
     try:
-        found = _columns_of(table, columns or {}, units or {}, quantity)
+        layout = _columns_of(table, columns or {}, units or {}, quantity)
     except TimeSeriesError as problem:
         raise FrequencyResponseError(str(problem)) from problem
     try:
-        numbers = table.numbers(list(found.places.values()))
-        values = dict(zip(found.places, numbers.T, strict=True))
-        f = found.factors["frequency"] * values["frequency"]
-        scale, response = found.factors["response"], np.empty(len(f), dtype=complex)
-        if found.parts == ("real", "imag"):
+        numbers = table.numbers(list(layout.places.values()))
+        values = dict(zip(layout.places, numbers.T, strict=True))
+        f = layout.factors["frequency"] * values["frequency"]
+        scale, response = layout.factors["response"], np.empty(len(f), dtype=complex)
+        if layout.parts == ("real", "imag"):
             response[:] = scale * (values["real"] + 1j * values["imag"])
         else:
-            size = 10 ** (values["magnitude"] / 20) if found.decibel else values["magnitude"]
-            response[:] = scale * size * np.exp(1j * found.factors["phase"] * values["phase"])
+            size = 10 ** (values["magnitude"] / 20) if layout.decibel else values["magnitude"]
+            response[:] = scale * size * np.exp(1j * layout.factors["phase"] * values["phase"])
         deviation = _deviation(name, values, response, scale, averages)
         origin = {"file": name.name}
-        return receptance(f, response, found.kind, port_names=(port_name,), origin=origin, deviation=deviation)
+        return receptance(f, response, layout.kind, port_names=(port_name,), origin=origin, deviation=deviation)
     except FrequencyResponseError as problem:
         raise FrequencyResponseError(f"{name}: {problem}") from problem
 
@@ -242,11 +244,11 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind 
     heads = [table.heads[places[part]] for part in parts]
     texts = [normal_unit(units.get("response", head.unit)) for head in heads[: 2 if parts[0] == "real" else 1]]
     unit, decibel = _without_decibel(texts[0])
-    told = {kind for k in (places[part] for part in parts) if (kind := said[k][0])}
+    stated_kinds = {kind for k in (places[part] for part in parts) if (kind := said[k][0])}
     kinds = [kind for kind in get_args(Kind) if unit in _scales(kind)]
     if quantity is not None:
-        told |= {quantity}
-    kinds = [kind for kind in kinds if told <= {kind}]
+        stated_kinds |= {quantity}
+    kinds = [kind for kind in kinds if stated_kinds <= {kind}]
     angle = normal_unit(units.get("phase", heads[1].unit))
     angles = parts[0] == "real" or angle in _ANGLES
     hertz = normal_unit(units.get("frequency", table.heads[places["frequency"]].unit))
@@ -297,7 +299,8 @@ def _scales(kind: str) -> dict[str, float]:
 def of_impulse_response(
     greens: SampledGreens, *, highest: float | None = None, decay: float | None = None
 ) -> FrequencyResponse:
-    """Laplace transform of the samples, linear in between, at s = shift + 2 pi i f with exp(-shift T) = ``decay``.
+    """Return the Laplace transform of the samples, linear in between, at s = shift + 2 pi i f with exp(-shift T) =
+    ``decay``.
 
     The shift lets the record end, and the poles found from these lines need no correction. By default what is left at
     the end (rms of the last tenth over the largest |g|) is brought to 1e-3: no window for a record that has come to
@@ -305,8 +308,8 @@ def of_impulse_response(
     """
     dt, n = greens.dt, greens.values.shape[2]
     if decay is None:
-        left = np.sqrt(np.mean(greens.values[:, :, -max(n // 10, 1) :] ** 2)) / np.abs(greens.values).max()
-        decay = float(np.clip(1e-3 / max(left, 1e-300), 1e-4, 1.0))
+        remainder = np.sqrt(np.mean(greens.values[:, :, -max(n // 10, 1) :] ** 2)) / np.abs(greens.values).max()
+        decay = float(np.clip(1e-3 / max(remainder, 1e-300), 1e-4, 1.0))
     if not 0 < decay <= 1:
         raise FrequencyResponseError(f"decay = {decay:g} must be in (0, 1]")
     shift = float(-np.log(decay) / greens.end)
@@ -323,14 +326,14 @@ def of_impulse_response(
 
 
 def moves_away(response: FrequencyResponse) -> bool:
-    """Whether the lowest lines (an octave, five at least) fall faster than f^-1.5: a free body, -1/(m w^2)."""
+    """Return whether the lowest lines (an octave, five at least) fall faster than f^-1.5: a free body, -1/(m w^2)."""
     f, size = response.frequency, np.linalg.norm(response.receptance, axis=(1, 2))
     low = f <= max(2 * f[0], f[4])
     return bool(np.polyfit(np.log(f[low]), np.log(np.maximum(size[low], 1e-300)), 1)[0] < -1.5)
 
 
 def causality_defect(response: FrequencyResponse) -> float | None:
-    """Share of the energy of the velocity response that comes before the blow, 0 ... 1.
+    """Return the share of the energy of the velocity response that comes before the blow, 0 ... 1.
 
     The mobility (of a free body the accelerance, for its velocity stays) under a Hann window to the highest line is
     transformed to time; t < -2/f_max counts as before, since the window smears the blow over 2/f_max. 0.5 is a response

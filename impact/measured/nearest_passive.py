@@ -19,7 +19,7 @@ _ROUNDS = 8  # of making the continuation found the one to be near to
 
 
 def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
-    """The nearest samples from which no force can draw work; ``greens`` itself if it is passive.
+    """Return the nearest samples from which no force can draw work; ``greens`` itself if it is passive.
 
     Minimises sum_ij,k (g'_ij - g_ij)^2 at the sample times under Re[(1 - z) W(z)] >= 0 on |z| = 1, W the step weights
     of g' at its own step (`impact.measured.passivity.passivity`). The dual of this quadratic programme is solved by an
@@ -62,16 +62,16 @@ def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
         start.tail == "forbid" or eigenvalues(form.apply(x)).min() >= -TOLERANCE * before.largest / start.dt
     ):
         return start
-    given, iterations = x[:, :, :n], 0
+    samples, iterations = x[:, :, :n], 0
     for _ in range(_ROUNDS):
-        x, more = _nearest(form, np.concatenate([given, x[:, :, n:]], axis=2))
+        x, more = _nearest(form, np.concatenate([samples, x[:, :, n:]], axis=2))
         iterations += more
     lift = _MARGIN * form.missing(x)
     values = x + lift * form.falling + form.held[:, :, None]
     values = values[:, :, :n] if start.tail == "forbid" else values
     change = float(np.abs(values[:, :, :n] - start.values).max() / np.abs(start.values).max())
-    done = {"before": str(before), "iterations": iterations, "relaxation_added": lift, "change_of_peak": change}
-    origin = {**start.origin, "repair": done}
+    record = {"before": str(before), "iterations": iterations, "relaxation_added": lift, "change_of_peak": change}
+    origin = {**start.origin, "repair": record}
     error = start.error if start.error.reduction is not None else replace(start.error, reduction=change)
     return replace(start, values=values, origin=origin, error=error)
 
@@ -92,17 +92,17 @@ class _WorkForm:
 
     @cached_property
     def scale(self) -> Array:
-        """|1 - z|, (k, 1, 1): ``apply`` over it has a norm <= 1, for Re[(1 - z)/|1 - z| W(z)] has."""
+        """Return |1 - z|, (k, 1, 1): ``apply`` over it has a norm <= 1, for Re[(1 - z)/|1 - z| W(z)] has."""
         return np.asarray(2 * np.sin(np.pi * np.arange(self.size // 2 + 1) / self.size))[:, None, None]
 
     @cached_property
     def falling(self) -> Array:
-        """A passive g from 1 to 0 at every port."""
+        """Return a passive g from 1 to 0 at every port."""
         n = len(self.freedom)
         return np.asarray(np.eye(len(self.held))[:, :, None] * (1 - np.arange(n) / (n - 1)))
 
     def apply(self, x: Array) -> Array:
-        """The spectrum (k, p, p)."""
+        """Return the spectrum (k, p, p)."""
         return _spectrum(x, self.size) + self.held
 
     @cached_property
@@ -110,11 +110,12 @@ class _WorkForm:
         return _spectrum(self.falling[:1, :1], self.size)[1:, 0, 0]
 
     def missing(self, x: Array) -> float:
-        """The least multiple of ``falling`` that makes the spectrum of ``x`` positive; at theta = 0 it is ``held``."""
+        """Return the least multiple of ``falling`` that makes the spectrum of ``x`` positive; at theta = 0 it is
+        ``held``."""
         return max(float(np.max(-eigenvalues(self.apply(x))[1:, 0] / self._gain)), 0.0)
 
     def adjoint(self, spectrum: Array) -> Array:
-        """Of `apply` without ``held``, in the mean over the circle."""
+        """Return the adjoint of `apply` without ``held``, in the mean over the circle."""
         increments = np.fft.irfft(spectrum.transpose(1, 2, 0), self.size, axis=2)[:, :, : len(self.freedom)]
         steps = -np.diff(increments, axis=2)
         x = np.zeros_like(increments)
@@ -130,7 +131,7 @@ def _spectrum(x: Array, size: int) -> Array:
 
 
 def _posed(greens: SampledGreens) -> tuple[_WorkForm, Array]:
-    """The form, and the samples it works on: continued by zeros, less the value they hold at the end."""
+    """Return the form, and the samples it works on: continued by zeros, less the value they hold at the end."""
     values, n = greens.values, greens.values.shape[2]
     size = grid_size(2 * n)
     beyond = size // 2 - n
@@ -142,7 +143,7 @@ def _posed(greens: SampledGreens) -> tuple[_WorkForm, Array]:
 
 
 def _nearest(form: _WorkForm, x: Array) -> tuple[Array, int]:
-    """Samples nearest to ``x`` with a spectrum positive but for a small lift, and the iterations it took."""
+    """Return samples nearest to ``x`` with a spectrum positive but for a small lift, and the iterations it took."""
     inverse = np.append(0.0, 1 / form.scale[1:, 0, 0])[:, None, None]
     step, enough = 1 / form.freedom.max(), _ACCURACY * float(np.abs(x).max())
     multipliers = momentum = np.zeros_like(form.apply(x))

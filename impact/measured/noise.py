@@ -53,9 +53,9 @@ def _local_variance(values: ComplexArray) -> tuple[Array, Array]:
     """Return the variance about the best local model, and the magnitude of the response itself (n,)."""
     variance, smooth = _about_rational(values, *_MODELS[0])
     for half, degree in _MODELS[1:]:
-        other, there = _about_rational(values, half, degree)
+        other, magnitude = _about_rational(values, half, degree)
         better = _running_median(other, 2 * HALF + 1) < _MUCH_LESS * _running_median(variance, 2 * HALF + 1)
-        variance, smooth = np.where(better, other, variance), np.where(better, there, smooth)
+        variance, smooth = np.where(better, other, variance), np.where(better, magnitude, smooth)
     floor = (np.finfo(float).eps * np.abs(values).max()) ** 2
     return np.maximum(variance, max(floor, np.finfo(float).tiny)), smooth
 
@@ -79,10 +79,10 @@ def _about_rational(values: ComplexArray, half: int, degree: int) -> tuple[Array
     diagonal = np.arange(q)
     ridge = 1e-13 * np.abs(r[:, diagonal, diagonal]).max(axis=1)
     r[:, diagonal, diagonal] += np.where(np.abs(r[:, diagonal, diagonal]) < ridge[:, None], ridge[:, None], 0.0)
-    found = np.linalg.solve(r[:, :q, :q], r[:, :q, q, None])[..., 0]
-    below = 1 + np.einsum("nwk,nk->nw", powers, found[:, degree + 1 :])
+    coefficients = np.linalg.solve(r[:, :q, :q], r[:, :q, q, None])[..., 0]
+    below = 1 + np.einsum("nwk,nk->nw", powers, coefficients[:, degree + 1 :])
     freedom = np.mean(np.abs(below) ** 2, axis=1) * (width - q)
-    return size[:, 0] ** 2 * np.abs(r[:, q, q]) ** 2 / freedom, size[:, 0] * np.abs(found[:, 0])
+    return size[:, 0] ** 2 * np.abs(r[:, q, q]) ** 2 / freedom, size[:, 0] * np.abs(coefficients[:, 0])
 
 
 def _components(variance: Array, smooth: Array, frequency: Array) -> Array:

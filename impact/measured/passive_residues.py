@@ -35,7 +35,7 @@ class Residues:
     rigid: Array
 
     def greens(self, port_names: tuple[str, ...]) -> PoleGreens:
-        """The same as a Green's function: each residue as a sum of rank-one terms."""
+        """Return the same as a Green's function: each residue as a sum of rank-one terms."""
         p = len(port_names)
         pairs = [(s, shape) for s, r in zip(self.poles.pairs, self.pairs, strict=True) for shape in takagi(r)]
         real = [
@@ -56,7 +56,8 @@ class Residues:
 
 
 def takagi(matrix: ComplexArray, smallest: float = 1e-9) -> list[ComplexArray]:
-    """r_1, r_2, ... with sum r r' = ``matrix``, complex symmetric; terms below ``smallest`` of the largest left out.
+    """Return r_1, r_2, ... with sum r r' = ``matrix``, complex symmetric; terms below ``smallest`` of the largest left
+    out.
 
     Source: Horn and Johnson, Matrix Analysis, 4.4 (through the real symmetric [[Re, Im], [Im, -Re]]).
     """
@@ -67,14 +68,14 @@ def takagi(matrix: ComplexArray, smallest: float = 1e-9) -> list[ComplexArray]:
 
 
 def signed_terms(matrix: Array, smallest: float = 1e-9) -> list[tuple[float, Array]]:
-    """sign and a with sum sign a a' = ``matrix``, real symmetric."""
+    """Return sign and a with sum sign a a' = ``matrix``, real symmetric."""
     values, vectors = np.linalg.eigh(matrix)
     limit = smallest * np.abs(values).max(initial=0.0)
     return [(float(np.sign(v)), np.sqrt(abs(v)) * x) for v, x in zip(values, vectors.T, strict=True) if abs(v) > limit]
 
 
 def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArray, weights: Array) -> Residues | None:
-    """The nearest passive function with the same poles, or ``None`` if twelve rounds do not find one.
+    """Return the nearest passive function with the same poles, or ``None`` if twelve rounds do not find one.
 
     Minimises the weighted squares of the change of G on the lines ``s`` under v' Re[iw G(iw)] v >= 0 for the
     eigenvectors v at all violations met so far: a quadratic programme, solved through its dual.
@@ -120,7 +121,7 @@ def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
 
 
 def _worst(greens: PoleGreens) -> Array:
-    """Angular frequencies of the local minima below zero."""
+    """Return the angular frequencies of the local minima below zero."""
     w = passivity_grid(greens)
     margins = passivity_margins(greens, w)
     beside = np.concatenate([[np.inf], margins, [np.inf]])
@@ -128,7 +129,7 @@ def _worst(greens: PoleGreens) -> Array:
 
 
 def _row(poles: Poles, w: float) -> Array:
-    """(2K + R,) derivatives of Re[iw G] with respect to Re R_k, Im R_k (interleaved) and A_m."""
+    """Return the (2K + R,) derivatives of Re[iw G] with respect to Re R_k, Im R_k (interleaved) and A_m."""
     s = poles.pairs
     away = np.abs(s) ** 2 - w**2
     common = w**2 / (away**2 + 4 * w**2 * s.real**2)

@@ -17,7 +17,7 @@ _LANCZOS = 80
 
 @dataclass(frozen=True)
 class PassivityReport:
-    """What the most dangerous force of ``steps`` steps would gain from a body.
+    """The gain of the most dangerous force of ``steps`` steps from a body.
 
     Attributes:
         smallest: smallest eigenvalue of the work form [m/N]: work per (unit force)^2 and step; < 0 is a gain.
@@ -37,12 +37,13 @@ class PassivityReport:
 
     @property
     def passive(self) -> bool:
-        """The verdict."""
+        """Return the verdict."""
         return self.smallest >= -self.tolerance
 
     @property
     def gain_per_cycle(self) -> float:
-        """Most that a force as strong as a harmonic one of amplitude 1 N draws in a cycle [J]; 0 if passive."""
+        """Return the most that a force as strong as a harmonic one of amplitude 1 N draws in a cycle [J]; 0 if
+        passive."""
         per_step = 0.5 * max(-self.smallest, 0.0)
         return 0.0 if self.passive else per_step * min(1 / (max(self.frequency, 1e-300) * self.dt), self.steps)
 
@@ -59,7 +60,7 @@ class PassivityReport:
 def passivity(
     greens: GreensFunction | ArrayLike, dt: float, n: int | None = None, *, tolerance: float = TOLERANCE
 ) -> PassivityReport:
-    """Can a force of ``n`` steps of ``dt`` [s], constant over each, draw work from the body?
+    """Report whether a force of ``n`` steps of ``dt`` [s], constant over each, can draw work from the body.
 
     The force N_k of step k does the work N_k (u_{k+1} - u_k), u_{k+1} = sum_m W_m N_{k-m}. With z the delay by a step,
     (1 - z) W(z) takes the force to the displacement's increments, so the whole work is the quadratic form of
@@ -119,7 +120,8 @@ def require_passive(greens: GreensFunction, dt: float, n: int | None = None, *, 
 
 
 def work_increments(greens: GreensFunction | ArrayLike, dt: float, n: int | None = None) -> Array:
-    """D_m = W_m - W_{m-1} (p, p, n) [m/N]: increment of the displacement m steps after a unit force of one step."""
+    """Return D_m = W_m - W_{m-1} (p, p, n) [m/N]: increment of the displacement m steps after a unit force of one
+    step."""
     if is_greens(greens):
         if n is None:
             ends = [part.end for part in greens.sampled_parts]
@@ -141,7 +143,8 @@ def work_increments(greens: GreensFunction | ArrayLike, dt: float, n: int | None
 
 
 def work_spectrum(increments: Array, size: int | None = None) -> Array:
-    """Re sum_m D_m exp(-i m theta), (k, p, p) on theta = 0 ... pi; the grid is 4 to 8 times as fine as 2 pi/n."""
+    """Return Re sum_m D_m exp(-i m theta), (k, p, p) on theta = 0 ... pi; the grid is 4 to 8 times as fine as 2
+    pi/n."""
     size = size or grid_size(increments.shape[2])
     transformed = np.fft.rfft(increments, size, axis=2).real
     both = (transformed + transformed.transpose(1, 0, 2)) / 2
@@ -149,23 +152,23 @@ def work_spectrum(increments: Array, size: int | None = None) -> Array:
 
 
 def grid_size(n: int) -> int:
-    """Points of the full circle: a power of two, at least 4 n."""
+    """Return the points of the full circle: a power of two, at least 4 n."""
     return int(4 << max(n - 1, 1).bit_length())
 
 
 def _round_off(increments: Array) -> float:
-    """Size of the form left by the round-off of step responses: each D_m is a second difference of them."""
+    """Return the size of the form left by the round-off of step responses: each D_m is a second difference of them."""
     response = np.abs(increments.cumsum(axis=2).cumsum(axis=2)).max()
     return float(4 * np.finfo(float).eps * response * math.sqrt(increments.shape[2]))
 
 
 def eigenvalues(symbol: Array) -> Array:
-    """(k, p) ascending, of (k, p, p) symmetric matrices."""
+    """Return the (k, p) eigenvalues, ascending, of (k, p, p) symmetric matrices."""
     return symbol[:, :, 0] if symbol.shape[1] == 1 else np.asarray(np.linalg.eigvalsh(symbol))
 
 
 def positive_part(matrices: Array) -> Array:
-    """The positive semidefinite part of symmetric matrices (..., p, p), negative eigenvalues set to zero."""
+    """Return the positive semidefinite part of symmetric matrices (..., p, p), negative eigenvalues set to zero."""
     if matrices.shape[-1] == 1:
         return np.maximum(matrices, 0.0)
     values, vectors = np.linalg.eigh(matrices)
@@ -175,7 +178,8 @@ def positive_part(matrices: Array) -> Array:
 
 
 def _smallest_ritz_value(symbol: Array, start: Array) -> float:
-    """Smallest eigenvalue of the block Toeplitz form by Lanczos from ``start`` (p, n): an upper bound, soon sharp."""
+    """Return the smallest eigenvalue of the block Toeplitz form by Lanczos from ``start`` (p, n): an upper bound, soon
+    sharp."""
     size, n = 2 * (len(symbol) - 1), start.shape[1]
 
     def apply(x: Array) -> Array:

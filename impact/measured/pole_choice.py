@@ -1,4 +1,4 @@
-"""Number and places of the poles of a noisy response: as many as its noise lets be told, all within its band.
+"""Number and places of the poles of a noisy response: as many as its noise resolves, all within its band.
 
 Sources: Schwarz, Ann. Statist. 6 (1978) 461 (the information criterion); Ewins, Modal Testing, 2nd ed., 4.4 (residual
 terms in place of modes below and above the band).
@@ -67,8 +67,7 @@ def choose_poles(data: FitData, floor: Array, most: int) -> tuple[Poles, tuple[C
 
 
 def residual_terms(s: ComplexArray) -> ComplexArray:
-    """Return the columns (n, 8) of what is not in the band: a compliance and oscillators above it, last a mass below
-    it."""
+    """Return columns (n, 8) of what is not in the band: a compliance and oscillators above it, last a mass below it."""
     highest = float(s.imag[-1])
     above = highest**2 * oscillators(s, 1j * highest * np.array(BEYOND))
     return np.concatenate([np.ones_like(s)[:, None], above, (np.abs(s).min() / s[:, None]) ** 2], axis=1)
@@ -103,14 +102,14 @@ def _left(data: FitData, extra: ComplexArray, poles: Poles) -> ComplexArray:
     a, b = np.concatenate([columns.real, columns.imag]), np.concatenate([goal.real, goal.imag])
     size = np.linalg.norm(a, axis=0)
     x = np.linalg.lstsq(a / size, b, rcond=1e-13)[0]
-    left = b - (a / size) @ x
+    residuals = b - (a / size) @ x
     n = len(data.s)
-    return np.asarray((left[:n] + 1j * left[n:]) / data.weights[:, None])
+    return np.asarray((residuals[:n] + 1j * residuals[n:]) / data.weights[:, None])
 
 
 def _without_idle(data: FitData, extra: ComplexArray, poles: Poles, cost: float) -> list[Candidate]:
     """Return the poles without those that the information criterion is better off without, one fewer in each."""
-    lines, responses, found = data.s, data.elements, list[Candidate]()
+    lines, responses, candidates = data.s, data.elements, list[Candidate]()
     for _ in range(_MOST_IDLE):
         if len(poles.pairs) == 0:
             break
@@ -123,12 +122,12 @@ def _without_idle(data: FitData, extra: ComplexArray, poles: Poles, cost: float)
         if new >= cost:
             break
         poles, cost = moved, new
-        found.append(Candidate(moved, new))
-    return found
+        candidates.append(Candidate(moved, new))
+    return candidates
 
 
 def _local_peaks(values: Array, prominence: float | None = None) -> NDArray[np.int64]:
-    """Indices of the local maxima that stand out of their surroundings by ``prominence``."""
+    """Return the indices of the local maxima that stand out of their surroundings by ``prominence``."""
     from scipy.signal import find_peaks  # here, for its import alone takes longer than many a scene
 
     return np.asarray(find_peaks(values, prominence=prominence)[0], dtype=np.int64)
@@ -143,7 +142,8 @@ def _peaks(data: FitData, most: int) -> tuple[int, Array]:
 
 
 def _with_more(poles: Poles, s: ComplexArray, apart: Array, count: int) -> Poles:
-    """``count`` pairs more, where the fit is worst: at the highest peaks of the misfit, smoothed over five lines."""
+    """Return ``count`` pairs more, where the fit is worst: at the highest peaks of the misfit, smoothed over five
+    lines."""
     smooth = np.convolve(apart, np.ones(5) / 5, mode="same")
     peaks = _local_peaks(np.concatenate([[0.0], smooth, [0.0]])) - 1
     worst = s.imag[peaks[np.argsort(-smooth[peaks])[:count]]]

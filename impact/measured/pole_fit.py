@@ -1,4 +1,4 @@
-"""From a measured response to a passive Green's function: poles, residues, and what they miss."""
+"""The way from a measured response to a passive Green's function: poles, residues, and what they miss."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def fit_response(
         "modal":   g_ij = sum of damped oscillators with positive matrices of amplitudes, relaxations and a bare
                    compliance, by least squares under these signs: passive by construction (uncoupled modes);
         "complex": `PoleGreens` with free residues, changed as little as makes them passive (modes coupled by damping);
-        "auto":    real modes unless the noise lets complex ones be told from them.
+        "auto":    real modes unless the noise lets complex ones be distinguished from them.
 
     What lies above the band is a bare compliance, and where the highest lines rise towards it, oscillators at fixed
     places
@@ -177,8 +177,9 @@ def fit_impulse_response(
     free: bool | None = None,
     most_pairs: int = 80,
 ) -> ModalGreens | PoleGreens:
-    """`fit_poles` of a sampled g, which need not have come to rest: an exponential window is laid over it and taken off
-    the poles. ``highest``: band [Hz], by default 0.25/dt. ``free``: by default, whether its tail rule is "rigid"."""
+    """Do `fit_poles` of a sampled g, which need not have come to rest: an exponential window is laid over it and taken
+    off the poles. ``highest``: band [Hz], by default 0.25/dt. ``free``: by default, whether its tail rule is
+    "rigid"."""
     free = greens.tail == "rigid" if free is None else free
     response = of_impulse_response(greens, highest=highest)
     fit = fit_poles(response, tolerance=tolerance, form=form, free=free, most_pairs=most_pairs)
@@ -283,28 +284,28 @@ def _is_free(data: FitData, poles: Poles) -> bool:
 
 
 def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[FitData, Poles]]:
-    """Return data and poles with as many modes beyond the band as its highest lines let be told, three at most; they
+    """Return data and poles with as many modes beyond the band as its highest lines resolve, three at most; they
     begin where `_BEYOND` fits best.
 
     Behind them are those with more modes, which fit as well, and those with fewer whose criterion is hardly worse: of
-    what they tell about the response beyond the band, and so about its static part, the lines prefer none.
+    what they say about the response beyond the band, and so about its static part, the lines prefer none.
     """
     turn, places = -zeta + 1j * np.sqrt(1 - zeta**2), float(data.s.imag[-1]) * np.array(_BEYOND)
-    found = [_moved_together(data, poles)]
+    candidates = [_moved_together(data, poles)]
     for _ in range(_MOST_BEYOND):
-        last, _ = found[-1]  # its poles may have left the band to stand for what it lacks there
+        last, _ = candidates[-1]  # its poles may have left the band to stand for what it lacks there
         more = [replace(last, above=(*last.above, complex(w * turn))) for w in places]
         place = min(more, key=lambda each: left_over(data.s, data.elements, data.weights, each.fixed, poles))
-        found.append(_moved_together(place, poles))
+        candidates.append(_moved_together(place, poles))
 
     def cost(one: tuple[FitData, Poles]) -> float:
         together = _with_beyond(*one)
         return criterion(data, left_over(data.s, data.elements, data.weights, data.extra, together), together)
 
-    costs = [cost(one) for one in found]
+    costs = [cost(one) for one in candidates]
     best = int(np.argmin(costs))
-    alike = [one for k, one in enumerate(found) if k > best or (k < best and costs[k] - costs[best] < _SURE)]
-    return [found[best], *alike]
+    alike = [one for k, one in enumerate(candidates) if k > best or (k < best and costs[k] - costs[best] < _SURE)]
+    return [candidates[best], *alike]
 
 
 def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitted, bool]:
@@ -313,14 +314,14 @@ def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitt
     if form != "complex":
         whole, lean = (modal_fit(data, poles, smallest) for smallest in (1e-9, _LEAN))
         lefts = [float(np.sum(_squares(data, modal.transfer(data.s) - data.g))) for modal in (whole, lean)]
-        left, modal = (lefts[1], lean) if lefts[1] <= 1.1 * lefts[0] else (lefts[0], whole)
-        real = (criterion(data, left, poles, "modal"), modal)
+        misfit, modal = (lefts[1], lean) if lefts[1] <= 1.1 * lefts[0] else (lefts[0], whole)
+        real = (criterion(data, misfit, poles, "modal"), modal)
         enough = np.mean(np.abs(modal.transfer(data.s) - data.g) ** 2 / floor[:, None, None] ** 2) <= 1
         if form == "modal" or enough:
             return modal, False
     freely = free_residues(data, _with_beyond(data, poles))
-    left = float(np.sum(_squares(data, response_of(freely, data.s) - data.g)))
-    if real is not None and real[0] <= criterion(data, left, poles):
+    misfit = float(np.sum(_squares(data, response_of(freely, data.s) - data.g)))
+    if real is not None and real[0] <= criterion(data, misfit, poles):
         return real[1], False
     passive = made_passive(freely, data.port_names, data.s, data.weights)
     if passive is None and real is None:
@@ -330,8 +331,8 @@ def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitt
     if passive is None:
         assert real is not None
         return real[1], False
-    left = float(np.sum(_squares(data, response_of(passive, data.s) - data.g)))
-    if real is not None and real[0] <= criterion(data, left, poles):
+    misfit = float(np.sum(_squares(data, response_of(passive, data.s) - data.g)))
+    if real is not None and real[0] <= criterion(data, misfit, poles):
         return real[1], False
     return passive.greens(data.port_names), True
 
@@ -349,8 +350,7 @@ def _unexplained(data: FitData, residual: ComplexArray) -> float:
 
 
 def _ranges_of(data: FitData, residual: ComplexArray) -> tuple[list[tuple[float, float]], float]:
-    """Return the ranges of lines [Hz] whose misfit is more than the noise, the worst first, and the largest ratio
-    (rms)."""
+    """Return ranges of lines [Hz] whose misfit is more than the noise, the worst first, and the largest ratio (rms)."""
     squares = np.mean(np.abs(residual) ** 2, axis=(1, 2))
     mean = np.convolve(np.pad(squares, _BLOCK // 2, mode="reflect"), np.ones(_BLOCK) / _BLOCK, mode="valid")
     over, worst = np.flatnonzero(mean > BLOCK_LIMIT), float(np.sqrt(mean.max()))
@@ -383,7 +383,7 @@ def _noise_of_draws(data: FitData, deviation: Array, residual: ComplexArray) -> 
 def _drawn(data: FitData, poles: Poles, fitted: Fitted, complex_form: bool, noise: Array, count: int) -> list[Fitted]:
     """Return fits of the same order to the fit's own response with other noise."""
     rng = np.random.default_rng(_SEED)
-    own, found = fitted.transfer(data.s), list[Fitted]()
+    own, fits = fitted.transfer(data.s), list[Fitted]()
     for _ in range(count):
         error = rng.normal(size=own.shape) + 1j * rng.normal(size=own.shape)
         error = (error + error.transpose(0, 2, 1)) / 2 if own.shape[1] > 1 else error
@@ -394,8 +394,8 @@ def _drawn(data: FitData, poles: Poles, fitted: Fitted, complex_form: bool, nois
             together = free_residues(drawn, _with_beyond(drawn, moved))
             passive = made_passive(together, data.port_names, data.s, data.weights)
         modal = _LEAN if own.shape[1] > 1 else 1e-9
-        found.append(modal_fit(drawn, moved, modal) if passive is None else passive.greens(data.port_names))
-    return found
+        fits.append(modal_fit(drawn, moved, modal) if passive is None else passive.greens(data.port_names))
+    return fits
 
 
 def _report(greens: Fitted, data: FitData, response: FrequencyResponse, defect: float | None) -> dict[str, object]:

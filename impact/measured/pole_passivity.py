@@ -16,7 +16,7 @@ _CHUNK = 2_000_000  # numbers at once
 
 @dataclass(frozen=True)
 class PolePassivity:
-    """Where the mobility of a body is nearest to giving energy.
+    """The frequency at which the mobility of a body is nearest to giving energy.
 
     Attributes:
         margin: least over w of the smallest eigenvalue of Re[iw G(iw)] over the sum of the sizes of its terms at that
@@ -31,7 +31,7 @@ class PolePassivity:
 
     @property
     def passive(self) -> bool:
-        """The verdict."""
+        """Return the verdict."""
         return self.margin >= -self.tolerance
 
     def __str__(self) -> str:
@@ -40,7 +40,7 @@ class PolePassivity:
 
 
 def pole_passivity(greens: PoleGreens, *, tolerance: float = TOLERANCE) -> PolePassivity:
-    """Can a force draw energy from the body, of whatever course?
+    """Report whether a force, of whatever course, can draw energy from the body.
 
     A force N takes the work integral of N u' = (1/pi) integral over w > 0 of N^ Re[iw G(iw)] N: never negative if and
     only if Re[iw G(iw)] (symmetric, p x p) is positive semidefinite at all w, its limits at 0 and infinity included. A
@@ -74,7 +74,7 @@ def pole_passivity(greens: PoleGreens, *, tolerance: float = TOLERANCE) -> PoleP
 
 
 def real_mobility(greens: PoleGreens, omega: Array) -> tuple[Array, Array]:
-    """Re[iw G(iw)] (n, p, p), and the sum of the sizes (traces) of its terms (n,) [m/(N s)].
+    """Return Re[iw G(iw)] (n, p, p), and the sum of the sizes (traces) of its terms (n,) [m/(N s)].
 
     A pair R = r r' at s gives w^2 (2 sigma B - A (|s|^2 - w^2))/((|s|^2 - w^2)^2 + 4 w^2 sigma^2), sigma = -Re s,
     A = 2 Re R, B = -2 Re(R s*); a real pole sign a a' w^2/(w^2 + rate^2); rigid bodies and compliance nothing.
@@ -103,14 +103,15 @@ def real_mobility(greens: PoleGreens, omega: Array) -> tuple[Array, Array]:
 
 
 def passivity_margins(greens: PoleGreens, omega: Array) -> Array:
-    """(n,) smallest eigenvalue of Re[iw G(iw)] over the sum of the sizes of its terms."""
+    """Return the (n,) smallest eigenvalue of Re[iw G(iw)] over the sum of the sizes of its terms."""
     total, size = real_mobility(greens, omega)
     least = total[:, 0, 0] if total.shape[1] == 1 else np.linalg.eigvalsh(total)[:, 0]
     return np.asarray(least / np.where(size > 0, size, 1.0))
 
 
 def passivity_grid(greens: PoleGreens) -> Array:
-    """Angular frequencies around each pole in half widths, each real pole in octaves, far below and above all."""
+    """Return the angular frequencies around each pole in half widths, each real pole in octaves, far below and above
+    all."""
     s, width = greens.poles, np.maximum(-greens.poles.real, 1e-6 * np.abs(greens.poles))
     near = (s.imag[:, None] + width[:, None] * _AROUND).ravel()
     rates = greens.rates[greens.rates > 0]

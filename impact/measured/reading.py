@@ -69,7 +69,8 @@ def read_impulse_response(
 
 
 def sampling_advice(greens: GreensFunction, dt: float, n: int, *, body: str = "target") -> tuple[Advice, ...]:
-    """What a run of ``n`` steps of ``dt`` [s] should know of a sampled body (or of the sampled parts of a sum).
+    """Return advice on what a run of ``n`` steps of ``dt`` [s] should know of a sampled body (or of the sampled parts
+    of a sum).
 
     Share of the sum of |g^(f)|^2 of the samples above 1/(2 dt), with its limit; and whether the step weights are
     passive, over the first 8192 steps at most; whether a record that the tail rule sets to zero has come to rest.
@@ -78,10 +79,10 @@ def sampling_advice(greens: GreensFunction, dt: float, n: int, *, body: str = "t
 
 
 def _advice_on(greens: SampledGreens, dt: float, n: int, body: str) -> tuple[Advice, ...]:
-    found = []
+    advice = []
     share = _above(greens, 0.5 / dt)
     if share > UNRESOLVED_LIMIT:
-        found.append(
+        advice.append(
             Advice(
                 f"share of the sampled {body}'s response above half the step rate",
                 share,
@@ -91,7 +92,7 @@ def _advice_on(greens: SampledGreens, dt: float, n: int, body: str) -> tuple[Adv
             )
         )
     if greens.tail == "zero" and n * dt > greens.end * (1 + 1e-9) and (level := _last(greens)) > REST_LIMIT:
-        found.append(
+        advice.append(
             Advice(
                 f"last tenth of the sampled {body}'s record over its largest value",
                 level,
@@ -102,7 +103,7 @@ def _advice_on(greens: SampledGreens, dt: float, n: int, body: str) -> tuple[Adv
         )
     report = passivity(greens, dt, min(n, _CHECKED_STEPS))
     if not report.passive:
-        found.append(
+        advice.append(
             Advice(
                 f"least work of the sampled {body} over the largest",
                 report.smallest / report.largest,
@@ -111,7 +112,7 @@ def _advice_on(greens: SampledGreens, dt: float, n: int, body: str) -> tuple[Adv
                 "use impact.repair(greens, dt), and a step that is a whole multiple of the samples' spacing",
             )
         )
-    return tuple(found)
+    return tuple(advice)
 
 
 def _last(greens: SampledGreens) -> float:
@@ -130,16 +131,16 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated) -> tuple[list[i
     wanted = (("time", SECONDS), ("impulse_response", _UNITS))
     try:
         chosen = [table.column_of(word, (word,), columns) for word, _ in wanted]
-        found = [
+        entries = [
             (column, word, known) for column, (word, known) in zip(chosen, wanted, strict=True) if column is not None
         ]
-        factors = [table.factor_of(column, word, known, units) for column, word, known in found]
+        factors = [table.factor_of(column, word, known, units) for column, word, known in entries]
     except TimeSeriesError as problem:
         raise GreensFunctionError(str(problem)) from problem
-    if len(found) != 2:
+    if len(entries) != 2:
         raise GreensFunctionError(
             f"{table.path}, line {table.head_line}: header {table.header!r} must be like "
             "'time [us],impulse_response [um/(N s)]', or its columns be named by columns = { time = ..., "
             f"impulse_response = ... }}; time in {', '.join(SECONDS)}; impulse_response in {', '.join(_UNITS)}"
         )
-    return [column for column, _, _ in found], np.array(factors)
+    return [column for column, _, _ in entries], np.array(factors)

@@ -23,12 +23,12 @@ class Poles:
 
     @property
     def order(self) -> int:
-        """Number of real states."""
+        """Return the number of real states."""
         return 2 * len(self.pairs) + len(self.rates)
 
 
 def starting_poles(s: ComplexArray, pairs: int, peaks: Array) -> Poles:
-    """At the given peaks [rad/s], then spread over the lines, lightly damped."""
+    """Return starting poles at the given peaks [rad/s], then spread over the lines, lightly damped."""
     w = s.imag
     spread = np.linspace(w[0], w[-1], max(pairs - len(peaks), 0) + 2)[1:-1]
     start = np.sort(np.concatenate([peaks[:pairs], spread]))
@@ -36,14 +36,15 @@ def starting_poles(s: ComplexArray, pairs: int, peaks: Array) -> Poles:
 
 
 def basis(s: ComplexArray, poles: Poles) -> ComplexArray:
-    """(n, 2K + R): 1/(s - p) + 1/(s - p*), i/(s - p) - i/(s - p*) for each pair; 1/(s + rate)."""
+    """Return the (n, 2K + R) basis: 1/(s - p) + 1/(s - p*), i/(s - p) - i/(s - p*) for each pair; 1/(s + rate)."""
     one, two = 1 / (s[:, None] - poles.pairs), 1 / (s[:, None] - poles.pairs.conj())
     pairs = np.stack([one + two, 1j * (one - two)], axis=2).reshape(len(s), -1)
     return np.concatenate([pairs, 1 / (s[:, None] + poles.rates)], axis=1)
 
 
 def relocate(s: ComplexArray, responses: ComplexArray, weights: Array, extra: ComplexArray, poles: Poles) -> Poles:
-    """Poles of the next iteration: zeros of sigma(s) = d + sum c_k phi_k(s) in sigma H ~ sum r_k phi_k + extra.
+    """Return the poles of the next iteration: zeros of sigma(s) = d + sum c_k phi_k(s) in sigma H ~ sum r_k phi_k +
+    extra.
 
     ``responses`` and ``weights`` (n, q); ``extra`` (n, e) columns beside the poles. Unstable zeros are mirrored.
     """
@@ -52,12 +53,12 @@ def relocate(s: ComplexArray, responses: ComplexArray, weights: Array, extra: Co
     phi = basis(s, poles)
     order, n = phi.shape[1], len(s)
     sigma = np.concatenate([phi, np.ones((n, 1))], axis=1)
-    left = np.concatenate([phi, extra / np.linalg.norm(extra, axis=0)], axis=1)
+    functions = np.concatenate([phi, extra / np.linalg.norm(extra, axis=0)], axis=1)
     blocks = []
     for h, w in zip(responses.T, weights.T, strict=True):
-        both = np.concatenate([left * w[:, None], -sigma * (w * h)[:, None]], axis=1)
+        both = np.concatenate([functions * w[:, None], -sigma * (w * h)[:, None]], axis=1)
         r = np.asarray(np.linalg.qr(np.concatenate([both.real, both.imag]), mode="r"))
-        blocks.append(r[left.shape[1] : left.shape[1] + order + 1, left.shape[1] :])
+        blocks.append(r[functions.shape[1] : functions.shape[1] + order + 1, functions.shape[1] :])
     size = float(np.linalg.norm(weights * responses)) / n
     relaxed = size * np.concatenate([phi.real.sum(axis=0), [n]])
     matrix = np.concatenate([*blocks, relaxed[None]])
@@ -67,14 +68,14 @@ def relocate(s: ComplexArray, responses: ComplexArray, weights: Array, extra: Co
     c = np.linalg.lstsq(matrix / columns, goal, rcond=None)[0] / columns
     d = c[-1] if abs(c[-1]) > 1e-8 else np.copysign(1e-8, c[-1])
     a, b = _realisation(poles)
-    found = np.linalg.eigvals(a - np.outer(b, c[:-1]) / d) * scale
-    return _stable(np.asarray(found, dtype=complex))
+    zeros = np.linalg.eigvals(a - np.outer(b, c[:-1]) / d) * scale
+    return _stable(np.asarray(zeros, dtype=complex))
 
 
 def fitted_poles(
     s: ComplexArray, responses: ComplexArray, weights: Array, extra: ComplexArray, start: Poles, iterations: int = 12
 ) -> Poles:
-    """Relocated until they stand still to 1e-8."""
+    """Return the poles relocated until they are constant to 1e-8."""
     poles = start
     for _ in range(iterations):
         new = relocate(s, responses, weights, extra, poles)
@@ -123,9 +124,9 @@ def refined(
         before = least
         for share in (1.0, 0.3, 0.1, 0.01):
             moved = _moved(poles, share * step)
-            found = _projected(s, responses, weights, extra, moved)
-            if (total := float(np.sum(found[2] ** 2))) < least:
-                poles, least, (q, amplitudes, apart) = moved, total, found
+            projection = _projected(s, responses, weights, extra, moved)
+            if (total := float(np.sum(projection[2] ** 2))) < least:
+                poles, least, (q, amplitudes, apart) = moved, total, projection
                 break
         if before - least <= enough * before:
             break

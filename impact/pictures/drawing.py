@@ -58,7 +58,7 @@ class PictureError(RuntimeError):
 
 
 def gap_of(draw: Callable[[Path], object], path: Path) -> str:
-    """Draw ``path``; in words what kept it from being drawn, "" if nothing did.
+    """Draw ``path``; return what kept it from being drawn, "" if nothing did.
 
     A picture shows numbers that are known already: whatever its libraries raise, it must not end what made them.
     """
@@ -73,7 +73,8 @@ def gap_of(draw: Callable[[Path], object], path: Path) -> str:
 
 @contextmanager
 def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> Iterator[Figure]:
-    """A matplotlib figure of ``width`` x ``height`` [inch] in the common style, written whole when the block ends well.
+    """Yield a matplotlib figure of ``width`` x ``height`` [inch] in the common style, written whole when the block ends
+    well.
 
     The suffix of ``path`` decides the format (.png, .pdf, .svg); without one nothing is written, and the figure is for
     the caller to show. No global state: neither pyplot nor rcParams.
@@ -120,5 +121,5 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
 
 
 def zero_line(axes: Axes) -> None:
-    """A thin line at zero behind the curves."""
+    """Draw a thin line at zero behind the curves."""
     axes.axhline(0.0, color=GREY, linewidth=0.6, zorder=1.5)

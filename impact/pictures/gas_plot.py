@@ -22,7 +22,7 @@ def plot_gas(
     stop: float | None = None,
     title: str = "Reed valve in its compressor",
 ) -> None:
-    """Cylinder pressure, mean lift and mass flow against the crank angle; p over V where the volume is known.
+    """Plot cylinder pressure, mean lift and mass flow against the crank angle; p over V where the volume is known.
 
     Args:
         drive: the cylinder.

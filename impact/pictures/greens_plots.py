@@ -71,7 +71,7 @@ def plot_greens(
 
 
 def _at_port(greens: GreensFunction, port: int) -> tuple[GreensFunction, int]:
-    """Modes alone and without the oscillators that the port does not see: most of those of a ring as a whole."""
+    """Return modes alone and without the oscillators that the port does not see: most of those of a ring as a whole."""
     if (modal := greens.modal) is None:
         return greens, port
     alone = modal.combined(np.eye(len(modal.ports))[:, [port]], (modal.ports[port],))
@@ -81,7 +81,7 @@ def _at_port(greens: GreensFunction, port: int) -> tuple[GreensFunction, int]:
 
 
 def error_text(error: ErrorEstimate, width: float) -> str:
-    """The error estimate in one line."""
+    """Return the error estimate in one line."""
     if error.total is None:
         return f"error of g after a {1e6 * width:g} µs pulse: not known"
     if error.total == 0.0:
@@ -94,7 +94,8 @@ def error_text(error: ErrorEstimate, width: float) -> str:
 
 
 def sampled_filter(greens: GreensFunction, times: int, width: float, i: int = 0) -> tuple[Array, Array]:
-    """(t, g after a unit Hann pulse), t = 0 ... ``times`` * width/48, by one convolution of the sampled step response.
+    """Return (t, g after a unit Hann pulse), t = 0 ... ``times`` * width/48, by one convolution of the sampled step
+    response.
 
     As `GreensFunction.filtered`, much cheaper on a uniform grid: integral of p'(s) S(t - s) ds by the trapezoidal
     rule, which p' (a full period of a sine) makes second order across the start of S.
@@ -158,12 +159,12 @@ def _step(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: float) 
 def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: float, width: float) -> None:
     greens, port = shown[0]
     high = 3 / width
-    found = [_modal(g, duration, high) for g, _ in shown]
-    modes = np.zeros(0) if found[0] is None else found[0].frequencies_hz[found[0].frequencies_hz > 0]
+    modal_forms = [_modal(g, duration, high) for g, _ in shown]
+    modes = np.zeros(0) if modal_forms[0] is None else modal_forms[0].frequencies_hz[modal_forms[0].frequencies_hz > 0]
     low = min(1 / duration, 0.3 * float(modes.min())) if modes.size else 1 / duration
     curves = [
         _windowed(g, i, low, high, duration) if modal is None else _closed(modal, i, low, high)
-        for (g, i), modal in zip(shown, found, strict=True)
+        for (g, i), modal in zip(shown, modal_forms, strict=True)
     ]
     factor, unit = scaled(curves[0][1], "m/N")
     rate, frequency_unit = scaled(math.sqrt(low * high), "Hz")
@@ -194,15 +195,16 @@ def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: f
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")
     axes.set(xlabel=f"frequency [{frequency_unit}]", ylabel=f"|receptance| [{unit}]")
-    axes.set_title("Receptance" + (", windowed" if found[0] is None else ""))
-    if found[0] is not None and seen.size:
-        first = lowest_excited(found[0], port)
+    axes.set_title("Receptance" + (", windowed" if modal_forms[0] is None else ""))
+    if modal_forms[0] is not None and seen.size:
+        first = lowest_excited(modal_forms[0], port)
         lowest = "" if first is None else f", lowest excited {text(first, 'Hz')}"
         axes.set_title(f"{seen.size} poles{lowest}", loc="right", color=GREY, fontsize=8)
 
 
 def lowest_excited(greens: ModalGreens, port: int = 0) -> float | None:
-    """Frequency [Hz] of the lowest oscillator with a thousandth or more of the port's compliance, if there is one.
+    """Return the frequency [Hz] of the lowest oscillator with a thousandth or more of the port's compliance, if there
+    is one.
 
     A reduction lists weaker ones too, below and between, which need not be modes of the body.
     """
@@ -214,7 +216,7 @@ def lowest_excited(greens: ModalGreens, port: int = 0) -> float | None:
 
 
 def _modal(greens: GreensFunction, duration: float, high: float) -> ModalGreens | None:
-    """The function as modes, if it is one or has all modes that matter up to ``high`` [Hz]."""
+    """Return the function as modes, if it is one or has all modes that matter up to ``high`` [Hz]."""
     if greens.modal is not None:
         return greens.modal
     dt = 1 / (8 * high)
@@ -223,7 +225,7 @@ def _modal(greens: GreensFunction, duration: float, high: float) -> ModalGreens 
 
 
 def _closed(greens: ModalGreens, port: int, low: float, high: float) -> tuple[Array, Array]:
-    """(frequencies [Hz], |receptance| [m/N]) in closed form; without points where it is infinite."""
+    """Return (frequencies [Hz], |receptance| [m/N]) in closed form; without points where it is infinite."""
     modes = greens.frequencies_hz[(greens.frequencies_hz > low) & (greens.frequencies_hz < high)]
     f = np.unique(np.concatenate([np.geomspace(low, high, 1200), modes]))  # no peak is missed
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -232,7 +234,7 @@ def _closed(greens: ModalGreens, port: int, low: float, high: float) -> tuple[Ar
 
 
 def _windowed(greens: GreensFunction, port: int, low: float, high: float, duration: float) -> tuple[Array, Array]:
-    """(frequencies [Hz], |receptance| [m/N]) from the step response under an exponential window."""
+    """Return (frequencies [Hz], |receptance| [m/N]) from the step response under an exponential window."""
     n = math.ceil(8 * high * duration)
     h = duration / n
     t = h * np.arange(n + 1)

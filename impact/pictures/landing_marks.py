@@ -58,8 +58,8 @@ def landing_marks(records: Sequence[Mapping[str, object]], body: Body = "seat") 
         body: the body.
     """
     keys = ("excess_peak_force_N", "number", "time_s", "duration_s", "peak_time_s", "filtered_peak_force_N")
-    found = [tuple(_number(each.get(key)) for key in keys) for each in records if each.get("body") == body]
-    complete = sorted((row for row in found if not np.isnan(row).any()), key=lambda row: -row[0])
+    rows = [tuple(_number(each.get(key)) for key in keys) for each in records if each.get("body") == body]
+    complete = sorted((row for row in rows if not np.isnan(row).any()), key=lambda row: -row[0])
     return tuple(
         LandingMark(body, int(number), start, start + lasting, peak_time, peak, rank == 0)
         for rank, (_, number, start, lasting, peak_time, peak) in enumerate(complete[:MOST])

@@ -44,7 +44,7 @@ def plot_lip(
 ) -> Figure:
     """Draw force per length over place and time, impulse per length, total force, gap at four places, tilt of the gap.
 
-    Places are angles, or lengths along a line whose places angles do not tell.
+    Places are angles, or lengths along a line whose places angles do not give.
 
     A local force is that of a moving front, which grows with ever more arcs: all that is drawn is a mean, and each
     panel says over what.
@@ -78,7 +78,7 @@ def plot_lip(
 
 
 def _within(run: ImpactResult, window: tuple[float, float], most: int) -> slice:
-    """The recorded times of a window, at most ``most`` of them."""
+    """Return the recorded times of a window, at most ``most`` of them."""
     first, last = np.searchsorted(run.time, window)
     return slice(int(first), int(last) + 1, max(1, math.ceil((int(last) + 1 - int(first)) / most)))
 
@@ -114,7 +114,7 @@ def _map(
 
 
 def _borders(line: ClosedLine) -> tuple[Array, str]:
-    """(N + 1,) where arcs begin and end, in degrees or mm, and what that is."""
+    """Return the (N + 1,) places where arcs begin and end, in degrees or mm, and what that is."""
     if line.edges is None:
         return 1e3 * line.borders, "length along the lip [mm]"
     return np.degrees(line.edges), "angle from the x axis, anticlockwise [°]"
@@ -124,9 +124,9 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
     from matplotlib.ticker import MaxNLocator
 
     length = float(line.borders[-1])
-    found = [line_impulse(run.force[1:], run.dt, line.lengths, share, line.pieces) for run in runs]
-    factor, unit = scaled(np.concatenate([values for values, _ in found]), "N s/m")
-    for (values, places), name, (colour, style) in zip(found, names, _STYLES, strict=False):
+    impulses = [line_impulse(run.force[1:], run.dt, line.lengths, share, line.pieces) for run in runs]
+    factor, unit = scaled(np.concatenate([values for values, _ in impulses]), "N s/m")
+    for (values, places), name, (colour, style) in zip(impulses, names, _STYLES, strict=False):
         at, around = length * places, values
         if line.edges is None:
             at = 1e3 * at
@@ -146,9 +146,9 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
 def _force(
     axes: Axes, runs: list[ImpactResult], window: tuple[float, float], width: float, names: tuple[str, str]
 ) -> None:
-    found = [averaged(run.force[1:].sum(axis=1), run.dt, width, MOVING_AVERAGE) for run in runs]
-    (factor, unit), (rate, time_unit) = scaled(np.concatenate(found), "N"), scaled(window[1], "s")
-    for run, values, name, (colour, style) in zip(runs, found, names, _STYLES, strict=False):
+    averages = [averaged(run.force[1:].sum(axis=1), run.dt, width, MOVING_AVERAGE) for run in runs]
+    (factor, unit), (rate, time_unit) = scaled(np.concatenate(averages), "N"), scaled(window[1], "s")
+    for run, values, name, (colour, style) in zip(runs, averages, names, _STYLES, strict=False):
         seen = _within(run, window, 4000)
         axes.plot(rate * run.time[seen], factor * values[seen], color=colour, linestyle=style, label=name)
     axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel=f"force [{unit}]")
@@ -174,7 +174,7 @@ def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
 
 
 def _span(line: ClosedLine) -> str:
-    """What an arc is, in words."""
+    """Return what an arc is, in words."""
     arcs = len(line.lengths)
     even = line.edges is not None and np.ptp(line.lengths) < 1e-9 * line.lengths.max()
     return f"{360 / arcs:.2g}°" if even else f"1/{arcs} of it"

@@ -202,7 +202,7 @@ def _runs(result: ImpactResult, baseline: ImpactResult | None) -> list[ImpactRes
 
 
 def _within(run: ImpactResult, first: float, last: float) -> slice:
-    """The recorded times in first..last, one more on either side."""
+    """Return the recorded times in first..last, one more on either side."""
     a, b = np.searchsorted(run.time, [first, last])
     return slice(max(int(a) - 1, 0), int(b) + 2)
 
@@ -229,7 +229,7 @@ def _crank_axis(axes: Axes, rate: float, rpm: float, start: float) -> None:
 def _pulse_window(
     result: ImpactResult, filtered: Array, group: tuple[float, float], width: float
 ) -> tuple[float, float]:
-    """Time window [s] of 16 filter widths around the highest filtered force of the group."""
+    """Return the time window [s] of 16 filter widths around the highest filtered force of the group."""
     seen = _within(result, *group)
     peak = float(result.time[seen][int(np.argmax(filtered[seen]))])
     return max(peak - 5 * width, 0.0), min(peak + 11 * width, float(result.time[-1]))

@@ -13,7 +13,7 @@ _RAISED: Final = str.maketrans("0123456789-−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻
 
 
 def label_in_unicode(figure: Figure) -> None:
-    """What matplotlib itself has chosen to label axes by writes powers of ten in Unicode from now on."""
+    """Make what matplotlib itself has chosen to label axes by write powers of ten in Unicode from now on."""
     ours = _formatters()
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
@@ -22,14 +22,14 @@ def label_in_unicode(figure: Figure) -> None:
 
 
 def without_tex(told: str) -> str:
-    """``"2×10⁻³"`` of ``"$\\mathdefault{2\\times10^{-3}}$"``."""
+    """Return ``"2×10⁻³"`` of ``"$\\mathdefault{2\\times10^{-3}}$"``."""
     raised = re.sub(r"\^\{([-−\d]+)\}", lambda found: found[1].translate(_RAISED), told)
     return re.sub(r"\\mathdefault|[${}]", "", raised.replace(r"\times", "×"))
 
 
 @cache
 def _formatters() -> dict[type, Any]:
-    """Ours by matplotlib's: labels of logarithmic axes, and the factor beside linear ones."""
+    """Return our formatters by matplotlib's: labels of logarithmic axes, and the factor beside linear ones."""
     from matplotlib.ticker import LogFormatterSciNotation, ScalarFormatter
 
     class Linear(ScalarFormatter):

@@ -91,7 +91,7 @@ def solve_many(
     prepared = _prepared(problem, dt, duration, rule)
     free = _free_motions(problem, prepared)
     count, n = scales.shape[1], prepared.steps
-    found = np.empty((8, count))
+    results = np.empty((8, count))
     force, gap = (np.zeros((count, n + 1)) if record == "force" else None for _ in range(2))
     rows = np.ascontiguousarray(prepared.poles.folded().T)
     contact = problem.contacts[0]
@@ -109,22 +109,22 @@ def solve_many(
         state = aligned((len(rows) + 1) * 2 * LANES).reshape(-1, 2, LANES)
         march.march_lanes(rows, state, free, s, float(prepared.own[0, 0]), law, user, dt, history, opening, out[6])
         _measure(history, dt, MERGE, filter_width or 0.0, out)
-        found[:, scenes] = out[:, : len(scenes)]
+        results[:, scenes] = out[:, : len(scenes)]
         if force is not None and gap is not None:
             force[scenes, 1:] = history[:, : len(scenes)].T
             gap[scenes] = opening[:, : len(scenes)].T
         return len(scenes)
 
-    done = 0
+    finished = 0
     for size in _in_threads(run, np.arange(count), workers or _cores()):
-        done += size
-        progress("stepping", done / count)
-    batch = _batch(problem, closing, found, np.asarray(dt * np.arange(n + 1)), force, filter_width)
+        finished += size
+        progress("stepping", finished / count)
+    batch = _batch(problem, closing, results, np.asarray(dt * np.arange(n + 1)), force, filter_width)
     return replace(batch, gap=gap)
 
 
 def _prepared(problem: ContactProblem, dt: float, duration: float, rule: str) -> Prepared:
-    """The bodies at this step, the striker at rest."""
+    """Return the bodies at this step, the striker at rest."""
     if len(problem.contacts) != 1 or problem.preload:
         raise ContactError("scenes are solved side by side for a single contact without preload; use impact.solve")
     if any(load.follows for load in problem.striker.loads):
@@ -138,17 +138,17 @@ def _prepared(problem: ContactProblem, dt: float, duration: float, rule: str) ->
 def _scales(
     problem: ContactProblem, gaps: ArrayLike | None, velocities: ArrayLike | None, release_scales: ArrayLike | None
 ) -> Array:
-    """(3, S) gaps, velocities and release scales."""
+    """Return the (3, S) gaps, velocities and release scales."""
     if velocities is not None and math.isinf(problem.striker.mass):
         raise ContactError("velocities are of a striker free to translate; this one is held: use release_scales")
     if release_scales is not None and problem.striker.state is None:
         raise ContactError("release_scales multiply the striker's initial state; give it one: Body(state=...)")
-    given = {
+    inputs = {
         "gaps": problem.contacts[0].gap if gaps is None else gaps,
         "velocities": problem.striker.velocity if velocities is None else velocities,
         "release_scales": 1.0 if release_scales is None else release_scales,
     }
-    arrays = {name: np.asarray(values, dtype=float) for name, values in given.items()}
+    arrays = {name: np.asarray(values, dtype=float) for name, values in inputs.items()}
     if any(a.ndim > 1 for a in arrays.values()) or len({a.size for a in arrays.values() if a.ndim}) > 1:
         sizes = ", ".join(f"{name} {a.shape}" for name, a in arrays.items())
         raise ContactError(f"gaps, velocities and release_scales must be numbers or (S,) of one length; got {sizes}")
@@ -159,7 +159,7 @@ def _scales(
 
 
 def _free_motions(problem: ContactProblem, prepared: Prepared) -> Array:
-    """(3, n + 1) gap without contact: what all scenes share, per unit of velocity, per unit of release."""
+    """Return the (3, n + 1) gap without contact: what all scenes share, per unit of velocity, per unit of release."""
     striker, n = problem.striker, prepared.steps
     out = np.zeros((3, n + 1))
     out[0] = prepared.free[:, 0] - problem.contacts[0].gap
@@ -173,7 +173,7 @@ def _free_motions(problem: ContactProblem, prepared: Prepared) -> Array:
 
 
 def _in_translation(striker: Body) -> Body | None:
-    """The striker translating at 1 m/s, and nothing else; ``None`` where it is held."""
+    """Return the striker translating at 1 m/s, and nothing else; ``None`` where it is held."""
     return None if math.isinf(striker.mass) else replace(striker, velocity=1.0, state=None, loads=())
 
 
@@ -182,7 +182,7 @@ def _cores() -> int:
 
 
 def _in_threads(run: Callable[[NDArray[np.int64]], int], scenes: NDArray[np.int64], workers: int) -> Iterator[int]:
-    """``run`` on groups of scenes as threads become free: the compiled march holds no interpreter lock."""
+    """Do ``run`` on groups of scenes as threads become free: the compiled march holds no interpreter lock."""
     groups = [scenes[first : first + LANES] for first in range(0, len(scenes), LANES)]
     with ThreadPoolExecutor(workers) as pool:
         for task in as_completed([pool.submit(run, group) for group in groups]):
@@ -219,7 +219,7 @@ def _batch(
 
 @njit(cache=True, nogil=True)
 def _measure(force, dt, merge, width, out):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Rows of ``out`` (8, S) from force (n, S): peak, filtered peak, impulse, first contact, duration of the first
+    """Fill rows of ``out`` (8, S) from force (n, S): peak, filtered peak, impulse, first contact, duration of the first
     group, groups, (left alone), in contact at the end."""
     steps, scenes = force.shape
     last, end = np.full(scenes, -1), np.full(scenes, -1)
@@ -249,7 +249,7 @@ def _measure(force, dt, merge, width, out):  # type: ignore[no-untyped-def]  # p
 
 @njit(cache=True, nogil=True)
 def _filtered_peak(force, dt, width, peak):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Largest (I(t + width) - I(t))/width where t or t + width is a recorded time, I linear between them."""
+    """Return the largest (I(t + width) - I(t))/width where t or t + width is a recorded time, I linear between them."""
     steps, scenes = force.shape
     total = np.zeros((steps + 1, scenes))
     for n in range(steps):

@@ -32,7 +32,7 @@ class Budget:
         values: the measures themselves [SI].
         parts: by source and measure, the error it leaves [SI]; a source that is not there is unknown, one that cannot
             err has zeros.
-        sources: names of all sources of error, in the order in which they are told.
+        sources: names of all sources of error, in the order in which they are reported.
     """
 
     values: Values
@@ -42,21 +42,21 @@ class Budget:
     __repr__ = brief
 
     def bar(self, measure: str) -> float:
-        """Half width of the error bar [SI]: `safety` times the sum over the sources."""
+        """Return the half width of the error bar [SI]: `safety` times the sum over the sources."""
         return safety(measure) * sum(part[measure] for part in self.parts.values())
 
     def relative(self, measure: str) -> float:
-        """The bar over the value; infinite for a value of zero with an error."""
+        """Return the bar over the value; infinite for a value of zero with an error."""
         bar, value = self.bar(measure), abs(self.values[measure])
         return bar / value if value > 0 else (np.inf if bar > 0 else 0.0)
 
     def dominant(self, measure: str) -> str:
-        """The source that contributes most."""
+        """Return the source that contributes most."""
         return max(self.parts, key=lambda source: self.parts[source][measure], default="nothing known")
 
     @property
     def unknown(self) -> tuple[str, ...]:
-        """Sources that nothing is known of."""
+        """Return sources that nothing is known of."""
         return tuple(source for source in self.sources if source not in self.parts)
 
     def __str__(self) -> str:
@@ -67,7 +67,7 @@ class Budget:
 
 
 def safety(measure: str) -> float:
-    """The error bar of a measure over the sum of what its sources leave."""
+    """Return the error bar of a measure over the sum of what its sources leave."""
     return STRESS_SAFETY if measure.endswith("stress") else SAFETY
 
 
@@ -77,7 +77,7 @@ def is_time(measure: str) -> bool:
 
 
 def changes(one: Values, other: Values) -> Values:
-    """|one - other|, measure by measure; infinite where either has no such value, or no finite one."""
+    """Return |one - other|, measure by measure; infinite where either has no such value, or no finite one."""
     return {name: _apart(value, other.get(name, math.inf)) for name, value in one.items()}
 
 
@@ -91,10 +91,10 @@ def larger(one: Values, other: Values) -> Values:
 
 
 def times(factor: float, values: Values) -> Values:
-    """``factor`` times each."""
+    """Return ``factor`` times each."""
     return {name: factor * value for name, value in values.items()}
 
 
 def total(one: Values, other: Values) -> Values:
-    """one + other, measure by measure."""
+    """Return one + other, measure by measure."""
     return {name: one[name] + other[name] for name in one}

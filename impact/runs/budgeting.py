@@ -59,7 +59,7 @@ def error_budget(
     coarser: Mapping[str, Coarser] | None = None,
     others: Mapping[str, ContactProblem] = NOTHING,
 ) -> Budget:
-    """What each source of error leaves in the measures of an impact: value +- bar, and what dominates it.
+    """Return what each source of error leaves in the measures of an impact: value +- bar, and what dominates it.
 
     The impact is marched again with one source made coarser at a time; the change of each measure is that source's
     share of its error, and the bar 1.5 times their sum (`impact.Budget`). That holds for contacts that chatter,
@@ -99,10 +99,10 @@ def error_budget(
     step, length = result.dt, float(result.time[-1])
     if filter_width is not None:
         measured.filtered_peak_force(result, filter_width, contact=0)  # refuses a filter that the step does not resolve
-    told = _standard(problem, filter_width) if measures is None else measures
+    quantities = _standard(problem, filter_width) if measures is None else measures
 
     def values_of(one: ImpactResult) -> Values:
-        return {name: float(measure(one)) for name, measure in told.items()}
+        return {name: float(measure(one)) for name, measure in quantities.items()}
 
     def run(varied: ContactProblem, varied_step: float) -> Values:
         return values_of(solve(varied, dt=varied_step, duration=length, rule=rule))
@@ -115,17 +115,17 @@ def error_budget(
 
 
 def _standard(problem: ContactProblem, filter_width: float | None) -> Mapping[str, Measure]:
-    """The measures of each contact."""
+    """Return the measures of each contact."""
     count = len(problem.contacts)
-    found: dict[str, Measure] = {}
+    measures: dict[str, Measure] = {}
     for c in range(count):
         end = "" if count == 1 else f" {c}"
-        found[f"impulse{end}"] = _at(c, measured.impulse)
+        measures[f"impulse{end}"] = _at(c, measured.impulse)
         if filter_width is not None:
-            found[f"filtered_peak{end}"] = _at(c, lambda one: largest_average(one.force[1:], one.dt, filter_width))
-        found[f"contact_duration{end}"] = _at(c, _first_duration)
-        found[f"target_displacement{end}"] = _at(c, lambda one: float(np.max(np.abs(one.target_displacement))))
-    return found
+            measures[f"filtered_peak{end}"] = _at(c, lambda one: largest_average(one.force[1:], one.dt, filter_width))
+        measures[f"contact_duration{end}"] = _at(c, _first_duration)
+        measures[f"target_displacement{end}"] = _at(c, lambda one: float(np.max(np.abs(one.target_displacement))))
+    return measures
 
 
 def _at(contact: int, measure: Measure) -> Measure:
@@ -138,7 +138,7 @@ def _first_duration(one: ImpactResult) -> float:
 
 
 def _sources(problem: ContactProblem, coarser: Mapping[str, Coarser]) -> Iterator[tuple[str, Terms | None]]:
-    """Mesh and reduction of each body."""
+    """Return the mesh and the reduction of each body."""
     many = len(problem.targets) > 1
     names = ["striker", *(f"target {i}" if many else "target" for i in range(len(problem.targets)))]
     known = [f"{name} {part}" for name in names for part in ("mesh", "reduction")]
@@ -165,8 +165,8 @@ def _exchanged(problem: ContactProblem, body: Body, companion: Coarser) -> Varia
 
 
 def _reduced(problem: ContactProblem, body: Body, stated: float | None) -> Terms | None:
-    """By the stated error and without the highest modes, where there are any to leave out."""
+    """Return the variations by the stated error and without the highest modes, where there are any to leave out."""
     terms = of_g(problem, body, stated)
     fewer = [] if stated == 0.0 else [(narrower(body, ratio), 1 / (ratio - 1)) for ratio in RATIOS]
-    found = tuple(Variation(with_body(problem, body, less), weight) for less, weight in fewer if less is not None)
-    return (*(terms or ()), found) if found else terms
+    variations = tuple(Variation(with_body(problem, body, less), weight) for less, weight in fewer if less is not None)
+    return (*(terms or ()), variations) if variations else terms

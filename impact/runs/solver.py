@@ -65,7 +65,7 @@ def solve(
 
 
 def collect(stepper: ContactStepper) -> ImpactResult:
-    """The result of the steps marched so far; `ContactError` where numbers have left the range of floats."""
+    """Return the result of the steps marched so far; `ContactError` where numbers have left the range of floats."""
     s, n = stepper.prepared, stepper.done
     force = stepper.force[:n]
     striker = replace(s.bodies[0], loads=s.bodies[0].loads + stepper.live.amplitudes)
@@ -112,7 +112,8 @@ def collect(stepper: ContactStepper) -> ImpactResult:
 
 
 def _deflection(s: Prepared, discrete: Discrete, motion: Motion) -> float:
-    """Largest displacement of a body at t = 0, or of what adds up to it: its contact forces at rest alone [m]."""
+    """Return the largest displacement of a body at t = 0, or of what adds up to it: its contact forces at rest alone
+    [m]."""
     moved = float(np.abs(motion.displacement[:, 0]).max())
     if not np.any(s.rest):
         return moved
@@ -120,7 +121,7 @@ def _deflection(s: Prepared, discrete: Discrete, motion: Motion) -> float:
 
 
 def _refuse_overflow(dt: float, *histories: Array) -> None:
-    """Each (n + 1,) or (n + 1, p)."""
+    """Raise `ContactError` of histories, each (n + 1,) or (n + 1, p), that are not finite."""
     for history in histories:
         bad = ~np.isfinite(history)
         if np.any(bad):
@@ -138,7 +139,7 @@ def _speed_at_start(body: Body, port: str | int, dt: float) -> float:
 
 
 def _at_contacts(s: Prepared, motions: tuple[Motion, ...], single: bool, *, of_striker: bool) -> Array:
-    """(n + 1,) or (n + 1, p) displacements of the striker or of the targets at the contacts."""
+    """Return the (n + 1,) or (n + 1, p) displacements of the striker or of the targets at the contacts."""
     columns = []
     for contact in s.problem.contacts:
         body = s.problem.striker if of_striker else contact.target
@@ -154,15 +155,15 @@ def _at_contacts(s: Prepared, motions: tuple[Motion, ...], single: bool, *, of_s
 
 
 def _advice(s: Prepared, energy: EnergyLedger) -> tuple[Advice, ...]:
-    found: list[Advice] = []
+    advice: list[Advice] = []
     for number, body in enumerate(s.bodies):
         g = body.body.greens
         name = "striker" if number == 0 else "target"
-        found.extend(sampling_advice(g, s.dt, s.steps, body=name))
+        advice.extend(sampling_advice(g, s.dt, s.steps, body=name))
         highest = 0.0 if g.modal is None else g.highest_rate
         if highest * s.dt > RESOLUTION_LIMIT:
             lost = float(energy.contact_loss[-1] / max(energy.input[-1], np.finfo(float).tiny))
-            found.append(
+            advice.append(
                 Advice(
                     f"highest {name} frequency times step",
                     highest * s.dt,
@@ -171,4 +172,4 @@ def _advice(s: Prepared, energy: EnergyLedger) -> tuple[Advice, ...]:
                     f"use dt <= {RESOLUTION_LIMIT / highest:.2g} s, or fewer modes",
                 )
             )
-    return tuple(found)
+    return tuple(advice)

@@ -53,7 +53,8 @@ def budget_of(
     finer: Values | None = None,
     threads: int = 1,
 ) -> Budget:
-    """What the time step and the ``sources`` leave in ``values``, the measures of ``problem`` at the step ``dt`` [s].
+    """Return what the time step and the ``sources`` leave in ``values``, the measures of ``problem`` at the step ``dt``
+    [s].
 
     The step's share is `left_by_step`, or ``finer`` where that is more. Times of contacts are known to a step at
     best. The sources are compared at the doubled step, if it resolves the filter.
@@ -68,20 +69,20 @@ def budget_of(
     """
     step = 2 * dt if _may_double(dt, filter_width) else dt
     variations = [one for terms in sources.values() for term in terms or () for one in term]
-    asked = {(id(problem), each): (problem, each) for each in (step, *_beside(dt, filter_width))}
-    asked |= {(id(p), step): (p, step) for v in variations for p in (v.against, v.problem) if p is not None}
-    found = {
+    runs = {(id(problem), each): (problem, each) for each in (step, *_beside(dt, filter_width))}
+    runs |= {(id(p), step): (p, step) for v in variations for p in (v.against, v.problem) if p is not None}
+    results = {
         key: {name: run_values.get(name, math.inf) for name in values}
-        for key, run_values in _all_of(run, asked, threads).items()
+        for key, run_values in _all_of(run, runs, threads).items()
     }
-    base = found[id(problem), step]
+    base = results[id(problem), step]
 
     def change(variation: Variation) -> Values:
-        known = base if variation.against is None else found[id(variation.against), step]
-        return times(variation.weight, changes(known, found[id(variation.problem), step]))
+        known = base if variation.against is None else results[id(variation.against), step]
+        return times(variation.weight, changes(known, results[id(variation.problem), step]))
 
     def between(other: float) -> Values:
-        return changes(values, found[id(problem), other])
+        return changes(values, results[id(problem), other])
 
     of_step = left_by_step(dt, filter_width, between)
     of_step = {name: max(value, (finer or {}).get(name, 0.0)) for name, value in of_step.items()}
@@ -104,52 +105,53 @@ def budget_of(
 def _all_of(
     run: Run, asked: Mapping[tuple[int, float], tuple[ContactProblem, float]], threads: int
 ) -> dict[tuple[int, float], Values]:
-    """Each on one thread, its matrix products too: libraries with threads of their own would take the others' cores,
-    and the last digits would depend on their number."""
+    """Run each on one thread, its matrix products too: libraries with threads of their own would take the others'
+    cores, and the last digits would depend on their number."""
     with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(threads) as pool:
         each = pool.map if threads > 1 else map
         return dict(zip(asked, each(lambda one: run(*one), asked.values()), strict=True))
 
 
 def left_by_step(dt: float, filter_width: float | None, between: Callable[[float], Values]) -> Values:
-    """What a step of ``dt`` leaves; ``between``: the changes from it to another step [s].
+    """Return what a step of ``dt`` leaves; ``between``: the changes from it to another step [s].
 
     A step twice as long changes as much as is left, the march being of first order where the force jumps, and one four
     times as long three times as much. The larger counts: either may be small by accident. Where these hardly resolve
     the filter, half the step, which changes half of what is left, takes the place of the latter.
     """
     first, *doubled = _beside(dt, filter_width)
-    found = times(1 / 3 if first > dt else 2.0, between(first))
-    return larger(between(doubled[0]), found) if doubled else found
+    error = times(1 / 3 if first > dt else 2.0, between(first))
+    return larger(between(doubled[0]), error) if doubled else error
 
 
 def _beside(dt: float, filter_width: float | None) -> tuple[float, ...]:
-    """The steps that one of ``dt`` is compared with: four times it or half of it, and twice if that may be."""
+    """Return the steps that one of ``dt`` is compared with: four times it or half of it, and twice if that may be."""
     first = 4 * dt if filter_width is None or FINE * dt <= filter_width else dt / 2
     return (first, 2 * dt) if _may_double(dt, filter_width) else (first,)
 
 
 def _may_double(dt: float, filter_width: float | None) -> bool:
-    """Whether a step twice as long resolves the filter."""
+    """Return whether a step twice as long resolves the filter."""
     return filter_width is None or 4 * dt <= filter_width
 
 
 def with_body(problem: ContactProblem, old: Body, new: Body) -> ContactProblem:
-    """The problem with one of its bodies in place of another."""
+    """Return the problem with one of its bodies in place of another."""
     contacts = [replace(contact, target=new) if contact.target is old else contact for contact in problem.contacts]
     striker = new if problem.striker is old else problem.striker
     return ContactProblem(striker, contacts=contacts, preload=problem.preload)
 
 
 def of_g(problem: ContactProblem, body: Body, error: float | None) -> Terms | None:
-    """What a relative error of a body's g changes: g larger by it; ``None`` where it is unknown."""
+    """Return what a relative error of a body's g changes: g larger by it; ``None`` where it is unknown."""
     if error is None:
         return None
     return ((Variation(with_body(problem, body, enlarged(body, 1 + error))),),) if error else ()
 
 
 def enlarged(body: Body, factor: float) -> Body:
-    """The body with ``factor`` times its g, but for the mass of a modal one; it moves without contact as before."""
+    """Return the body with ``factor`` times its g, but for the mass of a modal one; it moves without contact as
+    before."""
     g = body.greens.modal
     if g is None:
         return replace(body, greens=body.greens.scaled(factor))
@@ -163,7 +165,7 @@ def enlarged(body: Body, factor: float) -> Body:
 
 
 def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
-    """The body without its highest modes, down to ``ratio`` below the last; ``None`` where none are left."""
+    """Return the body without its highest modes, down to ``ratio`` below the last; ``None`` where none are left."""
     g = body.greens.modal
     if g is None or not np.any(g.omega):
         return None
@@ -178,7 +180,8 @@ def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
 
 
 def ringing_on(body: Body, ratio: float = 1.0) -> Body | None:
-    """The body with what lies above its modes as modes at ``ratio`` times the highest, one for each way it yields.
+    """Return the body with what lies above its modes as modes at ``ratio`` times the highest, one for each way it
+    yields.
 
     A residual yields and does not ring; what it stands for rings, at the highest frequency or anywhere above. A part of
     it, `AT_ONCE`, stays as it was, so that rigid contacts meet what yields at once. ``None`` where a body has no modes,
@@ -210,7 +213,8 @@ def ringing_on(body: Body, ratio: float = 1.0) -> Body | None:
 
 
 def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:
-    """``greens`` with the modes above ``bandwidth`` [Hz] moved into the residual: the same statics, the same g(0+)."""
+    """Return ``greens`` with the modes above ``bandwidth`` [Hz] moved into the residual: the same statics, the same
+    g(0+)."""
     kept = _below(greens, bandwidth)
     dropped = greens.shapes[~kept] / greens.omega[~kept, None]
     flexible, start = dropped.T @ dropped + greens.residual.static(), greens.initial_value()

@@ -48,7 +48,7 @@ def restore_checkpoint(stepper: ContactStepper, path: str | os.PathLike[str]) ->
 
 
 def _identity(stepper: ContactStepper) -> dict[str, Array]:
-    """A few numbers per ingredient; each changes when any element of the ingredient does."""
+    """Return a few numbers per ingredient; each changes when any element of the ingredient does."""
     s = stepper.prepared
     laws = [(c.law.code, *c.law.parameters, c.side) for c in s.problem.contacts]
     filmed = any(c.film is not None for c in s.problem.contacts)
@@ -68,7 +68,7 @@ def _identity(stepper: ContactStepper) -> dict[str, Array]:
 
 
 def _digest(values: Array) -> Array:
-    """Size of the array, then two sums on the scale of its largest element (the third number)."""
+    """Return the size of the array, then two sums on the scale of its largest element (the third number)."""
     flat = values.ravel()
     size = float(np.max(np.abs(flat), initial=0.0))
     mixed = flat @ np.cos(np.arange(len(flat))) if len(flat) else 0.0

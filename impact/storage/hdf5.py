@@ -64,7 +64,7 @@ class OtherKeyError(StorageError):
 
 
 class _Damage(ValueError):
-    """What is wrong with a key, for `_opened` to put file and remedy around."""
+    """A fault of a key, for `_opened` to put file and remedy around."""
 
 
 def save_greens(greens: GreensFunction, path: str | os.PathLike[str], *, key: str = "") -> None:
@@ -85,15 +85,15 @@ def load_greens(path: str | os.PathLike[str], *, key: str = "") -> GreensFunctio
             also one without a seal, or `OtherKeyError` one that was stored under another.
     """
     with opened(path, "greens", sealed=bool(key)) as file:
-        if key and (found := str(file.attrs.get("key", ""))) != key:
+        if key and (stored := str(file.attrs.get("key", ""))) != key:
             raise OtherKeyError(
-                f"{path}: belongs to the key {found or 'of nothing'!r}, not to {key!r}; compute it again"
+                f"{path}: belongs to the key {stored or 'of nothing'!r}, not to {key!r}; compute it again"
             )
         return _read_greens(file, path)
 
 
 def _read_greens(file: Any, path: str | os.PathLike[str], depth: int = 0) -> GreensFunction:
-    """The function of a file, or of a group in it: a part of a sum or of a multiple."""
+    """Return the function of a file, or of a group in it: a part of a sum or of a multiple."""
     kind = str(file.attrs["kind"])
     if kind in ("sum", "scaled"):
         if depth >= DEEPEST:
@@ -172,7 +172,7 @@ def load_results(path: str | os.PathLike[str]) -> dict[str, ImpactResult]:
 
 
 def _check_histories(name: str, values: Mapping[str, Array], ledger: Mapping[str, Array]) -> None:
-    """Time and energies (n + 1,), the others alike or (n + 1, p) all, p contacts."""
+    """Raise `_Damage` unless time and energies are (n + 1,), the others alike or (n + 1, p) all, p contacts."""
     time, contacts = values["time"].shape, {key: array.shape for key, array in values.items() if key != "time"}
     lengths = {shape[:1] for shape in contacts.values()} | {array.shape for array in ledger.values()}
     if len(time) != 1 or lengths != {time}:
@@ -182,7 +182,7 @@ def _check_histories(name: str, values: Mapping[str, Array], ledger: Mapping[str
 
 
 def _write_greens(file: Any, greens: GreensFunction, depth: int = 0) -> None:
-    """Into a file, or into a group of it: what the function says that it needs to be made again."""
+    """Write into a file, or a group of it, what the function says that it needs to be made again."""
     stored = greens.stored()
     if stored is None or stored.kind not in _KINDS:
         raise StorageError(
@@ -215,7 +215,7 @@ def _write_greens(file: Any, greens: GreensFunction, depth: int = 0) -> None:
 
 @contextmanager
 def written(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
-    """An HDF5 file to fill, stamped with its ``content`` and schema, sealed at the end; whole or absent."""
+    """Yield an HDF5 file to fill, stamped with its ``content`` and schema, sealed at the end; whole or absent."""
     # HDF5 makes the file in memory: on a full disk it could not close it, and would crash
     try:
         with h5py.File(uuid4().hex, "w", driver="core", backing_store=False, block_size=BLOCK) as file:
@@ -233,7 +233,7 @@ def written(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
 
 @contextmanager
 def opened(path: str | os.PathLike[str], content: str, *, sealed: bool = False) -> Iterator[Any]:
-    """The open file, checked; anything that goes wrong while reading becomes a `StorageError`.
+    """Yield the open file, checked; anything that goes wrong while reading becomes a `StorageError`.
 
     ``sealed``: refuse a file without a seal, too.
     """
@@ -250,9 +250,9 @@ def opened(path: str | os.PathLike[str], content: str, *, sealed: bool = False) 
     try:
         check_structure(name, StorageError, MOST_PACKED.get(content, 10.0))
         with h5py.File(name, "r") as file:
-            found, schema = str(file.attrs.get("content", "")), int(file.attrs.get("schema", -1))
-            if found != content or schema < 0:
-                raise StorageError(f"{name}: holds {found or 'something else'!r}, a {content!r} file is needed")
+            stored, schema = str(file.attrs.get("content", "")), int(file.attrs.get("schema", -1))
+            if stored != content or schema < 0:
+                raise StorageError(f"{name}: holds {stored or 'something else'!r}, a {content!r} file is needed")
             if schema > SCHEMA:
                 raise StorageError(
                     f"{name}: schema {schema} is newer than this version reads (up to {SCHEMA}); update the package"
@@ -288,15 +288,16 @@ def _check_numbers(file: Any) -> None:
 
 
 def finite_array(group: Any, key: str) -> Array:
-    """A dataset of finite numbers; one that claims more of them than the file has room for is damage, not a need."""
+    """Return a dataset of finite numbers; one that claims more of them than the file has room for is damage, not a
+    need."""
     if key not in group:
         raise _Damage(f"{key} is missing")
-    found = group[key]
-    if found.nbytes > _DEFLATE * found.id.get_storage_size():
-        raise _Damage(f"{key} claims {found.nbytes / 1e9:.3g} GB, more than the file can hold")
-    if found.dtype.kind not in "fiu":
-        raise _Damage(f"{key} holds {found.dtype}, no real numbers")
-    values = np.asarray(found[...], dtype=float)
+    dataset = group[key]
+    if dataset.nbytes > _DEFLATE * dataset.id.get_storage_size():
+        raise _Damage(f"{key} claims {dataset.nbytes / 1e9:.3g} GB, more than the file can hold")
+    if dataset.dtype.kind not in "fiu":
+        raise _Damage(f"{key} holds {dataset.dtype}, no real numbers")
+    values = np.asarray(dataset[...], dtype=float)
     if bad := int(np.sum(~np.isfinite(values))):
         raise _Damage(f"{key} has {bad} values that are not finite")
     return values

@@ -1,4 +1,4 @@
-"""From a structure and a method to its Green's function: computed, or found where it was computed before."""
+"""The way from a structure and a method to its Green's function: computed, or found where it was computed before."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ def build(
     progress: Progress = silent,
     mesh_error: bool = True,
 ) -> Solved:
-    """A structure's Green's function. Of several programs that ask for the same one, one computes it.
+    """Return a structure's Green's function. Of several programs that ask for the same one, one computes it.
 
     Args:
         structure: of any kind.
         method: how it is computed.
-        duration: of the runs that it must serve [s].
+        duration: of the runs that it must cover [s].
         cache: where it may be, and is kept; ``None``: it is computed.
         watch: for the time of each stage.
-        progress: told of each stage.
+        progress: informed of each stage.
         mesh_error: whether a drawn body is solved on a coarser mesh, too.
 
     Raises:
@@ -38,11 +38,11 @@ def build(
     """
     if cache is None:
         return structure.solve(method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
-    if (found := cache.find(structure, method, duration, mesh_error=mesh_error)) is not None:
-        return found
+    if (cached := cache.find(structure, method, duration, mesh_error=mesh_error)) is not None:
+        return cached
     with cache.claimed(structure, method, mesh_error=mesh_error) as made_meanwhile:
-        found = cache.find(structure, method, duration, mesh_error=mesh_error) if made_meanwhile else None
-        if found is not None:
-            return found
+        cached = cache.find(structure, method, duration, mesh_error=mesh_error) if made_meanwhile else None
+        if cached is not None:
+            return cached
         solved = structure.solve(method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
         return cache.keep(structure, method, solved, mesh_error=mesh_error)

@@ -31,13 +31,13 @@ class CacheWarning(UserWarning):
 
 
 def warn(text: str) -> None:
-    """As a `CacheWarning`."""
+    """Warn by a `CacheWarning`."""
     warnings.warn(text, CacheWarning, stacklevel=4)
 
 
 def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> str:
-    """A hash of everything a structure's Green's function depends on, the code included, and whether its mesh's error
-    is known.
+    """Return a hash of everything a structure's Green's function depends on, the code included, and whether its mesh's
+    error is known.
 
     Files count by content, not by name, with all that they include; what the method leaves open counts not at all, nor
     does its backend, which changes g by less than the tolerance, as another sparse factorization does. Of a kind, a
@@ -61,13 +61,14 @@ def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> 
 
 
 def _from_elsewhere(structure: Structure, method: Method) -> list[str]:
-    """Hashes of the files of the kind, of its shape, and of the reductions that are asked for or may be chosen."""
-    asked: list[type] = []
+    """Return hashes of the files of the kind, of its shape, and of the reductions that are asked for or may be
+    chosen."""
+    reductions: list[type] = []
     if structure.is_reduced and "seatfem.structures.reduction.reducer" in sys.modules:  # else all reductions are ours
         from seatfem.structures.reduction.reducer import defined  # for load time
 
-        asked = [each for each in defined() if method.reduction in (AUTO, each.name)]
-    return sources_from_elsewhere(*structure.made_by(), *asked)
+        reductions = [each for each in defined() if method.reduction in (AUTO, each.name)]
+    return sources_from_elsewhere(*structure.made_by(), *reductions)
 
 
 def _hash(path: Path) -> str:
@@ -76,7 +77,8 @@ def _hash(path: Path) -> str:
 
 
 def at(path: Path, key: str, duration: float, tell: Tell | None = None) -> GreensFunction | None:
-    """The function at ``path``, if it has this key, is sealed and sound, and is known for a run of ``duration`` [s].
+    """Return the function at ``path``, if it has this key, is sealed and sound, and is known for a run of ``duration``
+    [s].
 
     What is sound and another's is no news.
     """
@@ -95,7 +97,7 @@ def at(path: Path, key: str, duration: float, tell: Tell | None = None) -> Green
 
 
 def key_at(path: Path) -> str:
-    """Which structure the function at ``path`` says it is; "" where none can be read."""
+    """Return which structure the function at ``path`` says it is; "" where none can be read."""
     from impact.storage.hdf5 import StorageError, load_greens
 
     try:
@@ -105,7 +107,7 @@ def key_at(path: Path) -> str:
 
 
 def _serving(greens: GreensFunction | None, key: str, duration: float) -> GreensFunction | None:
-    """``greens``, if it is there, has this key and is known for a run of ``duration`` [s]."""
+    """Return ``greens``, if it is there, has this key and is known for a run of ``duration`` [s]."""
     if greens is None or greens.provenance.get("seat_key") != key:
         return None
     return greens if greens.valid_for >= duration * (1 - 1e-9) else None
@@ -113,7 +115,7 @@ def _serving(greens: GreensFunction | None, key: str, duration: float) -> Greens
 
 @dataclass(frozen=True)
 class Cache:
-    """Where computed structures are looked for and written to.
+    """The place where computed structures are looked for and written to.
 
     A folder that cannot be written to costs a warning, and so does a function that carries no seal, is damaged, or is
     of another key: it is computed again.
@@ -128,23 +130,23 @@ class Cache:
     store: Store = field(default_factory=lambda: Store.default(warn))
 
     def find(self, structure: Structure, method: Method, duration: float, *, mesh_error: bool = True) -> Solved | None:
-        """What was computed before and serves a run of ``duration`` [s]."""
+        """Return what was computed before and is valid for a run of ``duration`` [s]."""
         key, own = key_of(structure, method, mesh_error=mesh_error), self._is_own(structure)
-        here = None if self.path is None else at(self.path, key, duration, None if own else warn)
-        found = here if here is not None else _serving(self.store.get(key), key, duration)
-        if found is None:
+        stored = None if self.path is None else at(self.path, key, duration, None if own else warn)
+        solved = stored if stored is not None else _serving(self.store.get(key), key, duration)
+        if solved is None:
             return None
-        if found is not here:
-            self._save(found, key)
+        if solved is not stored:
+            self._save(solved, key)
         where = "the store" if self.path is None else self.path.name
         about: dict[str, object] = {"seat_model": f"kept in {where}"}
-        if isinstance(size := found.provenance.get("dof"), int):
+        if isinstance(size := solved.provenance.get("dof"), int):
             about["seat_dof"] = size
-        return _with_errors(found, self.store.get(_beside(key)), about)
+        return _with_errors(solved, self.store.get(_beside(key)), about)
 
     @contextmanager
     def claimed(self, structure: Structure, method: Method, *, mesh_error: bool = True) -> Iterator[bool]:
-        """Within the block no other program computes the same function for the store.
+        """Keep other programs, within the block, from computing the same function for the store.
 
         Gives whether one has put it there before the block began, since it was looked for.
         """
@@ -157,7 +159,7 @@ class Cache:
             yield _age(path) != before
 
     def keep(self, structure: Structure, method: Method, solved: Solved, *, mesh_error: bool = True) -> Solved:
-        """``solved``, its function marked with its key and on file."""
+        """Return ``solved``, its function marked with its key and on file."""
         key, greens = key_of(structure, method, mesh_error=mesh_error), solved.greens
         if not greens.closed_form:  # one costs nothing to make again
             greens = greens.with_error(greens.error_estimate, {**greens.provenance, "seat_key": key})
@@ -179,12 +181,12 @@ class Cache:
             save_greens(greens, self.path, key=key)
 
     def _is_own(self, structure: Structure) -> bool:
-        """Whether the file of the run is one that the structure itself is read from."""
+        """Return whether the file of the run is one that the structure itself is read from."""
         return self.path is not None and self.path.resolve() in structure.files()
 
 
 def _age(path: Path) -> int:
-    """When a file was written [ns]; 0 where there is none."""
+    """Return when a file was written [ns]; 0 where there is none."""
     try:
         return path.stat().st_mtime_ns
     except OSError:
@@ -192,12 +194,13 @@ def _age(path: Path) -> int:
 
 
 def _beside(key: str) -> str:
-    """The key of the model that tells the errors of mesh and patch."""
+    """Return the key of the model that gives the errors of mesh and patch."""
     return hashlib.sha256(f"beside {key}".encode()).hexdigest()
 
 
 def _with_errors(found: GreensFunction, beside: GreensFunction | None, about: Mapping[str, object]) -> Solved:
-    """With the model in rings; one that states a ratio of the two meshes' sizes is of a coarser mesh."""
+    """Return it with the errors by the model in rings; one that states a ratio of the two meshes' sizes is of a coarser
+    mesh."""
     stated = None if beside is None else beside.provenance.get("refinement")
     if beside is None or not (isinstance(stated, int | float) and 1.0 < stated < math.inf):
         return Solved(found, in_rings=beside, about=about, reused=True)

@@ -39,7 +39,8 @@ class Damping:
     def found(
         M: sparse.csr_array, C: sparse.csr_array | None, K: sparse.csr_array, loss: sparse.csr_array | None
     ) -> Damping:
-        """What the matrices say: C is fitted by alpha M + beta K and H by eta K, each to 1e-9 of its Frobenius norm."""
+        """Return what the matrices say: C is fitted by alpha M + beta K and H by eta K, each to 1e-9 of its Frobenius
+        norm."""
         rayleigh, eta = _fitted(C, M, K), _fitted(loss, K)
         alpha, beta = rayleigh or (0.0, 0.0)
         ratio, rest = (0.0, loss) if eta is None else (eta[0] / 2, None)
@@ -49,7 +50,7 @@ class Damping:
     def of_regions(
         rayleigh: Array, eta: Array, loss: sparse.csr_array | None, *, springs: bool, dashpots: bool
     ) -> Damping:
-        """What a body of several regions has.
+        """Return what a body of several regions has.
 
         Args:
             rayleigh: (m, 2) alpha [1/s] and beta [s] of each region.
@@ -67,12 +68,12 @@ class Damping:
         return Damping(ratio, alpha, beta, rest, uneven or dashpots)
 
     def plus(self, ratio: float) -> Damping:
-        """The same with uniform modal damping of ``ratio`` added."""
+        """Return the same with uniform modal damping of ``ratio`` added."""
         return replace(self, ratio=self.ratio + ratio)
 
     @property
     def refusal(self) -> str:
-        """Why modes cannot carry it, in words; "" where they can."""
+        """Return why modes cannot carry it, in words; "" where they can."""
         if self.coupling:
             return "C is not alpha M + beta K, so the modes are coupled by damping: use method='second_order'"
         if self.alpha < 0 or self.beta < 0:
@@ -80,7 +81,7 @@ class Damping:
         return ""
 
     def ratios(self, omega: Array, loss: Array | None = None) -> Array:
-        """(m,) damping ratio of each mode of ``omega`` (m,) [rad/s], ``loss`` (m,) its phi' H phi [1/s^2].
+        """Return the (m,) damping ratio of each mode of ``omega`` (m,) [rad/s], ``loss`` (m,) its phi' H phi [1/s^2].
 
         Raises:
             ModelError: mass-proportional damping of a rigid-body mode (w = 0).
@@ -94,11 +95,11 @@ class Damping:
         return np.asarray(self.ratio + self.alpha / (2 * safe) + self.beta * omega / 2 + lost)
 
     def losses(self, shapes: Array) -> Array | None:
-        """(m,) phi' H phi of the columns of ``shapes`` (n, m) [1/s^2]; ``None`` without a loss matrix."""
+        """Return the (m,) phi' H phi of the columns of ``shapes`` (n, m) [1/s^2]; ``None`` without a loss matrix."""
         return None if self.loss is None else np.asarray(np.einsum("nm,nm->m", shapes, self.loss @ shapes))
 
     def first_velocity(self) -> float:
-        """g(0+) relative to the undamped 1/Z.
+        """Return g(0+) relative to the undamped 1/Z.
 
         Where g(0+) is finite the modes' participation per unit frequency is constant at high w, and the sum over
         modes at t -> 0 is the integral of exp(-zeta w t) sin(wd t)/w dw: pi/2 undamped, acos(zeta)/sqrt(1 - zeta^2)
@@ -112,17 +113,18 @@ class Damping:
 
 
 def _fitted(matrix: sparse.csr_array | None, *basis: sparse.csr_array) -> tuple[float, ...] | None:
-    """Coefficients of ``matrix`` as a sum of the ``basis``, by least squares; ``None`` where it is no such sum."""
+    """Return the coefficients of ``matrix`` as a sum of the ``basis``, by least squares; ``None`` where it is no such
+    sum."""
     if matrix is None or matrix.nnz == 0:
         return (0.0,) * len(basis)
     scale = [sparse.linalg.norm(a) for a in basis]
     units = [a / s for a, s in zip(basis, scale, strict=True)]
     gram = np.array([[a.multiply(b).sum() for b in units] for a in units])
     x = np.linalg.solve(gram, [a.multiply(matrix).sum() for a in units])
-    left = matrix
+    rest = matrix
     for factor, unit in zip(x, units, strict=True):
-        left = left - factor * unit
-    if sparse.linalg.norm(left) > _SAME * sparse.linalg.norm(matrix):
+        rest = rest - factor * unit
+    if sparse.linalg.norm(rest) > _SAME * sparse.linalg.norm(matrix):
         return None
     small = 1e-12 * np.abs(x).max()
     return tuple(0.0 if abs(v) < small else float(v / s) for v, s in zip(x, scale, strict=True))

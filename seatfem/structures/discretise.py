@@ -1,4 +1,4 @@
-"""From a drawn structure to mesh and matrices, at the level of modelling that was chosen."""
+"""The way from a drawn structure to mesh and matrices, at the level of modelling that was chosen."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ def draw(
     gmsh: Gmsh = run_gmsh,
     method: Method | None = None,
 ) -> AnyMesh:
-    """The mesh of a level, unless it would be far too large; what is wrong with a file's faces names the file.
+    """Return the mesh of a level, unless it would be far too large; what is wrong with a file's faces names the file.
 
-    ``method``: of the reduction, which tells the memory that is needed; by default as the body's table states it.
+    ``method``: of the reduction, which determines the memory that is needed; by default as the body's table states it.
     """
     try:
         check_before_meshing(body, spec, level, method)
@@ -55,7 +55,7 @@ def draw(
 def draw_both(
     body: Drawn, spec: MeshSpec, level: Level, watch: Stopwatch, progress: Progress, *, method: Method, coarser: bool
 ) -> tuple[AnyMesh, AnyMesh | None]:
-    """The mesh, and where it is asked for one ``coarser`` by `COARSENING`, by one process of gmsh."""
+    """Return the mesh, and where it is asked for one ``coarser`` by `COARSENING`, by one process of gmsh."""
     with GmshSession() as gmsh:
         with watch("mesh"):
             mesh = draw(body, spec, level, progress, gmsh, method)
@@ -77,7 +77,8 @@ def matrices(
     harmonic: int = 0,
     lip: FaceLip | None = None,
 ) -> SecondOrderModel:
-    """Mass, stiffness, damping and ports of a body on its mesh; what is wrong with its groups names file or level.
+    """Return the mass, stiffness, damping and ports of a body on its mesh; what is wrong with its groups names file or
+    level.
 
     ``harmonic``: in the angle, of a half section; ``lip``: the face struck, in parts, of a whole body.
     """
@@ -122,17 +123,17 @@ def _assembled(
 
 
 def rayleigh_of(body: Elastic) -> tuple[float, float] | None:
-    """(alpha [1/s], beta [s]), or ``None``."""
+    """Return (alpha [1/s], beta [s]), or ``None``."""
     return None if body.rayleigh is None else (body.rayleigh.mass, body.rayleigh.stiffness)
 
 
 def sliding_faces(body: Elastic) -> tuple[str, ...]:
-    """Names of the faces that cannot leave their planes."""
+    """Return the names of the faces that cannot leave their planes."""
     return tuple(support.on for support in body.supports if support.kind == "sliding")
 
 
 def supports_of(body: Elastic) -> tuple[Support, ...]:
-    """What holds the body beside its fixed and sliding faces."""
+    """Return what holds the body beside its fixed and sliding faces."""
     known = {"foundation": Foundation, "bolted": Bolted, "dashpot": Dashpot, "absorbing": Absorbing}
-    there = (support for support in body.supports if support.kind in known)
-    return tuple(of_same_names(known[support.kind], support, boundary=support.on) for support in there)
+    supports = (support for support in body.supports if support.kind in known)
+    return tuple(of_same_names(known[support.kind], support, boundary=support.on) for support in supports)

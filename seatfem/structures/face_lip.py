@@ -60,8 +60,8 @@ class FaceLip(AnyLip):
     def pieces(self) -> Pieces:
         ends = np.cumsum([strip.swept[-1] for strip in self.face.strips]) / self.area
         arcs = np.diff(np.round(ends * self.arcs).astype(int), prepend=0)
-        found = zip(arcs, self.face.strips, strict=True)
-        return tuple((int(number), strip.closed) for number, strip in found if number)
+        pairs = zip(arcs, self.face.strips, strict=True)
+        return tuple((int(number), strip.closed) for number, strip in pairs if number)
 
     def whole(self, arcs: int) -> int:
         ends = np.cumsum([strip.swept[-1] for strip in self.face.strips]) / self.area
@@ -77,14 +77,14 @@ class FaceLip(AnyLip):
     def cuts(self, shares: Array) -> tuple[Array, Array]:
         table, area = self._table, shares * self.area
         k = np.clip(np.searchsorted(table.swept, area, side="right") - 1, 0, len(table.swept) - 2)
-        left, right = table.left[k], table.right[k]
-        cut, ahead = right - left, table.right[k + 1] - table.left[k + 1]
+        left_ends, right_ends = table.left[k], table.right[k]
+        cut, ahead = right_ends - left_ends, table.right[k + 1] - table.left[k + 1]
         way = table.middles[k + 1] - table.middles[k]
         rate, more = cross(cut, way), cross(ahead - cut, way)  # area up to a share u of the step: rate u + more u^2/2
         rest = np.maximum(area - table.swept[k], 0.0)
         root = rate + np.sqrt(np.maximum(rate**2 + 2 * more * rest, 0.0))
         u = np.clip(np.divide(2 * rest, root, out=np.zeros(len(rest)), where=root > 0), 0.0, 1.0)[:, None]
-        return left + u * (table.left[k + 1] - left), right + u * (table.right[k + 1] - right)
+        return left_ends + u * (table.left[k + 1] - left_ends), right_ends + u * (table.right[k + 1] - right_ends)
 
     def turns(self, shares: Array) -> Array | None:
         if len(self.face.strips) > 1 or not self.face.strips[0].closed:
@@ -96,7 +96,7 @@ class FaceLip(AnyLip):
         return np.asarray(np.interp(shares * self.area, self._table.swept, angles))
 
     def places(self, points: Array) -> tuple[Array, Array]:
-        """Places (n,) along and across the lip, both shares of area, of points (n, 3) of its body [m]."""
+        """Return the places (n,) along and across the lip, both shares of area, of points (n, 3) of its body [m]."""
         seen, table = self.face.seen(points), self._table
         k = table.nearest(seen)
         for _ in range(ONWARDS):  # a point lies between the cut behind and the one before it
@@ -109,9 +109,9 @@ class FaceLip(AnyLip):
         span = behind - before
         u = np.clip(np.divide(behind, span, out=np.zeros(len(k)), where=span > 0), 0.0, 1.0)
         along = (table.swept[k] + u * (table.swept[k + 1] - table.swept[k])) / self.area
-        left, right = self.cuts(along)
-        cut = right - left
-        v = np.sum((seen - left) * cut, axis=1) / np.maximum(np.sum(cut**2, axis=1), np.finfo(float).tiny)
+        left_ends, right_ends = self.cuts(along)
+        cut = right_ends - left_ends
+        v = np.sum((seen - left_ends) * cut, axis=1) / np.maximum(np.sum(cut**2, axis=1), np.finfo(float).tiny)
         near = [self.cuts(np.clip(along + by, 0.0, 1.0)) for by in (-LOCALLY, LOCALLY)]
         inner, outer = (np.stack(lines, axis=1) for lines in zip(*near, strict=True))
         return along, v - widening(inner, outer) * (v - v**2)
@@ -132,15 +132,15 @@ class _Table:
 
     @cached_property
     def middles(self) -> Array:
-        """(k, 2) of the cuts."""
+        """Return the (k, 2) middles of the cuts."""
         return np.asarray((self.left + self.right) / 2)
 
     def past(self, points: Array, k: NDArray[np.int64]) -> Array:
-        """How far points (n, 2) lie beyond cuts, times the cuts' lengths."""
+        """Return how far points (n, 2) lie beyond cuts, times the cuts' lengths."""
         return cross(self.right[k] - self.left[k], points - self.left[k])
 
     def beside(self, k: NDArray[np.int64], step: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Steps from cut to cut that are ``step`` further along the same face."""
+        """Return the steps from cut to cut that are ``step`` further along the same face."""
         count = self.last[k] - self.first[k]
         on = k - self.first[k] + step
         return self.first[k] + np.where(self.closed[k], on % count, np.clip(on, 0, count - 1))
@@ -153,7 +153,7 @@ class _Table:
         return cKDTree((self.left + across * (self.right - self.left)).reshape(-1, 2))
 
     def nearest(self, points: Array) -> NDArray[np.int64]:
-        """(n,) the step that begins at the nearest cut."""
+        """Return the (n,) step that begins at the nearest cut."""
         k = np.asarray(self._tree.query(points)[1]) % len(self.left)
         return self.beside(k, np.zeros_like(k))
 
@@ -180,5 +180,5 @@ def _table(face: Land) -> _Table:
 
 @lru_cache(maxsize=32)
 def face_lip(face: Land, arcs: int, rings: int) -> FaceLip:
-    """A face in parts: they are asked for again and again."""
+    """Return a face in parts, kept as they are asked for again and again."""
     return FaceLip(face, arcs, rings)

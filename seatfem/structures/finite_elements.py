@@ -55,7 +55,7 @@ SPRING: Final = "static compliance of the finite elements, a spring"
 
 
 def reduced(body: Reduced, model: SecondOrderModel, method: Method, duration: float, progress: Progress) -> Reduction:
-    """A model of a body, reduced as its method says, for runs of ``duration`` [s]."""
+    """Return a model of a body, reduced as its method says, for runs of ``duration`` [s]."""
     assert method.bandwidth is not None
     return reduce_model(
         model,
@@ -73,7 +73,7 @@ def reduced(body: Reduced, model: SecondOrderModel, method: Method, duration: fl
 def from_mesh(
     body: Elastic, mesh: SeatMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
 ) -> Solved:
-    """On a mesh that is given, with the patch in more parts on the same mesh."""
+    """Solve on a mesh that is given, with the patch in more parts on the same mesh."""
     check_arcs(body, mesh, method)
     solved = _solved(body, mesh, method, duration, watch, progress)
     if parts_behind(method.division) == method.division:
@@ -88,15 +88,15 @@ def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
         return
     facets = len((mesh.mesh.boundaries or {}).get(body.struck_face, ()))
     halves = 1 if mesh.shape == "hexahedron" else 2
-    there = lip.length / math.sqrt(halves * lip.area / max(facets, 1))
-    if lip.arcs > there:
+    elements = lip.length / math.sqrt(halves * lip.area / max(facets, 1))
+    if lip.arcs > elements:
         finer = (
             f"refine seat.mesh.contact_size to {1e3 * lip.length / lip.arcs:.2g} mm or less, or "
             if body.is_drawn
             else ""
         )
         raise ModelError(
-            f"contact.ports = {lip.arcs}: the struck face has only about {there:.0f} elements along its "
+            f"contact.ports = {lip.arcs}: the struck face has only about {elements:.0f} elements along its "
             f"{1e3 * lip.length:.3g} mm, fewer than one per lip segment: {finer}take fewer"
         )
 
@@ -104,7 +104,7 @@ def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
 def _in_parts(
     body: Elastic, mesh: SeatMesh, method: Method, duration: float, progress: Progress
 ) -> GreensFunction | None:
-    """The patch in more parts on the same mesh, to `RINGS_TOLERANCE`; ``None`` where that cannot be had."""
+    """Return the patch in more parts on the same mesh, to `RINGS_TOLERANCE`; ``None`` where that cannot be had."""
     loose = replace(method.divided(parts_behind(method.division)), tolerance=max(method.tolerance, RINGS_TOLERANCE))
     what = "contact face in segments" if method.in_arcs else "contact face in rings"
     try:
@@ -116,7 +116,7 @@ def _in_parts(
 
 
 def _for_error(progress: Progress, what: str) -> Progress:
-    """What is told of work that is done for an error estimate alone."""
+    """Return the progress of work that is done for an error estimate alone."""
 
     def quiet(stage: str, done: float) -> None:
         progress(f"{what}, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
@@ -127,7 +127,7 @@ def _for_error(progress: Progress, what: str) -> Progress:
 def from_geometry(
     body: Drawn, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool
 ) -> Solved:
-    """On the mesh of a drawing at the level of its method.
+    """Solve on the mesh of a drawing at the level of its method.
 
     With ``mesh_error`` it is solved once more on a mesh coarser by `COARSENING`. Their difference after the Hann pulse
     of the band, over r - 1 (order 1, which clamped and reentrant corners may bring it down to) times `MESH_SAFETY`, is
@@ -137,7 +137,7 @@ def from_geometry(
     reason = (
         (LIP if level == "harmonics" else FACE)
         if method.in_arcs
-        else next(found.reason for found in body.levels(method.bandwidth) if found.level == level)
+        else next(option.reason for option in body.levels(method.bandwidth) if option.level == level)
     )
     about: dict[str, object] = {"seat_level": level, "seat_level_reason": reason}
     spec = body.mesh_spec(method)
@@ -181,7 +181,7 @@ def _solved(
 def _around(
     body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
 ) -> Solved:
-    """An arc of the ring, by Fourier harmonics."""
+    """Return an arc of the ring, by Fourier harmonics."""
     arc = body.struck_arc
     assert arc is not None
     assert method.bandwidth is not None
@@ -214,7 +214,7 @@ def _around(
 def _along(
     body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
 ) -> Solved:
-    """All of the ring in arcs, by Fourier harmonics."""
+    """Return all of the ring in arcs, by Fourier harmonics."""
     lip = method.lip
     assert isinstance(lip, Lip)
 
@@ -251,7 +251,7 @@ def _mesh_keys(mesh: AnyMesh) -> dict[str, object]:
 
 
 def _from_mesh(greens: GreensFunction, mesh: AnyMesh) -> GreensFunction:
-    """``greens`` that knows the mesh it came from."""
+    """Return ``greens`` that knows the mesh it came from."""
     known = {"mesh": mesh.provenance.source, "mesh_hash": mesh.provenance.content_hash}
     return greens.with_error(greens.error_estimate, {**greens.provenance, **known})
 
@@ -259,7 +259,8 @@ def _from_mesh(greens: GreensFunction, mesh: AnyMesh) -> GreensFunction:
 def _with_mesh_error(
     body: Drawn, mesh: AnyMesh, method: Method, duration: float, solved: Solved, progress: Progress
 ) -> Solved:
-    """``solved`` with the mesh error filled in from a coarser ``mesh`` of the same body, whose patch is in rings."""
+    """Return ``solved`` with the mesh error filled in from a coarser ``mesh`` of the same body, whose patch is in
+    rings."""
     quiet = _for_error(progress, "coarser mesh")
     coarse = _solved(body, mesh, method.divided(parts_behind(method.division)), duration, Stopwatch(), quiet)
     progress("coarser mesh, for the error estimate", 1.0)
@@ -280,7 +281,7 @@ def _with_mesh_error(
 
 
 def refinement_of(fine: AnyMesh, coarse: AnyMesh) -> float:
-    """Ratio of the element sizes in truth, from the numbers of elements: at most `COARSENING`, at least 1.1.
+    """Return the ratio of the element sizes in truth, from the numbers of elements: at most `COARSENING`, at least 1.1.
 
     A mesh that the geometry forbids to be coarser, a thin plate or a narrow land, is hardly another one: the little
     that it changes says little.
@@ -290,7 +291,7 @@ def refinement_of(fine: AnyMesh, coarse: AnyMesh) -> float:
 
 
 def static_greens(model: SecondOrderModel, damping_ratio: float) -> ModalGreens:
-    """B' K^-1 B delta(t): the static compliance of the ports alone, by one factorization.
+    """Return B' K^-1 B delta(t): the static compliance of the ports alone, by one factorization.
 
     Raises:
         FactorizationError: a body that can move freely has no static compliance.

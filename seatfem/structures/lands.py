@@ -38,11 +38,11 @@ class Land:
 
     @cached_property
     def digest(self) -> str:
-        """Of all of it."""
-        found = hashlib.sha256(repr((self.centre, self.x, self.y)).encode())
+        """Return the digest of all of it."""
+        digest = hashlib.sha256(repr((self.centre, self.x, self.y)).encode())
         for strip in self.strips:
-            found.update(np.ascontiguousarray(np.stack([strip.left, strip.right])).tobytes())
-        return found.hexdigest()
+            digest.update(np.ascontiguousarray(np.stack([strip.left, strip.right])).tobytes())
+        return digest.hexdigest()
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Land) and self.digest == other.digest
@@ -51,7 +51,7 @@ class Land:
         return hash(self.digest)
 
     def seen(self, points: Array) -> Array:
-        """(n, 2) places on the face of points (n, 3) [m]."""
+        """Return the (n, 2) places on the face of points (n, 3) [m]."""
         return np.asarray((points - np.array(self.centre)) @ np.array([self.x, self.y]).T)
 
 
@@ -66,18 +66,18 @@ def axes_along(normal: Sequence[float] | Array, along: Sequence[float] | None = 
     """
     z = np.asarray(normal) / np.linalg.norm(normal)
     usual = np.array([1.0, 0.0, 0.0]) if np.hypot(z[1], z[2]) > SQUARE_ON else np.array([0.0, 1.0, 0.0])
-    given = usual if along is None else np.asarray(along) / np.linalg.norm(along)
-    x = given - (given @ z) * z
+    direction = usual if along is None else np.asarray(along) / np.linalg.norm(along)
+    x = direction - (direction @ z) * z
     if along is not None and np.linalg.norm(x) < TELLING:
-        words = ", ".join(f"{each:.4g}" for each in given)
+        words = ", ".join(f"{each:.4g}" for each in direction)
         raise ModelError(f"seat.along = ({words}) is square to the struck face; give a direction along it")
     x /= np.linalg.norm(x)
     return np.array([x, np.cross(z, x), z])
 
 
 def land_of(edges: Array, normal: Sequence[float] | Array, along: Sequence[float] | None = None) -> Land:
-    """The land that straight ``edges`` (e, 2, 3) bound, in any order [m], with its outward normal; ``along``: as of
-    `axes_along`.
+    """Return the land that straight ``edges`` (e, 2, 3) bound, in any order [m], with its outward normal; ``along``: as
+    of `axes_along`.
 
     Raises:
         ModelError: faces that are not flat, overlap, have several holes, or are neither rings nor strips, with what
@@ -102,7 +102,8 @@ def land_of(edges: Array, normal: Sequence[float] | Array, along: Sequence[float
 
 
 def _loops(edges: Array, near: float) -> list[Array]:
-    """(c, 2) corners of each closed line of edges (e, 2, 2), in order. Raises `ModelError` of lines that touch."""
+    """Return the (c, 2) corners of each closed line of edges (e, 2, 2), in order. Raises `ModelError` of lines that
+    touch."""
     from scipy.sparse import coo_array  # plans of other seats load none of these
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
@@ -123,35 +124,35 @@ def _loops(edges: Array, near: float) -> list[Array]:
     for a, b in ends.tolist():
         beside[a].append(b)
         beside[b].append(a)
-    found, left = [], set(range(number))
-    while left:
-        line = [left.pop()]
+    loops, remaining = [], set(range(number))
+    while remaining:
+        line = [remaining.pop()]
         following = beside[line[0]][0]
         while following != line[0]:
-            left.discard(following)
+            remaining.discard(following)
             a, b = beside[following]
             line.append(following)
             following = b if a == line[-2] else a
-        found.append(place[line])
-    return found
+        loops.append(place[line])
+    return loops
 
 
 def _nested(loops: list[Array]) -> list[tuple[Array, list[Array]]]:
-    """Each outer line with those of its holes, all anticlockwise. Raises `ModelError` of lines that cross."""
+    """Return each outer line with those of its holes, all anticlockwise. Raises `ModelError` of lines that cross."""
     loops = [loop if area_of(loop) > 0 else loop[::-1] for loop in loops]
     loops.sort(key=area_of, reverse=True)
-    found: list[tuple[Array, list[Array]]] = []
+    nests: list[tuple[Array, list[Array]]] = []
     for k, loop in enumerate(loops):
         around = [other for other, larger in enumerate(loops[:k]) if _inside(loop, larger)]
         if len(around) % 2 == 0:
-            found.append((loop, []))
+            nests.append((loop, []))
         else:
-            next(holes for outer, holes in found if outer is loops[around[-1]]).append(loop)
-    return found
+            next(holes for outer, holes in nests if outer is loops[around[-1]]).append(loop)
+    return nests
 
 
 def _inside(loop: Array, larger: Array) -> bool:
-    """Whether all of a line lies within another one; raises `ModelError` of one that lies there in part."""
+    """Return whether all of a line lies within another one; raises `ModelError` of one that lies there in part."""
     ahead = np.roll(larger, -1, axis=0)
     x, y = loop[:, 0, None], loop[:, 1, None]
     rises = (larger[:, 1] > y) != (ahead[:, 1] > y)

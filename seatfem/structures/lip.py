@@ -49,145 +49,150 @@ class AnyLip(ABC):
     @property
     @abstractmethod
     def arcs(self) -> int:
-        """Of equal areas."""
+        """Return the number of arcs, of equal areas."""
 
     @property
     @abstractmethod
     def rings(self) -> int:
-        """Across each arc."""
+        """Return the number of rings across each arc."""
 
     @property
     @abstractmethod
     def offset(self) -> tuple[float, float]:
-        """Of its centre from the body's own point of contact [m]."""
+        """Return the offset of its centre from the body's own point of contact [m]."""
 
     @property
     @abstractmethod
     def side(self) -> str:
-        """What the names of its ports begin with; "" of the seat's."""
+        """Return what the names of its ports begin with; "" of the seat's."""
 
     @property
     @abstractmethod
     def content(self) -> Mapping[str, object]:
-        """What it is, in short: another lip has another one."""
+        """Return what it is, in short: another lip has another one."""
 
     @property
     def is_round(self) -> bool:
-        """Whether it is the same all around."""
+        """Return whether it is the same all around."""
         return False
 
     @property
     @abstractmethod
     def area(self) -> float:
-        """[m^2]."""
+        """Return the area [m^2]."""
 
     @property
     @abstractmethod
     def lengths(self) -> Array:
-        """(arcs,) of the centre line in each arc [m]."""
+        """Return the (arcs,) lengths of the centre line in each arc [m]."""
 
     @property
     def pieces(self) -> Pieces:
-        """Of the centre line: the arcs of each face, and whether it is closed."""
+        """Return the pieces of the centre line: the arcs of each face, and whether it is closed."""
         return ((self.arcs, True),)
 
     def whole(self, arcs: int) -> int:
-        """The least number of arcs, from ``arcs`` up, of which each face has whole ones; itself where there is none."""
+        """Return the least number of arcs, from ``arcs`` up, of which each face has whole ones; itself where there is
+        none."""
         return arcs
 
     @abstractmethod
     def cuts(self, shares: Array) -> tuple[Array, Array]:
-        """(n, 2) ends of the cuts at places (n,) on the inner, or left, line and on the other, from the centre [m]."""
+        """Return the (n, 2) ends of the cuts at places (n,) on the inner, or left, line and on the other, from the
+        centre [m]."""
 
     @abstractmethod
     def turns(self, shares: Array) -> Array | None:
-        """(n,) angles of the centre line about the centre at places (n,), from 0 on [rad]; ``None`` of a lip that is
-        not one closed line which each ray from there crosses once."""
+        """Return the (n,) angles of the centre line about the centre at places (n,), from 0 on [rad]; ``None`` of a lip
+        that is not one closed line which each ray from there crosses once."""
 
     @property
     def length(self) -> float:
-        """Of the centre line [m]."""
+        """Return the length of the centre line [m]."""
         return float(self.lengths.sum())
 
     @property
     def inner(self) -> float:
-        """Least distance of its lines from the centre [m]."""
+        """Return the least distance of its lines from the centre [m]."""
         return float(min(np.hypot(*line.T).min() for line in self.cuts(_middles(POINTS))))
 
     @property
     def outer(self) -> float:
-        """Largest distance of its lines from the centre [m]."""
+        """Return the largest distance of its lines from the centre [m]."""
         return float(max(np.hypot(*line.T).max() for line in self.cuts(_middles(POINTS))))
 
     @property
     def edges(self) -> Array | None:
-        """(arcs + 1,) angles at which they begin and end, from 0 to 2 pi [rad]; ``None`` as of `turns`."""
+        """Return the (arcs + 1,) angles at which they begin and end, from 0 to 2 pi [rad]; ``None`` as of `turns`."""
         return self.turns(np.arange(self.arcs + 1) / self.arcs)
 
     @property
     def division(self) -> Division:
-        """Into ports."""
+        """Return the division into ports."""
         return Division(self.arcs, self.rings)
 
     def line(self) -> Array:
-        """(arcs, n, 2) points of the centre line in each arc, from the centre [m]."""
-        left, right = self.cuts(self.places_in_arcs.ravel())
-        return np.asarray((left + right) / 2).reshape(self.arcs, -1, 2)
+        """Return the (arcs, n, 2) points of the centre line in each arc, from the centre [m]."""
+        left_ends, right_ends = self.cuts(self.places_in_arcs.ravel())
+        return np.asarray((left_ends + right_ends) / 2).reshape(self.arcs, -1, 2)
 
     def lines(self) -> Array:
-        """(arcs, rings, n, 2) points of the centre lines of the parts, from the centre [m]: of one ring, of the lip."""
-        left, right = self.cuts(self.places_in_arcs.ravel())
-        inner, outer = self.edge_lines(len(left))
+        """Return the (arcs, rings, n, 2) points of the centre lines of the parts, from the centre [m]: of one ring, of
+        the lip."""
+        left_ends, right_ends = self.cuts(self.places_in_arcs.ravel())
+        inner, outer = self.edge_lines(len(left_ends))
         borders = _of_the_cut(ring_borders(self.rings)[:, None], widening(inner, outer))  # (rings + 1, n)
-        points = left + ((borders[:-1] + borders[1:]) / 2)[..., None] * (right - left)
+        points = left_ends + ((borders[:-1] + borders[1:]) / 2)[..., None] * (right_ends - left_ends)
         return points.reshape(self.rings, self.arcs, -1, 2).transpose(1, 0, 2, 3)
 
     @property
     def places_in_arcs(self) -> Array:
-        """(arcs, n) places of `line`."""
+        """Return the (arcs, n) places of `line`."""
         return _middles(self.arcs * math.ceil(POINTS / self.arcs)).reshape(self.arcs, -1)
 
     def edge_lines(self, count: int) -> tuple[Array, Array]:
-        """(count, 2, 2) both ends of equal parts of both lines, from the centre [m]."""
+        """Return both (count, 2, 2) ends of equal parts of both lines, from the centre [m]."""
         borders = np.arange(count)[:, None] + (WITHIN, 1 - WITHIN)
-        left, right = self.cuts(borders.ravel() / count)
-        return left.reshape(count, 2, 2), right.reshape(count, 2, 2)
+        left_ends, right_ends = self.cuts(borders.ravel() / count)
+        return left_ends.reshape(count, 2, 2), right_ends.reshape(count, 2, 2)
 
     def _slices(self, count: int) -> tuple[Array, Array, Array]:
-        """(count, 2) left ends of the cuts in the middle of equal slices, (count, 2) what leads from there to the right
-        ones, and (count,) how much the slices widen to the right: between the shares v of a cut and of the area on its
-        left lies g = (1 - b) v + b v^2."""
-        (left, right), (inner, outer) = self.cuts(_middles(count)), self.edge_lines(count)
-        return left, right - left, widening(inner, outer)
+        """Return the (count, 2) left ends of the cuts in the middle of equal slices, (count, 2) what leads from there
+        to the right ones, and (count,) how much the slices widen to the right: between the shares v of a cut and of the
+        area on its left lies g = (1 - b) v + b v^2."""
+        (left_ends, right_ends), (inner, outer) = self.cuts(_middles(count)), self.edge_lines(count)
+        return left_ends, right_ends - left_ends, widening(inner, outer)
 
     def cells(self, along: int, across: int) -> tuple[Array, Array]:
-        """Middles (arcs, rings, along across, 2) of equal cells of each part, from the centre [m]; areas (rings,)."""
-        left, cut, widening = self._slices(self.arcs * along)
+        """Return the middles (arcs, rings, along across, 2) of equal cells of each part, from the centre [m]; areas
+        (rings,)."""
+        left_ends, cut, widening = self._slices(self.arcs * along)
         borders = ring_borders(self.rings)
         shares = borders[:-1, None] + np.diff(borders)[:, None] * (np.arange(across) + 0.5) / across
         at = _of_the_cut(shares, widening[:, None, None])  # (around, rings, across)
-        points = left[:, None, None] + at[..., None] * cut[:, None, None]
+        points = left_ends[:, None, None] + at[..., None] * cut[:, None, None]
         split = points.reshape(self.arcs, along, self.rings, across, 2).transpose(0, 2, 1, 3, 4)
         areas = self.area * np.diff(borders) / (self.arcs * along * across)
         return split.reshape(self.arcs, self.rings, along * across, 2), areas
 
     def patches(self, centre: tuple[float, float]) -> Mapping[str, Patch]:
-        """By port; ``centre``: of the body's own contact, from which the lip is off by ``offset`` [m]."""
+        """Return the patches by port; ``centre``: that of the body's own contact, from which the lip is off by
+        ``offset`` [m]."""
         x, gauss = np.polynomial.legendre.leggauss(ACROSS)
         each = max(OF_AN_ARC, math.ceil(AROUND / self.arcs))
-        left, cut, widening = self._slices(self.arcs * each)
-        borders, found = ring_borders(self.rings), {}
+        left_ends, cut, widening = self._slices(self.arcs * each)
+        borders, patches = ring_borders(self.rings), {}
         for arc, name in enumerate(self.division.arc_names):
             of = slice(arc * each, (arc + 1) * each)
             at = _of_the_cut(borders[:, None], widening[of])
             for k, port in enumerate(ring_names(name, self.rings)):
                 low, high = at[k : k + 2]
                 shares = (low + high) / 2 + (high - low) / 2 * x[:, None]
-                points = np.asarray(centre) + self.offset + (left[of] + shares[..., None] * cut[of]).reshape(-1, 2)
+                points = np.asarray(centre) + self.offset + (left_ends[of] + shares[..., None] * cut[of]).reshape(-1, 2)
                 density = 1 + widening[of] * (2 * shares - 1)
                 weights = gauss[:, None] * (high - low) / 2 * density * self.area / (self.arcs * each)
-                found[self.side + port] = Patch(points, weights.ravel())
-        return found
+                patches[self.side + port] = Patch(points, weights.ravel())
+        return patches
 
 
 @dataclass(frozen=True)
@@ -220,7 +225,7 @@ class Lip(AnyLip):
 
     @staticmethod
     def disc(radius: float, arcs: int = 1, rings: int = 1) -> Lip:
-        """All of a disc."""
+        """Return all of a disc."""
         return Lip(radius / 2, radius, arcs, rings)
 
     @property
@@ -245,7 +250,7 @@ class Lip(AnyLip):
 
     @property
     def angles(self) -> Array:
-        """(arcs,) of their middles [rad]."""
+        """Return the (arcs,) angles of their middles [rad]."""
         return self.turns(_middles(self.arcs))
 
     @property
@@ -271,20 +276,20 @@ def check_parts(lip: AnyLip) -> None:
 
 
 def _middles(count: int) -> Array:
-    """(count,) of equal parts."""
+    """Return the (count,) middles of equal parts."""
     return np.asarray((np.arange(count) + 0.5) / count)
 
 
 def _of_the_cut(areas: Array, widening: Array) -> Array:
-    """Shares of a cut at shares of the area on its left, where it widens as `AnyLip._slices` has it."""
+    """Return the shares of a cut at shares of the area on its left, where it widens as `AnyLip._slices` has it."""
     straight = 1 - widening
     return np.asarray(2 * areas / np.maximum(straight + np.sqrt(straight**2 + 4 * widening * areas), 1e-300))
 
 
 def widening(inner: Array, outer: Array) -> Array:
-    """(n,) as of `AnyLip._slices`, of slices between (n, 2, 2) ends of their inner and outer edges."""
+    """Return (n,) widening as of `AnyLip._slices`, of slices between (n, 2, 2) ends of their inner and outer edges."""
     cuts, ways = outer - inner, np.diff(inner + outer, axis=1)[:, 0] / 2
     mean, more = (cuts[:, 0] + cuts[:, 1]) / 2, cuts[:, 1] - cuts[:, 0]
     whole = np.abs(cross(mean, ways))
-    found = np.divide(cross(mean, more), 2 * whole, out=np.zeros(len(whole)), where=whole > 0)
-    return np.asarray(np.clip(found, -1.0, 1.0))
+    ratio = np.divide(cross(mean, more), 2 * whole, out=np.zeros(len(whole)), where=whole > 0)
+    return np.asarray(np.clip(ratio, -1.0, 1.0))

@@ -53,13 +53,13 @@ class Material:
 
     @property
     def lame(self) -> tuple[float, float]:
-        """Lame's constants (lambda, mu) [Pa]."""
+        """Return Lame's constants (lambda, mu) [Pa]."""
         nu = self.poisson
         return self.young * nu / ((1 + nu) * (1 - 2 * nu)), self.young / (2 * (1 + nu))
 
     @property
     def elasticity(self) -> Array:
-        """(6, 6) stiffness [Pa] in Voigt order."""
+        """Return the (6, 6) stiffness [Pa] in Voigt order."""
         lam, mu = self.lame
         stiffness = np.diag([2 * mu, 2 * mu, 2 * mu, mu, mu, mu])
         stiffness[:3, :3] += lam
@@ -67,22 +67,22 @@ class Material:
 
     @property
     def c_p(self) -> float:
-        """Speed of pressure waves sqrt((lambda + 2 mu)/rho) [m/s]."""
+        """Return the speed of pressure waves sqrt((lambda + 2 mu)/rho) [m/s]."""
         lam, mu = self.lame
         return float(np.sqrt((lam + 2 * mu) / self.density))
 
     def c_p_along(self, normals: ArrayLike) -> Array:
-        """(...,) speed of pressure waves [m/s] along (..., 3) directions: the same in all."""
+        """Return the (...,) speed of pressure waves [m/s] along (..., 3) directions: the same in all."""
         return np.full(np.shape(normals)[:-1], self.c_p)
 
     @property
     def c_s(self) -> float:
-        """Speed of shear waves sqrt(mu/rho) [m/s]."""
+        """Return the speed of shear waves sqrt(mu/rho) [m/s]."""
         return float(np.sqrt(self.lame[1] / self.density))
 
     @property
     def c_0(self) -> float:
-        """Speed of long waves in a thin rod sqrt(E/rho) [m/s]."""
+        """Return the speed of long waves in a thin rod sqrt(E/rho) [m/s]."""
         return float(np.sqrt(self.young / self.density))
 
 
@@ -133,7 +133,7 @@ class Orthotropic:
 
     @cached_property
     def elasticity(self) -> Array:
-        """(6, 6) stiffness [Pa] in Voigt order and global axes."""
+        """Return the (6, 6) stiffness [Pa] in Voigt order and global axes."""
         local = np.zeros((6, 6))
         local[:3, :3] = np.linalg.inv(self._normal_compliance)
         g12, g13, g23 = self.shear
@@ -145,7 +145,7 @@ class Orthotropic:
         return symmetric
 
     def _speeds(self, normals: ArrayLike) -> Array:
-        """(..., 3) phase speeds [m/s] along (..., 3) directions, slowest first, by Christoffel's equation."""
+        """Return (..., 3) phase speeds [m/s] along (..., 3) directions, slowest first, by Christoffel's equation."""
         n = np.asarray(normals, dtype=float)
         n = n / np.linalg.norm(n, axis=-1, keepdims=True)
         acoustic = np.einsum("...b,abcd,...d->...ac", n, stiffness_tensor(self.elasticity), n, optimize=True)
@@ -153,13 +153,13 @@ class Orthotropic:
         return speeds
 
     def c_p_along(self, normals: ArrayLike) -> Array:
-        """(...,) speed of the quasi-pressure wave [m/s] along (..., 3) directions."""
+        """Return the (...,) speed of the quasi-pressure wave [m/s] along (..., 3) directions."""
         speeds: Array = self._speeds(normals)[..., 2]
         return speeds
 
     @cached_property
     def c_s(self) -> float:
-        """Speed of the slowest wave [m/s] over a spiral of directions and the material's axes."""
+        """Return the speed of the slowest wave [m/s] over a spiral of directions and the material's axes."""
         k = np.arange(_DIRECTIONS) + 0.5
         height, angle = 1 - 2 * k / _DIRECTIONS, np.pi * (1 + np.sqrt(5)) * k
         width = np.sqrt(1 - height**2)
@@ -171,7 +171,7 @@ Solid = Material | Orthotropic
 
 
 def stiffness_tensor(elasticity: Array) -> Array:
-    """(3, 3, 3, 3) stiffness [Pa] from its (6, 6) Voigt form."""
+    """Return the (3, 3, 3, 3) stiffness [Pa] from its (6, 6) Voigt form."""
     place = np.empty((3, 3), dtype=np.int64)
     for k, (a, b) in enumerate(VOIGT):
         place[a, b] = place[b, a] = k
@@ -179,7 +179,7 @@ def stiffness_tensor(elasticity: Array) -> Array:
 
 
 def material_from(values: Mapping[str, Any]) -> Material:
-    """A `Material` from a mapping; the error lists what is missing."""
+    """Return a `Material` from a mapping; the error lists what is missing."""
     missing = [key for key in _CONSTANTS if key not in values]
     if missing:
         raise ModelError(f"material: give {', '.join(missing)} too (given: {', '.join(values) or 'nothing'})")

@@ -42,7 +42,7 @@ NAMES: Final[Mapping[Level, str]] = {
 
 @dataclass(frozen=True)
 class Aims:
-    """What a reduction must reach, and what it may take for it.
+    """The aims that a reduction must reach, and what it may take for them.
 
     Attributes:
         bandwidth: highest frequency that must be right [Hz].
@@ -73,18 +73,18 @@ class Aims:
 
     @property
     def width(self) -> float:
-        """Width of the Hann pulse after which g is judged, 1/bandwidth [s]."""
+        """Return the width of the Hann pulse after which g is judged, 1/bandwidth [s]."""
         return 1 / self.bandwidth
 
     @property
     def band(self) -> float:
-        """Edge of the band, 2 pi bandwidth [rad/s]."""
+        """Return the edge of the band, 2 pi bandwidth [rad/s]."""
         return 2 * math.pi * self.bandwidth
 
 
 @dataclass(frozen=True)
 class Method:
-    """How one body's Green's function is computed.
+    """The way in which one body's Green's function is computed.
 
     Attributes:
         level: how much of the body is modelled.
@@ -117,39 +117,39 @@ class Method:
 
     @property
     def static(self) -> bool:
-        """Whether the body stands for its static compliance alone, without waves."""
+        """Return whether the body stands for its static compliance alone, without waves."""
         return self.level == "spring"
 
     @property
     def in_arcs(self) -> bool:
-        """Whether a lip is struck in several arcs."""
+        """Return whether a lip is struck in several arcs."""
         return self.lip is not None and self.lip.arcs > 1
 
     @property
     def division(self) -> Division:
-        """Of the struck patch into ports."""
+        """Return the division of the struck patch into ports."""
         return Division(1 if self.lip is None else self.lip.arcs, self.rings or 1)
 
     def divided(self, division: Division) -> Method:
-        """The same with the struck patch in other parts."""
+        """Return the same with the struck patch in other parts."""
         arcs, rings = division.arcs, division.rings
         lip = None if self.lip is None else replace(self.lip, arcs=arcs, rings=rings)  # type: ignore[type-var]
         return replace(self, rings=rings, lip=lip)
 
     @property
     def distributed(self) -> bool:
-        """Whether PETSc's ranks reduce it; arcs of a lip and statics are computed in this process."""
+        """Return whether PETSc's ranks reduce it; arcs of a lip and statics are computed in this process."""
         return self.backend == "slepc" and not (self.in_arcs or self.static)
 
     @property
     def exact(self) -> bool:
-        """Whether there is nothing to discretise."""
+        """Return whether there is nothing to discretise."""
         return self.level in ("rod", "closed form")
 
 
 @dataclass(frozen=True)
 class Applicability:
-    """Whether a level describes a structure.
+    """The statement whether a level describes a structure.
 
     Attributes:
         level: of modelling.
@@ -165,7 +165,7 @@ class Applicability:
 
     @staticmethod
     def refused(level: AnyLevel, reason: str) -> Applicability:
-        """One that cannot be run."""
+        """Return the applicability of one that cannot be run."""
         return Applicability(level, False, math.inf, reason)
 
 
@@ -174,7 +174,7 @@ class LevelError(ValueError):
 
 
 def choose_level(found: tuple[Applicability, ...], error: float, named: str = "auto") -> Applicability:
-    """The level ``named``, or the cheapest whose own error is at most ``error``.
+    """Return the level ``named``, or the cheapest whose own error is at most ``error``.
 
     Of a spring, whose compliance finite elements give, the cheapest that leaves nothing out.
 

@@ -47,7 +47,7 @@ class Port:
 
 @dataclass(frozen=True)
 class DofMap:
-    """Where the unknowns live: unknown i is component ``free[i] % dim`` at node ``free[i] // dim``.
+    """The places of the unknowns: unknown i is component ``free[i] % dim`` at node ``free[i] // dim``.
 
     Nodes on an oblique sliding plane have components along axes of their own, those of a plate a deflection and two
     rotations: then ``turned`` takes the unknowns to Cartesian displacements.
@@ -67,7 +67,7 @@ class DofMap:
     rigid: Array | None = field(default=None, repr=False)
 
     def expand(self, vector: Array) -> Array:
-        """(dim, n_nodes) nodal displacements of a vector of unknowns, zero where fixed."""
+        """Return the (dim, n_nodes) nodal displacements of a vector of unknowns, zero where fixed."""
         full = np.zeros(self.points.size)
         if self.turned is None:
             full[self.free] = vector
@@ -111,9 +111,9 @@ class SecondOrderModel:
 
     def __post_init__(self, known: Damping | None) -> None:
         for name in ("M", "C", "K", "loss"):
-            given = getattr(self, name)
-            if given is not None:
-                object.__setattr__(self, name, _checked(as_csr(given), name))
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, _checked(as_csr(value), name))
         n = self.size
         for name, matrix in (("C", self.C), ("K", self.K), ("loss", self.loss)):
             if matrix is not None and matrix.shape != (n, n):
@@ -134,32 +134,32 @@ class SecondOrderModel:
 
     @property
     def size(self) -> int:
-        """Number of unknowns."""
+        """Return the number of unknowns."""
         return int(self.M.shape[0])
 
     @cached_property
     def mass_is_diagonal(self) -> bool:
-        """Whether M couples no two unknowns, as a nodal mass does."""
+        """Return whether M couples no two unknowns, as a nodal mass does."""
         rows = np.repeat(np.arange(self.size), np.diff(self.M.indptr))
         return bool(np.all(self.M.data[rows != self.M.indices] == 0))
 
     @property
     def port_names(self) -> tuple[str, ...]:
-        """Names of the ports, in order."""
+        """Return the names of the ports, in order."""
         return tuple(self.ports)
 
     @cached_property
     def port_matrix(self) -> Array:
-        """(n, p) port vectors side by side."""
+        """Return the (n, p) port vectors side by side."""
         return np.stack([port.vector for port in self.ports.values()], axis=1)
 
     @property
     def rayleigh(self) -> tuple[float, float] | None:
-        """(alpha [1/s], beta [s]) of C = alpha M + beta K, ``None`` where C is no such sum; (0, 0) without C."""
+        """Return (alpha [1/s], beta [s]) of C = alpha M + beta K, ``None`` where C is no such sum; (0, 0) without C."""
         return None if self.damping.coupling else (self.damping.alpha, self.damping.beta)
 
     def with_ports(self, names: Sequence[str]) -> SecondOrderModel:
-        """The same body with the named ones of its ports.
+        """Return the same body with the named ones of its ports.
 
         Raises:
             ModelError: a name that none of its ports has.
@@ -170,19 +170,19 @@ class SecondOrderModel:
         return replace(self, ports={name: self.ports[name] for name in names}, known=self.damping)
 
     def expand(self, vector: Array) -> Array:
-        """(dim, n_nodes) nodal displacements of a vector of unknowns, zero where fixed."""
+        """Return the (dim, n_nodes) nodal displacements of a vector of unknowns, zero where fixed."""
         if self.dofs is None:
             raise ModelError("bare matrices do not tell where their unknowns live; construct the model with dofs=")
         return self.dofs.expand(vector)
 
 
 def as_csr(matrix: Any) -> sparse.csr_array:
-    """Any scipy sparse or dense matrix as compressed rows of float64."""
+    """Return any scipy sparse or dense matrix as compressed rows of float64."""
     return sparse.csr_array(matrix, dtype=np.float64)
 
 
 def _checked(matrix: sparse.csr_array, name: str) -> sparse.csr_array:
-    """``matrix`` if square, finite and symmetric within round-off."""
+    """Return ``matrix`` if square, finite and symmetric within round-off."""
     if matrix.shape[0] != matrix.shape[1]:
         raise ModelError(f"{name} is {matrix.shape[0]} x {matrix.shape[1]}: it must be square")
     bad = int(np.sum(~np.isfinite(matrix.data)))
@@ -197,7 +197,7 @@ def _checked(matrix: sparse.csr_array, name: str) -> sparse.csr_array:
 
 
 def _looks_symmetric(matrix: sparse.csr_array) -> bool:
-    """Whether A x = A'x to round-off for one vector of random values: true for no skew matrix, and cheap."""
+    """Return whether A x = A'x to round-off for one vector of random values: true for no skew matrix, and cheap."""
     x = np.random.default_rng(0).uniform(0.5, 1.5, matrix.shape[0])
     largest = np.abs(matrix.data).max(initial=0.0)
     return bool(np.abs(matrix @ x - matrix.T @ x).max(initial=0.0) <= 1e-12 * largest)

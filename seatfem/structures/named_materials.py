@@ -60,7 +60,7 @@ ALIASES: Final[Mapping[str, str]] = MappingProxyType({"cast iron": "grey cast ir
 
 
 def named_material(name: str) -> NamedMaterial | None:
-    """The material of that name, whatever its case; ``None`` where the list has none."""
+    """Return the material of that name, whatever its case; ``None`` where the list has none."""
     wanted = " ".join(name.casefold().replace("_", " ").replace("-", " ").split())
     wanted = ALIASES.get(wanted, wanted)
-    return next((found for known, found in NAMED_MATERIALS.items() if known.casefold() == wanted), None)
+    return next((material for known, material in NAMED_MATERIALS.items() if known.casefold() == wanted), None)

@@ -63,7 +63,7 @@ class Mode:
 
     @property
     def repeats(self) -> bool:
-        """Whether it is the second of a pair that differs by the angle alone."""
+        """Return whether it is the second of a pair that differs by the angle alone."""
         return self.family == "sin"
 
 
@@ -87,13 +87,13 @@ class NaturalModes:
 
     @cached_property
     def frequencies_hz(self) -> Array:
-        """(m,) [Hz]."""
+        """Return the (m,) frequencies [Hz]."""
         return np.array([mode.frequency_hz for mode in self.modes])
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """How many modes, or up to which frequency [Hz]; of both, what ends first."""
+    """The number of modes, or the frequency [Hz] up to which; of both, what ends first."""
 
     count: int | None = None
     up_to_hz: float | None = None
@@ -104,17 +104,17 @@ class Wanted:
 
     @property
     def limit(self) -> float:
-        """Modes at most."""
+        """Return the largest number of modes."""
         return math.inf if self.count is None else self.count
 
     @staticmethod
     def of(count: int | None, up_to_hz: float | None) -> Wanted:
-        """The 20 lowest where nothing is said."""
+        """Return what is wanted, the 20 lowest where nothing is said."""
         return Wanted(DEFAULT_COUNT if count is None and up_to_hz is None else count, up_to_hz)
 
 
 def in_space(body: Drawn, wanted: Wanted, watch: Stopwatch, progress: Progress = silent) -> NaturalModes:
-    """The modes of a drawn body, complete by inertia, whatever excites them."""
+    """Return the modes of a drawn body, complete by inertia, whatever excites them."""
     with watch("mesh"):
         mesh = _drawn(body, "3d", wanted, progress)
     assert not isinstance(mesh, MeridianMesh)
@@ -124,7 +124,7 @@ def in_space(body: Drawn, wanted: Wanted, watch: Stopwatch, progress: Progress =
 def of_mesh(
     body: Elastic, mesh: SeatMesh, wanted: Wanted, watch: Stopwatch, progress: Progress = silent
 ) -> NaturalModes:
-    """The same on a mesh of the whole body."""
+    """Return the same on a mesh of the whole body."""
     check_elastic(body, mesh, "3d", body.greens.method)
     with watch("assembly"):
         model = matrices(body, mesh, "3d", progress)
@@ -133,7 +133,7 @@ def of_mesh(
 
 
 def by_harmonics(body: Turned, wanted: Wanted, watch: Stopwatch, progress: Progress = silent) -> NaturalModes:
-    """The same of a solid of revolution, harmonic by harmonic."""
+    """Return the same of a solid of revolution, harmonic by harmonic."""
     with watch("mesh"):
         section = _drawn(body, "harmonics", wanted, progress)
     assert isinstance(section, MeridianMesh)
@@ -142,25 +142,25 @@ def by_harmonics(body: Turned, wanted: Wanted, watch: Stopwatch, progress: Progr
 
 
 def _drawn(body: Drawn, level: Level, wanted: Wanted, progress: Progress) -> SeatMesh | MeridianMesh:
-    """Elements as fine as the highest frequency looked for asks, where the scene gives no size: by Weyl's law, which
-    knows nothing of the lower modes of thin parts and thus asks for no less than they need."""
+    """Return elements as fine as the highest frequency looked for asks, where the scene gives no size: by Weyl's law,
+    which knows nothing of the lower modes of thin parts and thus asks for no less than they need."""
     of_one = modes_of_volume(body.measures_inside("3d"), 1.0, body.slowest)
     band = (max(wanted.limit, _FEWEST_SEEN) / of_one) ** (1 / 3)
-    band, given = _FINER * min(band, wanted.up_to_hz or math.inf), body.mesh
-    method = Method(level, band, size=given.size, contact_size=given.contact_size, order=given.order)
+    band, stated = _FINER * min(band, wanted.up_to_hz or math.inf), body.mesh
+    method = Method(level, band, size=stated.size, contact_size=stated.contact_size, order=stated.order)
     return draw(body, body.mesh_spec(method), level, progress, method=method)
 
 
 def of_one(model: SecondOrderModel, mesh: SeatMesh | None, wanted: Wanted, progress: Progress) -> NaturalModes:
-    """The modes of a model of the whole body."""
-    found = solve_modes(model, wanted.count, up_to_hz=wanted.up_to_hz, progress=progress)
-    static = _elastic_compliance(model, found)
-    modes = tuple(_listed(model, found, static))
-    return NaturalModes(modes, found.complete, mesh, model.size, "the whole body")
+    """Return the modes of a model of the whole body."""
+    solved = solve_modes(model, wanted.count, up_to_hz=wanted.up_to_hz, progress=progress)
+    static = _elastic_compliance(model, solved)
+    modes = tuple(_listed(model, solved, static))
+    return NaturalModes(modes, solved.complete, mesh, model.size, "the whole body")
 
 
 def _around(body: Turned, mesh: MeridianMesh, wanted: Wanted, progress: Progress) -> NaturalModes:
-    """Harmonic by harmonic, until none has a mode below what is asked for."""
+    """Return the modes harmonic by harmonic, until none has a mode below what is asked for."""
 
     solids = body.solids(regions_of(mesh))
 
@@ -176,11 +176,11 @@ def _around(body: Turned, mesh: MeridianMesh, wanted: Wanted, progress: Progress
         )
 
     patch = RingPatch(0.0, 2 * math.pi if body.arc is None else body.arc)
-    found: list[Mode] = []
+    all_modes: list[Mode] = []
     compliances: dict[int, float] = {}
     complete, empty, harmonic, dof = True, 0, 0, 0
     while harmonic < _FEWEST or empty < _EMPTY:
-        highest = _bound(found, wanted)
+        highest = _bound(all_modes, wanted)
         for torsion in (False, True) if harmonic == 0 else (False,):
             model = build(harmonic, torsion)
             dof = max(dof, model.size)
@@ -191,26 +191,26 @@ def _around(body: Turned, mesh: MeridianMesh, wanted: Wanted, progress: Progress
             weight = float(patch.coefficients(harmonic)) ** 2 if body.arc is not None else float(harmonic == 0)
             if model.ports:
                 compliances[harmonic] = static or 0.0
-            found += _listed(model, modes, None if not model.ports else static, harmonic, torsion, weight)
-        found = _kept(found, wanted)
-        empty = 0 if any(mode.diameters == harmonic for mode in found) else empty + 1
+            all_modes += _listed(model, modes, None if not model.ports else static, harmonic, torsion, weight)
+        all_modes = _kept(all_modes, wanted)
+        empty = 0 if any(mode.diameters == harmonic for mode in all_modes) else empty + 1
         harmonic += 1
         progress("harmonics", harmonic / (harmonic + 4))
     progress("harmonics", 1.0)
-    found = _shared(found, patch, compliances, build, arc=body.arc is not None)
+    all_modes = _shared(all_modes, patch, compliances, build, arc=body.arc is not None)
     searched = f"nodal diameters 0 to {harmonic - 1}, torsion among them"
-    return NaturalModes(tuple(found), complete, mesh, dof, searched)
+    return NaturalModes(tuple(all_modes), complete, mesh, dof, searched)
 
 
 def _bound(found: list[Mode], wanted: Wanted) -> float | None:
-    """Frequency [Hz] above which nothing is asked for, once that is known."""
+    """Return the frequency [Hz] above which nothing is asked for, once that is known."""
     if wanted.count is None or len(found) < wanted.count:
         return wanted.up_to_hz
     return max(found[wanted.count - 1].frequency_hz, 1e-3)
 
 
 def _kept(found: list[Mode], wanted: Wanted) -> list[Mode]:
-    """The lowest of them; a pair at the end stays whole."""
+    """Return the lowest of them; a pair at the end stays whole."""
     ordered = sorted(found, key=lambda mode: (mode.frequency_hz, mode.diameters or 0, mode.family))
     count = int(min(wanted.limit, len(ordered)))
     if 0 < count < len(ordered) and ordered[count].repeats and ordered[count - 1].family == "cos":
@@ -226,7 +226,8 @@ def _listed(
     torsion: bool = False,
     weight: float = 1.0,
 ) -> Iterator[Mode]:
-    """Modes of one model; ``static`` the port's compliance, which shares are parts of, ``weight`` the port's in it."""
+    """Yield the modes of one model; ``static`` the port's compliance, which shares are parts of, ``weight`` the port's
+    in it."""
     phi = modes.shapes.T @ model.port_matrix[:, 0] if model.ports else np.zeros(len(modes.omega))
     for k, (frequency, residual) in enumerate(zip(modes.frequencies_hz, modes.residuals, strict=True)):
         held = None
@@ -242,7 +243,7 @@ def _listed(
 
 
 def _elastic_compliance(model: SecondOrderModel, modes: Modes) -> float | None:
-    """The first port's static compliance but for rigid motions [m/N]; ``None`` without a port."""
+    """Return the first port's static compliance but for rigid motions [m/N]; ``None`` without a port."""
     if not model.ports or not len(modes.omega):
         return None if not model.ports else _compliance(model, 0.0, np.zeros(0))
     elastic = modes.omega[modes.omega > 0]
@@ -266,7 +267,7 @@ def _shared(
     build: Callable[[int], SecondOrderModel],
     arc: bool,
 ) -> list[Mode]:
-    """With shares of the whole patch's compliance in the place of each harmonic's own."""
+    """Return the modes with shares of the whole patch's compliance in the place of each harmonic's own."""
     if not arc:
         return found
     for harmonic in _SAMPLED:

@@ -181,12 +181,12 @@ def inside(loops: Iterable[Array], points: Array) -> Array:
 
 def crossings(loops: Iterable[Array], y: float) -> Array:
     """Return the (2 k,) places x where the line at a height y enters and leaves the loops, in rising order [m]."""
-    found: list[float] = []
+    places: list[float] = []
     for loop in loops:
         for (x0, y0), (x1, y1) in zip(loop, np.roll(loop, -1, axis=0), strict=True):
             if (y0 > y) != (y1 > y):
-                found.append(x0 + (y - y0) * (x1 - x0) / (y1 - y0))
-    return np.sort(np.array(found))
+                places.append(x0 + (y - y0) * (x1 - x0) / (y1 - y0))
+    return np.sort(np.array(places))
 
 
 def covered_share(face: BodyViews, over: BodyViews, offset: tuple[float, float]) -> float | None:
@@ -228,7 +228,7 @@ def of_profile(name: str, profile: Profile, *, struck_arc: float | None = None, 
     inner_struck = min(float(line[:, 0].min()) for line in lines)
     inner_struck = 0.0 if inner_struck < 1e-9 * outer else inner_struck
     outer_struck = max(float(line[:, 0].max()) for line in lines)
-    left = (-1.0, 1.0)
+    mirror = (-1.0, 1.0)
     on_axis = bore == 0.0
     clamped = [_points(edge) - (0.0, top) for edge in profile.edges if edge.name == "fixed"] if held else []
     struck_lines = [line - (0.0, top) for line in lines]
@@ -253,8 +253,8 @@ def of_profile(name: str, profile: Profile, *, struck_arc: float | None = None, 
     views = BodyViews(
         name,
         section=_section(profile, top),
-        struck=(*struck_lines, *(line * left for line in struck_lines if whole)),
-        held=(*clamped, *(line * left for line in clamped)),
+        struck=(*struck_lines, *(line * mirror for line in struck_lines if whole)),
+        held=(*clamped, *(line * mirror for line in clamped)),
         plan=(arc(outer), *(() if on_axis else (arc(bore),))),
         edges=tuple(np.concatenate([edge, edge[:1]]) for edge in edges),
         contact=_sector(inner_struck, outer_struck, struck_arc),
@@ -266,14 +266,14 @@ def of_profile(name: str, profile: Profile, *, struck_arc: float | None = None, 
 
 def _section(profile: Profile, top: float) -> Loops:
     """Return the loops of both half sections, of one with a side on the axis a single loop."""
-    left, edges = (-1.0, 1.0), list(profile.edges)
+    mirror, edges = (-1.0, 1.0), list(profile.edges)
     on_axis = [k for k, edge in enumerate(edges) if edge.start[0] == edge.end[0] == 0.0]
     if not on_axis:
         half = np.concatenate([_points(edge)[:-1] for edge in edges]) - (0.0, top)
-        return half, half * left
+        return half, half * mirror
     after = edges[on_axis[-1] + 1 :] + edges[: on_axis[0]]
     side = np.concatenate([*(_points(edge)[:-1] for edge in after), [after[-1].end]]) - (0.0, top)
-    return (np.concatenate([side, side[-2:0:-1] * left]),)
+    return (np.concatenate([side, side[-2:0:-1] * mirror]),)
 
 
 def _sector(inner: float, outer: float, angle: float | None) -> Loops:

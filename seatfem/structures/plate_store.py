@@ -23,7 +23,7 @@ Meshed = tuple[PlateMesh, Modes]
 
 
 def kept(asked: Sheet, coarser: float, compute: Callable[[], Meshed]) -> Meshed:
-    """Mesh and modes of a plate as they are on file, else as ``compute`` finds them, which are then kept there.
+    """Return the mesh and modes of a plate as they are on file, else as ``compute`` finds them, which are then kept.
 
     A folder that cannot be written to, and a file that is damaged, cost a `CacheWarning` and the time to compute.
     """
@@ -67,7 +67,7 @@ def _read(path: Any, key: str) -> Meshed:
             raise OtherKeyError(f"{path}: belongs to the key {stated!r}, not to {key!r}; compute it again")
         lines = {name: finite_array(file, f"lines/{name}").astype(int) for name in file.get("lines", ())}
         mesh = PlateMesh(finite_array(file, "points"), finite_array(file, "cells").astype(int), lines)
-        found, shapes, left = (
+        frequencies, shapes, residuals = (
             finite_array(file, f"modes/{name}") for name in ("frequencies_hz", "shapes", "residuals")
         )
-        return mesh, Modes(found, shapes, left, **json.loads(str(file.attrs["modes"])))
+        return mesh, Modes(frequencies, shapes, residuals, **json.loads(str(file.attrs["modes"])))

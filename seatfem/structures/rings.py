@@ -34,23 +34,23 @@ _STRIP = 5.2  # p^2 times the error of p rings over that of one, of a strip, p -
 
 
 def ring_borders(rings: int) -> Array:
-    """(rings + 1,) share of the patch's area up to each border, from 0 to 1."""
+    """Return the (rings + 1,) share of the patch's area up to each border, from 0 to 1."""
     return np.asarray((1 - np.cos(np.pi * np.arange(rings + 1) / rings)) / 2)
 
 
 def ring_shares(rings: int) -> Array:
-    """(rings,) share of the patch's area that each ring has."""
+    """Return the (rings,) share of the patch's area that each ring has."""
     return np.diff(ring_borders(rings))
 
 
 def ring_names(port: str, rings: int) -> tuple[str, ...]:
-    """Names of the rings' ports: that of the patch where there is one ring."""
+    """Return the names of the rings' ports: that of the patch where there is one ring."""
     return (port,) if rings == 1 else tuple(f"{port}_{k + 1}" for k in range(rings))
 
 
 @dataclass(frozen=True)
 class Division:
-    """Of a struck patch into equal arcs around it, each in rings across it: its ports, arc by arc.
+    """Division of a struck patch into equal arcs around it, each in rings across it: its ports, arc by arc.
 
     Attributes:
         arcs, rings: how many; one of both: the patch as a whole.
@@ -61,64 +61,65 @@ class Division:
 
     @property
     def arc_names(self) -> tuple[str, ...]:
-        """Of the arcs; that of the patch where there is one."""
+        """Return the names of the arcs; that of the patch where there is one."""
         return (CONTACT,) if self.arcs == 1 else tuple(f"{ARC}_{k + 1}" for k in range(self.arcs))
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the ports."""
+        """Return the names of the ports."""
         return _names(self)
 
     @property
     def count(self) -> int:
-        """Of the parts."""
+        """Return the number of parts."""
         return self.arcs * self.rings
 
     @property
     def shares(self) -> Array:
-        """(arcs rings,) of the patch's area."""
+        """Return the (arcs rings,) shares of the patch's area."""
         return np.tile(ring_shares(self.rings) / self.arcs, self.arcs)
 
     @staticmethod
     def of(greens: GreensFunction) -> Division:
-        """As the ports of a Green's function are called; undivided where these are no arcs and rings."""
+        """Return the division by what the ports of a Green's function are called; undivided where these are no arcs and
+        rings."""
         names = greens.ports
         first, _, last = names[-1].partition("_")
         arcs = int(last.partition("_")[0]) if first == ARC and last.partition("_")[0].isdecimal() else 1
-        found = Division(max(1, min(arcs, len(names))), max(1, len(names) // max(1, arcs)))
-        return found if found.names == names else Division()
+        division = Division(max(1, min(arcs, len(names))), max(1, len(names) // max(1, arcs)))
+        return division if division.names == names else Division()
 
 
 @cache
 def _names(division: Division) -> tuple[str, ...]:
-    """They are asked for again and again."""
+    """Return the ports' names, kept as they are asked for again and again."""
     return tuple(name for arc in division.arc_names for name in ring_names(arc, division.rings))
 
 
 def rings_of(greens: GreensFunction) -> int:
-    """Into how many rings the patch of a Green's function is divided; 1 where its ports are no rings."""
+    """Return into how many rings the patch of a Green's function is divided; 1 where its ports are no rings."""
     return Division.of(greens).rings
 
 
 def divided_less(greens: GreensFunction, less: Division) -> GreensFunction:
-    """The same patch in fewer parts, divisors of those it has: loads and displacements are means over the area.
+    """Return the same patch in fewer parts, divisors of those it has: loads and displacements are means over the area.
 
     Raises:
         GreensFunctionError: parts that cannot be made of those there are.
     """
-    there = Division.of(greens)
-    if less == there:
+    division = Division.of(greens)
+    if less == division:
         return greens
-    for name, few, many in (("rings", less.rings, there.rings), ("ports", less.arcs, there.arcs)):
+    for name, few, many in (("rings", less.rings, division.rings), ("ports", less.arcs, division.arcs)):
         if many % few:
             raise GreensFunctionError(
                 f"contact.{name} = {few}: the Green's function has its contact face in {many}; take a divisor of that"
             )
-    return greens.combined(_joining(there, less), less.names)
+    return greens.combined(_joining(division, less), less.names)
 
 
 def _joining(there: Division, less: Division) -> Array:
-    """(parts, fewer parts) W: a load on a part of ``less`` is spread over those ``there`` that it is made of."""
+    """Return (parts, fewer parts) W: a load on a part of ``less`` is spread over those ``there`` that it is made of."""
     arcs = np.repeat(np.eye(less.arcs), there.arcs // less.arcs, axis=0) * less.arcs / there.arcs
     of = np.arange(there.rings) * less.rings // there.rings
     across = np.zeros((there.rings, less.rings))
@@ -127,8 +128,8 @@ def _joining(there: Division, less: Division) -> Array:
 
 
 def parts_behind(division: Division) -> Division:
-    """Of the model that tells what a division leaves: twice as many arcs, or its own where those are more than can be,
-    or `rings_behind` rings."""
+    """Return the parts of the model that shows what a division leaves: twice as many arcs, or its own where those are
+    more than can be, or `rings_behind` rings."""
     if division.arcs > 1:
         twice = Division(2 * division.arcs, division.rings)
         return twice if twice.count <= MOST_CHOSEN else division
@@ -136,15 +137,16 @@ def parts_behind(division: Division) -> Division:
 
 
 def across_behind(rings: int) -> tuple[int, float]:
-    """Rings across each arc that tell what ``rings`` leave, more of them or one, and that over what these change."""
+    """Return the rings across each arc that show what ``rings`` leave, more of them or one, and that over what these
+    change."""
     if rings == 1:
         return ACROSS[1], OF_ONE
     return (2 * rings, OF_TWICE) if 2 * rings <= MOST_RINGS else (1, left_by(rings))
 
 
 def parts_joined(greens: GreensFunction, there: Division, less: Division) -> GreensFunction:
-    """A body that other ports stand before the parts of a lip in ``there``, with these in fewer parts; it itself where
-    it has no such parts."""
+    """Return a body that other ports stand before the parts of a lip in ``there``, with these in fewer parts; it itself
+    where it has no such parts."""
     before = len(greens.ports) - len(there.names)
     if less == there or before < 0 or greens.ports[before:] != there.names:
         return greens
@@ -154,17 +156,18 @@ def parts_joined(greens: GreensFunction, there: Division, less: Division) -> Gre
 
 
 def with_fewer_rings(greens: GreensFunction, rings: int) -> GreensFunction:
-    """`divided_less` with as many arcs as there are."""
+    """Return `divided_less` with as many arcs as there are."""
     return divided_less(greens, Division(Division.of(greens).arcs, rings))
 
 
 def as_a_whole(greens: GreensFunction) -> GreensFunction:
-    """The same patch undivided: it moves as its mean."""
+    """Return the same patch undivided: it moves as its mean."""
     return divided_less(greens, Division())
 
 
 def face_compliance(greens: GreensFunction) -> float:
-    """Static displacement of a rigid face on all of the patch per force [m/N]; ``inf`` of a body that is free to move.
+    """Return the static displacement of a rigid face on all of the patch per force [m/N]; ``inf`` of a body that is
+    free to move.
 
     Parts that the face would pull at are open.
     """
@@ -182,12 +185,14 @@ def face_compliance(greens: GreensFunction) -> float:
 
 
 def rings_behind(rings: int) -> int:
-    """Rings of the model that tells what ``rings`` rings leave: their own number where they converge, from three on."""
+    """Return the rings of the model that shows what ``rings`` rings leave: their own number where they converge, from
+    three on."""
     return rings if rings > 2 else ENOUGH
 
 
 def left_by(rings: int) -> float:
-    """Error that ``rings`` (3 and more) leave, over what they change against one: of a strip, the slowest to converge.
+    """Return the error that ``rings`` (3 and more) leave, over what they change against one: of a strip, the slowest to
+    converge.
 
     Of a strip the error falls to 0.49, 0.29, 0.079 of that of one ring with 3, 4 and 8; of a disk to 0.19, 0.11, 0.028.
     """
@@ -195,17 +200,18 @@ def left_by(rings: int) -> float:
 
 
 def share_left(rings: int) -> float:
-    """Error that ``rings`` leave, over that of a patch that moves as its mean."""
+    """Return the error that ``rings`` leave, over that of a patch that moves as its mean."""
     return min(1.0, _STRIP / rings**2)
 
 
 def divided(places: Array, weights: Array, rings: int) -> Array:
-    """(rings, n) parts of ``weights`` (n,), ring by ring: `parted` at the borders of rings."""
+    """Return the (rings, n) parts of ``weights`` (n,), ring by ring: `parted` at the borders of rings."""
     return parted(places, weights, ring_borders(rings))
 
 
 def parted(places: Array, weights: Array, borders: Array) -> Array:
-    """(p, n) parts of ``weights`` (n,) in the order of ``places`` (n,), between shares ``borders`` (p + 1,) of them.
+    """Return the (p, n) parts of ``weights`` (n,) in the order of ``places`` (n,), between shares ``borders`` (p + 1,)
+    of them.
 
     A point on a border counts to both sides, and so do all points at its place: the parts add up to the weights.
     """

@@ -51,7 +51,7 @@ ORDER: Final = 2.0  # of the error between two meshes; corners take away half of
 
 @dataclass(frozen=True)
 class Sheet:
-    """What is asked: the modes of a plate.
+    """A plate whose modes are asked for.
 
     Attributes:
         shape, material: of the plate.
@@ -65,21 +65,21 @@ class Sheet:
     size: float | None = None
 
     def bending_wave(self, frequency: float) -> float:
-        """Length of bending waves, 2 pi (D/(rho h))^(1/4)/sqrt(omega) [m], at a frequency [Hz]."""
+        """Return the length of bending waves, 2 pi (D/(rho h))^(1/4)/sqrt(omega) [m], at a frequency [Hz]."""
         rigidity = self.material.young * self.shape.thickness**2 / (12 * (1 - self.material.poisson**2))
         speed = (rigidity / self.material.density) ** 0.25
         return float(2 * math.pi * speed / math.sqrt(2 * math.pi * frequency))
 
     @property
     def element_size(self) -> float:
-        """[m]; a fifth of the bending wave at the cutoff."""
+        """Return the element size [m], a fifth of the bending wave at the cutoff."""
         if self.size is not None:
             return self.size
         wave = self.bending_wave(CUTOFF * self.bandwidth)
         return min(wave / PER_WAVELENGTH, self.shape.narrowest / ACROSS)
 
     def weighed(self, mesh: PlateMesh) -> Material:
-        """The material, so that the plate on a mesh has the drawing's mass: a free one flies by nothing else."""
+        """Return the material, so that the plate on a mesh has the drawing's mass: a free one flies by nothing else."""
         return replace(self.material, density=self.material.density * self.shape.area / mesh.area)
 
     def check(self) -> None:
@@ -133,42 +133,44 @@ class PlateModes:
 
     @cached_property
     def model(self) -> SecondOrderModel:
-        """Without ports."""
+        """Return the model without ports."""
         return _model(self.sheet, self.mesh) if self.assembled is None else self.assembled
 
     @cached_property
     def dofs(self) -> DofMap:
-        """The model's unknowns."""
+        """Return the model's unknowns."""
         return plate_dofs(self.mesh, clamped=_clamped(self.sheet))
 
     def at(self, patch: Patch, name: str) -> Array:
-        """(m,) of the modes, their mean over a patch [1/sqrt(kg)]. Raises `ModelError` of one that lies off it."""
+        """Return the (m,) mean of the modes over a patch [1/sqrt(kg)]. Raises `ModelError` of one that lies off it."""
         return np.asarray(self.modes.shapes.T @ average(self.mesh, patch, name)[self.dofs.free])
 
     def shape_at(self, amplitudes: Array, points: Array) -> Array:
-        """(q,) deflections at points (q, 2), of modal amplitudes (m,) [m]. Raises as `at`."""
+        """Return the (q,) deflections at points (q, 2), of modal amplitudes (m,) [m]. Raises as `at`."""
         return deflections(self.mesh, self.field(amplitudes)[:, 0], points)
 
     def field(self, amplitudes: Array) -> Array:
-        """(n, 3) deflection [m] and rotations a of the nodes, of modal amplitudes (m,)."""
+        """Return the (n, 3) deflection [m] and rotations a of the nodes, of modal amplitudes (m,)."""
         full = np.zeros((len(self.mesh.points), 3))
         full.ravel()[self.dofs.free] = self.modes.shapes @ amplitudes
         return full / (1.0, self.mesh.side, self.mesh.side)
 
     def projected(self, nodal: Array) -> tuple[Array, float]:
-        """(m,) modal amplitudes q = Phi'M w of deflections (n,) at the nodes, and 1 - q'q/(w'M w), what they leave."""
+        """Return the (m,) modal amplitudes q = Phi'M w of deflections (n,) at the nodes, and 1 - q'q/(w'M w), what they
+        leave."""
         field = (nodal[:, None] * (1.0, 0.0, 0.0)).ravel()[self.dofs.free]
         image = self.model.M @ field
         amplitudes, square = np.asarray(self.modes.shapes.T @ image), float(field @ image)
         return amplitudes, 1 - float(amplitudes @ amplitudes) / square if square else 0.0
 
     def at_point(self, along: float, name: str) -> Array:
-        """(m,) of the modes, at a distance from the root along the axis [m]. Raises as `at`."""
+        """Return the (m,) deflections of the modes at a distance from the root along the axis [m]. Raises as `at`."""
         return self.at(Patch(np.array([(along, self.sheet.shape.centre[1])]), np.ones(1)), name)
 
     @cached_property
     def centre(self) -> Array:
-        """(m,) of the modes at the contact's centre, or their mean on a ring about the hole there [1/sqrt(kg)]."""
+        """Return the (m,) deflections of the modes at the contact's centre, or their mean on a ring about the hole
+        there [1/sqrt(kg)]."""
         shape = self.sheet.shape
         point, (hole, edge) = Patch(np.array([shape.centre]), np.ones(1)), shape.room
         ring = None if not hole else Lip((hole + edge) / 2, (edge - hole) / 4).patches(shape.centre)[CONTACT]
@@ -176,16 +178,17 @@ class PlateModes:
 
     @property
     def mean(self) -> Array:
-        """(m,) of the modes, their mean over the whole plate [1/sqrt(kg)]."""
+        """Return the (m,) mean of the modes over the whole plate [1/sqrt(kg)]."""
         return np.asarray(self.modes.shapes.T @ everywhere(self.mesh)[self.dofs.free])
 
     @property
     def mass(self) -> float:
-        """rho h A [kg]."""
+        """Return the mass rho h A [kg]."""
         return self.sheet.material.density * self.sheet.shape.thickness * self.mesh.area
 
     def with_ports(self, lips: Sequence[AnyLip]) -> SecondOrderModel:
-        """The model with a port for each part of the lips. Raises `ModelError` of one that reaches off the plate."""
+        """Return the model with a port for each part of the lips. Raises `ModelError` of one that reaches off the
+        plate."""
         patches = patches_of(self.sheet, lips)
         try:
             ports = plate_ports(self.mesh, patches, self.sheet.material, self.dofs.free)
@@ -197,7 +200,7 @@ class PlateModes:
         return replace(self.model, ports=ports, known=self.model.damping)
 
     def greens(self, lips: Sequence[AnyLip], damping_ratio: float) -> ModalGreens:
-        """The Green's function of the ports of these lips; raises as `with_ports`."""
+        """Return the Green's function of the ports of these lips; raises as `with_ports`."""
         model, band = self.with_ports(lips), self.sheet.bandwidth
         aims = Aims(band, WIDTHS / band, TOLERANCE)
         pushed = range(0, len(model.ports), max(1, len(model.ports) // PUSHED))
@@ -211,7 +214,7 @@ class PlateModes:
 
 
 def _off_the_plate(sheet: Sheet, lip: AnyLip, error: ModelError) -> ModelError:
-    """In words of the scene: the lip is the seat's, or the stopper's."""
+    """Return the error in words of the scene: the lip is the seat's, or the stopper's."""
     x, y = (1e3 * (a + b) for a, b in zip(sheet.shape.centre, lip.offset, strict=True))
     least, most = (1e3 * radius for radius in sheet.shape.room)
     if lip.side:
@@ -241,22 +244,22 @@ class SolvedSheet:
 
     @property
     def modes(self) -> Modes:
-        """Of the plate."""
+        """Return the modes of the plate."""
         return self.plate.modes
 
     @property
     def model(self) -> SecondOrderModel:
-        """Its matrices."""
+        """Return its matrices."""
         return self.plate.model
 
     @property
     def centre(self) -> Array:
-        """(m,) of the modes at the plate's centre [1/sqrt(kg)]."""
+        """Return the (m,) deflections of the modes at the plate's centre [1/sqrt(kg)]."""
         return self.plate.centre
 
 
 def patches_of(sheet: Sheet, lips: Sequence[AnyLip]) -> Mapping[str, Patch]:
-    """The patches of several lips by the names of their ports; where these are the same, the last one's."""
+    """Return the patches of several lips by the names of their ports; where these are the same, the last one's."""
     return {name: patch for lip in lips for name, patch in lip.patches(sheet.shape.centre).items()}
 
 
@@ -264,7 +267,7 @@ def patches_of(sheet: Sheet, lips: Sequence[AnyLip]) -> Mapping[str, Patch]:
 def solved_sheet(
     asked: Sheet, lips: tuple[AnyLip, ...], damping_ratio: float, *, mesh_error: bool = True
 ) -> SolvedSheet:
-    """The plate with the ports of these lips by its eigenmodes up to three times the band.
+    """Return the plate with the ports of these lips by its eigenmodes up to three times the band.
 
     With ``mesh_error`` on two meshes, whose difference over r^2 - 1 is the error: against meshes twice as fine, twelve
     reeds of two shapes were off by a half of that at most. Never by Krylov vectors of the ports: they miss modes that
@@ -288,13 +291,14 @@ def solved_sheet(
 
 
 def refinement(fine: PlateModes, coarse: PlateModes) -> float:
-    """Element size of the coarser mesh over that of the other, by their numbers of elements."""
+    """Return the element size of the coarser mesh over that of the other, by their numbers of elements."""
     return float(np.clip(math.sqrt(len(fine.mesh.cells) / len(coarse.mesh.cells)), 1.1, COARSENING))
 
 
 @lru_cache(maxsize=8)
 def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
-    """The plate on its mesh, or one of elements ``coarser`` times as large; found once in a process, and kept on file.
+    """Return the plate on its mesh, or one of elements ``coarser`` times as large; found once in a process, and kept on
+    file.
 
     Raises as `solved_sheet`.
     """
@@ -320,7 +324,7 @@ def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
 
 
 def model_of(asked: Sheet, lips: Sequence[AnyLip]) -> SecondOrderModel:
-    """The plate's matrices, with a port for each part of the lips. Raises as `solved_sheet`."""
+    """Return the plate's matrices, with a port for each part of the lips. Raises as `solved_sheet`."""
     return _model(asked, _mesh(asked), patches_of(asked, lips))
 
 

@@ -17,13 +17,14 @@ START: Final = "initial_value"
 
 
 def without_waves(greens: ModalGreens) -> ModalGreens:
-    """The same with its static compliance in place of all waves."""
+    """Return the same with its static compliance in place of all waves."""
     start = float(as_a_whole(greens).initial_value()[0, 0])
     return replace(spring_of(greens.static_compliance(), start, greens.port_names, greens.origin), error=greens.error)
 
 
 def with_start(greens: GreensFunction) -> GreensFunction | None:
-    """A spring, which has no g(0+), as the exponential of the same compliance that has; ``None`` of what is none."""
+    """Return a spring, which has no g(0+), as the exponential of the same compliance that has; ``None`` of what is
+    none."""
     modal = greens.modal
     if modal is None or not isinstance(start := modal.provenance.get(START), float) or start <= 0:
         return None
@@ -32,19 +33,19 @@ def with_start(greens: GreensFunction) -> GreensFunction | None:
 
 
 def at_once(greens: GreensFunction) -> ModalGreens:
-    """A body in arcs with its static compliance in place of all waves, which begins as it does."""
+    """Return a body in arcs with its static compliance in place of all waves, which begins as it does."""
     rest = Residual.exponential(greens.static_compliance(), np.diag(np.diag(greens.initial_value())))
     none = np.zeros(0)
     return ModalGreens(none, none, np.zeros((0, len(greens.ports))), rest, greens.ports)
 
 
 def bed(division: Division, stiffness: float) -> ModalGreens:
-    """Springs of the total ``stiffness`` [N/m] under the parts of a patch, which do not know of each other."""
+    """Return springs of the total ``stiffness`` [N/m] under the parts of a patch, which do not know of each other."""
     return spring_of(np.diag(1 / (stiffness * division.shares)), 0.0, division.names, {"kind": "bed of springs"})
 
 
 def spring_of(compliance: Array, start: float, names: tuple[str, ...], origin: Mapping[str, object]) -> ModalGreens:
-    """A compliance (p, p) [m/N] that remembers g(0+) of the whole patch, ``start`` [m/(N s)]."""
+    """Return a compliance (p, p) [m/N] that remembers g(0+) of the whole patch, ``start`` [m/(N s)]."""
     none = np.zeros(0)
     return ModalGreens(
         none,

@@ -44,7 +44,7 @@ class Entry:
 
 
 def content_key(parts: Mapping[str, object]) -> str:
-    """Hash (64 hex digits) of everything a Green's function depends on, the code that computes it included.
+    """Return the hash (64 hex digits) of everything a Green's function depends on, the code that computes it included.
 
     ``parts``: JSON values, bytes, paths (their content counts, not their name) and arrays (dtype, shape and values), in
     mappings and sequences of any depth; the order of keys does not count. Raises `TypeError` for anything else.
@@ -70,26 +70,27 @@ class Store:
 
     @staticmethod
     def default(tell: Tell | None = None) -> Store:
-        """The folder of the environment variable SEATFEM_STORE, or the user's cache (XDG_CACHE_HOME)."""
+        """Return the folder of the environment variable SEATFEM_STORE, or the user's cache (XDG_CACHE_HOME)."""
         return Store(cache_folder(), tell)
 
     def path(self, key: str) -> Path:
-        """The file of a key; raises `StoreError` for what is no content hash."""
+        """Return the file of a key; raises `StoreError` for what is no content hash."""
         if not _KEY.fullmatch(key):
             raise StoreError(f"{key!r} must be a content hash (16 to 64 digits 0-9, a-f)")
         return self.folder / f"{key}.h5"
 
     def get(self, key: str) -> GreensFunction | None:
-        """The function, or ``None`` if it is not there or is not what was put: damaged, without a seal, of another key.
+        """Return the function, or ``None`` if it is not there or is not what was put: damaged, without a seal, of
+        another key.
 
-        The latter is told; the next `put` replaces it.
+        The latter is reported; the next `put` replaces it.
         """
         path = self.path(key)
         try:
-            there = path.is_file()
+            exists = path.is_file()
         except OSError:  # a folder that may not be looked into
-            there = False
-        if not there:
+            exists = False
+        if not exists:
             return None
         try:
             greens = impact.load_greens(path, key=key)  # with h5py, on first use
@@ -102,7 +103,7 @@ class Store:
         return greens
 
     def put(self, key: str, greens: GreensFunction) -> Path:
-        """Keep ``greens``; the file's path. Raises `StoreError` if the folder cannot be written to."""
+        """Keep ``greens``; return the file's path. Raises `StoreError` if the folder cannot be written to."""
         path = self.path(key)
         try:
             impact.save_greens(greens, path, key=key)
@@ -122,14 +123,14 @@ class Store:
         return StoreError(f"{self.folder}: cannot be written to ({problem}); {remedy}")
 
     def fetch(self, key: str, folder: Path) -> tuple[Path, ...]:
-        """Copies in ``folder``, under their own names, of what lies beside the function."""
-        found = []
+        """Return copies in ``folder``, under their own names, of what lies beside the function."""
+        copies = []
         for file in self._beside(key):
             target = folder / file.name.partition(".")[2]
             with suppress(FileNotFoundError):  # pruned by another program
                 self._copy(file, target)
-                found.append(target)
-        return tuple(found)
+                copies.append(target)
+        return tuple(copies)
 
     def _beside(self, key: str) -> list[Path]:
         own = self.path(key)
@@ -140,15 +141,15 @@ class Store:
         write_whole(target, source.read_bytes())
 
     def entries(self) -> tuple[Entry, ...]:
-        """What there is, the last used first."""
-        found = []
+        """Return what there is, the last used first."""
+        entries = []
         for path in self.folder.glob("*.h5") if self.folder.is_dir() else ():
             if _KEY.fullmatch(path.stem):
                 with suppress(FileNotFoundError):  # pruned by another program
                     status = path.stat()
                     size = status.st_size + sum(file.stat().st_size for file in self._beside(path.stem))
-                    found.append(Entry(path.stem, path, size, status.st_mtime))
-        return tuple(sorted(found, key=lambda entry: -entry.used))
+                    entries.append(Entry(path.stem, path, size, status.st_mtime))
+        return tuple(sorted(entries, key=lambda entry: -entry.used))
 
     def prune(self, *, used_before: float | None = None, most_bytes: int | None = None) -> tuple[Entry, ...]:
         """Delete what was last used before a time [s since 1970], then the longest unused beyond a total size.
@@ -169,7 +170,7 @@ class Store:
 
 
 def _plain(value: object) -> object:
-    """JSON values that differ where the content does."""
+    """Return JSON values that differ where the content does."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, Mapping):

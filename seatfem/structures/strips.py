@@ -44,31 +44,31 @@ class Strip:
 
     @cached_property
     def middles(self) -> Array:
-        """(k, 2) of the cuts: its centre line."""
+        """Return the (k, 2) middles of the cuts: its centre line."""
         return np.asarray((self.left + self.right) / 2)
 
     @cached_property
     def swept(self) -> Array:
-        """(k,) area up to each cut [m^2]."""
+        """Return the (k,) area up to each cut [m^2]."""
         across = self.right - self.left
         parts = cross((across[1:] + across[:-1]) / 2, np.diff(self.middles, axis=0))
         return np.concatenate([[0.0], np.cumsum(parts)])
 
     @cached_property
     def centroid(self) -> Array:
-        """(2,)."""
+        """Return the (2,) centroid."""
         corners = np.concatenate([self.left, self.right[::-1]])
         ahead = np.roll(corners, -1, axis=0)
         twice = cross(corners, ahead)
         return np.asarray((twice[:, None] * (corners + ahead)).sum(axis=0) / (3 * twice.sum()))
 
     def moved(self, by: Array) -> Strip:
-        """By a vector (2,)."""
+        """Return it moved by a vector (2,)."""
         return Strip(self.left + by, self.right + by, self.closed)
 
     def begun_on_the_axis(self) -> Strip:
-        """A closed one from where its centre line crosses the x axis of its own centroid farthest out, or reaches
-        farthest along it where it does not; an open one from its end at the lesser x."""
+        """Return a closed one from where its centre line crosses the x axis of its own centroid farthest out, or
+        reaches farthest along it where it does not; an open one from its end at the lesser x."""
         x, y = (self.middles - self.centroid).T
         if not self.closed:
             turn = (x[-1], y[-1]) < (x[0], y[0])
@@ -87,7 +87,7 @@ class Strip:
 
 
 def strip_of(outer: Array, holes: list[Array]) -> Strip:
-    """Raises `ModelError` of a face that is neither a ring nor a strip."""
+    """Return the strip of a face. Raises `ModelError` of one that is neither a ring nor a strip."""
     if len(holes) > 1:
         raise ModelError(
             f"a struck face has {len(holes)} holes, lip segments allow at most one: take ring-shaped faces, as of one "
@@ -103,7 +103,8 @@ def strip_of(outer: Array, holes: list[Array]) -> Strip:
 
 
 def _fine(loop: Array) -> Array:
-    """(m + 1, 2) points of a closed line from one of its corners on, in at least `STEPS` steps, all corners kept."""
+    """Return the (m + 1, 2) points of a closed line from one of its corners on, in at least `STEPS` steps, all corners
+    kept."""
     closed = np.concatenate([loop, loop[:1]])
     lengths = np.hypot(*np.diff(closed, axis=0).T)
     counts = np.maximum(1, np.ceil(lengths / (lengths.sum() / STEPS)).astype(int))
@@ -114,19 +115,21 @@ def _fine(loop: Array) -> Array:
 
 
 def _ring(inner: Array, outer: Array) -> tuple[Array, Array, tuple[int, int], tuple[int, int]]:
-    """Both lines from the shortest cut on, as `_sides`."""
+    """Return both lines from the shortest cut on, as `_sides`."""
     from scipy.spatial import cKDTree
 
-    left, right = _fine(inner), _fine(outer)
-    away, nearest = cKDTree(right[:-1]).query(left[:-1])
+    left_line, right_line = _fine(inner), _fine(outer)
+    away, nearest = cKDTree(right_line[:-1]).query(left_line[:-1])
     k = int(np.argmin(away))
     firsts = (k, int(np.asarray(nearest)[k]))
-    left, right = (np.concatenate([line[n:-1], line[: n + 1]]) for line, n in zip((left, right), firsts, strict=True))
-    return left, right, (0, 0), (0, 0)
+    left_line, right_line = (
+        np.concatenate([line[n:-1], line[: n + 1]]) for line, n in zip((left_line, right_line), firsts, strict=True)
+    )
+    return left_line, right_line, (0, 0), (0, 0)
 
 
 def _sides(loop: Array) -> tuple[Array, Array, tuple[int, int], tuple[int, int]]:
-    """Both long sides of a strip from one end to the other, and how many steps of either belong to the ends.
+    """Return both long sides of a strip from one end to the other, and how many steps of either belong to the ends.
 
     Its ends are where its outline turns round within little more than the strip's width; half of each belongs to either
     side. Between a quarter and three quarters of that turn lies what a cut leaves of it: all of a straight end.
@@ -149,21 +152,22 @@ def _sides(loop: Array) -> tuple[Array, Array, tuple[int, int], tuple[int, int]]
     scores, place, ends = excess[first + reach] - excess[first], np.cumsum(lengths) - lengths, []
     for _ in range(2):
         begin, more = divmod(int(np.argmax(scores)), scores.shape[1])
-        there = (begin + np.arange(more + 1)) % count
-        shares = np.cumsum(turned[there]) / turned[there].sum()
+        stretch = (begin + np.arange(more + 1)) % count
+        shares = np.cumsum(turned[stretch]) / turned[stretch].sum()
         low, high = (int(np.argmax(shares > quarter)) for quarter in (0.25 - SAME, 0.75 - SAME))
-        away = (place[there] - place[begin]) % around
+        away = (place[stretch] - place[begin]) % around
         middle = int(np.argmin(np.abs(away - (away[low] + away[high]) / 2)))
-        ends.append((int(there[middle]), middle - low, high - middle))
-        apart = np.abs((place - place[there[middle]] + around / 2) % around - around / 2)
+        ends.append((int(stretch[middle]), middle - low, high - middle))
+        apart = np.abs((place - place[stretch[middle]] + around / 2) % around - around / 2)
         scores[apart < around / 4] = -np.inf
     (a, before, behind), (b, before_last, behind_last) = sorted(ends)
-    left, right = np.concatenate([line[b:-1], line[: a + 1]])[::-1], line[a : b + 1]
-    return left, right, (before, behind), (behind_last, before_last)
+    left_line, right_line = np.concatenate([line[b:-1], line[: a + 1]])[::-1], line[a : b + 1]
+    return left_line, right_line, (before, behind), (behind_last, before_last)
 
 
 def _matched(left: Array, right: Array, start: tuple[int, int], end: tuple[int, int], *, closed: bool) -> Strip:
-    """Points of both lines, those at one place joined by a cut. ``start``, ``end``: steps of both at their ends."""
+    """Return the points of both lines, those at one place joined by a cut. ``start``, ``end``: steps of both at their
+    ends."""
     p, q = (line[:, 0] + 1j * line[:, 1] for line in (left, right))
     last = np.array([len(p) - 1, len(q) - 1])
     steps = np.array(start) + _walk(p[start[0] : len(p) - end[0]], q[start[1] : len(q) - end[1]])
@@ -182,8 +186,8 @@ def _matched(left: Array, right: Array, start: tuple[int, int], end: tuple[int, 
 
 
 def _walk(p: Array, q: Array) -> NDArray[np.int64]:
-    """(m + n - 1, 2) numbers of points of both lines, one step of either at a time, from both first to both last, that
-    have the least integral of |q - p|^2 along the steps."""
+    """Return the (m + n - 1, 2) numbers of points of both lines, one step of either at a time, from both first to both
+    last, that have the least integral of |q - p|^2 along the steps."""
     cut = np.abs(q[None] - p[:, None]) ** 2
     along = np.zeros(cut.shape)
     np.cumsum((cut[:, 1:] + cut[:, :-1]) / 2 * np.abs(np.diff(q)), axis=1, out=along[:, 1:])
@@ -193,25 +197,25 @@ def _walk(p: Array, q: Array) -> NDArray[np.int64]:
         least = along[i] + np.minimum.accumulate(over - along[i])
         by_left[i] = over <= least * (1 + 1e-14)
     i, j = len(p) - 1, len(q) - 1
-    found = [(i, j)]
+    walk = [(i, j)]
     while i or j:
         i, j = (i - 1, j) if j == 0 or by_left[i, j] else (i, j - 1)
-        found.append((i, j))
-    return np.array(found[::-1])
+        walk.append((i, j))
+    return np.array(walk[::-1])
 
 
 def _square_across(p: Array, q: Array, steps: NDArray[np.int64], *, closed: bool) -> Array:
-    """(k, 2) places between those steps of a walk where cuts lie square across both lines."""
+    """Return the (k, 2) places between those steps of a walk where cuts lie square across both lines."""
     (i, j), (a, b) = steps.T, (_tangents(line, closed=closed) for line in (p, q))
     lean = ((q[j] - p[i]) * (a[i] + b[j]).conj()).real
     at = np.flatnonzero(lean[:-1] * lean[1:] <= 0)
-    there, behind = lean[at], lean[at + 1]
-    share = np.divide(there, there - behind, out=np.ones(len(at)), where=there != behind)
+    before, after = lean[at], lean[at + 1]
+    share = np.divide(before, before - after, out=np.ones(len(at)), where=before != after)
     return np.asarray(steps[at] + share[:, None] * (steps[at + 1] - steps[at]))
 
 
 def _tangents(line: Array, *, closed: bool) -> Array:
-    """Unit vectors along a line (m,) of complex points, at each of them."""
+    """Return the unit vectors along a line (m,) of complex points, at each of them."""
     steps = np.diff(line) / np.abs(np.diff(line))
     before = np.concatenate([steps[-1:] if closed else steps[:1], steps])
     mean = before + np.concatenate([steps, steps[:1] if closed else steps[-1:]])
@@ -219,7 +223,7 @@ def _tangents(line: Array, *, closed: bool) -> Array:
 
 
 def _along(line: Array, at: Array, *, closed: bool) -> Array:
-    """(k, 2) points of a line (m, 2) at places in steps, of a closed one beyond its ends, too."""
+    """Return the (k, 2) points of a line (m, 2) at places in steps, of a closed one beyond its ends, too."""
     steps = np.arange(len(line))
     at = at % (len(line) - 1) if closed else at
     return np.column_stack([np.interp(at, steps, line[:, 0]), np.interp(at, steps, line[:, 1])])

@@ -116,8 +116,8 @@ def frame_of(surface: Surface) -> tuple[Array, Array]:
     areas = shape.areas[rows]
     middle = np.average(shape.points[shape.triangles[rows]].mean(axis=1), axis=0, weights=areas)
     if surface.normal is None:
-        found = shape.normal(surface.struck)
-        z = np.array([0.0, 0.0, 1.0]) if found is None else np.array(found)
+        normal = shape.normal(surface.struck)
+        z = np.array([0.0, 0.0, 1.0]) if normal is None else np.array(normal)
         inner = shape.points[np.unique(shape.triangles)].mean(axis=0)
         z = z if (middle - inner) @ z >= 0 else -z
     else:
@@ -174,18 +174,18 @@ def chained(segments: Array, near: float) -> list[Array]:
     for number, ends in enumerate(keys.tolist()):
         for end in ends:
             beside.setdefault((end[0], end[1]), []).append(number)
-    left, found = set(range(len(segments))), []
-    while left:
-        number = left.pop()
+    remaining, loops = set(range(len(segments))), []
+    while remaining:
+        number = remaining.pop()
         line, key = [segments[number, 0], segments[number, 1]], tuple(keys[number, 1].tolist())
-        while (following := next((k for k in beside.get(key, ()) if k in left), None)) is not None:
-            left.discard(following)
+        while (following := next((k for k in beside.get(key, ()) if k in remaining), None)) is not None:
+            remaining.discard(following)
             near_end = 0 if tuple(keys[following, 0].tolist()) == key else 1
             line.append(segments[following, 1 - near_end])
             key = tuple(keys[following, 1 - near_end].tolist())
         if len(line) > 3:
-            found.append(np.array(line[:-1] if np.allclose(line[0], line[-1], atol=10 * near) else line))
-    return found
+            loops.append(np.array(line[:-1] if np.allclose(line[0], line[-1], atol=10 * near) else line))
+    return loops
 
 
 def _holes(outline: Sequence[Array]) -> Loops:
@@ -206,8 +206,7 @@ def struck_side_problem(
         normals: (k, 3) outward normals of the flat parts of the struck face.
         shape: the body's surface.
         struck: name of the struck group.
-        held, bedded: groups that are clamped, and that springs hold; what is struck and clamped is told where a mesh is
-            checked.
+        held, bedded: groups that are clamped, and that springs hold; what is struck and clamped is checked with a mesh.
     """
     aligned = normals @ normals[0]
     if np.abs(aligned).min() > PARALLEL and aligned.min() < 0:

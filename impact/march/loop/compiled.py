@@ -15,7 +15,8 @@ from numba import njit
 
 
 def stamp(march: Path) -> str:
-    """Of the contents of the loop in this folder, and of the numbers by which laws and films are known to it."""
+    """Return a hash of the contents of the loop in this folder, and of the numbers by which laws and films are known to
+    it."""
     digest = sha256()
     for file in sorted([*(march / "loop").glob("*.py"), march / "laws.py", march / "film.py"]):
         digest.update(file.read_bytes())
@@ -26,19 +27,19 @@ STAMP: Final = stamp(Path(__file__).parents[1])
 
 
 def on_file(made: Any) -> bool:
-    """Whether numba has anything compiled of a function on file, from the sources as they are."""
+    """Return whether numba has anything compiled of a function on file, from the sources as they are."""
     cached = getattr(getattr(made, "_cache", None), "_cache_file", None)
     return cached is None or bool(cached._load_index())  # none where nothing is compiled: NUMBA_DISABLE_JIT
 
 
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator: compiled with ``options`` of `numba.njit`, cached until one of the files changes."""
+    """Return a decorator that compiles with ``options`` of `numba.njit`, cached until one of the files changes."""
 
     def decorate(function: Callable[..., Any]) -> Any:
-        made = njit(cache=True, **options)(function)
-        cached = getattr(getattr(made, "_cache", None), "_cache_file", None)
+        dispatcher = njit(cache=True, **options)(function)
+        cached = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
         if cached is not None:  # numba's own stamp is of one file, and nothing public sets another
             cached._source_stamp = STAMP
-        return made
+        return dispatcher
 
     return decorate

@@ -13,13 +13,14 @@ from impact.march.loop.compiled import compiled
 
 @compiled()
 def active_set(w, pen, force):
-    """Force (p,) with force >= 0, w force >= pen, complementary; ``force`` on entry warm-starts the active set."""
+    """Return the force (p,) with force >= 0, w force >= pen, complementary; ``force`` on entry warm-starts the active
+    set."""
     active_set_from(w, pen, force, np.empty(w.shape), np.full(pen.size + 1, -1))
 
 
 @compiled()
 def active_set_from(w, pen, force, low, held):
-    """The same; ``low`` and ``held`` as `_spd_solve` left them, of the same ``w``.
+    """Return the same; ``low`` and ``held`` as `_spd_solve` left them, of the same ``w``.
 
     Whole blocks are exchanged while that lowers the number of violations, up to three times without progress; where
     that fails (w singular but for round-off), `_descend` ends in finitely many steps. A violation is a gap below
@@ -60,8 +61,8 @@ def active_set_from(w, pen, force, low, held):
 
 @compiled()
 def _descend(w, pen, force, low, held):
-    """The same by steps that each lower force w force/2 - pen force: the contact most open to pressure joins, those
-    that would pull leave. Source: Lawson & Hanson, Solving Least Squares Problems (1974), ch. 23."""
+    """Return the same by steps that each lower force w force/2 - pen force: the contact most open to pressure joins,
+    those that would pull leave. Source: Lawson & Hanson, Solving Least Squares Problems (1974), ch. 23."""
     p = pen.size
     active, barred = np.zeros(p, dtype=np.bool_), np.zeros(p, dtype=np.bool_)
     gap, limit = np.empty(p), np.empty(p)
@@ -102,7 +103,7 @@ def _descend(w, pen, force, low, held):
 
 @compiled()
 def _members(active):
-    """Where ``active`` (p,) is true; numpy's own functions take seconds to compile."""
+    """Return where ``active`` (p,) is true; numpy's own functions take seconds to compile."""
     index, count = np.empty(active.size, dtype=np.int64), 0
     for c in range(active.size):
         if active[c]:
@@ -113,7 +114,7 @@ def _members(active):
 
 @compiled()
 def _gaps(w, pen, force, gap, limit):
-    """gap = w force - pen, and what round-off may make of it; w is symmetric."""
+    """Return gap = w force - pen, and what round-off may make of it; w is symmetric."""
     for c in range(pen.size):
         gap[c], limit[c] = -pen[c], abs(pen[c])
     for d in range(pen.size):
@@ -160,7 +161,7 @@ def _spd_solve(w, index, pen, low, held):
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
 def _dot(a, b, n):
-    """Sum of the first ``n`` products."""
+    """Return the sum of the first ``n`` products."""
     total = 0.0
     for k in range(n):
         total += a[k] * b[k]

@@ -12,7 +12,7 @@ from impact.march.loop.forces import contact_force, narrowed, step_force, stiffn
 
 @compiled()
 def filmed_force(code, rule, a, b, c, user, film, pen, pen_start, w0, together, dt):
-    """(the law's force, the film's) of one step, found together; the arguments as in `contact_force`.
+    """Return (the law's force, the film's) of one step, found together; the arguments as in `contact_force`.
 
     Closed at the end, the film is squeezed down to its floor, a known force; open, the law has none, unless a step that
     conserves leaves a penetration.
@@ -30,8 +30,8 @@ def filmed_force(code, rule, a, b, c, user, film, pen, pen_start, w0, together, 
 
 @compiled()
 def _leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt):
-    """The same of a step from a penetration ``pen_start`` > 0 to an open gap: the root p of p + w0 (both) = pen, by
-    guarded regula falsi (Illinois) between what the largest forces leave and p = 0."""
+    """Return the same of a step from a penetration ``pen_start`` > 0 to an open gap: the root p of p + w0 (both) = pen,
+    by guarded regula falsi (Illinois) between what the largest forces leave and p = 0."""
     k, floor, tension = film
     stiff = stiffness(code, a, b, c, pen_start) * together if rule == BLENDED else 0.0
     share = stiff * stiff / (1.0 + stiff * stiff)
@@ -52,7 +52,7 @@ def _leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt):
 
 @compiled()
 def _film_alone(k, floor, tension, opening, gap_start, w0, dt):
-    """Its force where it keeps the gap open that would be ``opening`` without it.
+    """Return its force where it keeps the gap open that would be ``opening`` without it.
 
     G - a/G^2 is increasing and concave in G = gap + floor, so that Newton from below rises to the one root.
     """
@@ -76,6 +76,6 @@ def _film_alone(k, floor, tension, opening, gap_start, w0, dt):
 
 @compiled()
 def _film(k, floor, tension, gap_start, gap, dt):
-    """The film's force over a step between two gaps, see `impact.march.film`."""
+    """Return the film's force over a step between two gaps, see `impact.march.film`."""
     x, y = min(max(gap_start, 0.0) + floor, FAR * floor), min(max(gap, 0.0) + floor, FAR * floor)
     return max(0.5 * k / dt * ((x - y) * (x + y)) / (x * y) ** 2, -tension)

@@ -12,7 +12,7 @@ RIGID = 1e4  # Psi'' W0 from which on the blended rule is the passive one, to 1e
 
 @compiled()
 def law_force(code, a, b, c, user, pen, pen_start, dt):
-    """N [N] >= 0 at the penetration ``pen``; ``pen_start`` is that at the start of the step."""
+    """Return N [N] >= 0 at the penetration ``pen``; ``pen_start`` is that at the start of the step."""
     if pen <= 0.0:
         return 0.0
     if code == SPRING:
@@ -29,7 +29,7 @@ def law_force(code, a, b, c, user, pen, pen_start, dt):
 
 @compiled()
 def law_potential(code, a, b, c, pen):
-    """Psi [J] of the laws that have one."""
+    """Return Psi [J] of the laws that have one."""
     if pen <= 0.0:
         return 0.0
     if code == SPRING:
@@ -41,7 +41,7 @@ def law_potential(code, a, b, c, pen):
 
 @compiled()
 def contact_force(code, rule, a, b, c, user, pen, pen_start, w0, together, dt):
-    """The N >= 0 of one step by one of the rules of `impact.march.laws`.
+    """Return the N >= 0 of one step by one of the rules of `impact.march.laws`.
 
     Each is one increasing scalar equation in N with one root; ``pen`` is the penetration at the end without N.
     ``together`` is what it yields per newton if all contacts press at once, ``w0`` if it presses alone.
@@ -63,7 +63,8 @@ def contact_force(code, rule, a, b, c, user, pen, pen_start, w0, together, dt):
 
 @compiled()
 def _hertz_force(k, pen, w0):
-    """Root of k (pen - w0 N)^1.5 - N in [0, pen/w0], by Newton on d = sqrt(pen - w0 N): d^2 + w0 k d^3 = pen.
+    """Return the root of k (pen - w0 N)^1.5 - N in [0, pen/w0], by Newton on d = sqrt(pen - w0 N): d^2 + w0 k d^3 =
+    pen.
 
     The polynomial is increasing and convex for d > 0, so Newton from above falls monotonically; both d^2 <= pen and
     w0 k d^3 <= pen bound the root, the smaller bound is the start.
@@ -81,7 +82,7 @@ def _hertz_force(k, pen, w0):
 
 @compiled()
 def _bracketed(code, a, b, c, user, pen, pen_start, w0, dt):
-    """Root of N - law(pen - w0 N) by bisection-guarded regula falsi (Illinois)."""
+    """Return the root of N - law(pen - w0 N) by bisection-guarded regula falsi (Illinois)."""
     high = law_force(code, a, b, c, user, pen, pen_start, dt)
     if high <= 0.0 or w0 <= 0.0 or math.isnan(high):
         return high
@@ -104,7 +105,7 @@ def _bracketed(code, a, b, c, user, pen, pen_start, w0, dt):
 
 @compiled()
 def _by_energy(code, a, b, c, pen, pen_start, w0, dt, share):
-    """Root of p + w0 F(p) = pen by guarded regula falsi (Illinois) on p, F the `step_force`.
+    """Return the root of p + w0 F(p) = pen by guarded regula falsi (Illinois) on p, F the `step_force`.
 
     F does not decrease with p, hence N >= 0 and one root. Found in p, N keeps its relative accuracy for laws far
     stiffer than 1/w0.
@@ -128,8 +129,8 @@ def _by_energy(code, a, b, c, pen, pen_start, w0, dt, share):
 
 @compiled()
 def narrowed(low, high, r_low, r_high, side, p, r):
-    """The bracket of a root, its residuals and which end moved last, by the residual ``r`` at ``p``: an end that stays
-    twice counts half (Illinois)."""
+    """Return the bracket of a root, its residuals and which end moved last, by the residual ``r`` at ``p``: an end that
+    stays twice counts half (Illinois)."""
     if r > 0.0:
         return low, p, 0.5 * r_low if side == 1 else r_low, r, 1
     return p, high, r, 0.5 * r_high if side == -1 else r_high, -1
@@ -137,7 +138,8 @@ def narrowed(low, high, r_low, r_high, side, p, r):
 
 @compiled()
 def step_force(code, a, b, c, p, p0, dt, share):
-    """The secant slope of Psi from ``p0`` to ``p``, a ``share`` of it that at the end instead, times its damping."""
+    """Return the secant slope of Psi from ``p0`` to ``p``, a ``share`` of it that at the end instead, times its
+    damping."""
     force = _secant(code, a, b, c, p, p0)
     if share > 0.0:
         force += share * (_elastic_force(code, a, b, c, p) - force)
@@ -148,7 +150,7 @@ def step_force(code, a, b, c, p, p0, dt, share):
 
 @compiled()
 def _secant(code, a, b, c, p, p0):
-    """(Psi(p) - Psi(p0))/(p - p0), without cancellation for p near p0."""
+    """Return (Psi(p) - Psi(p0))/(p - p0), without cancellation for p near p0."""
     if p <= 0.0 and p0 <= 0.0:
         return 0.0
     if p > 0.0 and p0 > 0.0:
@@ -167,13 +169,13 @@ def _secant(code, a, b, c, p, p0):
 
 @compiled()
 def _elastic_force(code, a, b, c, pen):
-    """dPsi/dpen [N]."""
+    """Return dPsi/dpen [N]."""
     return 0.0 if pen <= 0.0 else a * pen if code == SPRING else a * pen ** (1.5 if code == HERTZ else c)
 
 
 @compiled()
 def stiffness(code, a, b, c, pen):
-    """d2Psi/dpen2 [N/m]; of a spring also before it is touched."""
+    """Return d2Psi/dpen2 [N/m]; of a spring also before it is touched."""
     if code == SPRING:
         return a
     exponent = 1.5 if code == HERTZ else c

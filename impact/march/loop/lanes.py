@@ -20,7 +20,7 @@ LANES = 16  # scenes marched side by side
 
 @intrinsic
 def _advance_lanes(typing: Any, rows: Any, state: Any, force: Any, total: Any) -> Any:
-    """`advance` for LANES scenes at once, in vector instructions: rows (K, 5), state (K, 2, LANES), force and total
+    """Do `advance` for LANES scenes at once, in vector instructions: rows (K, 5), state (K, 2, LANES), force and total
     (LANES,). Written as LLVM vectors: the loop vectoriser does not find this form, as the arrays might overlap."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -51,12 +51,12 @@ def _advance_lanes(typing: Any, rows: Any, state: Any, force: Any, total: Any) -
         with cgutils.for_range(builder, poles) as loop:
             row = builder.mul(loop.index, number(5))
             a11, a21, a22, c1, c2 = (everywhere(builder.add(row, number(i))) for i in range(5))
-            here = builder.mul(loop.index, number(2 * LANES))
-            there = builder.add(here, number(LANES))
-            q, p = load(arrays[1], here), load(arrays[1], there)
+            q_index = builder.mul(loop.index, number(2 * LANES))
+            p_index = builder.add(q_index, number(LANES))
+            q, p = load(arrays[1], q_index), load(arrays[1], p_index)
             r = fused(a11, q, fused(c1, f, p))
-            builder.store(r, at(arrays[1], here), align=8)
-            builder.store(fused(a21, q, fused(a22, p, fused(c2, f, floor))), at(arrays[1], there), align=8)
+            builder.store(r, at(arrays[1], q_index), align=8)
+            builder.store(fused(a21, q, fused(a22, p, fused(c2, f, floor))), at(arrays[1], p_index), align=8)
             builder.store(builder.fadd(builder.load(u), r), u)
         builder.store(builder.load(u), at(arrays[3], number(0)), align=8)
         return context.get_dummy_value()
@@ -66,7 +66,7 @@ def _advance_lanes(typing: Any, rows: Any, state: Any, force: Any, total: Any) -
 
 @compiled(nogil=True)
 def march_lanes(rows, state, free, scales, w0, law, user, dt, force, opening, approach):
-    """LANES scenes of one contact; state (K + 1, 2, LANES) zero, its last row is scratch; force (n, LANES) and
+    """March LANES scenes of one contact; state (K + 1, 2, LANES) zero, its last row is scratch; force (n, LANES) and
     opening (n + 1, LANES) are filled.
 
     free (3, n + 1): gap without contact, per unit of the scales (3, LANES) after the first row, which all share with

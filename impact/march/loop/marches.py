@@ -20,7 +20,7 @@ WAIT = 32  # steps before a stride is tried again that was too long
 def march_one(
     start, stop, rows, state, free, memory, recent, block, w0, law, film, user, dt, rest, strides, force, gap, pulls
 ):
-    """Steps ``start``..``stop``-1 of one contact; force (n,) and gap (n + 1,) are filled in place.
+    """March the steps ``start``..``stop``-1 of one contact; force (n,) and gap (n + 1,) are filled in place.
 
     rows: `Poles.folded`; state: (q, p). free (n,): gap at the end of each step without contact. memory (n,): what
     finished blocks add. recent: `BlockedSum.recent`. law: (code, rule, three numbers). film: its three numbers; None: a
@@ -63,9 +63,9 @@ def march_one(
 def march_many(
     start, stop, poles, state, free, memory, recent, block, w0, laws, films, user, dt, rest, strides, force, gap, pulls
 ):
-    """The same for p contacts: force, pulls and memory (p, n), gap (n + 1, p), free (n, p), recent (p, p, block),
-    w0 (p, p), films (p, 3), the first number 0 of a contact without one. Returns how many steps' forces were not found,
-    as `by_sweeps` says."""
+    """Do the same for p contacts: force, pulls and memory (p, n), gap (n + 1, p), free (n, p), recent (p, p, block), w0
+    (p, p), films (p, 3), the first number 0 of a contact without one. Returns how many steps' forces were not found, as
+    `by_sweeps` says."""
     rows, psi, along = poles
     unsolved = 0
     q, v = state

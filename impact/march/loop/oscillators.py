@@ -22,14 +22,14 @@ WIDE = 16
 
 
 def padded(values: Array) -> Array:
-    """(..., K) with columns of zeros up to a multiple of `WIDE`: oscillators that nothing moves."""
+    """Return (..., K) with columns of zeros up to a multiple of `WIDE`: oscillators that nothing moves."""
     more = -values.shape[-1] % WIDE
     return np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, more)])
 
 
 @intrinsic
 def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, pushed: Any, told: Any) -> Any:
-    """`oscillate` for those from ``first`` on; ``form`` and ``told`` (2, m), stored and lost, may be ``None``."""
+    """Do `oscillate` for those from ``first`` on; ``form`` and ``told`` (2, m), stored and lost, may be ``None``."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         kinds = zip(signature.args[1:], arguments[1:], strict=True)
@@ -89,7 +89,7 @@ def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, p
 
 @compiled(nogil=True)
 def oscillate(steps, form, q, p, pushed, told):
-    """Oscillators under known modal forces ``pushed`` (m, K), which become their coordinates after each step.
+    """Move oscillators under known modal forces ``pushed`` (m, K), which become their coordinates after each step.
 
     steps: (7, K) rows a11, a12, a21, a22, b1, b2, w^2 of [q, p] <- A [q, p] + b f; K a multiple of `WIDE`. told (2, m)
     gains the energy stored after each step and that lost during it, by the (6, K) ``form``; both ``None``: no energies.

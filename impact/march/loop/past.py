@@ -11,7 +11,7 @@ FLOOR = 1e-140  # added to every state at every step: damped-out modes never rea
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
 def advance(rows, q, p, force):
-    """One contact: one step of all poles after the last step's force; returns their sum, the gap's part."""
+    """Advance all poles of one contact by a step after the last step's force; return their sum, the gap's part."""
     a11, a21, a22, c1, c2 = rows
     u = 0.0
     for k in range(q.size):
@@ -25,7 +25,7 @@ def advance(rows, q, p, force):
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
 def advance_many(rows, psi, along, q, p, drive, force, opening):
-    """The same for several contacts: ``opening`` (p,) gains the poles' part; ``along`` as of `Poles.along`."""
+    """Do the same for several contacts: ``opening`` (p,) gains the poles' part; ``along`` as of `Poles.along`."""
     a11, a21, a22, c1, c2 = rows
     group, size, directions = along
     if group.size == 0:
@@ -60,8 +60,8 @@ def advance_many(rows, psi, along, q, p, drive, force, opening):
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
 def past(recent, force, rest, first, n):
-    """What the forces of steps ``first``..``n``-1 beyond ``rest`` do at the end of step ``n``; ``recent`` holds the
-    weights of one block in reverse order, so that both are read forwards."""
+    """Return what the forces of steps ``first``..``n``-1 beyond ``rest`` do at the end of step ``n``; ``recent`` holds
+    the weights of one block in reverse order, so that both are read forwards."""
     stop = recent.size - 1
     w, f = recent[stop - (n - first) : stop], force[first:n]
     u = 0.0
@@ -72,7 +72,8 @@ def past(recent, force, rest, first, n):
 
 @compiled(nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def displaced(rows, state, w0, force):
-    """(n,) what the march of one contact adds to the gap under a known ``force`` (n,); rows and state as there."""
+    """Return the (n,) values that the march of one contact adds to the gap under a known ``force`` (n,); rows and state
+    as there."""
     a11, a21, a22, c1, c2 = rows
     q, p = state
     out, last = np.empty(force.size), 0.0

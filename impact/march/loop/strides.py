@@ -11,7 +11,7 @@ from impact.march.loop.compiled import compiled
 
 @compiled()
 def flight(n, stop, strides, level, psi, q, p, ahead, line, free, carried, clear, gap):
-    """One stride from step ``n`` on, of ``level`` or shorter: (steps flown, level for the next one).
+    """Fly one stride from step ``n`` on, of ``level`` or shorter; return (steps flown, level for the next one).
 
     gap (n + 1, p) is filled, on the way by the line.
     """
@@ -35,8 +35,8 @@ def flight(n, stop, strides, level, psi, q, p, ahead, line, free, carried, clear
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
 def _stride(power, swing, psi, q, p, ahead, line):
-    """Where one stride of `impact.march.strides` would take all poles, in ``ahead`` (2, K); of each contact in ``line``
-    (3, p) their part of the gap now and then, and how far it may stray from the line between; psi (p, K)."""
+    """Write where one stride of `impact.march.strides` would take all poles, in ``ahead`` (2, K); of each contact in
+    ``line`` (3, p) their part of the gap now and then, and how far it may stray from the line between; psi (p, K)."""
     b11, b12, b21, b22, err = power[0], power[1], power[2], power[3], power[4]
     q0, p0, u, v = swing[0], swing[1], swing[2], swing[3]
     far, near = ahead[0], ahead[1]
@@ -63,8 +63,8 @@ def _stride(power, swing, psi, q, p, ahead, line):
 
 @compiled(fastmath={"reassoc", "contract", "nsz", "nnan"})
 def _least(n, m, line, free, carried, clear):
-    """By how much any contact may be open at least, beyond the gap ``clear`` (p,), in ``m`` steps from ``n`` on; free
-    (n, p)."""
+    """Return by how much any contact may be open at least, beyond the gap ``clear`` (p,), in ``m`` steps from ``n`` on;
+    free (n, p)."""
     contacts, least = carried.size, np.inf
     slope, base = np.empty(contacts), np.empty(contacts)
     for c in range(contacts):

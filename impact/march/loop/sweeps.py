@@ -20,8 +20,8 @@ from impact.march.loop.forces import RIGID, contact_force
 
 @compiled()
 def contact_forces(codes, rules, numbers, user, pen, pen_start, w, dt, force):
-    """All forces of one step without films, in place; ``numbers`` (p, 3) parameters of the laws, ``pen`` (p,) without
-    the forces.
+    """Find all forces of one step without films, in place; ``numbers`` (p, 3) parameters of the laws, ``pen`` (p,)
+    without the forces.
 
     Returns whether they were found, as `by_sweeps` says.
     """
@@ -34,7 +34,7 @@ def contact_forces(codes, rules, numbers, user, pen, pen_start, w, dt, force):
 
 @compiled()
 def linear_laws(codes, rules, numbers, w):
-    """(whether all laws are linear in N, w with what their springs yield)."""
+    """Return (whether all laws are linear in N, w with what their springs yield)."""
     p = len(codes)
     shifted = np.empty((p, p))
     linear = True
@@ -52,7 +52,7 @@ def linear_laws(codes, rules, numbers, w):
 
 @compiled()
 def by_sweeps(codes, rules, numbers, user, films, pen, pen_start, w, dt, force):
-    """The same of laws that are not linear, and of films, one after the other; where that crawls, by `_newton`.
+    """Do the same for laws that are not linear, and for films, one after the other; where that crawls, by `_newton`.
 
     A film's force is known to what round-off of its gap leaves; forces of stiff laws that depend on the speed may go
     round in a cycle of round-off, of parts in 1e14, and count as found where that is below 1e-12.
@@ -76,7 +76,7 @@ def by_sweeps(codes, rules, numbers, user, films, pen, pen_start, w, dt, force):
 
 @compiled()
 def alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, c, more):
-    """(the law's, the film's) force of contact ``c`` if the others' stay, its penetration raised by ``more``."""
+    """Return (the law's, the film's) force of contact ``c`` if the others' stay, its penetration raised by ``more``."""
     others, together = pen[c] + more, 0.0
     for d in range(pen.size):
         together += abs(w[c, d])
@@ -92,7 +92,7 @@ def alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, c, m
 
 @compiled()
 def _slack(films, pen, w, force, c):
-    """What round-off leaves unknown of the gap of contact ``c`` with a film."""
+    """Return what round-off leaves unknown of the gap of contact ``c`` with a film."""
     size = films[c, 1] + abs(pen[c])
     for d in range(pen.size):
         size += abs(w[c, d] * force[d])
@@ -101,7 +101,8 @@ def _slack(films, pen, w, force, c):
 
 @compiled()
 def _newton(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, worst):
-    """Newton's method on N_c = force of c alone; the best iterate is kept if it beats ``worst`` = max |difference|.
+    """Apply Newton's method to N_c = force of c alone; the best iterate is kept if it beats ``worst`` = max
+    |difference|.
 
     The sweeps crawl where stiff contacts act almost at one place.
     """
@@ -110,19 +111,19 @@ def _newton(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, wo
     for c in range(p):
         trial[c] = force[c]
     for count in range(16):
-        left = 0.0
+        residual = 0.0
         for c in range(p):
             pressed, pulled = alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, trial, c, 0.0)
             now = pressed + pulled
             gain[c] = now - trial[c]
-            left = max(left, abs(gain[c]))
+            residual = max(residual, abs(gain[c]))
             small = 1e-7 * (w[c, c] * abs(now) + abs(pen[c])) + 1e-300
             pressed, pulled = alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, trial, c, small)
             slope = (pressed + pulled - now) / small
             for d in range(p):
                 matrix[c, d] = slope * w[c, d] if d != c else 1.0 + 1e-15
-        if count > 0 and left < worst:
-            worst = left
+        if count > 0 and residual < worst:
+            worst = residual
             for c in range(p):
                 force[c] = trial[c]
         if not _solve(matrix, gain):
@@ -133,7 +134,8 @@ def _newton(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, wo
 
 @compiled()
 def _solve(a, b):
-    """Gauss with partial pivots, a^-1 b in the place of b, whether it is finite; LAPACK takes seconds to compile."""
+    """Put a^-1 b in the place of b by Gauss with partial pivots, and return whether it is finite; LAPACK takes seconds
+    to compile."""
     n = b.size
     for k in range(n):
         best = k

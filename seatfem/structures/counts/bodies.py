@@ -37,7 +37,7 @@ class Samples:
     cap: Array | None = None
 
     def count(self, spec: MeshSpec, dimension: int) -> float:
-        """int dV/h^3, int dA/h^2 or int ds/h."""
+        """Return int dV/h^3, int dA/h^2 or int ds/h."""
         h = size_at(self.distance, spec)
         h = h if self.cap is None else np.minimum(h, self.cap)
         count = self.weight / h
@@ -47,18 +47,18 @@ class Samples:
 
     @property
     def total(self) -> float:
-        """Volume, area or length."""
+        """Return the volume, area or length."""
         return float(self.weight.sum())
 
 
 def size_at(distance: Array, spec: MeshSpec) -> Array:
-    """Element size [m] at distances from the patch [m]."""
+    """Return the element size [m] at distances from the patch [m]."""
     near = spec.patch_size
     return np.asarray(np.interp(distance, [near, max(near + spec.transition, 1.001 * near)], [near, spec.size]))
 
 
 def from_segments(points: Array, segments: Sequence[tuple[Point, Point]]) -> Array:
-    """Distance (n,) of points (n, 2) from the nearest of some straight segments; infinite without any."""
+    """Return the distance (n,) of points (n, 2) from the nearest of some straight segments; infinite without any."""
     nearest = np.full(len(points), np.inf)
     for start, end in segments:
         a, along = np.asarray(start), np.subtract(end, start)
@@ -69,7 +69,7 @@ def from_segments(points: Array, segments: Sequence[tuple[Point, Point]]) -> Arr
 
 
 def inside(points: Array, outline: Array) -> Array:
-    """Whether points (n, 2) lie in a closed polygon (m, 2)."""
+    """Return whether points (n, 2) lie in a closed polygon (m, 2)."""
     x, y = points.T
     odd = np.zeros(len(points), dtype=bool)
     for (xa, ya), (xb, yb) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
@@ -89,7 +89,7 @@ class Body:
 
 @cache
 def section_of(profile: Profile) -> Body:
-    """The half section of a solid of revolution; arcs of the outline ask for small elements beside them."""
+    """Return the half section of a solid of revolution; arcs of the outline ask for small elements beside them."""
     points, weight, outline, lengths, distance = _sampled(profile)
     return Body(
         Samples(weight, distance(points), _beside_arcs(profile, points)),
@@ -99,14 +99,15 @@ def section_of(profile: Profile) -> Body:
 
 @cache
 def plan_of(shape: Shape, sectors: int = 1) -> Body:
-    """The plan of an extruded solid, or of one of its equal sectors."""
+    """Return the plan of an extruded solid, or of one of its equal sectors."""
     (area, away), (length, beside) = _plan_part(shape, sectors)
     return Body(Samples(area, np.maximum(0.0, away)), Samples(length, np.maximum(0.0, beside)))
 
 
 @cache
 def solid_of(shape: Shape, sectors: int = 1) -> Body:
-    """The solid or one of its equal sectors. Raises `GeometryError` of one that is neither turned nor extruded."""
+    """Return the solid or one of its equal sectors. Raises `GeometryError` of one that is neither turned nor
+    extruded."""
     profile, plan, rectangle = shape.profile, shape.plan, shape.rectangle
     if profile is not None:
         points, weight, outline, lengths, distance = _sampled(profile)
@@ -123,7 +124,8 @@ def solid_of(shape: Shape, sectors: int = 1) -> Body:
 
 
 def _plan_part(shape: Shape, sectors: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Areas of a plan, or of one of its sectors, and lengths of its outline; each with the distances from the patch."""
+    """Return the areas of a plan, or of one of its sectors, and lengths of its outline; each with the distances from
+    the patch."""
     rectangle = shape.rectangle
     points, weight, outline, lengths, distance = shape.plan_samples() if rectangle is None else _rectangle(rectangle)
     edge = [(lengths / sectors, distance(outline)), *(_rays(points, weight, distance) if sectors > 1 else [])]
@@ -132,7 +134,7 @@ def _plan_part(shape: Shape, sectors: int) -> tuple[tuple[Array, Array], tuple[A
 
 
 def _rays(points: Array, weight: Array, distance: Distance) -> list[tuple[Array, Array]]:
-    """Two rays from the centre to the edge, where the plan is; ones between all the points stand for the two."""
+    """Return two rays from the centre to the edge, where the plan is; ones between all the points stand for the two."""
     reach = float(np.hypot(points[:, 0], points[:, 1]).max())
     radius = np.hypot(points[:, 0], points[:, 1])
     width = np.pi * np.maximum(radius, reach / COARSEST)
@@ -140,7 +142,8 @@ def _rays(points: Array, weight: Array, distance: Distance) -> list[tuple[Array,
 
 
 def _extruded(plan: tuple[Array, Array], walls: tuple[Array, Array], height: float) -> Body:
-    """Areas of a plan and lengths of its outline with their distances from the patch, swept down from its plane."""
+    """Return the areas of a plan and lengths of its outline with their distances from the patch, swept down from its
+    plane."""
     (area, away), (length, beside) = ((weight, np.maximum(0.0, distance)) for weight, distance in (plan, walls))
     u = (np.arange(DEPTHS) + 0.5) / DEPTHS
     depth, thick = height * u**2, 2 * height * u / DEPTHS
@@ -165,15 +168,15 @@ def _sampled(profile: Profile) -> tuple[Array, Array, Array, Array, Distance]:
     arcs = [segment for edge in profile.edges if edge.centre is not None for segment in _segments(edge)]
     low, high = outline.min(axis=0), outline.max(axis=0)
     corner, opposite = (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
-    found, areas = squares(corner, opposite, lambda p: from_segments(p, segments + arcs))
-    kept = inside(found, outline)
+    centres, areas = squares(corner, opposite, lambda p: from_segments(p, segments + arcs))
+    kept = inside(centres, outline)
     pieces = [_along(edge, OUTLINE, middles=True) for edge in profile.edges]
     ends, lengths = (np.concatenate(part) for part in zip(*pieces, strict=True))
-    return found[kept], areas[kept], ends, lengths, distance
+    return centres[kept], areas[kept], ends, lengths, distance
 
 
 def _along(edge: Edge, pieces: int, middles: bool = False) -> tuple[Array, Array]:
-    """Starts, or middles, (n, 2) of equal pieces of an edge, and their lengths."""
+    """Return starts, or middles, (n, 2) of equal pieces of an edge, and their lengths."""
     t = (np.arange(pieces) + (0.5 if middles else 0.0)) / pieces
     if edge.centre is None:
         start, end = np.asarray(edge.start), np.asarray(edge.end)

@@ -53,12 +53,12 @@ class Sizes:
 
 
 def body_in_numbers(geometry: Geometry, sectors: int = 1) -> Body:
-    """Samples of the solid, or of one of its equal sectors."""
+    """Return samples of the solid, or of one of its equal sectors."""
     return body_of(geometry) if geometry.is_imported else solid_of(geometry, sectors)
 
 
 def predicted_sizes(geometry: Geometry, spec: MeshSpec, level: Level, sectors: int = 1) -> Sizes:
-    """The mesh of a seat at a level ("axisymmetric", "harmonics", "sector" with so many sectors, or "3d")."""
+    """Return the mesh of a seat at a level ("axisymmetric", "harmonics", "sector" with so many sectors, or "3d")."""
     if geometry.is_imported:
         return _tetrahedra(body_of(geometry), spec)
     if level in ("axisymmetric", "harmonics"):
@@ -82,7 +82,7 @@ def _of_tetrahedra(elements: float, surface: float, order: int) -> Sizes:
 
 
 def _plane(body: Body, spec: MeshSpec) -> tuple[float, float, float]:
-    """Elements, vertices and sides on the outline of a plane mesh."""
+    """Return the elements, vertices and sides on the outline of a plane mesh."""
     inner, outer = body.inner.count(spec, 2), body.outer.count(spec, 1)
     if spec.shape == "hex":
         elements, sides = QUADRILATERALS[0] * inner + QUADRILATERALS[1] * outer, QUADRILATERAL_SIDES * outer
@@ -92,7 +92,7 @@ def _plane(body: Body, spec: MeshSpec) -> tuple[float, float, float]:
 
 
 def _as_meshed(spec: MeshSpec) -> MeshSpec:
-    """The size that gmsh is given before it quarters."""
+    """Return the size that gmsh is given before it quarters."""
     if spec.shape == "tet":
         return spec
     return replace(spec, size=HALVED * spec.size, contact_size=HALVED * spec.patch_size)
@@ -128,7 +128,7 @@ def _hexahedra(geometry: Geometry, spec: MeshSpec, sectors: int) -> Sizes:
 
 
 def _grid(rectangle: Rectangle, spec: MeshSpec, sectors: int) -> tuple[float, float, float]:
-    """Elements, vertices and sides of the grid under a rectangular solid; exact."""
+    """Return the elements, vertices and sides of the grid under a rectangular solid; exact."""
     sides, patch = rectangle.sides, rectangle.patch or rectangle.sides
     x, y = (_cells(side, edge, spec) for side, edge in zip(sides, patch, strict=True))
     x, y = x * (1 if sectors == 4 else 2), y * (1 if sectors > 1 else 2)
@@ -143,7 +143,7 @@ def _cells(side: float, edge: float, spec: MeshSpec) -> int:
 
 
 def _swept(plane: float, vertices: float, sides: float, layers: int, spec: MeshSpec, *, closed: bool) -> Sizes:
-    """Hexahedra above a plane mesh of ``plane`` quadrilaterals."""
+    """Return the hexahedra above a plane mesh of ``plane`` quadrilaterals."""
     levels = layers if closed else layers + 1
     elements, points = plane * layers, vertices * levels
     edges = (vertices + plane - 1) * levels + vertices * layers
@@ -163,8 +163,8 @@ def check_before_meshing(body: Drawn, spec: MeshSpec, level: Level, method: Meth
     need = memory_need(sizes.counts)
     least = need.of(how.reduction, distributed=how.distributed)
     margin = FILE_MARGIN if body.files() else MARGIN
-    there = available_memory()
-    if least <= margin * there and sizes.elements <= margin * MOST_ELEMENTS:
+    available = available_memory()
+    if least <= margin * available and sizes.elements <= margin * MOST_ELEMENTS:
         return
     chosen = (
         ""
@@ -173,6 +173,6 @@ def check_before_meshing(body: Drawn, spec: MeshSpec, level: Level, method: Meth
     )
     raise MemoryNeedError(
         f"seat.mesh.size = {1e3 * spec.size:.3g} mm{chosen}, contact_size = {1e3 * spec.patch_size:.3g} mm: about "
-        f"{sizes.elements:.2g} elements, which need about {least / GB:.2g} GB of memory, {there / GB:.2g} GB are "
+        f"{sizes.elements:.2g} elements, which need about {least / GB:.2g} GB of memory, {available / GB:.2g} GB are "
         "available; take larger elements, a lower seat.greens.bandwidth or a cheaper seat.model"
     )

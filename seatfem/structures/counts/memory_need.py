@@ -1,4 +1,4 @@
-"""How much memory a three-dimensional seat takes, told before it is taken.
+"""How much memory a three-dimensional seat takes, known before it is taken.
 
 Two nodes are coupled where some element holds both. Each couple belongs to exactly one vertex, edge, face or element,
 the smallest that holds both, so the couples are counted without a matrix: with V, E, F, T vertices, edges, faces and
@@ -51,7 +51,7 @@ class MemoryNeedError(ValueError):
 
 @dataclass(frozen=True)
 class Counts:
-    """What memory depends on.
+    """Counts that memory depends on.
 
     Attributes:
         dof: unknowns, those of fixed faces included.
@@ -66,7 +66,7 @@ class Counts:
     compactness: float = 1.0
 
     def scaled(self, factor: float) -> Counts:
-        """The same body with ``factor`` times as many unknowns."""
+        """Return the same body with ``factor`` times as many unknowns."""
         return Counts(factor * self.dof, factor * self.nnz, factor * self.mass_nnz, self.compactness)
 
 
@@ -78,12 +78,13 @@ class MemoryNeed:
     products: float
 
     def of(self, method: str, *, distributed: bool = False) -> float:
-        """Of a reduction by name, or of "auto"; of a distributed one without its factor, which PETSc's ranks hold."""
+        """Return the need of a reduction by name, or of "auto"; that of a distributed one without its factor, which
+        PETSc's ranks hold."""
         return self.factorized if _factorizes(method) and not distributed else self.products
 
 
 def counts_of(mesh: SeatMesh) -> Counts:
-    """Counts of K and M on a mesh; hexahedra have a diagonal mass."""
+    """Return counts of K and M on a mesh; hexahedra have a diagonal mass."""
     of = mesh.mesh
     parts = (int(of.nvertices), of.edges.shape[1], of.facets.shape[1], int(of.nelements))
     return counts_from(mesh.shape, mesh.order, parts, of.boundary_facets().size)[1]
@@ -92,7 +93,8 @@ def counts_of(mesh: SeatMesh) -> Counts:
 def counts_from(
     shape: str, order: int, parts: tuple[float, float, float, float], surface: float
 ) -> tuple[float, Counts]:
-    """Nodes, and counts of K and M, of so many vertices, edges, faces and elements with ``surface`` faces outside."""
+    """Return the nodes, and counts of K and M, of so many vertices, edges, faces and elements with ``surface`` faces
+    outside."""
     nodes, couples = (
         sum(a * b for a, b in zip(table[shape, order], parts, strict=True)) for table in (_NODES, _COUPLES)
     )
@@ -102,7 +104,7 @@ def counts_from(
 
 
 def memory_need(counts: Counts) -> MemoryNeed:
-    """Peaks [bytes] of assembly and reduction."""
+    """Return the peaks [bytes] of assembly and reduction."""
     mass, vector = MATRIX_ENTRY * counts.mass_nnz, 8 * counts.dof
     fill = FILL * counts.compactness * counts.dof ** (4 / 3)
     assembly = ASSEMBLY_ENTRY * counts.nnz + mass
@@ -119,7 +121,7 @@ def check_memory(
     available: float | None = None,
     distributed: bool = False,
 ) -> MemoryNeed:
-    """The need, where it fits.
+    """Return the need, where it fits.
 
     Args:
         counts: of the model.
@@ -134,12 +136,12 @@ def check_memory(
     """
     need = memory_need(counts)
     least = need.of(method, distributed=distributed)
-    there = available_memory() if available is None else available
-    if least <= there:
+    memory = available_memory() if available is None else available
+    if least <= memory:
         return need
     raise MemoryNeedError(
-        f"seat.mesh.size: {counts.dof:.3g} unknowns need about {least / GB:.2g} GB of memory, {there / GB:.2g} GB are "
-        f"available; {', or '.join(_advice(counts, method, size, levels, there))}"
+        f"seat.mesh.size: {counts.dof:.3g} unknowns need about {least / GB:.2g} GB of memory, {memory / GB:.2g} GB are "
+        f"available; {', or '.join(_advice(counts, method, size, levels, memory))}"
     )
 
 
@@ -153,9 +155,9 @@ def check_elastic(
     if level in ("axisymmetric", "harmonics"):
         return
     cheaper = CHEAPEST_FIRST[: CHEAPEST_FIRST.index(level)]
-    levels = [found.level for found in body.levels() if found.applies and found.level in cheaper]
-    given: Any = mesh.provenance.spec.get("size")
-    check_memory(counts_of(cast("SeatMesh", mesh)), method=method, size=given, levels=levels, distributed=distributed)
+    levels = [option.level for option in body.levels() if option.applies and option.level in cheaper]
+    size: Any = mesh.provenance.spec.get("size")
+    check_memory(counts_of(cast("SeatMesh", mesh)), method=method, size=size, levels=levels, distributed=distributed)
 
 
 def _advice(counts: Counts, method: str, size: float | None, levels: Sequence[AnyLevel], there: float) -> list[str]:
@@ -186,7 +188,7 @@ def _factorizes(method: str) -> bool:
 
 
 def _share(counts: Counts, method: str, there: float) -> float:
-    """Which part of the unknowns fits into 90 % of the memory, by bisection."""
+    """Return which part of the unknowns fits into 90 % of the memory, by bisection."""
     low, high = 0.0, 1.0
     for _ in range(40):
         middle = (low + high) / 2

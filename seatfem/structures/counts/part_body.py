@@ -21,7 +21,7 @@ FILLED: Final = 0.6  # of its bounding box, for a part that could not be filled 
 
 
 def body_of(part: Geometry) -> Body:
-    """The part's volume and surface by their distance from the struck faces."""
+    """Return the part's volume and surface by their distance from the struck faces."""
     return _body(inspect_geometry(part))
 
 
@@ -40,7 +40,7 @@ def _body(found: Inspected) -> Body:
 
 
 def _struck(shape: Shape) -> Array:
-    """Points on the struck faces; of a part without any, its middle."""
+    """Return the points on the struck faces; of a part without any, its middle."""
     rows = shape.groups.get("contact")
     if rows is None or len(rows) == 0:
         return np.asarray(np.mean(shape.points, axis=0)[None])
@@ -50,7 +50,7 @@ def _struck(shape: Shape) -> Array:
 
 
 def _samples(shape: Shape, elements: Integers, measures: Array, struck: Array) -> Samples:
-    """Points within elements, of which those near the struck faces have many: sizes change there."""
+    """Return the points within elements, of which those near the struck faces have many: sizes change there."""
     corners = shape.points[elements]
     extent = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
     near = distances(corners.mean(axis=1), struck) < NEAR * extent
@@ -64,9 +64,9 @@ def _samples(shape: Shape, elements: Integers, measures: Array, struck: Array) -
 
 
 def _binned(weight: Array, away: Array) -> Samples:
-    """Samples of like distance together: `BINS` of them count as well as all, and a plan counts often."""
+    """Return samples of like distance together: `BINS` of them count as well as all, and a plan counts often."""
     edges = np.geomspace(max(float(away.max()), 1e-9) * CLOSEST, max(float(away.max()), 1e-9), BINS)
     place = np.digitize(away, edges)
     total, first = (np.asarray(np.bincount(place, each), dtype=float) for each in (weight, weight * away))
-    there = total > 0
-    return Samples(total[there], first[there] / total[there])
+    filled = total > 0
+    return Samples(total[filled], first[filled] / total[filled])

@@ -69,7 +69,7 @@ def assemble(
     lip: FaceLip | None = None,
     progress: Progress = silent,
 ) -> SecondOrderModel:
-    """Small-strain elasticity by displacement elements.
+    """Assemble small-strain elasticity by displacement elements.
 
     Args:
         mesh: scikit-fem mesh with named boundaries, coordinates in m, or an object that carries one as ``.mesh``.
@@ -98,30 +98,30 @@ def assemble(
     """
     mesh = getattr(mesh, "mesh", mesh)
     patches = {"contact": "contact"} if ports is None else dict(ports)
-    given = {"fixed": names(fixed), "sliding": names(sliding), "antisymmetric": names(antisymmetric)}
-    check_ports(mesh, patches, given)
+    faces = {"fixed": names(fixed), "sliding": names(sliding), "antisymmetric": names(antisymmetric)}
+    check_ports(mesh, patches, faces)
     solids, region = solids_by_region(mesh, material)
-    made = discretize(mesh, order)
+    space = discretize(mesh, order)
     progress("assembly", 0.1)
-    unknowns = freedom(made.size, held(made, *given.values()))
+    unknowns = freedom(space.size, held(space, *faces.values()))
     if not unknowns.free.size:
-        raise ModelError(f"fixed: {', '.join(given['fixed'])} hold every node: nothing is left to move; mesh finer")
-    body = _Body(made, solids, region, _modes(made, solids, dilatation), unknowns, mass)
+        raise ModelError(f"fixed: {', '.join(faces['fixed'])} hold every node: nothing is left to move; mesh finer")
+    body = _Body(space, solids, region, _modes(space, solids, dilatation), unknowns, mass)
     cuts = [np.asarray(f) for cut, f in (mesh.boundaries or {}).items() if cut in _CUTS and copies > 1]
     across = partial(places_across, mesh, cuts=np.concatenate([np.zeros(0, np.int64), *cuts]), copies=copies)
     of_nodes: dict[str, Port] = {}
     for port, name in patches.items():
-        patch = partial(_patch, made, name)
-        of_nodes |= ports_on(port, name, rings, patch, across, solids, region, made.size, lip)
+        patch = partial(_patch, space, name)
+        of_nodes |= ports_on(port, name, rings, patch, across, solids, region, space.size, lip)
     of_ports = {
         name: Port(unknowns.vector(port.vector), copies * (port.area or 0.0), copies * (port.impedance or 0.0))
         for name, port in of_nodes.items()
     }
     added = {
-        key: unknowns.restricted(matrix) for key, matrix in support_matrices(made, supports, solids, region).items()
+        key: unknowns.restricted(matrix) for key, matrix in support_matrices(space, supports, solids, region).items()
     }
     turned = None if unknowns.turn is None else unknowns.displacements
-    dofs = DofMap(made.nodes, unknowns.free, mesh, turned)
+    dofs = DofMap(space.nodes, unknowns.free, mesh, turned)
     model = whole_model(partial(body.matrices, progress), solids, rayleigh, added, of_ports, dofs, copies)
     progress("assembly", 1.0)
     return model
@@ -139,28 +139,30 @@ class _Body:
     mass: Mass
 
     def matrices(self, progress: Progress, scale: Array) -> tuple[sparse.csr_array, sparse.csr_array]:
-        """(K, M), each solid's stiffness and density times its row of ``scale`` (solids, 2)."""
-        made, unknown = self.made, self.unknowns.unknown
+        """Return (K, M), each solid's stiffness and density times its row of ``scale`` (solids, 2)."""
+        space, unknown = self.made, self.unknowns.unknown
         lame = np.array([s.lame if isinstance(s, Material) else (0.0, 0.0) for s in self.solids]) * scale[:, :1]
         tensors = np.stack([stiffness_tensor(s.elasticity) for s in self.solids]) * scale[:, :1, None, None, None]
         density = np.array([solid.density for solid in self.solids]) * scale[:, 1]
-        free, graph = len(self.unknowns.base), made.graph
+        free, graph = len(self.unknowns.base), space.graph
         rows, columns, offset = expand_pattern(*graph, unknown, free)
         stiffness, scalar = np.zeros(len(columns)), np.zeros(len(graph[1]))
-        exact, nodal = mass_rule(made), self.mass == "nodal"
+        exact, nodal = mass_rule(space), self.mass == "nodal"
         none = (exact[0][:0], exact[1], exact[2], exact[3])
-        rules = stiffness_rule(made), none if nodal else exact
-        for start in range(0, len(made.cells), _CHUNK):
+        rules = stiffness_rule(space), none if nodal else exact
+        for start in range(0, len(space.cells), _CHUNK):
             some = slice(start, start + _CHUNK)
-            of_some = made.cells[some], made.corners[some], made.places, *rules, self.region[some]
+            of_some = space.cells[some], space.corners[some], space.places, *rules, self.region[some]
             add_elements(
                 *of_some, lame, tensors, density, self.modes, graph, (rows, offset), unknown, stiffness, scalar
             )
-            progress("assembly", 0.1 + 0.8 * min(1.0, (start + _CHUNK) / len(made.cells)))
+            progress("assembly", 0.1 + 0.8 * min(1.0, (start + _CHUNK) / len(space.cells)))
         K = sparse.csr_array((stiffness, columns, rows), shape=(free, free))
         if nodal:
-            shares = nodal_rule(made)
-            of_nodes = nodal_mass(made.cells, made.corners, made.places, exact, shares, self.region, density, made.size)
+            shares = nodal_rule(space)
+            of_nodes = nodal_mass(
+                space.cells, space.corners, space.places, exact, shares, self.region, density, space.size
+            )
             M = sparse.csr_array(sparse.diags_array(of_nodes[self.unknowns.free // 3]))
         else:
             rows, columns, data = expand_scalar(*graph, scalar, unknown, free)
@@ -169,20 +171,20 @@ class _Body:
 
 
 def solids_by_region(mesh: Any, material: Any) -> tuple[tuple[Solid, ...], NDArray[np.int32]]:
-    """The solids, and which of them each element is made of."""
+    """Return the solids, and which of them each element is made of."""
     count = int(mesh.nelements)
     if isinstance(material, Material | Orthotropic):
         return (material,), np.zeros(count, np.int32)
     if not any(isinstance(value, Material | Orthotropic | Mapping) for value in material.values()):
         return (material_from(material),), np.zeros(count, np.int32)
-    there = {name: np.asarray(of) for name, of in (mesh.subdomains or {}).items()}
-    sizes = ", ".join(f"{name} ({of.size} elements)" for name, of in sorted(there.items())) or "none"
-    if unknown := [name for name in material if name not in there]:
+    regions = {name: np.asarray(of) for name, of in (mesh.subdomains or {}).items()}
+    sizes = ", ".join(f"{name} ({of.size} elements)" for name, of in sorted(regions.items())) or "none"
+    if unknown := [name for name in material if name not in regions]:
         raise ModelError(f"material: the mesh has no region {', '.join(map(repr, unknown))}; it has {sizes}")
     times, region = np.zeros(count, np.int64), np.zeros(count, np.int32)
     for k, name in enumerate(material):
-        np.add.at(times, there[name], 1)
-        region[there[name]] = k
+        np.add.at(times, regions[name], 1)
+        region[regions[name]] = k
     if (times != 1).any():
         raise ModelError(
             f"material: of {count} elements {np.sum(times == 0)} have none and {np.sum(times > 1)} have several; "
@@ -195,7 +197,7 @@ def solids_by_region(mesh: Any, material: Any) -> tuple[tuple[Solid, ...], NDArr
 
 
 def _modes(made: Discretization, solids: Sequence[Solid], dilatation: Dilatation) -> NDArray[np.int32]:
-    """Number of functions the volume change of each solid is projected on; 0: not projected."""
+    """Return the number of functions the volume change of each solid is projected on; 0: not projected."""
     kind = made.element.refdom.__name__
     modes = np.zeros(len(solids), np.int32)
     for k, solid in enumerate(solids):
@@ -212,7 +214,7 @@ def _modes(made: Discretization, solids: Sequence[Solid], dilatation: Dilatation
 
 
 def names(given: str | Sequence[str]) -> tuple[str, ...]:
-    """Boundaries, of which one may be given by its name alone."""
+    """Return boundaries, of which one may be given by its name alone."""
     return (given,) if isinstance(given, str) else tuple(given)
 
 

@@ -52,7 +52,7 @@ def assemble_axisymmetric(
     rings: int = 1,
     progress: Progress = silent,
 ) -> SecondOrderModel:
-    """Small-strain elasticity with u_r, u_z ~ cos(n th) and u_th ~ sin(n th), n the ``harmonic``.
+    """Assemble small-strain elasticity with u_r, u_z ~ cos(n th) and u_th ~ sin(n th), n the ``harmonic``.
 
     The unknowns are the amplitudes (U, V, W) of (u_r, u_th, u_z) at the nodes; ``model.expand`` returns them as
     (3, n_nodes) in that order. For n = 0 there is no V, and U = 0 on the axis. For n = 1 on the axis W = 0 and
@@ -113,11 +113,13 @@ def assemble_axisymmetric(
         patch = partial(_patch, section, name)
         whole |= ports_on(port, name, rings, patch, _places, solids, region, section.n_nodes)
     half = 1.0 if harmonic == 0 else 0.5
-    made = {name: Port(T.T @ port.vector, port.area, half * (port.impedance or 0.0)) for name, port in whole.items()}
+    of_ports = {
+        name: Port(T.T @ port.vector, port.area, half * (port.impedance or 0.0)) for name, port in whole.items()
+    }
     points = np.stack([section.points[0], np.zeros(section.n_nodes), section.points[1]])
     matrices = _matrices(section, solids, region, harmonic, torsion, mass, T)
     progress("assembly", 0.5)
-    model = whole_model(matrices, solids, rayleigh, added, made, DofMap(points, unknowns.free, mesh, T))
+    model = whole_model(matrices, solids, rayleigh, added, of_ports, DofMap(points, unknowns.free, mesh, T))
     progress("assembly", 1.0)
     return model
 
@@ -131,7 +133,7 @@ def _matrices(
     mass: Mass,
     T: sparse.csr_array,
 ) -> Matrices:
-    """K and M of the unknowns."""
+    """Return K and M of the unknowns."""
     components = np.array([1] if torsion else [0, 2] if harmonic == 0 else [0, 1, 2])
     moving = T[(3 * np.arange(section.n_nodes)[:, None] + components).ravel()]
     elasticity = np.array([solid.elasticity for solid in solids])[region]
@@ -158,7 +160,7 @@ def _scalar_mass(section: Section, volumes: Array, density: Array) -> sparse.csr
 def _constraints(
     section: Section, harmonic: int, torsion: bool, held: Mapping[str, Sequence[str]]
 ) -> Iterator[Constraint]:
-    """What holds the nodes: the harmonic's own conditions, fixed and sliding boundaries."""
+    """Yield what holds the nodes: the harmonic's own conditions, fixed and sliding boundaries."""
     r, th, z = np.eye(3)
     if harmonic == 0:
         yield from ((np.arange(section.n_nodes), direction) for direction in ((r, z) if torsion else (th,)))
@@ -178,19 +180,19 @@ def _patch(section: Section, name: str, fine: bool) -> Surface:
 
 
 def _places(patch: Surface) -> Array:
-    """As `places_across`: a patch is divided by r; a cylinder, which has but one, along z."""
+    """Return places as `places_across`: a patch is divided by r; a cylinder, which has but one, along z."""
     radii = patch.places[..., 0]
     return patch.places[..., 1] if np.ptp(radii) <= ONE_RADIUS * radii.max() else radii
 
 
 def check_revolved(solid: Solid) -> None:
     """Raise `ModelError` unless its stiffness stays the same when it is turned by an eighth or a quarter about z."""
-    given = stiffness_tensor(solid.elasticity)
+    stiffness = stiffness_tensor(solid.elasticity)
     for angle in (math.pi / 4, math.pi / 2):
         c, s = math.cos(angle), math.sin(angle)
         q = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        turned = np.einsum("ai,bj,ijkl,ck,dl->abcd", q, q, given, q, q, optimize=True)
-        if (off := np.abs(turned - given).max() / np.abs(given).max()) > 1e-6:
+        turned = np.einsum("ai,bj,ijkl,ck,dl->abcd", q, q, stiffness, q, q, optimize=True)
+        if (off := np.abs(turned - stiffness).max() / np.abs(stiffness).max()) > 1e-6:
             raise ModelError(
                 f"material {solid.name!r}: its stiffness changes by {percent(off)} when it is turned by "
                 f"{math.degrees(angle):g} degrees about z; an axisymmetric model needs E_1 = E_2, nu_13 = nu_23, "

@@ -38,39 +38,41 @@ class Freedom:
 
     @cached_property
     def base(self) -> NDArray[np.int64]:
-        """(n_base,) 3 node + component of the displacements that move at all: those that are assembled."""
+        """Return the (n_base,) numbers 3 node + component of the displacements that move at all: those that are
+        assembled."""
         return np.flatnonzero(np.diff(self.displacements.indptr))
 
     @cached_property
     def unknown(self) -> NDArray[np.int32]:
-        """(n, 3) number of each displacement among those assembled, -1 where held."""
+        """Return the (n, 3) number of each displacement among those assembled, -1 where held."""
         numbers = np.full(self.displacements.shape[0], -1, dtype=np.int32)
         numbers[self.base] = np.arange(len(self.base))
         return numbers.reshape(-1, 3)
 
     @cached_property
     def turn(self) -> sparse.csr_array | None:
-        """(n_base, n_free) from the unknowns to the displacements assembled, ``None`` where they are the same."""
+        """Return the (n_base, n_free) matrix from the unknowns to the displacements assembled, ``None`` where they are
+        the same."""
         return None if np.array_equal(self.base, self.free) else sparse.csr_array(self.displacements[self.base])
 
     def turned(self, matrix: sparse.csr_array) -> sparse.csr_array:
-        """A matrix over the displacements assembled, in the unknowns."""
+        """Return a matrix over the displacements assembled, in the unknowns."""
         if self.turn is None:
             return matrix
         product = (self.turn.T @ matrix @ self.turn).tocsr()
         return sparse.csr_array((product + product.T) / 2)
 
     def vector(self, values: Array) -> Array:
-        """A (3 n,) vector of all displacements, in the unknowns."""
+        """Return a (3 n,) vector of all displacements, in the unknowns."""
         return np.asarray(self.displacements.T @ values)
 
     def restricted(self, matrix: sparse.csr_array) -> sparse.csr_array:
-        """A (3 n, 3 n) matrix of all displacements, in the unknowns."""
+        """Return a (3 n, 3 n) matrix of all displacements, in the unknowns."""
         return self.turned(sparse.csr_array(matrix[self.base][:, self.base]))
 
 
 def freedom(n_nodes: int, constraints: Iterable[Constraint]) -> Freedom:
-    """The unknowns that constraints leave. A node whose held directions are axes keeps the other axes, in order."""
+    """Return unknowns that constraints leave. A node whose held directions are axes keeps the other axes, in order."""
     forbidden = np.zeros((n_nodes, 3, 3))
     for nodes, direction in constraints:
         unit = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
@@ -92,7 +94,8 @@ def freedom(n_nodes: int, constraints: Iterable[Constraint]) -> Freedom:
 def held(
     made: Discretization, fixed: Sequence[str], sliding: Sequence[str], antisymmetric: Sequence[str]
 ) -> Iterator[Constraint]:
-    """Of faces clamped (``fixed``), planes without normal (``sliding``) or tangential (``antisymmetric``) motion.
+    """Yield what is held of faces clamped (``fixed``), planes without normal (``sliding``) or tangential
+    (``antisymmetric``) motion.
 
     Raises:
         ModelError: a boundary that is missing, empty or, for the latter two, not plane.
@@ -108,7 +111,7 @@ def held(
 
 
 def _frame(normals: Array, what: str) -> Array:
-    """(3, 3) rows: the one normal of a plane, an axis where it is close to one, and two directions across it."""
+    """Return (3, 3) rows: the one normal of a plane, an axis where it is close to one, and two directions across it."""
     n = normals[0] / np.linalg.norm(normals[0])
     if (off := 1 - np.abs(normals @ n).min()) > _ALIGNED:
         raise ModelError(f"{what} must be plane (its normal turns by {np.degrees(np.arccos(1 - off)):.2g} degrees)")

@@ -16,7 +16,7 @@ Ints = NDArray[np.int32]
 
 @njit(cache=True)
 def _jacobian(corners: Ints, points: Floats, slopes: Floats, inverse: Floats) -> float:
-    """det J of x = sum_v points_v N_v, with J^-1 into ``inverse`` (left as it is where J is singular)."""
+    """Return det J of x = sum_v points_v N_v, with J^-1 into ``inverse`` (left as it is where J is singular)."""
     xx = xy = xz = yx = yy = yz = zx = zy = zz = 0.0
     for v in range(len(corners)):
         x, y, z = points[corners[v], 0], points[corners[v], 1], points[corners[v], 2]
@@ -37,7 +37,8 @@ def _jacobian(corners: Ints, points: Floats, slopes: Floats, inverse: Floats) ->
 
 @njit(cache=True)
 def jacobian_range(corners: Ints, points: Floats, slopes: Floats) -> Floats:
-    """(m, 2) least and largest det J of each element at the reference points where ``slopes`` (Q, V, 3) were taken."""
+    """Return the (m, 2) least and largest det J of each element at the reference points where ``slopes`` (Q, V, 3) were
+    taken."""
     extremes, inverse = np.empty((len(corners), 2)), np.empty((3, 3))
     for e in range(len(corners)):
         extremes[e, 0], extremes[e, 1] = np.inf, -np.inf
@@ -50,7 +51,7 @@ def jacobian_range(corners: Ints, points: Floats, slopes: Floats) -> Floats:
 
 @njit(cache=True, fastmath={"contract"})
 def _add_products(T: Floats, G: Floats, weight: float) -> None:
-    """T += weight G (x) G in the blocks on and above the diagonal; G holds the gradients node by node."""
+    """Do T += weight G (x) G in the blocks on and above the diagonal; G holds the gradients node by node."""
     size = len(G)
     for r in range(size):
         g = weight * G[r]
@@ -60,7 +61,7 @@ def _add_products(T: Floats, G: Floats, weight: float) -> None:
 
 @njit(cache=True)
 def _orthonormalise(gram: Floats, D: Floats, modes: int) -> None:
-    """D <- L^-1 D for the Cholesky factor gram = L L', so that sum_k D_k (x) D_k is the projected product."""
+    """Do D <- L^-1 D for the Cholesky factor gram = L L', so that sum_k D_k (x) D_k is the projected product."""
     for k in range(modes):
         for h in range(k):
             factor = gram[k, h] / gram[h, h]
@@ -83,7 +84,7 @@ def _element_stiffness(
     T: Floats,
     D: Floats,
 ) -> None:
-    """T_ij = integral of grad phi_i (x) grad phi_j into T (3 L, 3 L), upper blocks; projected dilatation into D."""
+    """Add T_ij = integral of grad phi_i (x) grad phi_j to T (3 L, 3 L), upper blocks; projected dilatation into D."""
     local = gradients.shape[1]
     inverse, G, gram, psi = np.empty((3, 3)), np.empty(3 * local), np.zeros((4, 4)), np.ones(4)
     T[:] = 0.0
@@ -112,7 +113,8 @@ def _element_stiffness(
 
 @njit(cache=True)
 def _isotropic(T: Floats, D: Floats, modes: int, lam: float, mu: float, K: Floats) -> None:
-    """Blocks lam T + mu T' + mu tr(T) I on and above the diagonal of K; the volume's part from D where projected."""
+    """Add blocks lam T + mu T' + mu tr(T) I on and above the diagonal of K; the volume's part from D where
+    projected."""
     for r in range(0, len(T), 3):
         for s in range(r, len(T), 3):
             trace = mu * (T[r, s] + T[r + 1, s + 1] + T[r + 2, s + 2])
@@ -129,7 +131,7 @@ def _isotropic(T: Floats, D: Floats, modes: int, lam: float, mu: float, K: Float
 
 @njit(cache=True)
 def _anisotropic(T: Floats, tensor: Floats, K: Floats) -> None:
-    """Blocks C_acbd T_cd on and above the diagonal of K."""
+    """Add blocks C_acbd T_cd on and above the diagonal of K."""
     for r in range(0, len(T), 3):
         for s in range(r, len(T), 3):
             for a in range(3):
@@ -151,7 +153,7 @@ def _mirror(A: Floats) -> None:
 
 @njit(cache=True)
 def _position(indices: Ints, low: int, high: int, node: int) -> int:
-    """Where ``node`` stands in the sorted indices[low:high]."""
+    """Return where ``node`` stands in the sorted indices[low:high]."""
     while low < high:
         middle = (low + high) >> 1
         if indices[middle] < node:
@@ -244,7 +246,7 @@ def nodal_mass(
     density: Floats,
     n: int,
 ) -> Floats:
-    """(n,) masses of the nodes: each element's own mass, shared as the ``share_rule`` integrates phi_i^2."""
+    """Return the (n,) masses of the nodes: each element's own mass, shared as the ``share_rule`` integrates phi_i^2."""
     weights, _, slopes, _ = exact_rule
     share_weights, _, share_slopes, values = share_rule
     local = cells.shape[1]

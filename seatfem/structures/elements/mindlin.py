@@ -81,22 +81,22 @@ class PlateMesh:
 
     @property
     def area(self) -> float:
-        """Of the mid-surface [m^2]."""
+        """Return the area of the mid-surface [m^2]."""
         return float(_jacobians(self, *_gauss(3))[1].sum())
 
     @cached_property
     def side(self) -> float:
-        """l, the root of the mean area of an element [m]."""
+        """Return l, the root of the mean area of an element [m]."""
         return math.sqrt(self.area / len(self.cells))
 
     def centre(self, cell: int) -> str:
-        """Where an element is, for messages."""
+        """Return where an element is, for messages."""
         x, y = self.points[self.cells[cell, 8]]
         return f"({1e3 * x:.4g}, {1e3 * y:.4g}) mm"
 
 
 def elements_patch(mesh: PlateMesh, cells: Sequence[int] | Integers) -> Patch:
-    """The patch of whole elements."""
+    """Return the patch of whole elements."""
     _, weights, shapes = _jacobians(mesh, *_gauss(3), cells)
     places = np.einsum("qk,mkc->mqc", shapes, mesh.points[mesh.cells[cells]])
     return Patch(places.reshape(-1, 2), weights.ravel())
@@ -111,7 +111,7 @@ def assemble_plate(
     held: Mapping[str, Sequence[Unknown]] = MappingProxyType({}),
     ports: Mapping[str, Patch] = MappingProxyType({}),
 ) -> SecondOrderModel:
-    """The plate's bending motion, as its module says.
+    """Assemble the plate's bending motion, as its module says.
 
     Args:
         mesh: of the mid-surface.
@@ -140,13 +140,14 @@ def assemble_plate(
 def plate_dofs(
     mesh: PlateMesh, *, clamped: str | Sequence[str] = (), held: Mapping[str, Sequence[Unknown]] = MappingProxyType({})
 ) -> DofMap:
-    """The unknowns of `assemble_plate`, without its matrices. Raises `ModelError` of a line that is not there."""
+    """Return unknowns of `assemble_plate`, without its matrices. Raises `ModelError` of a line that is not there."""
     lines = [clamped] if isinstance(clamped, str) else clamped
     return _dofs(mesh, _free(mesh, {**held, **dict.fromkeys(lines, UNKNOWNS)}))
 
 
 def plate_ports(mesh: PlateMesh, patches: Mapping[str, Patch], material: Material, free: Integers) -> dict[str, Port]:
-    """Patches whose mean deflection is observed, pushed by a uniform pressure; ``free``: unknowns that may move.
+    """Return the patches whose mean deflection is observed, pushed by a uniform pressure; ``free``: unknowns that may
+    move.
 
     Raises:
         ModelError: a point of a patch that lies off the plate.
@@ -161,7 +162,7 @@ def plate_ports(mesh: PlateMesh, patches: Mapping[str, Patch], material: Materia
 
 
 def average(mesh: PlateMesh, patch: Patch, name: str = "port") -> Array:
-    """(3 n,) b, so that b'u is the mean deflection over a patch.
+    """Return the (3 n,) b, so that b'u is the mean deflection over a patch.
 
     Raises:
         ModelError: a point of the patch that lies off the plate.
@@ -170,29 +171,30 @@ def average(mesh: PlateMesh, patch: Patch, name: str = "port") -> Array:
 
 
 def _averages(mesh: PlateMesh, patches: Mapping[str, Patch]) -> list[Array]:
-    """`average` of each; all points are located at once."""
+    """Return `average` of each; all points are located at once."""
     ends = np.cumsum([len(patch.weights) for patch in patches.values()])
     if not len(ends):
         return []
     names = np.repeat(list(patches), np.diff(ends, prepend=0))
     cells, inside = located(mesh, np.concatenate([patch.points for patch in patches.values()]), names)
-    found = []
-    for patch, here in zip(patches.values(), np.split(np.arange(ends[-1]), ends[:-1]), strict=True):
+    averages = []
+    for patch, rows in zip(patches.values(), np.split(np.arange(ends[-1]), ends[:-1]), strict=True):
         vector = np.zeros(len(mesh.points))
-        shares = shapes_at(inside[here])[0] * (patch.weights / patch.weights.sum())[:, None]
-        np.add.at(vector, mesh.cells[cells[here]], shares)
-        found.append(np.asarray(np.kron(vector, [1.0, 0.0, 0.0])))
-    return found
+        shares = shapes_at(inside[rows])[0] * (patch.weights / patch.weights.sum())[:, None]
+        np.add.at(vector, mesh.cells[cells[rows]], shares)
+        averages.append(np.asarray(np.kron(vector, [1.0, 0.0, 0.0])))
+    return averages
 
 
 def deflections(mesh: PlateMesh, nodal: Array, points: Array) -> Array:
-    """(q,) at points (q, 2) [m], of (n,) at the nodes. Raises as `average`."""
+    """Return the (q,) deflections at points (q, 2) [m], by those (n,) at the nodes. Raises as `average`."""
     cells, inside = located(mesh, points, np.full(len(points), "a point"))
     return np.asarray(np.sum(shapes_at(inside)[0] * nodal[mesh.cells[cells]], axis=1))
 
 
 def everywhere(mesh: PlateMesh) -> Array:
-    """(3 n,) b, so that b'u is the mean deflection of the whole plate: a pressure or the weight does b, per newton."""
+    """Return the (3 n,) b, so that b'u is the mean deflection of the whole plate: a pressure or the weight does b, per
+    newton."""
     _, weights, shapes = _jacobians(mesh, *_gauss(3))
     vector = np.zeros(len(mesh.points))
     np.add.at(vector, mesh.cells, weights @ shapes)
@@ -200,7 +202,7 @@ def everywhere(mesh: PlateMesh) -> Array:
 
 
 def _free(mesh: PlateMesh, held: Mapping[str, Sequence[Unknown]]) -> Integers:
-    """Unknowns that are free to move among all, three a node."""
+    """Return the unknowns that are free to move among all, three a node."""
     free = np.ones((len(mesh.points), 3), dtype=bool)
     for name, unknowns in held.items():
         if name not in mesh.lines:
@@ -211,7 +213,7 @@ def _free(mesh: PlateMesh, held: Mapping[str, Sequence[Unknown]]) -> Integers:
 
 
 def _dofs(mesh: PlateMesh, free: Integers) -> DofMap:
-    """Deflections as displacements along z, and the rigid motions w = 1, x, y with their rotations."""
+    """Return deflections as displacements along z, and the rigid motions w = 1, x, y with their rotations."""
     count = len(mesh.points)
     upwards = sparse.coo_array((np.ones(count), (3 * np.arange(count) + 2, 3 * np.arange(count))), (3 * count,) * 2)
     x = mesh.points - mesh.points.mean(axis=0)
@@ -223,7 +225,7 @@ def _dofs(mesh: PlateMesh, free: Integers) -> DofMap:
 
 
 def _stiffness(mesh: PlateMesh, material: Material, thickness: float) -> Array:
-    """(m, 27, 27), w and a node by node."""
+    """Return the (m, 27, 27) stiffness, w and a node by node."""
     young, nu = material.young, material.poisson
     rigidity = young * thickness**3 / (12 * (1 - nu**2))
     shear = SHEAR * material.lame[1] * thickness
@@ -232,17 +234,17 @@ def _stiffness(mesh: PlateMesh, material: Material, thickness: float) -> Array:
     bend[:, :, 0, :, 1] = bend[:, :, 2, :, 2] = slopes[..., 0]
     bend[:, :, 1, :, 2] = bend[:, :, 2, :, 1] = slopes[..., 1]
     law = rigidity * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
-    found = _energy(bend, weights, law)
+    stiffness = _energy(bend, weights, law)
     slopes, weights, shapes = _jacobians(mesh, *_gauss(2))
-    found += _energy(_shear_strain(slopes, shapes), weights, shear * np.eye(2))
+    stiffness += _energy(_shear_strain(slopes, shapes), weights, shear * np.eye(2))
     unseen = _unseen(mesh)
     area = _jacobians(mesh, *_gauss(3))[1].sum(axis=1)
     factor: Array = _NORM * shear * thickness**2 / (thickness**2 + area)
-    return found + factor[:, None, None] * unseen[:, :, None] * unseen[:, None, :]
+    return stiffness + factor[:, None, None] * unseen[:, :, None] * unseen[:, None, :]
 
 
 def _shear_strain(slopes: Array, shapes: Array) -> Array:
-    """(m, Q, 2, 9, 3) that take the unknowns to grad w - a."""
+    """Return the (m, Q, 2, 9, 3) arrays that take the unknowns to grad w - a."""
     strain = np.zeros((*slopes.shape[:2], 2, 9, 3))
     strain[..., 0] = np.swapaxes(slopes, 2, 3)
     strain[:, :, 0, :, 1] = strain[:, :, 1, :, 2] = -shapes
@@ -250,7 +252,8 @@ def _shear_strain(slopes: Array, shapes: Array) -> Array:
 
 
 def _unseen(mesh: PlateMesh) -> Array:
-    """(m, 27) part of grad w - a, along the element's own coordinates, in the pattern (s (3 t^2 - 1), t (3 s^2 - 1))/2.
+    """Return the (m, 27) part of grad w - a, along the element's own coordinates, in the pattern (s (3 t^2 - 1), t (3
+    s^2 - 1))/2.
 
     At the 2 x 2 points the pattern is zero.
     """
@@ -266,7 +269,7 @@ def _unseen(mesh: PlateMesh) -> Array:
 
 
 def _energy(strain: Array, weights: Array, law: Array) -> Array:
-    """(m, 27, 27) sum over the points of strain' law strain."""
+    """Return the (m, 27, 27) sum over the points of strain' law strain."""
     flat = strain.reshape(*strain.shape[:3], 27)
     stress = np.einsum("ij,mqjk->mqik", law, flat, optimize=True) * weights[..., None, None]
     rows = flat.reshape(len(flat), -1, 27)
@@ -274,7 +277,7 @@ def _energy(strain: Array, weights: Array, law: Array) -> Array:
 
 
 def _mass(mesh: PlateMesh, density: float, thickness: float) -> Array:
-    """(m, 27, 27), consistent."""
+    """Return the (m, 27, 27) consistent mass."""
     _, weights, shapes = _jacobians(mesh, *_gauss(3))
     each = np.einsum("mq,qi,qj->mij", weights, shapes, shapes, optimize=True)
     inertia = density * thickness * np.diag([1.0, thickness**2 / 12, thickness**2 / 12])
@@ -282,25 +285,25 @@ def _mass(mesh: PlateMesh, density: float, thickness: float) -> Array:
 
 
 def _assembled(mesh: PlateMesh, blocks: Array) -> sparse.csr_array:
-    """(3 n, 3 n) of (m, 27, 27), for unknowns w and l a."""
+    """Return the (3 n, 3 n) matrix of (m, 27, 27), for unknowns w and l a."""
     scale = np.tile([1.0, 1 / mesh.side, 1 / mesh.side], 9)
     blocks = blocks * scale[:, None] * scale
     unknowns = (3 * mesh.cells[:, :, None] + np.arange(3)).reshape(-1, 27)
     rows, columns = np.repeat(unknowns, 27, axis=1), np.tile(unknowns, (1, 27))
     size = 3 * len(mesh.points)
-    made = sparse.coo_array((blocks.ravel(), (rows.ravel(), columns.ravel())), (size, size)).tocsr()
-    return sparse.csr_array((made + made.T) / 2)
+    matrix = sparse.coo_array((blocks.ravel(), (rows.ravel(), columns.ravel())), (size, size)).tocsr()
+    return sparse.csr_array((matrix + matrix.T) / 2)
 
 
 def _gauss(count: int) -> tuple[Array, Array]:
-    """Points (count^2, 2) and weights of the square from -1 to 1."""
+    """Return the points (count^2, 2) and weights of the square from -1 to 1."""
     x, weights = np.polynomial.legendre.leggauss(count)
     points = np.stack(np.meshgrid(x, x, indexing="ij"), axis=-1).reshape(-1, 2)
     return points, np.outer(weights, weights).ravel()
 
 
 def shapes_at(points: Array) -> tuple[Array, Array]:
-    """Shape functions (q, 9) and their slopes (q, 9, 2) at (q, 2) reference points."""
+    """Return the shape functions (q, 9) and their slopes (q, 9, 2) at (q, 2) reference points."""
     nodes = np.array(_NODES) + 1  # of the factors at -1, 0 and 1
     values = np.stack([points * (points - 1) / 2, 1 - points**2, points * (points + 1) / 2], axis=-1)
     slopes = np.stack([points - 0.5, -2 * points, points + 0.5], axis=-1)
@@ -312,7 +315,7 @@ def shapes_at(points: Array) -> tuple[Array, Array]:
 def _jacobians(
     mesh: PlateMesh, points: Array, weights: Array, cells: Sequence[int] | Integers | slice = slice(None)
 ) -> tuple[Array, Array, Array]:
-    """Slopes (m, Q, 9, 2) along x and y, weights (m, Q) times the Jacobian, and the shape functions (Q, 9)."""
+    """Return slopes (m, Q, 9, 2) along x and y, weights (m, Q) times the Jacobian, and the shape functions (Q, 9)."""
     shapes, slopes = shapes_at(points)
     tangents = np.einsum("qks,mkc->mqsc", slopes, mesh.points[mesh.cells[cells]])
     turned = np.einsum("qks,mqcs->mqkc", slopes, np.linalg.inv(tangents), optimize=True)
@@ -333,7 +336,7 @@ def _check_shape(mesh: PlateMesh) -> None:
 
 
 def located(mesh: PlateMesh, points: Array, names: NDArray[np.str_]) -> tuple[Integers, Array]:
-    """The element (q,) in which each point lies, and its reference coordinates there (q, 2), by Newton's method.
+    """Return the element (q,) in which each point lies, and its reference coordinates there (q, 2), by Newton's method.
 
     Elements are tried in the order of their centres' distance. ``names``: (q,) whose points they are.
     """
@@ -342,9 +345,9 @@ def located(mesh: PlateMesh, points: Array, names: NDArray[np.str_]) -> tuple[In
     best, inside = near[:, 0].astype(np.int64), np.full((len(points), 2), 2.0)
     lost = np.arange(len(points))
     for k in range(count):
-        found = _inside(mesh.points[mesh.cells[near[lost, k]]], points[lost])
-        better = np.abs(found).max(axis=1) < np.abs(inside[lost]).max(axis=1)
-        best[lost[better]], inside[lost[better]] = near[lost[better], k], found[better]
+        coordinates = _inside(mesh.points[mesh.cells[near[lost, k]]], points[lost])
+        better = np.abs(coordinates).max(axis=1) < np.abs(inside[lost]).max(axis=1)
+        best[lost[better]], inside[lost[better]] = near[lost[better], k], coordinates[better]
         lost = lost[np.abs(inside[lost]).max(axis=1) > 1 + _INSIDE]
         if not len(lost):
             return best, inside
@@ -357,7 +360,7 @@ def located(mesh: PlateMesh, points: Array, names: NDArray[np.str_]) -> tuple[In
 
 
 def _inside(corners: Array, targets: Array) -> Array:
-    """(q, 2) reference coordinates of points (q, 2) in elements of nodes (q, 9, 2), or beyond."""
+    """Return the (q, 2) reference coordinates of points (q, 2) in elements of nodes (q, 9, 2), or beyond."""
     inside = np.zeros_like(targets)
     for _ in range(_NEWTON):
         shapes, slopes = shapes_at(inside)

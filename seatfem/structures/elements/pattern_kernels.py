@@ -15,7 +15,7 @@ Ints = NDArray[np.int32]
 
 @njit(cache=True)
 def node_graph(cells: Ints, n: int) -> tuple[Ints, Ints]:
-    """(indptr, indices) of the nodes that share an element, rows sorted; ``cells`` is (m, L)."""
+    """Return (indptr, indices) of the nodes that share an element, rows sorted; ``cells`` is (m, L)."""
     m, local = cells.shape
     start = np.zeros(n + 1, np.int64)
     for e in range(m):
@@ -55,7 +55,7 @@ def node_graph(cells: Ints, n: int) -> tuple[Ints, Ints]:
 
 @njit(cache=True)
 def expand_pattern(indptr: Ints, indices: Ints, unknown: Ints, free: int) -> tuple[Ints, Ints, Ints]:
-    """Pattern of all couplings of the unknowns, for the graph (indptr, indices) of the nodes.
+    """Return the pattern of all couplings of the unknowns, for the graph (indptr, indices) of the nodes.
 
     ``unknown`` (n, 3) numbers the unknowns of a node, -1 where held. Returns (rows, columns, offset): ``offset`` of an
     entry of the graph is where, within the rows of its first node, the columns of its second begin.
@@ -92,7 +92,7 @@ def expand_pattern(indptr: Ints, indices: Ints, unknown: Ints, free: int) -> tup
 
 @njit(cache=True)
 def expand_scalar(indptr: Ints, indices: Ints, values: Floats, unknown: Ints, free: int) -> tuple[Ints, Ints, Floats]:
-    """Rows, columns and data of values (x) I over the unknowns: a component couples only with its own kind."""
+    """Return rows, columns and data of values (x) I over the unknowns: a component couples only with its own kind."""
     n = len(indptr) - 1
     rows = np.zeros(free + 1, np.int32)
     for i in range(n):

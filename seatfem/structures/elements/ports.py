@@ -37,7 +37,7 @@ def ports_on(
     n_nodes: int,
     lip: FaceLip | None = None,
 ) -> dict[str, Port]:
-    """A port for each of the ``rings`` of a boundary, NAME or NAME_1, NAME_2, ... from its inner edge on.
+    """Return a port for each of the ``rings`` of a boundary, NAME or NAME_1, NAME_2, ... from its inner edge on.
 
     Of a ``lip``, for each of its arcs and their rings, by their own names.
 
@@ -64,12 +64,13 @@ def ports_on(
     elif rings > 1:
         shares = divided(places(patch).ravel(), patch.weights.ravel(), rings).reshape(rings, *patch.weights.shape)
     waves = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_p_along(normals))
-    made = (_port(patch, weights, waves, n_nodes) for weights in shares)
-    return dict(zip(called, made, strict=True))
+    ports = (_port(patch, weights, waves, n_nodes) for weights in shares)
+    return dict(zip(called, ports, strict=True))
 
 
 def along(lip: FaceLip, patch: Surface) -> Array:
-    """(p, f, Q) weights of the points of a patch in each part of a lip: equal areas around it, shares across each arc.
+    """Return the (p, f, Q) weights of the points of a patch in each part of a lip: equal areas around it, shares across
+    each arc.
 
     Elements are cut at the borders by what their points weigh; all parts add up to the patch.
     """
@@ -77,8 +78,8 @@ def along(lip: FaceLip, patch: Surface) -> Array:
     arcs = parted(around, patch.weights.ravel(), np.arange(lip.arcs + 1) / lip.arcs)
     parts = np.zeros((lip.arcs, lip.rings, arcs.shape[1]))
     for arc, weights in enumerate(arcs):
-        there = np.flatnonzero(weights)
-        parts[arc][:, there] = divided(across[there], weights[there], lip.rings)
+        inside = np.flatnonzero(weights)
+        parts[arc][:, inside] = divided(across[inside], weights[inside], lip.rings)
     return parts.reshape(-1, *patch.weights.shape)
 
 
@@ -88,7 +89,7 @@ def of_solids(
     region: NDArray[np.int32],
     value: Callable[[Solid, Array], Array | float],
 ) -> Array:
-    """(f, Q) ``value`` of the solid behind each point of the patch, from it and the (g, Q, 3) normals there."""
+    """Return (f, Q) ``value`` of the solid behind each point of the patch, from it and the (g, Q, 3) normals there."""
     out = np.empty(patch.weights.shape)
     for k, solid in enumerate(solids):
         of = region[patch.elements] == k
@@ -105,7 +106,7 @@ def _port(patch: Surface, weights: Array, waves: Array, n_nodes: int) -> Port:
 
 
 def places_across(mesh: Any, patch: Surface, cuts: NDArray[np.int64], copies: int) -> Array:
-    """(f, Q) place of every quadrature point of ``patch`` between the ends of the patch [m].
+    """Return the (f, Q) place of every quadrature point of ``patch`` between the ends of the patch [m].
 
     Args:
         mesh: scikit-fem mesh.
@@ -125,7 +126,7 @@ def places_across(mesh: Any, patch: Surface, cuts: NDArray[np.int64], copies: in
 
 
 def _rim(mesh: Any, facets: NDArray[np.int64], cuts: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(s, 2) vertices of the sides that belong to one facet only, planes of symmetry left out."""
+    """Return the (s, 2) vertices of the sides that belong to one facet only, planes of symmetry left out."""
     unique, count = np.unique(np.sort(_sides(mesh, facets), axis=0), axis=1, return_counts=True)
     rim = unique[:, count == 1].T
     if len(cuts):
@@ -134,19 +135,20 @@ def _rim(mesh: Any, facets: NDArray[np.int64], cuts: NDArray[np.int64]) -> NDArr
 
 
 def _sides(mesh: Any, facets: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(2, s) vertices of all sides of the facets, one after the other."""
+    """Return the (2, s) vertices of all sides of the facets, one after the other."""
     reference = mesh.elem.refdom
     elements = np.asarray(mesh.f2t)[0, facets]
     which = np.argmax(np.asarray(mesh.t2f)[:, elements] == facets, axis=0)
-    found = []
+    sides = []
     for k, vertices in enumerate(reference.facets):
         corners = np.asarray(mesh.t)[:, elements[which == k]]
-        found += [corners[side] for side in reference.edges if set(side) <= set(vertices)]
-    return np.concatenate(found, axis=1)
+        sides += [corners[side] for side in reference.edges if set(side) <= set(vertices)]
+    return np.concatenate(sides, axis=1)
 
 
 def _axis(patch: Surface, copies: int) -> tuple[Array, Array]:
-    """A point of the patch's axis and its direction: centroid and mean normal; z for one of several equal sectors."""
+    """Return a point of the patch's axis and its direction: centroid and mean normal; z for one of several equal
+    sectors."""
     if copies > 1:
         return np.zeros(3), np.array([0.0, 0.0, 1.0])
     centre = np.einsum("fq,fqa->a", patch.weights, patch.places) / patch.area
@@ -161,7 +163,8 @@ def _radius(points: Array, middle: Array, axis: Array) -> Array:
 
 
 def _is_round(radii: Array, area: float) -> bool:
-    """Whether these radii of the rim are one, or two, with the patch's area (seen along its axis) between them."""
+    """Return whether these radii of the rim are one, or two, with the patch's area (seen along its axis) between
+    them."""
     largest = float(radii.max())
     outer = radii >= (radii.min() + largest) / 2
     circles = [radii[part] for part in (outer, ~outer) if part.any()]
@@ -172,7 +175,7 @@ def _is_round(radii: Array, area: float) -> bool:
 
 
 def _distance(points: Array, ends: Array) -> Array:
-    """(n,) distance of points (n, 3) from the nearest of the sides (s, 2, 3)."""
+    """Return the (n,) distance of points (n, 3) from the nearest of the sides (s, 2, 3)."""
     start, along = ends[:, 0], ends[:, 1] - ends[:, 0]
     count = min(_NEAREST, len(ends))
     near = np.reshape(cKDTree(ends.mean(axis=1)).query(points, k=count)[1], (len(points), count))

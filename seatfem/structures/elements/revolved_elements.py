@@ -35,7 +35,8 @@ _CHUNK = 2048  # elements per batch: bounds the memory of the strain matrices
 
 
 def section_element(mesh: Any, order: int | None) -> Any:
-    """scikit-fem's element of an ``order`` (default: that of the mesh) on a mesh of triangles or quadrilaterals."""
+    """Return scikit-fem's element of an ``order`` (default: that of the mesh) on a mesh of triangles or
+    quadrilaterals."""
     wanted = (1 if mesh.dofs.element_dofs.shape[0] == mesh.t.shape[0] else 2) if order is None else order
     return element_of(mesh, wanted, _ELEMENTS, " in a meridian section")
 
@@ -58,7 +59,8 @@ class Section:
 
     @staticmethod
     def of(mesh: Any, order: int | None) -> Section:
-        """Checked: two dimensions, r >= 0, no folded cell; nodes within 1e-9 of the outer radius are on the axis."""
+        """Return the checked section: two dimensions, r >= 0, no folded cell; nodes within 1e-9 of the outer radius are
+        on the axis."""
         if mesh.dim() != 2:
             raise ModelError(
                 f"a meridian section must have two dimensions (r, z), this {type(mesh).__name__} has {mesh.dim()}"
@@ -82,29 +84,30 @@ class Section:
 
     @property
     def n_nodes(self) -> int:
-        """Number of nodes."""
+        """Return the number of nodes."""
         return int(self.points.shape[1])
 
     @property
     def order(self) -> int:
-        """1 or 2, polynomial order of the displacement."""
+        """Return 1 or 2, the polynomial order of the displacement."""
         return 1 if len(self.cells) == self.mesh.t.shape[0] else 2
 
     @property
     def quadrature_order(self) -> int:
-        """Exact for the mass of straight cells; two more for others. 1/r is never needed on the axis itself."""
+        """Return the order that is exact for the mass of straight cells; two more for others. 1/r is never needed on
+        the axis itself."""
         jacobian = self.mesh.mapping().DF(np.asarray(self.mesh.elem.refdom.p, dtype=float))
         straight = np.ptp(jacobian, axis=-1).max() <= 1e-10 * np.abs(jacobian).max()
         return 2 * self.order + (1 if straight else 3)
 
     def bases(self) -> Any:
-        """(cells, scikit-fem basis on them), batch by batch."""
+        """Yield (cells, scikit-fem basis on them), batch by batch."""
         for start in range(0, self.cells.shape[1], _CHUNK):
             some = np.arange(start, min(start + _CHUNK, self.cells.shape[1]))
             yield some, skfem.Basis(self.mesh, self.element, intorder=self.quadrature_order, elements=some)
 
     def gather(self, blocks: Array) -> sparse.csr_array:
-        """(n_cells, n_local, d, n_local, d) element matrices -> their sum, unknown d node + component."""
+        """Sum (n_cells, n_local, d, n_local, d) element matrices, unknown d node + component."""
         n, d, local = self.n_nodes, blocks.shape[2], len(self.cells)
         key = (self.cells.T[:, :, None] * n + self.cells.T[:, None, :]).ravel()
         unique, place = np.unique(key, return_inverse=True)
@@ -119,7 +122,7 @@ class Section:
 
 
 def ring_surface(section: Section, name: str, role: str, angle: float, degree: int | None = None) -> Surface:
-    """A named boundary, turned through an angle that integrates to ``angle``: its weights hold ``angle`` r ds.
+    """Return a named boundary, turned through an angle that integrates to ``angle``: its weights hold ``angle`` r ds.
 
     ``degree``: of the quadrature; default: exact for products of shape functions.
     """
@@ -150,18 +153,18 @@ def ring_surface(section: Section, name: str, role: str, angle: float, degree: i
 
 
 def boundary_nodes(section: Section, name: str, role: str) -> NDArray[np.int64]:
-    """Displacement nodes on a named boundary."""
+    """Return the displacement nodes on a named boundary."""
     basis = skfem.Basis(section.mesh, section.element, intorder=1, elements=np.arange(1))
     return np.unique(basis.get_dofs(facets_of(section.mesh, name, role)).all())
 
 
 def angle_integral(harmonic: int) -> float:
-    """Integral of cos^2(n th) over the circle: 2 pi for n = 0, else pi."""
+    """Return the integral of cos^2(n th) over the circle: 2 pi for n = 0, else pi."""
     return 2 * math.pi if harmonic == 0 else math.pi
 
 
 def stiffness_blocks(section: Section, elasticity: Array, harmonic: int, *, torsion: bool = False) -> Array:
-    """(n_cells, n_local, d, n_local, d) element stiffness; d = 2 (r, z) for harmonic 0, else 3 (r, th, z).
+    """Return the (n_cells, n_local, d, n_local, d) element stiffness; d = 2 (r, z) for harmonic 0, else 3 (r, th, z).
 
     ``torsion``: of harmonic 0, the motion along th alone, d = 1.
 
@@ -188,7 +191,7 @@ def stiffness_blocks(section: Section, elasticity: Array, harmonic: int, *, tors
 
 
 def _strains(basis: Any, harmonic: int) -> Array:
-    """(cells, points, 6, n_local, 3) strains of unit nodal amplitudes (U, V, W)."""
+    """Return the (cells, points, 6, n_local, 3) strains of unit nodal amplitudes (U, V, W)."""
     r = np.asarray(basis.global_coordinates().value[0])
     out = np.zeros((*r.shape, 6, len(basis.basis), 3))
     for i, (field, *_) in enumerate(basis.basis):
@@ -204,14 +207,15 @@ def _strains(basis: Any, harmonic: int) -> Array:
 
 
 def nearly_incompressible(elasticity: Array, limit: float = 0.45) -> NDArray[np.bool_]:
-    """(n,) whether Poisson's ratio, from bulk and mean shear modulus, is above the ``limit``."""
+    """Return (n,) whether Poisson's ratio, from bulk and mean shear modulus, is above the ``limit``."""
     bulk = elasticity[:, :3, :3].sum(axis=(1, 2)) / 9
     shear = np.trace(elasticity[:, 3:, 3:], axis1=1, axis2=2) / 3
     return np.asarray((3 * bulk - 2 * shear) / (6 * bulk + 2 * shear) > limit)
 
 
 def _projected(section: Section, basis: Any, strain: Array, weight: Array, picked: NDArray[np.bool_]) -> Array:
-    """The picked cells' strains with the dilatation projected, in the weighted mean square, on its first terms."""
+    """Return the picked cells' strains with the dilatation projected, in the weighted mean square, on its first
+    terms."""
     terms = 3 if len(section.cells) == 9 else 1
     place = np.moveaxis(np.asarray(basis.global_coordinates().value), 0, -1)[picked]
     place = place - place.mean(axis=1, keepdims=True)
@@ -226,7 +230,7 @@ def _projected(section: Section, basis: Any, strain: Array, weight: Array, picke
 
 
 def mass_blocks(section: Section, harmonic: int) -> Array:
-    """(n_cells, n_local, n_local) consistent integral of phi_i phi_j over each cell's ring [m^3]."""
+    """Return the (n_cells, n_local, n_local) consistent integral of phi_i phi_j over each cell's ring [m^3]."""
     local = len(section.cells)
     out = np.empty((section.cells.shape[1], local, local))
     for some, basis in section.bases():
@@ -237,7 +241,7 @@ def mass_blocks(section: Section, harmonic: int) -> Array:
 
 
 def nodal_mass_blocks(section: Section, harmonic: int) -> Array:
-    """(n_cells, n_local) diagonal mass of unit density: each cell keeps its whole volume.
+    """Return the (n_cells, n_local) diagonal mass of unit density: each cell keeps its whole volume.
 
     Quadrilaterals off the axis: the Gauss-Lobatto rule at the nodes. Triangles, and cells on the axis, whose nodes at
     r = 0 would get nothing: the diagonal of the consistent mass, scaled (Hinton, Rock & Zienkiewicz 1976).

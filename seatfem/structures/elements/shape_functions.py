@@ -60,12 +60,12 @@ class Discretization:
 
     @cached_property
     def size(self) -> int:
-        """Number of displacement nodes."""
+        """Return the number of displacement nodes."""
         return int(self.cells.max()) + 1
 
     @cached_property
     def nodes(self) -> Array:
-        """(d, n) coordinates of the displacement nodes [m]."""
+        """Return the (d, n) coordinates of the displacement nodes [m]."""
         reference = np.asarray(self.element.doflocs, dtype=float)
         points = np.empty((self.size, self.places.shape[1]))
         for k, shape in enumerate(values(self.geometry, reference.T)):
@@ -74,17 +74,17 @@ class Discretization:
 
     @cached_property
     def graph(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        """(indptr, indices) of the nodes that share an element."""
+        """Return (indptr, indices) of the nodes that share an element."""
         return node_graph(self.cells, self.size)
 
     def centre(self, element: int) -> str:
-        """Where an element is, for messages."""
+        """Return where an element is, for messages."""
         x, y, z = self.places[self.corners[element]].mean(axis=0)
         return f"({x:.4g}, {y:.4g}, {z:.4g}) m"
 
 
 def discretize(mesh: Any, order: int | None) -> Discretization:
-    """The elements of ``order`` on ``mesh`` (default: the order of its geometry), checked.
+    """Return the elements of ``order`` on ``mesh`` (default: the order of its geometry), checked.
 
     Raises:
         ModelError: no such element, flat or folded elements, parts that share no node.
@@ -97,18 +97,19 @@ def discretize(mesh: Any, order: int | None) -> Discretization:
     if straight and curved:
         geometry, corners, places = ElementTetP1(), mesh.t, np.ascontiguousarray(mesh.p.T)
     cells = mesh.dofs.element_dofs if curved and wanted == 2 else Dofs(mesh, element).element_dofs
-    made = Discretization(mesh, element, geometry, wanted, _rows(cells), _rows(corners), places, straight)
-    _check_shape(made)
-    _check_connected(made)
-    return made
+    space = Discretization(mesh, element, geometry, wanted, _rows(cells), _rows(corners), places, straight)
+    _check_shape(space)
+    _check_connected(space)
+    return space
 
 
 def element_of(mesh: Any, order: int, known: Mapping[tuple[str, int], Any], where: str = "") -> Any:
-    """scikit-fem's element of an ``order`` on a mesh, of those ``known`` by cell and order; `ModelError` of others."""
+    """Return scikit-fem's element of an ``order`` on a mesh, of those ``known`` by cell and order; `ModelError` of
+    others."""
     kind = mesh.elem.refdom.__name__
     if (kind, order) not in known:
-        there = ", ".join(f"{name} order {p}" for name, p in known)
-        raise ModelError(f"no element for {kind} of order {order}{where}; there are {there}")
+        choices = ", ".join(f"{name} order {p}" for name, p in known)
+        raise ModelError(f"no element for {kind} of order {order}{where}; there are {choices}")
     return known[kind, order]()
 
 
@@ -117,45 +118,46 @@ def _rows(table: Any) -> NDArray[np.int32]:
 
 
 def _has_straight_sides(geometry: Any, corners: Array) -> bool:
-    """Whether the geometry nodes (m, V, 3) lie where the corners alone would put them."""
+    """Return whether the geometry nodes (m, V, 3) lie where the corners alone would put them."""
     linear = values(ElementTetP1(), np.asarray(geometry.doflocs, dtype=float).T)
     off = np.abs(np.einsum("kv,mvc->mkc", linear, corners[:, :4]) - corners).max()
     return bool(off <= 1e-10 * np.abs(corners - corners[:, :1]).max())
 
 
 def values(element: Any, points: Array) -> Array:
-    """(Q, L) shape functions of a scikit-fem element at (d, Q) reference points."""
+    """Return the (Q, L) shape functions of a scikit-fem element at (d, Q) reference points."""
     count = points.shape[1]
     return np.stack([np.broadcast_to(element.lbasis(points, k)[0], count) for k in range(len(element.doflocs))], axis=1)
 
 
 def gradients(element: Any, points: Array) -> Array:
-    """(Q, L, d) their gradients in reference coordinates."""
+    """Return the (Q, L, d) values of their gradients in reference coordinates."""
     shape, count = points.shape, len(element.doflocs)
     return np.stack([np.broadcast_to(element.lbasis(points, k)[1], shape).T for k in range(count)], axis=1)
 
 
 def rule_at(made: Discretization, points: Array, weights: Array, displacement: Array) -> Rule:
-    """A quadrature rule as the compiled loops take it."""
+    """Return a quadrature rule as the compiled loops take it."""
     shapes, slopes = values(made.geometry, points), gradients(made.geometry, points)
     weights = np.asarray(weights, dtype=float)
     return weights, np.ascontiguousarray(shapes), np.ascontiguousarray(slopes), np.ascontiguousarray(displacement)
 
 
 def stiffness_rule(made: Discretization) -> Rule:
-    """Exact on straight tetrahedra, two degrees more on curved ones; p + 1 Gauss points a direction on hexahedra."""
+    """Return a rule exact on straight tetrahedra, two degrees more on curved ones; p + 1 Gauss points a direction on
+    hexahedra."""
     points, weights = _gauss(made, 2 * made.order - 2)
     return rule_at(made, points, weights, gradients(made.element, points))
 
 
 def mass_rule(made: Discretization) -> Rule:
-    """The same for products of shape functions."""
+    """Return the same for products of shape functions."""
     points, weights = _gauss(made, 2 * made.order)
     return rule_at(made, points, weights, values(made.element, points))
 
 
 def nodal_rule(made: Discretization) -> Rule:
-    """Weights that share an element's mass among its nodes.
+    """Return weights that share an element's mass among its nodes.
 
     Hexahedra: Gauss-Lobatto points are the nodes (Cohen 2002), shares w_i det J_i. Tetrahedra: the diagonal of the
     consistent mass, scaled (Hinton, Rock & Zienkiewicz 1976).

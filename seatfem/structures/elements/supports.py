@@ -44,7 +44,7 @@ class _Even:
                 raise ModelError(f"{kind}({self.boundary!r}): {name} = {value} must be finite and >= 0")
 
     def densities(self, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]) -> Densities:
-        """Springs; see `Densities`."""
+        """Return springs; see `Densities`."""
         one = np.ones(patch.weights.shape)
         return [("K", self.normal * one, (self.tangential or 0.0) * one)]
 
@@ -71,13 +71,13 @@ class Dashpot(_Even):
     """Viscous support [N s/m^3] along and across the normal of ``boundary``."""
 
     def densities(self, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]) -> Densities:
-        """Dashpots; see `Densities`."""
+        """Return dashpots; see `Densities`."""
         return [("C", along, across) for _, along, across in super().densities(patch, solids, region)]
 
 
 @dataclass(frozen=True)
 class Absorbing:
-    """Where the mesh ends and the body does not: dashpots rho c_p along and rho c_s across the normal.
+    """Boundary where the mesh ends and the body does not: dashpots rho c_p along and rho c_s across the normal.
 
     Waves that arrive along the normal leave; others are reflected in part (Lysmer & Kuhlemeyer 1969). With ``centre``,
     the place [m] the waves come from, at the distance R, springs 4 mu/R along and 2 mu/R across the normal stand for
@@ -88,7 +88,8 @@ class Absorbing:
     centre: tuple[float, float, float] | None = None
 
     def densities(self, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]) -> Densities:
-        """Dashpots and, with a centre, springs; see `Densities`. Raises `ModelError` on a meridian, which has none."""
+        """Return dashpots and, with a centre, springs; see `Densities`. Raises `ModelError` on a meridian, which has
+        none."""
         along = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_p_along(normals))
         across = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_s)
         if self.centre is None:
@@ -106,7 +107,8 @@ Support = Foundation | Bolted | Dashpot | Absorbing
 def support_matrices(
     made: Discretization, supports: Sequence[Support], solids: Sequence[Solid], region: NDArray[np.int32]
 ) -> dict[Literal["K", "C"], sparse.csr_array]:
-    """What the supports add to "K" and "C", (3 n, 3 n) over all nodes; a key is absent where nothing is added."""
+    """Return what the supports add to "K" and "C", (3 n, 3 n) over all nodes; a key is absent where nothing is
+    added."""
     patches = [surface(made, support.boundary, type(support).__name__) for support in supports]
     return spread_supports(supports, patches, solids, region, made.size)
 
@@ -118,7 +120,7 @@ def spread_supports(
     region: NDArray[np.int32],
     n_nodes: int,
 ) -> dict[Literal["K", "C"], sparse.csr_array]:
-    """As `support_matrices`, on the ``patches`` that belong to the supports."""
+    """Return the same as `support_matrices`, on the ``patches`` that belong to the supports."""
     sums: dict[Literal["K", "C"], sparse.csr_array] = {}
     for support, patch in zip(supports, patches, strict=True):
         for target, along, across in support.densities(patch, solids, region):
@@ -128,7 +130,7 @@ def spread_supports(
 
 
 def _spread(patch: Surface, along: Array, across: Array, size: int) -> sparse.csr_array:
-    """The integral of N' (along n n' + across (I - n n')) N over the patch."""
+    """Return the integral of N' (along n n' + across (I - n n')) N over the patch."""
     n = patch.normals
     tensor = across[..., None, None] * np.eye(3) + ((along - across)[..., None] * n)[..., None] * n[..., None, :]
     tensor *= patch.weights[..., None, None]

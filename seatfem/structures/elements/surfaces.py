@@ -16,7 +16,7 @@ from seatfem.structures.errors import ModelError
 
 @dataclass(frozen=True)
 class Surface:
-    """f facets with Q quadrature points and N nodes each.
+    """Surface of f facets with Q quadrature points and N nodes each.
 
     Attributes:
         cells: (f, N) displacement nodes.
@@ -38,17 +38,17 @@ class Surface:
 
     @property
     def nodes(self) -> NDArray[np.int32]:
-        """Displacement nodes on the surface."""
+        """Return the displacement nodes on the surface."""
         return np.unique(self.cells)
 
     @property
     def area(self) -> float:
-        """Area [m^2]."""
+        """Return the area [m^2]."""
         return float(self.weights.sum())
 
 
 def facets_of(mesh: Any, name: str, role: str) -> NDArray[np.int64]:
-    """Facets of a named boundary; the error lists the names there are."""
+    """Return the facets of a named boundary; the error lists the names there are."""
     boundaries = mesh.boundaries or {}
     if name not in boundaries:
         raise ModelError(f"{role}: the mesh has no boundary {name!r}; it has {', '.join(sorted(boundaries)) or 'none'}")
@@ -62,7 +62,7 @@ def facets_of(mesh: Any, name: str, role: str) -> NDArray[np.int64]:
 
 
 def surface(made: Discretization, name: str, role: str, degree: int | None = None) -> Surface:
-    """The named boundary, integrated over on the curved facets themselves: n dA = |det J| J^-T (e_1 x e_2) dX.
+    """Return the named boundary, integrated over on the curved facets themselves: n dA = |det J| J^-T (e_1 x e_2) dX.
 
     ``degree``: of the quadrature; default: exact for products of shape functions on flat facets.
     """
@@ -80,7 +80,7 @@ def surface(made: Discretization, name: str, role: str, degree: int | None = Non
 
 
 def _on_one_side(made: Discretization, elements: NDArray[np.int64], corners: list[int], degree: int) -> tuple[Any, ...]:
-    """The facets of ``elements`` that lie on the same side of the reference element."""
+    """Return the facets of ``elements`` that lie on the same side of the reference element."""
     vertices = np.asarray(made.element.refdom.p, dtype=float)[:, corners]
     origin, edges = vertices[:, 0], np.stack([vertices[:, 1], vertices[:, -1]], axis=1) - vertices[:, :1]
     across = np.cross(edges[:, 0], edges[:, 1])

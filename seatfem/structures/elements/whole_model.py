@@ -25,7 +25,8 @@ def whole_model(
     dofs: DofMap,
     copies: int = 1,
 ) -> SecondOrderModel:
-    """M, K, C = sum of alpha_r M_r + beta_r K_r and H = sum of eta_r K_r over the regions r, and what supports add.
+    """Return M, K, C = sum of alpha_r M_r + beta_r K_r and H = sum of eta_r K_r over the regions r, and what supports
+    add.
 
     Args:
         matrices: of the body, in its unknowns.

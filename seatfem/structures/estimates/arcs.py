@@ -69,7 +69,7 @@ def _between(places: Array, others: Array) -> Array:
 
 
 def on_its_patch(whole: ModalGreens, lip: AnyLip, patch: Patch) -> ModalGreens:
-    """`in_arcs` of the material under a struck ``patch``."""
+    """Return `in_arcs` of the material under a struck ``patch``."""
     squared = (patch.c_p / patch.c_s) ** 2
     poisson = (squared - 2) / (2 * (squared - 1))
     young = 2 * patch.density * patch.c_s**2 * (1 + poisson)
@@ -77,7 +77,7 @@ def on_its_patch(whole: ModalGreens, lip: AnyLip, patch: Patch) -> ModalGreens:
 
 
 def in_arcs(whole: ModalGreens, lip: AnyLip, young: float, poisson: float, impedance: float) -> ModalGreens:
-    """A body whose patch is known as a whole, g_1(t), with a half-space under the parts of the lip:
+    """Return a body whose patch is known as a whole, g_1(t), with a half-space under the parts of the lip:
 
         g_ij(t) = g_1(t) + h_ij(t),   h the exponential from 1/Z_i of each part to the half-space's compliance
 

@@ -37,7 +37,7 @@ ALL_MODES: Final = 200  # unknowns up to which all modes are computed, as `seatf
 
 @dataclass(frozen=True)
 class Numbers:
-    """A body's finite elements, as far as its kind tells them.
+    """A body's finite elements, as far as its kind gives them.
 
     Attributes:
         sizes: of the mesh.
@@ -65,33 +65,34 @@ class SeatModel(Numbers):
     vectors: float = 0.0
 
     def stricter(self, ratio: float) -> SeatModel:
-        """With the tolerance of the reduction times ``ratio``."""
+        """Return the aims with the tolerance of the reduction times ``ratio``."""
         return replace(self, vectors=min(self.vectors * ratio**TOLERANCE_POWER, self.sizes.counts.dof))
 
     @property
     def poles(self) -> float:
-        """Poles of its Green's function."""
+        """Return the poles of its Green's function."""
         return 0.85 * self.vectors * self.runs if self.kept is None else self.kept
 
 
 def seat_model(structure: Structure, method: Method, duration: float, coarser: float = 1.0) -> SeatModel | None:
-    """The finite elements of a structure by a method, with elements ``coarser`` times as large; ``None``: no such.
+    """Return the finite elements of a structure by a method, with elements ``coarser`` times as large; ``None``: no
+    such.
 
     ``duration``: of the run [s].
     """
-    found = structure.numbers(method, coarser)
-    if found is None:
+    numbers = structure.numbers(method, coarser)
+    if numbers is None:
         return None
     rings = (method.rings or 1) if coarser == 1.0 else rings_behind(method.rings or 1)
-    if found.kept is not None and not found.section:  # a mode, or a part's statics, takes about what a vector does
-        return SeatModel(**vars(found), vectors=min(found.kept, found.sizes.counts.dof))
-    vectors = krylov_vectors(structure, method, duration, found.modes) * rings**PORTS_POWER
-    vectors = min(vectors, found.sizes.counts.dof)
-    return SeatModel(**vars(found), vectors=vectors)
+    if numbers.kept is not None and not numbers.section:  # a mode, or a part's statics, takes about what a vector does
+        return SeatModel(**vars(numbers), vectors=min(numbers.kept, numbers.sizes.counts.dof))
+    vectors = krylov_vectors(structure, method, duration, numbers.modes) * rings**PORTS_POWER
+    vectors = min(vectors, numbers.sizes.counts.dof)
+    return SeatModel(**vars(numbers), vectors=vectors)
 
 
 def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
-    """Of a body that gmsh meshes, by what is known of its size field."""
+    """Return the numbers of a body that gmsh meshes, by what is known of its size field."""
     assert method.bandwidth is not None
     level, spec = body.elements_of(method), body.mesh_spec(method)
     spec = replace(spec, size=coarser * spec.size, contact_size=coarser * spec.patch_size)
@@ -107,14 +108,14 @@ def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
 
 
 def _of_a_lip(method: Method, volume: float, slowest: float) -> float:
-    """Poles of a lip in arcs: modes up to the cutoff, and one exponential for each part."""
+    """Return the poles of a lip in arcs: modes up to the cutoff, and one exponential for each part."""
     assert method.bandwidth is not None
     assert method.lip is not None
     return modes_of_volume(volume, BEYOND * method.bandwidth, slowest) + len(method.lip.division.names)
 
 
 def numbers_of_mesh(mesh: SeatMesh, slowest: float, method: Method) -> Numbers:
-    """Of a mesh that is given; ``slowest``: of its waves [m/s]."""
+    """Return the numbers of a mesh that is given; ``slowest``: the speed of its slowest waves [m/s]."""
     assert method.bandwidth is not None
     modes = modes_of_volume(mesh.quality.volume, method.bandwidth, slowest)
     kept = _of_a_lip(method, mesh.quality.volume, slowest) if method.in_arcs else None
@@ -122,7 +123,7 @@ def numbers_of_mesh(mesh: SeatMesh, slowest: float, method: Method) -> Numbers:
 
 
 def highest_pole(model: SeatModel | None, tolerance: float) -> float:
-    """Frequency of the highest pole of a reduction, over the band edge."""
+    """Return the frequency of the highest pole of a reduction, over the band edge."""
     if model is not None and model.sizes.counts.dof <= ALL_MODES:
         return HIGHEST_OF_ALL
     stricter = STRICTER if model is not None and model.runs > 1 else 1.0
@@ -130,12 +131,13 @@ def highest_pole(model: SeatModel | None, tolerance: float) -> float:
 
 
 def _of_area(area: float, band: float, slow: float) -> float:
-    """Modes in the band of a section, Weyl's law: A k^2 (1/c_s^2 + 1/c_p^2)/(4 pi), k = 2 pi times the bandwidth."""
+    """Return the modes in the band of a section, Weyl's law: A k^2 (1/c_s^2 + 1/c_p^2)/(4 pi), k = 2 pi times the
+    bandwidth."""
     return area * (2 * math.pi * band) ** 2 * (slow**-2 + (FAST * slow) ** -2) / (4 * math.pi)
 
 
 def modes_of_volume(volume: float, band: float, slow: float) -> float:
-    """Modes in the band of a solid, Weyl's law: V k^3 (2/c_s^3 + 1/c_p^3)/(6 pi^2).
+    """Return the modes in the band of a solid, Weyl's law: V k^3 (2/c_s^3 + 1/c_p^3)/(6 pi^2).
 
     Source: M. Dupuis, R. Mazo, L. Onsager, J. Chem. Phys. 33 (1960) 1452.
     """
@@ -143,7 +145,8 @@ def modes_of_volume(volume: float, band: float, slow: float) -> float:
 
 
 def krylov_vectors(structure: Structure, method: Method, duration: float, modes: float) -> float:
-    """Of one port: a law fitted to bodies of all levels (within a third of them), the undamped ones only roughly."""
+    """Return the vectors of one port by a law fitted to bodies of all levels (within a third of them), the undamped
+    ones only roughly."""
     assert method.bandwidth is not None
     k, memory = 2 * math.pi * method.bandwidth, structure.memory(method, duration)
     modes = min(modes, method.bandwidth * memory)
@@ -158,7 +161,7 @@ def _sizes_of(mesh: SeatMesh) -> Sizes:
 
 
 def seat_seconds(model: SeatModel, rates: Machine, *, static: bool = False) -> Mapping[str, float]:
-    """Mesh, assembly and reduction [s]; ``static``: a factorization alone."""
+    """Return the times of mesh, assembly and reduction [s]; ``static``: a factorization alone."""
     counts, sizes = model.sizes.counts, model.sizes
     weight = SECTION_ELEMENT if model.section else (HEXAHEDRON if model.hexahedra else 1.0)
     effort = SECTION_FACTOR if model.section else 1.0
@@ -174,12 +177,12 @@ def seat_seconds(model: SeatModel, rates: Machine, *, static: bool = False) -> M
 
 
 def coarse_of(structure: Structure, method: Method, duration: float) -> SeatModel | None:
-    """The coarser one behind the mesh error, where there is one."""
+    """Return the coarser one behind the mesh error, where there is one."""
     return seat_model(structure, method, duration, COARSENING) if structure.is_drawn else None
 
 
 def seat_memory(model: SeatModel) -> tuple[float, float]:
-    """Bytes at the peak of the reduction, and those that stay: matrices, modes, mesh."""
+    """Return the bytes at the peak of the reduction, and those that stay: matrices, modes, mesh."""
     counts = model.sizes.counts
     room = ROOM * 2 ** max(0, math.ceil(math.log2(max(model.vectors, 1.0) / ROOM)))
     peak = memory_need(counts).factorized + 8 * counts.dof * max(0.0, room - KRYLOV_VECTORS)

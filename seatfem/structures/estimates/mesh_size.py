@@ -34,7 +34,7 @@ class Sizes:
 
 
 def sizes_for(patch: Patch, band: float, error: float, order: int = 2) -> Sizes:
-    """The coarsest sizes with an error of g of at most ``error``, half of it at the patch, half in the bulk."""
+    """Return the coarsest sizes with an error of g of at most ``error``, half of it at the patch, half in the bulk."""
     half = error / 2 / _order(order)
     contact = patch.width * min(1 / ACROSS, (half / PATCH) ** (1 / PATCH_ORDER))
     size = min(patch.depth, patch.c_s / band, half / _per_size(patch, band))
@@ -42,13 +42,13 @@ def sizes_for(patch: Patch, band: float, error: float, order: int = 2) -> Sizes:
 
 
 def mesh_error(patch: Patch, band: float, sizes: Sizes, order: int = 2) -> float:
-    """Relative error of g."""
+    """Return the relative error of g."""
     local = PATCH * (min(sizes.contact_size, 2 * patch.width) / patch.width) ** PATCH_ORDER
     return float(_order(order) * (local + sizes.size * _per_size(patch, band)))
 
 
 def per_wavelength(patch: Patch, band: float, sizes: Sizes) -> float:
-    """Elements per shear wavelength at the band edge."""
+    """Return the elements per shear wavelength at the band edge."""
     return patch.c_s / (band * sizes.size)
 
 
@@ -61,6 +61,6 @@ def _order(order: int) -> float:
 
 
 def _rounded(size: float) -> float:
-    """Down to two digits."""
+    """Return the number rounded down to two digits."""
     unit = 10.0 ** (math.floor(math.log10(size)) - 1)
     return float(f"{math.floor(size / unit * (1 + 1e-9)) * unit:.3g}")

@@ -49,12 +49,12 @@ class Patch:
 
     @property
     def impedance(self) -> float:
-        """Force per velocity of the patch at the very first instant, rho c_p A [N s/m]."""
+        """Return the force per velocity of the patch at the very first instant, rho c_p A [N s/m]."""
         return self.density * self.c_p * self.area
 
     @property
     def evened(self) -> float:
-        """Compliance by which a patch that moves as its mean is softer than under a rigid face [m/N].
+        """Return the compliance by which a patch that moves as its mean is softer than under a rigid face [m/N].
 
         Of a strip 2 (3/2 - ln 4) (1 - nu^2)/(pi E) over its length, which is area over width; a disk's is of the same
         size, (16/(3 pi^2) - 1/2) (1 - nu^2)/(E a). The end of a bar stays plane.
@@ -69,7 +69,7 @@ class Patch:
 
 
 def bulky(solid: Material, area: float, width: float, depth: float) -> Patch:
-    """A half-space under a disk of the same area; a column of the patch's width at most, for what is thinner."""
+    """Return a half-space under a disk of the same area; a column of the patch's width at most, for what is thinner."""
     radius = math.sqrt(area / math.pi)
     local = disk_compliance(young=solid.young, poisson=abs(solid.poisson), radius=radius)  # even in nu
     column = depth / (solid.density * solid.c_p**2 * area)
@@ -77,13 +77,14 @@ def bulky(solid: Material, area: float, width: float, depth: float) -> Patch:
 
 
 def column_end(solid: Material, area: float, width: float, length: float) -> Patch:
-    """The end of a straight bar."""
+    """Return the end of a straight bar."""
     compliance = length / (solid.young * area)
     return Patch(area, width, length, compliance, solid.density, solid.c_p, solid.c_s, one_dimensional=True)
 
 
 def on_plate(patch: Patch, solid: Material, radius: float, solidity: float) -> Patch:
-    """The patch on a clamped round plate of this radius [m], thinned by its holes to a part ``solidity`` of it."""
+    """Return the patch on a clamped round plate of this radius [m], thinned by its holes to a part ``solidity`` of
+    it."""
     stiffness = solidity * solid.young * patch.depth**3 / (12 * (1 - solid.poisson**2))
     bending = _BENDING_LOAD * radius**2 / stiffness
     frequency = _FUNDAMENTAL / radius**2 * math.sqrt(stiffness / (solidity * solid.density * patch.depth))
@@ -91,7 +92,8 @@ def on_plate(patch: Patch, solid: Material, radius: float, solidity: float) -> P
 
 
 def of_shape(shape: Shape, supports: Sequence[Support], solid: Material) -> Patch:
-    """A bulky body; where what holds it lies beside the struck faces, on a plate in bending, thinned by its holes.
+    """Return a bulky body; where what holds it lies beside the struck faces, on a plate in bending, thinned by its
+    holes.
 
     The plate's compliance is that of a clamped round one under a force off its centre,
     w = F (R^2 - r^2)^2/(16 pi D R^2) with the span R - r (Timoshenko and Woinowsky-Krieger,
@@ -136,5 +138,5 @@ class Column:
 
     @property
     def stiffness(self) -> float:
-        """E A/h [N/m]."""
+        """Return E A/h [N/m]."""
         return self.young * self.area / self.height

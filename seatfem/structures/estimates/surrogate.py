@@ -25,7 +25,7 @@ SPREADING: Final = 0.2  # damping ratio that stands for waves which spread in th
 
 @dataclass(frozen=True)
 class Surrogate:
-    """What stands for a body in pre-runs.
+    """A stand-in for a body in pre-runs.
 
     Attributes:
         greens: the body, or what stands for it.
@@ -42,7 +42,7 @@ class Surrogate:
 
 @dataclass(frozen=True)
 class Face:
-    """What is known of the face that touches a body: its width [m], Young's modulus [Pa] and density [kg/m^3]."""
+    """The face that touches a body: its width [m], Young's modulus [Pa] and density [kg/m^3]."""
 
     width: float = 5e-3
     young: float = 200e9
@@ -50,14 +50,14 @@ class Face:
 
 
 def of_patch(patch: Patch, damping: float) -> Surrogate:
-    """A body behind a patch, whose modes have this damping ratio."""
+    """Return a body behind a patch, whose modes have this damping ratio."""
     ratio = damping if patch.one_dimensional else max(damping, SPREADING)
     words = f"contact face of {1e6 * patch.area:.3g} mm^2, impedance {patch.impedance:.3g} N s/m"
     return Surrogate(_rod_behind(patch, ratio, damping), False, words, patch)
 
 
 def unknown(what: str, face: Face) -> Surrogate:
-    """A patch of the material of what strikes it, half as wide: all that is known of matrices and responses."""
+    """Return a patch of the material of what strikes it, half as wide: all that is known of matrices and responses."""
     width, c_p = face.width, math.sqrt(1.35 * face.young / face.density)
     compliance = disk_compliance(young=face.young, poisson=0.3, radius=width / 4)
     patch = Patch(width**2 / 4, width / 2, width, compliance, face.density, c_p, 0.53 * c_p)
@@ -66,13 +66,14 @@ def unknown(what: str, face: Face) -> Surrogate:
 
 
 def ringing(greens: GreensFunction, ratio: float) -> GreensFunction:
-    """What stands for a striker: it flies as its own damping ratio has it, waves that spread come back to it."""
+    """Return what stands for a striker: it flies as its own damping ratio has it, waves that spread come back to it."""
     g = greens.modal
     return greens if g is None else replace(g, zeta=np.minimum(g.zeta, ratio))
 
 
 def freed(greens: GreensFunction, mass: float) -> GreensFunction:
-    """A body that nothing holds, of this mass [kg], from one that is held as long as its waves take to come back."""
+    """Return a body that nothing holds, of this mass [kg], from one that is held as long as its waves take to come
+    back."""
     g = greens.modal
     if g is None:
         return greens

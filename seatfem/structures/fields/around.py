@@ -67,26 +67,26 @@ class RingField:
 
     @property
     def bounds(self) -> Array:
-        found = []
+        bounds = []
         for harmonic, _ in self._waves:
             fields = np.swapaxes(harmonic.field.fields, 1, 2)
             parts = [norms(np.where(np.isin(np.arange(6), of), fields, 0.0)) for of in (_BY_COS, _BY_SIN)]
-            found.append(np.maximum(*parts))  # the root of cos^2 |one|^2 + sin^2 |other|^2 is no larger
-        return np.concatenate(found, axis=1)
+            bounds.append(np.maximum(*parts))  # the root of cos^2 |one|^2 + sin^2 |other|^2 is no larger
+        return np.concatenate(bounds, axis=1)
 
     @cached_property
     def _waves(self) -> list[tuple[Harmonic, int]]:
-        """Harmonics by cos (0) and by sin (1) that forces may excite."""
+        """Return the harmonics by cos (0) and by sin (1) that forces may excite."""
         return [(harmonic, k) for harmonic in self.harmonics for k in (0, 1) if np.any(harmonic.mixing[:, :, k])]
 
     @cached_property
     def _ends(self) -> Integers:
-        """Where the coordinates of each of these begin, and their number."""
+        """Return where the coordinates of each of these begin, and their number."""
         return np.cumsum([0, *(len(harmonic.field.radians) for harmonic, _ in self._waves)])
 
     @cached_property
     def _turns(self) -> Array:
-        """(2, G, A, W) factors of each of these in rr, tt, zz, rz and in tz, rt."""
+        """Return the (2, G, A, W) factors of each of these in rr, tt, zz, rz and in tz, rt."""
         out = np.empty((2, *self.angles.shape, len(self._waves)))
         for w, (harmonic, by_sin) in enumerate(self._waves):
             phase = harmonic.number * self.angles
@@ -94,7 +94,7 @@ class RingField:
         return out
 
     def at(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> RingField:
-        """Of some of its points, each at its own angle."""
+        """Return the field of some of its points, each at its own angle."""
         place, angle = np.divmod(np.arange(self.angles.size)[which], self.angles.shape[1])
         some = tuple(replace(harmonic, field=harmonic.field.at(place)) for harmonic in self.harmonics)
         return RingField(self.section[place], self.angles[place, angle][:, None], some)
@@ -110,8 +110,8 @@ class RingField:
         amplitudes = np.empty((len(which), len(heard), 6, values.shape[1]))
         for row, w in enumerate(heard):
             own = slice(borders[w], borders[w + 1])
-            (found,) = self._waves[w][0].field.stress(which, values[own], kept[own] - self._ends[w])
-            amplitudes[:, row] = found[:, 0]
+            (stress,) = self._waves[w][0].field.stress(which, values[own], kept[own] - self._ends[w])
+            amplitudes[:, row] = stress[:, 0]
         out = np.empty((self.angles.shape[1], 6, values.shape[1]))
         for place, waves in zip(which, amplitudes, strict=True):
             cos, sin = self._turns[:, place][:, :, heard]
@@ -125,8 +125,8 @@ AnyField = StressField | RingField
 
 
 def turned(amplitudes: Array, angles: Array, harmonic: int, *, by_sin: bool) -> Array:
-    """(..., n, 3 or 6) of amplitudes u_r, u_th, u_z, or rr, tt, zz, tz, rz, rt, of one harmonic at n angles (n,), by
-    cos, or ``by_sin``, of the forces."""
+    """Return (..., n, 3 or 6) values of amplitudes u_r, u_th, u_z, or rr, tt, zz, tz, rz, rt, of one harmonic at n
+    angles (n,), by cos, or ``by_sin``, of the forces."""
     odd = [1] if amplitudes.shape[-1] == 3 else _BY_SIN
     phase = harmonic * angles[:, None]
     even_turn, odd_turn = (np.sin(phase), -np.cos(phase)) if by_sin else (np.cos(phase), np.sin(phase))
@@ -134,7 +134,7 @@ def turned(amplitudes: Array, angles: Array, harmonic: int, *, by_sin: bool) -> 
 
 
 def mixing_of(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int) -> Array:
-    """(ports, rings, 2) `Harmonic.mixing` of the patches, in the order of the rings' boundaries."""
+    """Return the (ports, rings, 2) `Harmonic.mixing` of the patches, in the order of the rings' boundaries."""
     out = np.zeros((len(patches), len(rings), 2))
     for i, patch in enumerate(patches.values()):
         turn = harmonic * patch.angle
@@ -144,8 +144,8 @@ def mixing_of(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int)
 
 
 def felt(patches: Mapping[str, RingPatch], force: Array, most: int) -> list[int]:
-    """Numbers of the harmonics, up to ``most``, that leave out `LEFT` of the pressure of forces (n + 1, ports), without
-    those that nothing excites."""
+    """Return the numbers of the harmonics, up to ``most``, that leave out `LEFT` of the pressure of forces (n + 1,
+    ports), without those that nothing excites."""
     rings = list(dict.fromkeys(patch.boundary for patch in patches.values()))
     pushes = np.asarray(force, dtype=float).reshape(len(force), -1)
     far = max(4 * most, 4 * len(patches) // len(rings))

@@ -18,7 +18,7 @@ SHARPEST: Final = math.radians(30)  # turn between two facets of a surface that 
 
 
 def singular_points(mesh: Any, clamped: Sequence[str]) -> Array:
-    """(k, d) points of a mesh's singular edges [m]: their ends, and in space their middles.
+    """Return the (k, d) points of a mesh's singular edges [m]: their ends, and in space their middles.
 
     Facets that meet at an edge turn inwards by more than `SHARPEST` there, or one of them is clamped and the other not.
     """
@@ -43,14 +43,14 @@ def singular_points(mesh: Any, clamped: Sequence[str]) -> Array:
 
 
 def near(points: Array, singular: Array, distance: float) -> NDArray[np.bool_]:
-    """(P,) which of the points are closer than ``distance`` [m] to one of them."""
+    """Return (P,) which of the points are closer than ``distance`` [m] to one of them."""
     if not len(singular):
         return np.zeros(len(points), dtype=bool)
     return np.asarray(cKDTree(singular).query(points)[0] < distance * (1 - 1e-9))
 
 
 def _normals(mesh: Any, vertices: NDArray[np.int64], elements: NDArray[np.int64]) -> Array:
-    """(f, d) outward, of flat facets through the vertices."""
+    """Return the (f, d) outward normals of flat facets through the vertices."""
     corners = mesh.p.T[vertices]
     if mesh.dim() == 2:
         along = corners[:, 1] - corners[:, 0]
@@ -63,7 +63,7 @@ def _normals(mesh: Any, vertices: NDArray[np.int64], elements: NDArray[np.int64]
 
 
 def _edges(vertices: NDArray[np.int64], dim: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Sorted vertices (e, d - 1) of each side of each facet, and the facet (e,) that it is of."""
+    """Return sorted vertices (e, d - 1) of each side of each facet, and the facet (e,) that it is of."""
     count, size = vertices.shape
     if dim == 2:
         return vertices.reshape(-1, 1), np.repeat(np.arange(count), 2)
@@ -72,7 +72,7 @@ def _edges(vertices: NDArray[np.int64], dim: int) -> tuple[NDArray[np.int64], ND
 
 
 def sharp_nodes(mesh: PlateMesh) -> Array:
-    """(k, 2) vertices of a plate's outline at which it turns inwards by more than `SHARPEST` [m]."""
+    """Return the (k, 2) vertices of a plate's outline at which it turns inwards by more than `SHARPEST` [m]."""
     vertices = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=float)
     tangents = np.einsum("qks,mkc->mqsc", shapes_at(vertices)[1], mesh.points[mesh.cells])
     one, two = tangents[:, :, 0] * -vertices[:, :1], tangents[:, :, 1] * -vertices[:, 1:]

@@ -13,7 +13,8 @@ REACH: Final = 2.0  # over the distance of the coarser mesh's sites: within it e
 
 
 def left_by_mesh(points: Array, stress: Array, coarser_points: Array, on_coarser: Array, weight: float) -> float:
-    """Error of the largest ``stress`` (P,) at points (P, d), by that of a coarser mesh (Q,) at points (Q, d) [Pa].
+    """Return the error of the largest ``stress`` (P,) at points (P, d), by that of a coarser mesh (Q,) at points (Q, d)
+    [Pa].
 
     Any place may bear what it has, more or less ``weight`` times what the coarser mesh changes there; the largest of
     all places lies between the largest of either. The larger of two that lie apart may change little from mesh to
@@ -24,8 +25,10 @@ def left_by_mesh(points: Array, stress: Array, coarser_points: Array, on_coarser
     coarse = trees[1]
     reach = REACH * float(np.median(coarse.query(coarser_points, k=[2])[0]))
     nearest = np.asarray(coarse.query(points)[1])
-    around, there = ([np.asarray(each, dtype=int) for each in tree.query_ball_point(points, reach)] for tree in trees)
-    here = np.array([stress[each].max() for each in around])
-    other = np.array([on_coarser[[*each, k]].max() for each, k in zip(there, nearest, strict=True)])
-    change, peak = np.abs(other - here), float(stress.max())
+    near, coarse_near = (
+        [np.asarray(each, dtype=int) for each in tree.query_ball_point(points, reach)] for tree in trees
+    )
+    fine_peaks = np.array([stress[each].max() for each in near])
+    coarse_peaks = np.array([on_coarser[[*each, k]].max() for each, k in zip(coarse_near, nearest, strict=True)])
+    change, peak = np.abs(coarse_peaks - fine_peaks), float(stress.max())
     return float(max((stress + weight * change).max() - peak, peak - (stress - weight * change).max()))

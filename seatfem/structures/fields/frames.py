@@ -14,7 +14,8 @@ from seatfem.structures.model import SecondOrderModel
 
 
 def in_frames(field: StressField, force: Array, dt: float, steps: range) -> Array:
-    """(F, P, 6) stress at all points of a field [Pa] at the ends of steps that are multiples of the range's own step.
+    """Return the (F, P, 6) stress at all points of a field [Pa] at the ends of steps that are multiples of the range's
+    own step.
 
     Memory holds the frames, and coordinates of one block of them.
 
@@ -32,8 +33,8 @@ def in_frames(field: StressField, force: Array, dt: float, steps: range) -> Arra
 
 
 def unknowns_in_frames(model: SecondOrderModel, force: Array, dt: float, steps: range, **of_space: Any) -> Array:
-    """(F, n) unknowns of a model at the ends of steps, as `in_frames` gives stress: C of `solid_stress` times them is
-    the stress then, by mode acceleration likewise.
+    """Return the (F, n) unknowns of a model at the ends of steps, as `in_frames` gives stress: C of `solid_stress`
+    times them is the stress then, by mode acceleration likewise.
 
     Args:
         model, of_space: as `Response.of` takes them.
@@ -43,7 +44,7 @@ def unknowns_in_frames(model: SecondOrderModel, force: Array, dt: float, steps: 
 
 
 def response_in_frames(response: Response, force: Array, dt: float, steps: range) -> Array:
-    """(F, n) as `unknowns_in_frames`, of a body that responds."""
+    """Return (F, n) as `unknowns_in_frames`, of a body that responds."""
     size = len(response.rest)
     rows = -(-size // 6)  # a field has six numbers a point
     alike = sparse.eye_array(6 * rows, size, format="csr")

@@ -28,7 +28,7 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Largest:
-    """Of each of P points the largest von Mises and the largest (tensile) principal stress [Pa] and their times [s]."""
+    """The largest von Mises and the largest (tensile) principal stress of each of P points [Pa] and their times [s]."""
 
     von_mises: Array
     von_mises_time: Array
@@ -46,22 +46,22 @@ class LargestStress:
 
     @property
     def initial(self) -> Largest:
-        """Until the first touch."""
+        """Return the largest until the first touch."""
         return self.within(self.spans.until(self.spans.touch))
 
     @property
     def after_contact(self) -> Largest:
-        """Since the first touch."""
+        """Return the largest since the first touch."""
         return self.within(self.spans.after(self.spans.touch))
 
     def within(self, chosen: slice) -> Largest:
-        """The largest of some of the spans."""
-        found = self.by_span[chosen]
-        if not len(found):
+        """Return the largest of some of the spans."""
+        spans = self.by_span[chosen]
+        if not len(spans):
             return Largest(*np.zeros_like(self.by_span[0]))
-        mises, principal = (found[:, number].argmax(axis=0)[None] for number in (0, 2))
+        mises, principal = (spans[:, number].argmax(axis=0)[None] for number in (0, 2))
         of_each = ((0, mises), (1, mises), (2, principal), (3, principal))
-        return Largest(*(np.take_along_axis(found[:, number], best, axis=0)[0] for number, best in of_each))
+        return Largest(*(np.take_along_axis(spans[:, number], best, axis=0)[0] for number, best in of_each))
 
 
 class Field(Protocol):
@@ -69,31 +69,31 @@ class Field(Protocol):
 
     @property
     def points(self) -> Array:
-        """(G A, d) where [m]."""
+        """Return (G A, d) where they are [m]."""
 
     @property
     def radians(self) -> Array:
-        """(K,) angular frequency of each coordinate; 0 of a force that is followed [rad/s]."""
+        """Return the (K,) angular frequency of each coordinate; 0 of a force that is followed [rad/s]."""
 
     @property
     def bounds(self) -> Array:
-        """(G, K) the largest norm of the stress that each coordinate makes at a place, at any angle."""
+        """Return the (G, K) largest norm of the stress that each coordinate makes at a place, at any angle."""
 
     def at(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> Field:
-        """Of some of its points, each at its own angle."""
+        """Return the field of some of its points, each at its own angle."""
 
     def coordinates(self, force: Array, dt: float, stride: int) -> Iterator[Array]:
-        """(..., K) blocks of coordinates under port forces, at every ``stride``-th time from t = 0 on."""
+        """Yield (..., K) blocks of coordinates under port forces, at every ``stride``-th time from t = 0 on."""
 
     def stress(self, which: Integers, values: Array, kept: Integers) -> Iterator[Array]:
-        """(g, A, 6, m) stress at some places, a few at once and in order, by ``values`` (k, m) of the coordinates
-        ``kept`` (k,) [Pa]; each may be overwritten by the next."""
+        """Yield the (g, A, 6, m) stress at some places, a few at once and in order, by ``values`` (k, m) of the
+        coordinates ``kept`` (k,) [Pa]; each may be overwritten by the next."""
 
 
 def largest(
     field: Field, force: Array, dt: float, *, since: float | None = None, workers: int | None = None
 ) -> LargestStress:
-    """The largest stress [Pa] at each point, looked for at `TIMES_PER_RADIAN` of the highest frequency retained.
+    """Return the largest stress [Pa] at each point, looked for at `TIMES_PER_RADIAN` of the highest frequency retained.
 
     The force (n + 1, p) is as in `seatfem.structures.fields.recovery.histories`. Blocks of times at which even the sum
     of every coordinate's share is below what a place has seen are passed over there. ``since``: the time at which a
@@ -103,7 +103,7 @@ def largest(
     radians, bounds = field.radians, field.bounds
     stride = max(1, int(1.0 / (TIMES_PER_RADIAN * float(radians.max()) * dt)))
     spans = Spans.of_run(force, dt, since)
-    found = np.zeros((spans.count, 4, len(bounds), len(field.points) // max(1, len(bounds))))
+    peaks = np.zeros((spans.count, 4, len(bounds), len(field.points) // max(1, len(bounds))))
     with ThreadPoolExecutor(workers or threads()) as pool:
         for number, part in _parts(field, force, dt, stride):
             times = number * stride
@@ -111,12 +111,12 @@ def largest(
             for span in np.unique(numbers):
                 chosen = np.flatnonzero(numbers == span)
                 when = dt * times[chosen].astype(np.float64)
-                _look(pool, field, part[chosen], when, bounds, found[span])
-    return LargestStress(spans, found.reshape(spans.count, 4, -1))
+                _look(pool, field, part[chosen], when, bounds, peaks[span])
+    return LargestStress(spans, peaks.reshape(spans.count, 4, -1))
 
 
 def _parts(field: Field, force: Array, dt: float, stride: int) -> Iterator[tuple[Integers, Array]]:
-    """Numbers of the times and (m, K) coordinates, `_BLOCK` at once."""
+    """Yield the numbers of the times and (m, K) coordinates, `_BLOCK` at once."""
     first = 0
     for part in field.coordinates(force, dt, stride):
         for start in range(0, len(part), _BLOCK):
@@ -126,7 +126,7 @@ def _parts(field: Field, force: Array, dt: float, stride: int) -> Iterator[tuple
 
 
 def _look(pool: Executor, field: Field, part: Array, times: Array, bounds: Array, found: Array) -> None:
-    """Into ``found`` (4, G, A) what these times bring."""
+    """Update ``found`` (4, G, A) by what these times bring."""
     most = max(found[0].max(initial=0.0), found[2].max(initial=0.0))
     part, times, kept = _thinned(part, times, bounds.max(axis=0, initial=0.0), most)
     if not kept.size:
@@ -136,9 +136,9 @@ def _look(pool: Executor, field: Field, part: Array, times: Array, bounds: Array
     values = np.ascontiguousarray(part.T)
     at_once = max(_PLACES, _NUMBERS // (6 * found.shape[2] * len(times)))
 
-    def look(left: Integers) -> None:
-        for stress in field.stress(left, values, kept):
-            some, left = left[: len(stress)], left[len(stress) :]
+    def look(remaining: Integers) -> None:
+        for stress in field.stress(remaining, values, kept):
+            some, remaining = remaining[: len(stress)], remaining[len(stress) :]
             of_some = found[:, some].reshape(4, -1)
             _largest(stress.reshape(-1, 6, len(times)), times, of_some)
             found[:, some] = of_some.reshape(4, len(some), -1)
@@ -148,7 +148,7 @@ def _look(pool: Executor, field: Field, part: Array, times: Array, bounds: Array
 
 
 def _thinned(part: Array, times: Array, bound: Array, largest: float) -> tuple[Array, Array, Integers]:
-    """Fewer times and coordinates, and which of these.
+    """Return fewer times and coordinates, and which of these.
 
     The coordinates left out add up to `LITTLE` of ``largest`` [Pa]. Between two times s steps apart that are looked
     at, the stress is off the line through both by s^2/8 of its second difference at most, which is below `BETWEEN` of
@@ -165,26 +165,28 @@ def _thinned(part: Array, times: Array, bound: Array, largest: float) -> tuple[A
 
 
 def norms(stress: Array) -> Array:
-    """(...) Frobenius norm of (..., 6): no principal stress is larger, and sqrt(3/2) of it no von Mises stress."""
+    """Return the (...) Frobenius norm of (..., 6): no principal stress is larger, and sqrt(3/2) of it no von Mises
+    stress."""
     return np.asarray(np.sqrt(np.sum(stress[..., :3] ** 2, axis=-1) + 2 * np.sum(stress[..., 3:] ** 2, axis=-1)))
 
 
 def von_mises(stress: Array) -> Array:
-    """(...) of (..., 6) [Pa]."""
+    """Return the (...) stress of (..., 6) [Pa]."""
     deviator = stress[..., :3] - stress[..., :3].mean(axis=-1, keepdims=True)
     return np.asarray(np.sqrt(1.5 * np.sum(deviator**2, axis=-1) + 3 * np.sum(stress[..., 3:] ** 2, axis=-1)))
 
 
 def principal(stress: Array) -> Array:
-    """(..., 3) principal stresses of (..., 6), the largest last [Pa]."""
+    """Return the (..., 3) principal stresses of (..., 6), the largest last [Pa]."""
     tensors = stress[..., [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(*stress.shape[:-1], 3, 3)
     return np.asarray(np.linalg.eigvalsh(tensors))
 
 
 @njit(cache=True, nogil=True)
 def _largest(stress, times, found):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Stress (P, 6, m): the largest root of the characteristic cubic is looked for where mean + 2 sqrt(J2/3), which it
-    cannot exceed, is above what was seen, and top I - stress, by its leading minors, is not positive definite."""
+    """Update the largest by stress (P, 6, m): the largest root of the characteristic cubic is looked for where mean + 2
+    sqrt(J2/3), which it cannot exceed, is above what was seen, and top I - stress, by its leading minors, is not
+    positive definite."""
     points, _, count = stress.shape
     invariant, above = np.empty(count), np.empty(count)
     for p in range(points):

@@ -1,4 +1,4 @@
-"""From the unknowns of a Mindlin plate to the stress in its faces and its transverse shear.
+"""The way from the unknowns of a Mindlin plate to the stress in its faces and its transverse shear.
 
 Slopes of the rotations, and grad w - a, are taken at the 2 x 2 Gauss points of an element, where those of its nine
 nodes are right to one order more than elsewhere (Barlow, IJNME 10 (1976) 243), and led on linearly to the point.
@@ -20,13 +20,13 @@ _GAUSS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) / np.sqrt(3)
 
 
 def plate_points(mesh: PlateMesh, points: Array) -> Sites:
-    """Sites at points (P, 2) [m]. Raises `ModelError` of one that lies off the plate."""
+    """Return the sites at points (P, 2) [m]. Raises `ModelError` of one that lies off the plate."""
     element, inside = located(mesh, points, np.full(len(points), "stress.points"))
     return Sites.of(points, np.arange(len(points)), element, inside.T)
 
 
 def plate_nodes(mesh: PlateMesh) -> Sites:
-    """All nodes of a plate."""
+    """Return all nodes of a plate."""
     site, element = mesh.cells.ravel(), np.repeat(np.arange(len(mesh.cells)), 9)
     return Sites.of(mesh.points, site, element, np.tile(_NODES, (len(mesh.cells), 1)).T)
 
@@ -34,7 +34,8 @@ def plate_nodes(mesh: PlateMesh) -> Sites:
 def plate_stress(
     mesh: PlateMesh, material: Material, thickness: float, model: SecondOrderModel, sites: Sites
 ) -> sparse.csr_array:
-    """(6 P, n) C, so that C u is the stress at P sites of the face z = h/2 [Pa], xx, yy, zz, yz, xz, xy of each.
+    """Return the (6 P, n) C, so that C u is the stress at P sites of the face z = h/2 [Pa], xx, yy, zz, yz, xz, xy of
+    each.
 
     With moments M = D ((1 - nu) kappa + nu tr(kappa) I), kappa = -sym grad a, it is 6 M/h^2 in the plane and zero
     across it; the opposite in the face z = -h/2.
@@ -55,7 +56,8 @@ def plate_stress(
 def plate_shear(
     mesh: PlateMesh, material: Material, thickness: float, model: SecondOrderModel, sites: Sites
 ) -> sparse.csr_array:
-    """(2 P, n), to the transverse shear xz, yz in the mid-surface [Pa], 3/2 of the mean kappa G (grad w - a).
+    """Return the (2 P, n) matrix to the transverse shear xz, yz in the mid-surface [Pa], 3/2 of the mean kappa G (grad
+    w - a).
 
     Raises as `plate_stress`.
     """
@@ -67,7 +69,8 @@ def plate_shear(
 
 
 def _at_gauss(mesh: PlateMesh, sites: Sites) -> tuple[Array, Array]:
-    """(E, 9, 2) slopes of the shape functions along x and y, and (E, 9) their values, led on from the Gauss points."""
+    """Return the (E, 9, 2) slopes of the shape functions along x and y, and (E, 9) their values, led on from the Gauss
+    points."""
     shapes, slopes = shapes_at(_GAUSS)
     s, t = sites.inside
     weights = (1 + 3 * s[:, None] * _GAUSS[:, 0]) * (1 + 3 * t[:, None] * _GAUSS[:, 1]) / 4
@@ -78,7 +81,7 @@ def _at_gauss(mesh: PlateMesh, sites: Sites) -> tuple[Array, Array]:
 
 
 def _of_unknowns(mesh: PlateMesh, model: SecondOrderModel, sites: Sites, rows: Array) -> sparse.csr_array:
-    """(R P, n) of (E, R, 9, 3) each element's share of a site, by the unknowns w and l a of its nodes."""
+    """Return (R P, n) matrix of (E, R, 9, 3) each element's share of a site, by the unknowns w and l a of its nodes."""
     if model.dofs is None or model.dofs.points.shape[1] != len(mesh.points):
         raise ModelError("the model's unknowns are not those of this plate: use the mesh of its assembly")
     count = rows.shape[1]
@@ -86,7 +89,7 @@ def _of_unknowns(mesh: PlateMesh, model: SecondOrderModel, sites: Sites, rows: A
     unknowns = (3 * mesh.cells[sites.element][:, :, None] + np.arange(3)).reshape(len(rows), 1, -1)
     which, unknowns = np.broadcast_arrays(which, unknowns)
     data = rows.reshape(len(rows), count, -1) * sites.share[:, None, None]
-    made = sparse.coo_array(
+    matrix = sparse.coo_array(
         (data.ravel(), (which.ravel(), unknowns.ravel())), (count * len(sites), 3 * len(mesh.points))
     )
-    return sparse.csr_array(made.tocsc()[:, model.dofs.free])
+    return sparse.csr_array(matrix.tocsc()[:, model.dofs.free])

@@ -48,19 +48,19 @@ class StressField:
 
     @property
     def greens(self) -> ModalGreens:
-        """Of the body's modes."""
+        """Return the function of the body's modes."""
         greens = self.body.greens.modal
         assert greens is not None
         return greens
 
     @cached_property
     def left_out(self) -> Array:
-        """(P, 6, p) of the static load what the modes do not have."""
+        """Return the (P, 6, p) part of the static load that the modes do not have."""
         return np.asarray(self.static - (self.modal / self.greens.omega**2) @ self.greens.shapes)
 
     @property
     def fields(self) -> Array:
-        """(P, 6, M + p) of modes and followed forces."""
+        """Return the (P, 6, M + p) fields of modes and followed forces."""
         return np.concatenate([self.modal, self.left_out], axis=2)
 
     @property
@@ -72,7 +72,7 @@ class StressField:
         return np.concatenate([_norms(self.modal), _norms(self.left_out)], axis=1)
 
     def at(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> StressField:
-        """Of some of its points."""
+        """Return the field of some of its points."""
         return StressField(self.points[which], self.static[which], self.modal[which], self.body)
 
     def coordinates(self, force: Array, dt: float, stride: int) -> Iterator[Array]:
@@ -82,11 +82,11 @@ class StressField:
         modes = self.modal.shape[2]
         of_modes, of_forces = kept[kept < modes], kept[kept >= modes] - modes
         columns = [self.modal[which][:, :, of_modes], self.left_out[which][:, :, of_forces]]
-        found = np.concatenate(columns, axis=2).reshape(6 * len(which), -1) @ values
-        yield found.reshape(len(which), 1, 6, -1)
+        stress = np.concatenate(columns, axis=2).reshape(6 * len(which), -1) @ values
+        yield stress.reshape(len(which), 1, 6, -1)
 
     def _pushes(self, force: Array) -> Array:
-        """(p, n + 1) forces on the ports."""
+        """Return the (p, n + 1) forces on the ports."""
         pushes, ports = np.atleast_2d(np.asarray(force, dtype=float).T), self.static.shape[2]
         if len(pushes) != ports:
             raise ModelError(f"forces of shape {force.shape} on a body of {ports} ports: give one column for each")
@@ -103,19 +103,19 @@ def recover(
     damping_ratio: float = 0.0,
     vectors: int | None = None,
 ) -> StressField:
-    """The stress of a body by one static solution a port and a space of its own.
+    """Return the stress of a body by one static solution a port and a space of its own.
 
     Args:
         functional: C of its unknowns, which multiplies columns of them: (6 P, n).
         points: (P, d) of them.
-        model, bandwidth, dt, damping_ratio, vectors: as of `Response.of`, which tells the errors.
+        model, bandwidth, dt, damping_ratio, vectors: as of `Response.of`, which gives the errors.
     """
     response = Response.of(model, bandwidth=bandwidth, dt=dt, damping_ratio=damping_ratio, vectors=vectors)
     return field_of(response, functional, points)
 
 
 def field_of(response: Response, functional: Any, points: Array, *, fewer: bool = False) -> StressField:
-    """Stress at points (P, d) by C (6 P, n) of a body that responds, or of ``fewer`` of its vectors."""
+    """Return the stress at points (P, d) by C (6 P, n) of a body that responds, or of ``fewer`` of its vectors."""
     pairs = response.fewer if fewer else response.pairs
     static = np.asarray(functional @ response.rest).reshape(len(points), 6, -1)
     modal = np.asarray(functional @ pairs.modes(response.vectors)).reshape(len(points), 6, -1)
@@ -123,36 +123,36 @@ def field_of(response: Response, functional: Any, points: Array, *, fewer: bool 
 
 
 def histories(field: Field, force: Array, dt: float, stride: int = 1) -> Array:
-    """(P, 6, n + 1) stress at all its points [Pa], or of every ``stride``-th step, under forces (n + 1,) or (n + 1,
-    ports) along the ports' outward normals [N]: ``force[m]`` acts over the step that ends at m dt. A contact force
-    presses a seat: give ``-force``."""
+    """Return the (P, 6, n + 1) stress at all its points [Pa], or of every ``stride``-th step, under forces (n + 1,) or
+    (n + 1, ports) along the ports' outward normals [N]: ``force[m]`` acts over the step that ends at m dt. A contact
+    force presses a seat: give ``-force``."""
     return np.concatenate([_all(field, part) for part in field.coordinates(force, dt, stride)], axis=2)
 
 
 def at_time(field: Field, force: Array, dt: float, steps: int) -> Array:
-    """(P, 6) stress at all its points at the end of step number ``steps`` [Pa]; the force as in `histories`."""
+    """Return (P, 6) stress at all its points at the end of step number ``steps`` [Pa]; the force as in `histories`."""
     *_, last = field.coordinates(force[: steps + 1], dt, max(1, steps))
     return np.asarray(_all(field, last[-1:])[:, :, 0])
 
 
 def at_own_times(field: Field, force: Array, dt: float, steps: Integers) -> Array:
-    """(P, 6) stress at each of its points at the end of a step of its own, number ``steps`` (P,) [Pa]; the force as in
-    `histories`."""
-    found, first = np.zeros((len(steps), 6)), 0
+    """Return the (P, 6) stress at each of its points at the end of a step of its own, number ``steps`` (P,) [Pa]; the
+    force as in `histories`."""
+    stress, first = np.zeros((len(steps), 6)), 0
     for part in field.coordinates(force, dt, 1):
         for k in np.flatnonzero((steps >= first) & (steps < first + len(part))):
-            found[k] = _all(field.at(np.array([k])), part[steps[k] - first][None])[0, :, 0]
+            stress[k] = _all(field.at(np.array([k])), part[steps[k] - first][None])[0, :, 0]
         first += len(part)
-    return found
+    return stress
 
 
 def _all(field: Field, part: Array) -> Array:
-    """(P, 6, m) at all points by coordinates (m, K)."""
+    """Return the (P, 6, m) stress at all points by coordinates (m, K)."""
     every = np.arange(len(field.bounds)), np.arange(len(field.radians))
     out = [each.copy() for each in field.stress(every[0], np.ascontiguousarray(part.T), every[1])]
     return np.concatenate(out).reshape(len(field.points), 6, -1)
 
 
 def _norms(fields: Array) -> Array:
-    """(P, K) of (P, 6, K)."""
+    """Return the (P, K) norms of (P, 6, K)."""
     return norms(np.swapaxes(fields, 1, 2))

@@ -32,7 +32,7 @@ class Pairs:
     coefficients: Array
 
     def modes(self, vectors: Array) -> Array:
-        """(n, M) their shapes."""
+        """Return the (n, M) shapes of the modes."""
         return np.asarray(vectors[:, : len(self.coefficients)] @ self.coefficients)
 
 
@@ -62,7 +62,7 @@ class Response:
         vectors: int | None = None,
         resting: bool = False,
     ) -> Response:
-        """Of a model.
+        """Return the response of a model.
 
         Args:
             model: M, K, ports and a damping that does not couple modes.
@@ -79,9 +79,9 @@ class Response:
         if refusal := model.damping.plus(damping_ratio).refusal:
             raise ModelError(f"stress by modes: {refusal}")
         ports = len(model.ports)
-        if ports > MOST_PORTS and (count := len((found := solve_modes(model, up_to_hz=MODES * bandwidth)).omega)):
-            V, shapes = found.shapes, found.shapes.T @ model.port_matrix
-            ritz = [(found.omega[:k], shapes[:k], np.eye(k)) for k in (count, max(1, int(FEWER * count)))]
+        if ports > MOST_PORTS and (count := len((modes := solve_modes(model, up_to_hz=MODES * bandwidth)).omega)):
+            V, shapes = modes.shapes, modes.shapes.T @ model.port_matrix
+            ritz = [(modes.omega[:k], shapes[:k], np.eye(k)) for k in (count, max(1, int(FEWER * count)))]
         else:
             most = min(MOST, model.size, VECTORS + MORE * (ports - 1) if vectors is None else vectors)
             V, ritz = _krylov(model, 2 * math.pi * bandwidth, most)
@@ -94,20 +94,20 @@ Ritz = tuple[Array, Array, Array]
 
 
 def _krylov(model: SecondOrderModel, shift: float, most: int) -> tuple[Array, list[Ritz]]:
-    """Vectors, and the Ritz pairs of all and of `FEWER`; the factor, most of the memory, ends here."""
+    """Return vectors, and the Ritz pairs of all and of `FEWER`; the factor, most of the memory, ends here."""
     basis = KrylovBasis(model, factorize(model.K + shift**2 * model.M, name="K + s^2 M"), shift, most)
     basis.grow(most)
     return basis.V, [basis.ritz(k) for k in (basis.size, max(1, int(FEWER * basis.size)))]
 
 
 def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coefficients: Array) -> Array:
-    """(n, p) K^-1 B. Galerkin's solution in a Krylov space is that of conjugate gradients after as many steps, with few
-    ports exact to round-off; where it is not, a factor of K makes it."""
+    """Return the (n, p) K^-1 B. Galerkin's solution in a Krylov space is that of conjugate gradients after as many
+    steps, with few ports exact to round-off; where it is not, a factor of K makes it."""
     if omega.all():
-        found = np.asarray(V @ (coefficients @ (shapes / omega[:, None] ** 2)))
+        displacements = np.asarray(V @ (coefficients @ (shapes / omega[:, None] ** 2)))
         B = model.port_matrix
-        if np.linalg.norm(model.K @ found - B) < EXACT * np.linalg.norm(B):
-            return found
+        if np.linalg.norm(model.K @ displacements - B) < EXACT * np.linalg.norm(B):
+            return displacements
     try:
         return factorize(model.K, name="K").solve(model.port_matrix)
     except FactorizationError as error:
@@ -115,7 +115,7 @@ def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coe
 
 
 def _pairs(model: SecondOrderModel, damping_ratio: float, step: tuple[float, bool], V: Array, ritz: Ritz) -> Pairs:
-    """Those slower than pi/dt, by their coefficients C."""
+    """Return those slower than pi/dt, by their coefficients C."""
     (dt, resting), (omega, shapes, C), damping = step, ritz, model.damping.plus(damping_ratio)
     kept = omega * dt < math.pi
     if stiff := not kept.any():

@@ -41,7 +41,7 @@ class Sites:
 
     @staticmethod
     def of(points: Array, site: Integers, element: Integers, inside: Array) -> Sites:
-        """With equal shares of all elements about a point."""
+        """Return sites with equal shares of all elements about a point."""
         share = 1.0 / np.bincount(site, minlength=len(points))[site]
         return Sites(points, site, element, inside, share)
 
@@ -49,13 +49,13 @@ class Sites:
         return len(self.points)
 
     def at(self, chosen: NDArray[np.bool_]) -> Sites:
-        """Those that are chosen (P,), numbered anew."""
+        """Return those that are chosen (P,), numbered anew."""
         kept, number = chosen[self.site], np.cumsum(chosen) - 1
         return Sites.of(self.points[chosen], number[self.site[kept]], self.element[kept], self.inside[:, kept])
 
 
 def at_points(made: Discretization, points: Array) -> Sites:
-    """The elements around points (P, d) [m].
+    """Return the elements around points (P, d) [m].
 
     Raises:
         ModelError: a point that lies off the body by more than a twentieth of an element.
@@ -75,29 +75,29 @@ def at_points(made: Discretization, points: Array) -> Sites:
 
 
 def on_surface(made: Discretization) -> Sites:
-    """All displacement nodes on the surface, without those of planes of symmetry and of the axis alone."""
+    """Return all displacement nodes on the surface, without those of planes of symmetry and of the axis alone."""
     _, elements, which = outer_facets(made.mesh)
-    reference, there = np.asarray(made.element.doflocs, dtype=float), np.zeros(made.size, dtype=bool)
+    reference, outer = np.asarray(made.element.doflocs, dtype=float), np.zeros(made.size, dtype=bool)
     for k, corners in enumerate(made.element.refdom.facets):
         vertices = np.asarray(made.element.refdom.p, dtype=float)[:, corners].T
         across = np.linalg.svd(vertices[1:] - vertices[0])[2][-1]
         on_side = np.abs((reference - vertices[0]) @ across) < 1e-9
-        there[made.cells[elements[which == k]][:, on_side]] = True
-    return at_nodes(made, np.flatnonzero(there))
+        outer[made.cells[elements[which == k]][:, on_side]] = True
+    return at_nodes(made, np.flatnonzero(outer))
 
 
 def at_nodes(made: Discretization, nodes: Integers) -> Sites:
-    """Displacement nodes (P,), in rising order."""
-    there = np.zeros(made.size, dtype=bool)
-    there[nodes] = True
-    element, local = np.nonzero(there[made.cells])
+    """Return the displacement nodes (P,), in rising order."""
+    chosen = np.zeros(made.size, dtype=bool)
+    chosen[nodes] = True
+    element, local = np.nonzero(chosen[made.cells])
     site = np.searchsorted(nodes, made.cells[element, local])
     reference = np.asarray(made.element.doflocs, dtype=float)
     return Sites.of(made.nodes.T[nodes], site, element, reference[local].T)
 
 
 def outer_facets(mesh: Any) -> tuple[Integers, Integers, Integers]:
-    """Facets (f,) of the true surface, their elements and which sides of these they are."""
+    """Return the facets (f,) of the true surface, their elements and which sides of these they are."""
     facets = np.setdiff1d(mesh.boundary_facets(), [f for cut in _CUTS for f in (mesh.boundaries or {}).get(cut, ())])
     if mesh.dim() == 2:
         radii = mesh.p[0, mesh.facets[:, facets]]
@@ -108,7 +108,7 @@ def outer_facets(mesh: Any) -> tuple[Integers, Integers, Integers]:
 
 
 def _inside(made: Discretization, element: Integers, targets: Array) -> Array:
-    """(d, E) reference coordinates of targets (E, d) in elements, or beyond, by Newton's method."""
+    """Return the (d, E) reference coordinates of targets (E, d) in elements, or beyond, by Newton's method."""
     nodes = made.places[made.corners[element]]
     inside = np.tile(np.asarray(made.element.refdom.p, dtype=float).mean(axis=1)[:, None], len(element))
     for _ in range(_NEWTON):
@@ -120,6 +120,6 @@ def _inside(made: Discretization, element: Integers, targets: Array) -> Array:
 
 
 def _outside(made: Discretization, inside: Array) -> Array:
-    """(E,) how far reference coordinates are outside the reference element; negative within."""
+    """Return (E,) how far reference coordinates are outside the reference element; negative within."""
     beyond = inside.sum(axis=0) if made.element.refdom.__name__ in ("RefTet", "RefTri") else inside.max(axis=0)
     return np.asarray(np.maximum(-inside.min(axis=0), beyond - 1.0))

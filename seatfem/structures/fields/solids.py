@@ -1,4 +1,4 @@
-"""From the unknowns of a solid, in three dimensions or a harmonic of a body of revolution, to its stress.
+"""The way from the unknowns of a solid, in three dimensions or a harmonic of a body of revolution, to its stress.
 
 Stress is evaluated where it is asked for, by the element's own shape functions, and averaged over the elements that
 meet there. Of elements of order p its error falls at least as h^p where the displacement is smooth.
@@ -28,7 +28,7 @@ _INDICES: Final = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 
 def elements_of(mesh: Any, order: int | None = None) -> Discretization:
-    """The elements as `assemble` or, of a mesh in two dimensions, `assemble_axisymmetric` numbers them."""
+    """Return the elements as `assemble` or, of a mesh in two dimensions, `assemble_axisymmetric` numbers them."""
     mesh = getattr(mesh, "mesh", mesh)
     if mesh.dim() == 3:
         return discretize(mesh, order)
@@ -82,7 +82,7 @@ def solid_stress(
     *,
     harmonic: int = 0,
 ) -> StressOperator:
-    """The stress at sites.
+    """Return the stress at sites.
 
     Args:
         made: the elements (`elements_of`).
@@ -107,13 +107,13 @@ def solid_stress(
 
 
 def _slopes(made: Discretization, element: Any, inside: Array) -> Array:
-    """(E, L, d) gradients of the shape functions along the coordinates."""
+    """Return the (E, L, d) gradients of the shape functions along the coordinates."""
     jacobian = np.einsum("evc,eva->eac", gradients(made.geometry, inside), made.places[made.corners[element]])
     return np.asarray(gradients(made.element, inside) @ np.linalg.inv(jacobian))
 
 
 def _strain(made: Discretization, sites: Sites) -> Array:
-    """(E, 6, L, 3) strains of unit nodal displacements, shear as angles."""
+    """Return the (E, 6, L, 3) strains of unit nodal displacements, shear as angles."""
     slopes = _slopes(made, sites.element, sites.inside)
     out = np.zeros((len(slopes), 6, slopes.shape[1], 3))
     for row, (a, b) in enumerate(_INDICES):
@@ -123,7 +123,7 @@ def _strain(made: Discretization, sites: Sites) -> Array:
 
 
 def _around(harmonic: int) -> Callable[[Discretization, Sites], Array]:
-    """The same of unit amplitudes (U, V, W), as in `revolved_elements`."""
+    """Return the same of unit amplitudes (U, V, W), as in `revolved_elements`."""
 
     def strain(made: Discretization, sites: Sites) -> Array:
         on_axis = sites.points[sites.site, 0] <= _TO_AXIS * _TO_AXIS * made.places[:, 0].max()

@@ -20,7 +20,7 @@ _HDF5: Final = b"\x89HDF\r\n\x1a\n"
 
 
 def plain(mesh: Any) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
-    """Arrays and names of what a seat needs: nodes, cells, and whatever groups them."""
+    """Return arrays and names of what a seat needs: nodes, cells, and whatever groups them."""
     out: dict[str, np.ndarray[Any, Any]] = {"points": np.asarray(mesh.points, dtype=float)}
     said: dict[str, Any] = {"types": [], "cell_data": [], "cell_sets": [], "point_sets": [], "point_data": []}
     for k, block in enumerate(mesh.cells):
@@ -35,8 +35,8 @@ def plain(mesh: Any) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
         arrays = [np.asarray([] if part is None else part, dtype=np.int64) for part in parts]
         out |= {f"cell_sets {len(said['cell_sets'])} {k}": part for k, part in enumerate(arrays)}
         said["cell_sets"].append(name)
-    for kind, found in (("point_sets", mesh.point_sets), ("point_data", mesh.point_data)):
-        for name, values in found.items():
+    for kind, groups in (("point_sets", mesh.point_sets), ("point_data", mesh.point_data)):
+        for name, values in groups.items():
             array = _flat(values)
             if array.ndim == 1 and array.dtype.kind in "iubf":
                 out[f"{kind} {len(said[kind])}"] = array
@@ -53,13 +53,13 @@ def check_hdf5(folder: Path) -> None:
     """Raise `ValueError` for an HDF5 file of the folder that is not plain."""
     for file in sorted(folder.iterdir()):
         with file.open("rb") as content:
-            found = content.read(8) == _HDF5
-        if found:
+            is_hdf5 = content.read(8) == _HDF5
+        if is_hdf5:
             check_structure(file, ValueError)
 
 
 def answer(line: str) -> str:
-    """Read the file of a job; what its arrays are called, or the error."""
+    """Read the file of a job; return what its arrays are called, or the error."""
     job = json.loads(line)
     limit_process(memory=MEMORY + PER_BYTE * job["size"], seconds=SECONDS + job["size"] // SIZE_A_SECOND)
     try:

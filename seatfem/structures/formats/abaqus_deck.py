@@ -24,13 +24,13 @@ _ABAQUS = re.compile(r'^\*[ \t]*INCLUDE[ \t]*,\s*INPUT[ \t]*=[ \t]*"?([^",\r\n]+
 
 @dataclass
 class Budget:
-    """What is left to be read of a deck: each file counts as often as it is included."""
+    """The amount left to be read of a deck: each file counts as often as it is included."""
 
     files: int = MOST_FILES
     size: int = MOST_BYTES
 
     def text(self, path: Path) -> str:
-        """The text of a file. Raises `MeshError` where the deck is at its end."""
+        """Return the text of a file. Raises `MeshError` where the deck is at its end."""
         if self.files == 0:
             raise MeshError(f"{path}: is included after {MOST_FILES} other files, the most of a deck; write one file")
         data = read_bytes(path, self.size, MeshError)
@@ -52,7 +52,7 @@ class Block:
         return MeshError(f"{self.place}: *{self.keyword}: {why}")
 
     def integers(self) -> Integers:
-        """Every number of the data lines."""
+        """Return every number of the data lines."""
         try:
             return np.array([int(word) for row in self.rows for word in row if word], dtype=np.int64)
         except ValueError as error:
@@ -60,7 +60,8 @@ class Block:
 
 
 def read_blocks(path: Path) -> list[Block]:
-    """All blocks of a file, included files in their place. Raises `MeshError` for what would move or make nodes."""
+    """Return all blocks of a file, included files in their place. Raises `MeshError` for what would move or make
+    nodes."""
     blocks = list(_blocks(path, 0, Budget()))
     for block in blocks:
         if block.keyword in GENERATORS:
@@ -99,7 +100,7 @@ def _blocks(path: Path, depth: int, budget: Budget) -> Iterator[Block]:
 
 
 def _logical_lines(path: Path, budget: Budget) -> Iterator[tuple[str, str]]:
-    """Place and text of every line that says something; keyword lines that end in a comma with what follows."""
+    """Yield place and text of every line that says something; keyword lines that end in a comma with what follows."""
     begun: list[str] = []
     place = ""
     for number, raw in enumerate(budget.text(path).splitlines(), start=1):
@@ -150,7 +151,7 @@ class Sets:
         self.members.setdefault(name.casefold(), []).append(numbers)
 
     def add_block(self, block: Block) -> None:
-        """*NSET or *ELSET: numbers, names of earlier sets, or ranges under GENERATE."""
+        """Add the block of *NSET or *ELSET: numbers, names of earlier sets, or ranges under GENERATE."""
         name = block.options.get(self.kind)
         if not name:
             raise block.fail(f"{self.kind}= is missing; add it")
@@ -164,14 +165,14 @@ class Sets:
         if _WHOLE.fullmatch(word):
             return np.array([int(word)], dtype=np.int64)
         if word.casefold() not in self.members:
-            there = ", ".join(map(repr, sorted(self.names.values()))) or "none"
-            raise block.fail(f"no {self.kind} {word!r} before this line; there are: {there}")
+            known = ", ".join(map(repr, sorted(self.names.values()))) or "none"
+            raise block.fail(f"no {self.kind} {word!r} before this line; there are: {known}")
         parts = self.members[word.casefold()]
         self.used(sum(map(len, parts)), block)
         return np.concatenate(parts)
 
     def named(self) -> dict[str, Integers]:
-        """The sets a user has named, with every number once."""
+        """Return the sets a user has named, with every number once."""
         return {
             self.names[key]: distinct(np.concatenate(parts))
             for key, parts in self.members.items()
@@ -202,18 +203,18 @@ class Sets:
 
 
 def with_included(path: Path) -> tuple[Path, ...]:
-    """``path`` and, of an Abaqus input file, every file that it brings in by *INCLUDE, those within those too.
+    """Return ``path`` and, of an Abaqus input file, every file that it brings in by *INCLUDE, those within those too.
 
     Files that are not there are left out. Nastran's INCLUDE is refused by `read_nastran`.
     """
-    found: dict[Path, None] = {}  # in order
+    files: dict[Path, None] = {}  # in order
     waiting = [path]
-    while waiting and len(found) <= MOST_FILES:  # a deck of more is refused when it is read
+    while waiting and len(files) <= MOST_FILES:  # a deck of more is refused when it is read
         file = waiting.pop().resolve()
-        if file in found or not file.is_file():
+        if file in files or not file.is_file():
             continue
-        found[file] = None
+        files[file] = None
         if path.suffix.lower() == ".inp":
             text = read_text(file, MOST_BYTES, MeshError, errors="replace")
             waiting += [file.parent / name.strip() for name in _ABAQUS.findall(text)[:MOST_FILES]]
-    return tuple(found)
+    return tuple(files)

@@ -33,29 +33,29 @@ SKIN = re.compile(r"(?:S|DS|STRI|SFM3D|M3D|R3D|CPS|CPE)(3|4|6|8|9)5?[A-Z]*\d?$")
 
 
 def read_abaqus(path: Path) -> FileMesh:
-    """*NODE, *ELEMENT, *NSET, *ELSET and *SURFACE of an input file, flat or with one part and one instance.
+    """Read *NODE, *ELEMENT, *NSET, *ELSET and *SURFACE of an input file, flat or with one part and one instance.
 
     Solids C3D4, C3D10, C3D8, C3D20, C3D27 with any ending. Surfaces are those of *SURFACE (faces S1.. of elements, or
     TYPE=NODE), element sets of skin elements (S3, S4R, M3D4, ...), and node sets. Element sets of solids are volumes;
     sets that Abaqus/CAE marks internal are left out. Raises `MeshError` naming file and line.
     """
     deck, node_sets, element_sets, blocks = _collect(path)
-    found = assembled(deck)
-    if len(distinct(found.ids)) < len(found.ids):
+    assembly = assembled(deck)
+    if len(distinct(assembly.ids)) < len(assembly.ids):
         raise MeshError(f"{path}: an element number is used twice; number them anew")
-    surfaces, held = dict(found.mesh.surfaces), dict(found.mesh.node_sets)
+    surfaces, held = dict(assembly.mesh.surfaces), dict(assembly.mesh.node_sets)
     check_group_count(len(surfaces) + len(held) + len(blocks), str(path))
     for block in blocks:
         name = block.options.get("NAME", "")
         if block.options.get("TYPE", "ELEMENT").upper() == "NODE":
             held[name] = deck.rows(np.concatenate([node_sets.members_of(row[0], block) for row in block.rows]))
         else:
-            surfaces[name] = stacked(list(_surface(block, found, element_sets)), face_width(found.mesh.cells))
-    return replace(found.mesh, surfaces=surfaces, node_sets=held)
+            surfaces[name] = stacked(list(_surface(block, assembly, element_sets)), face_width(assembly.mesh.cells))
+    return replace(assembly.mesh, surfaces=surfaces, node_sets=held)
 
 
 def _collect(path: Path) -> tuple[Deck, Sets, Sets, list[Block]]:
-    """The deck, its sets with those that are internal, and the blocks of *SURFACE."""
+    """Return the deck, its sets with those that are internal, and the blocks of *SURFACE."""
     ids: list[Integers] = [np.empty(0, dtype=np.int64)]
     points: list[Floats] = [np.empty((0, 3))]
     solids: list[Elements] = []
@@ -103,7 +103,7 @@ def _nodes(block: Block) -> tuple[Integers, Floats]:
 
 
 def _elements(block: Block) -> Elements | None:
-    """None for elements that are neither solids nor skins: beams, springs, masses."""
+    """Return the elements of a block, None for those that are neither solids nor skins: beams, springs, masses."""
     kind = block.options.get("TYPE", "").upper()
     solid, skin = SOLID.match(kind), SKIN.match(kind)
     match = solid or skin
@@ -121,7 +121,7 @@ def _elements(block: Block) -> Elements | None:
 
 
 def _surface(block: Block, found: Assembled, element_sets: Sets) -> Iterator[Integers]:
-    """Faces of the lines of *SURFACE, TYPE=ELEMENT: a set or an element, and which of its faces."""
+    """Yield the faces of the lines of *SURFACE, TYPE=ELEMENT: a set or an element, and which of its faces."""
     cells = found.mesh.cells
     faces = np.array(ABAQUS_TET_FACES if face_width(cells) == 3 else ABAQUS_HEX_FACES)
     by_side: dict[str, list[Integers]] = {}

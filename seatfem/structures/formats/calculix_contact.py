@@ -52,16 +52,16 @@ class PlateStriker:
     rates: Array
 
     def lines(self, node: int, cell: int) -> Iterator[str]:
-        """Nodes above ``node``, elements above ``cell`` and the surface FACE below."""
+        """Yield nodes above ``node``, elements above ``cell`` and the surface FACE below."""
         corners, sides = np.unique(self.mesh.cells[:, :4]), np.unique(self.mesh.cells[:, 4:8])
-        there = np.zeros((len(self.mesh.points), 3), dtype=bool)  # below, in the mid-surface, above
-        there[corners], there[sides, 0], there[sides, 2] = True, True, True
-        number = node + np.cumsum(there).reshape(there.shape)
-        at, level = np.nonzero(there)
+        used = np.zeros((len(self.mesh.points), 3), dtype=bool)  # below, in the mid-surface, above
+        used[corners], used[sides, 0], used[sides, 2] = True, True, True
+        number = node + np.cumsum(used).reshape(used.shape)
+        at, level = np.nonzero(used)
         high = (level - 1) * self.thickness / 2
         yield "*NODE, NSET=STRIKER"
         places = np.column_stack([self.mesh.points[at], self.underside[at] + high + self.thickness / 2])
-        yield from (f"{n}," + ",".join(f"{x:.12g}" for x in p) for n, p in zip(number[there], places, strict=True))
+        yield from (f"{n}," + ",".join(f"{x:.12g}" for x in p) for n, p in zip(number[used], places, strict=True))
         yield "*ELEMENT, TYPE=C3D20R, ELSET=STRIKER"
         for k, row in enumerate(self.mesh.cells, start=cell + 1):
             first, second = row[:4], row[4:8]
@@ -72,11 +72,11 @@ class PlateStriker:
         held = np.isin(at, self.clamped)
         for name, which, last in (("ROOT", held, 3), ("MIDDLE", ~held & (level == 1), 2)):
             if which.any():
-                yield from (*as_set(name, number[there][which]), "*BOUNDARY", f"{name},1,{last}")
+                yield from (*as_set(name, number[used][which]), "*BOUNDARY", f"{name},1,{last}")
         for name, field in (("DISPLACEMENT", self.moved[at]), ("VELOCITY", self.rates[at])):
             values = np.column_stack([-high[:, None] * field[:, 1:], field[:, 0]])
             yield f"*INITIAL CONDITIONS, TYPE={name}"
-            for n, moved in zip(number[there], values, strict=True):
+            for n, moved in zip(number[used], values, strict=True):
                 yield from (f"{n},{axis},{value:.12e}" for axis, value in enumerate(moved, 1))
         yield from ("*SURFACE, NAME=FACE", "STRIKER,S1")
 
@@ -84,7 +84,8 @@ class PlateStriker:
 def plate_contact(
     deck: CalculixBody, plate: PlateStriker, stiffness: float, duration: float, dt: float
 ) -> Iterator[str]:
-    """A plate that lands; the step prints the force on the patch, `STRUCK`. Arguments and errors as `mass_contact`."""
+    """Yield the deck of a plate that lands; the step prints the force on the patch, `STRUCK`. Arguments and errors as
+    `mass_contact`."""
     check_patch(deck)
     node, cell = deck.node + 3 * len(plate.mesh.points), deck.cells + len(plate.mesh.cells)
     side = plate.thickness
@@ -99,7 +100,7 @@ def plate_contact(
 def mass_contact(
     deck: CalculixBody, mass: float, velocity: float, stiffness: float, duration: float, dt: float
 ) -> Iterator[str]:
-    """A rigid, flat striker of ``mass`` [kg] that arrives with ``velocity`` [m/s] < 0.
+    """Yield the deck of a rigid, flat striker of ``mass`` [kg] that arrives with ``velocity`` [m/s] < 0.
 
     It is one element whose nodes move alike along z; the step prints one of them, HEAVY. ``stiffness``: of the contact
     [Pa/m]; for ``duration`` in steps of ``dt`` [s].
@@ -131,7 +132,7 @@ def check_patch(deck: CalculixBody) -> None:
 
 
 def _brick(name: str, node: int, cell: int, low: Array, high: Array, density: float) -> Iterator[str]:
-    """One stiff element between two corners, its lower face S1."""
+    """Yield one stiff element between two corners, its lower face S1."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     places = [(x, y, z) for z in (z0, z1) for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))]
     nodes = range(node + 1, node + 9)

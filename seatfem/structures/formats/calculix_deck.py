@@ -59,27 +59,28 @@ class CalculixBody:
 
     @property
     def plane(self) -> bool:
-        """Whether it is the half section of a body of revolution."""
+        """Return whether it is the half section of a body of revolution."""
         return self.element.startswith("CAX")
 
     @property
     def flat(self) -> bool:
-        """Whether the patch is flat and faces up along z."""
+        """Return whether the patch is flat and faces up along z."""
         width = float(np.ptp(self.patch[:, :2], axis=0).max())
         return float(np.ptp(self.patch[:, 2])) <= FLAT * width and float(self.loads[:, 2].sum()) > 1 - FLAT
 
     def step(self, words: Sequence[str], steps: int = 0) -> list[str]:
-        """A step that ends with what is printed of the reference node."""
-        told = [f"*NODE PRINT, NSET={PATCH}, FREQUENCY=1", "U"] if steps else []
-        return [f"*STEP, INC={steps + 1}" if steps else "*STEP", *words, *told, "*END STEP"]
+        """Return a step that ends with what is printed of the reference node."""
+        printed = [f"*NODE PRINT, NSET={PATCH}, FREQUENCY=1", "U"] if steps else []
+        return [f"*STEP, INC={steps + 1}" if steps else "*STEP", *words, *printed, "*END STEP"]
 
     def frequency(self, count: int) -> list[str]:
-        """*FREQUENCY of the lowest ``count`` modes."""
+        """Return *FREQUENCY of the lowest ``count`` modes."""
         return self.step(["*FREQUENCY", f"{count}"])
 
     def transient(self, width: float, duration: float, dt: float, modes: int | None = None) -> list[str]:
-        """The unit Hann pulse of ``width`` [s] on the patch for ``duration`` by the trapezoidal rule in steps of ``dt``
-        (*DYNAMIC, DIRECT, ALPHA=0), or by the sum of the lowest ``modes`` (*MODAL DYNAMIC): the patch's U [m/(N s)]."""
+        """Return the unit Hann pulse of ``width`` [s] on the patch for ``duration`` by the trapezoidal rule in steps of
+        ``dt`` (*DYNAMIC, DIRECT, ALPHA=0), or by the sum of the lowest ``modes`` (*MODAL DYNAMIC): the patch's U [m/(N
+        s)]."""
         count = int(np.ceil(duration / dt))
         times = dt * np.arange(count + 2, dtype=np.float64)
         pairs = np.stack([times, hann(times, width)], axis=1).ravel()
@@ -94,7 +95,7 @@ class CalculixBody:
 def calculix_body(
     model: SecondOrderModel, material: Solid | Mapping[str, Any], *, struck: str = "contact", copies: int = 1
 ) -> CalculixBody:
-    """The deck of a model of finite elements of second order.
+    """Return the deck of a model of finite elements of second order.
 
     Args:
         model: of solids in space, or of the half section of a body of revolution (harmonic 0).

@@ -62,7 +62,7 @@ KINDS: Final[Mapping[str, Kind]] = {
 
 
 def oriented(points: Array, cells: Integers, kind: Kind, plane: bool) -> Integers:
-    """Cells whose volume is positive in the deck's order."""
+    """Return cells whose volume is positive in the deck's order."""
     if plane:
         first, second = (points[:2, cells[:, k]] - points[:2, cells[:, 0]] for k in (1, -1 + len(kind.faces)))
         volume = first[0] * second[1] - first[1] * second[0]
@@ -76,7 +76,8 @@ def oriented(points: Array, cells: Integers, kind: Kind, plane: bool) -> Integer
 
 
 def loads_of(mesh: Any, kind: Kind, struck: str, used: Integers, plane: bool) -> Array:
-    """(nodes, 3) b: the consistent nodal forces of a unit load, uniform over the patch, along its outward normal."""
+    """Return the (nodes, 3) b: the consistent nodal forces of a unit load, uniform over the patch, along its outward
+    normal."""
     basis = FacetBasis(mesh, kind.theirs, facets=mesh.boundaries[struck], intorder=8)
     radius = basis.global_coordinates()[0] if plane else 1.0
     area = float(np.sum(radius * basis.dx))
@@ -92,7 +93,7 @@ def loads_of(mesh: Any, kind: Kind, struck: str, used: Integers, plane: bool) ->
 
 
 def held_of(model: SecondOrderModel) -> NDArray[np.bool_]:
-    """(nodes, 3) whether a component is held."""
+    """Return (nodes, 3) whether a component is held."""
     dofs = model.dofs
     assert dofs is not None
     held = np.ones(dofs.points.size, bool)
@@ -107,7 +108,7 @@ def held_of(model: SecondOrderModel) -> NDArray[np.bool_]:
 
 
 def materials_of(mesh: Any, material: Solid | Mapping[str, Any]) -> Iterator[str]:
-    """Sets of elements, and what each is made of."""
+    """Yield sets of elements, and what each is made of."""
     solids, region = solids_by_region(mesh, material)
     for k, solid in enumerate(solids, start=1):
         yield from as_set(f"REGION{k}", np.flatnonzero(region == k - 1) + 1, "ELSET")
@@ -125,7 +126,7 @@ def materials_of(mesh: Any, material: Solid | Mapping[str, Any]) -> Iterator[str
 
 
 def faces_of(mesh: Any, kind: Kind, facets: Integers, cells: Integers, used: Integers) -> Iterator[str]:
-    """Element and number of the face, of every facet of the patch."""
+    """Yield element and number of the face, of every facet of the patch."""
     for facet, cell in zip(facets, mesh.f2t[0, facets], strict=True):
         corners = set(np.searchsorted(used, mesh.facets[:, facet]).tolist())
         number = next(k for k, face in enumerate(kind.faces, 1) if corners == set(cells[cell, list(face)].tolist()))

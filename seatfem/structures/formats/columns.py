@@ -21,7 +21,7 @@ class ColumnsError(ValueError):
 
 
 def read_columns(path: Path, known: Mapping[str, str], needed: tuple[str, ...]) -> dict[str, Array]:
-    """The columns of a CSV file, (n,) each, in SI.
+    """Return the columns of a CSV file, (n,) each, in SI.
 
     Args:
         path: of the file; lines that begin with # are left out.
@@ -57,7 +57,8 @@ def check_scattered(path: Path, table: Mapping[str, Array]) -> None:
 
 
 def between(table: Mapping[str, Array], name: str, points: Array) -> Array:
-    """(n,) of a column at points (n, 2), linear between the points x, y of a table; nan where these surround none."""
+    """Return the (n,) values of a column at points (n, 2), linear between the points x, y of a table; nan where these
+    surround none."""
     from scipy.interpolate import LinearNDInterpolator  # of scattered points only
 
     return np.asarray(LinearNDInterpolator(np.column_stack([table["x"], table["y"]]), table[name])(points))

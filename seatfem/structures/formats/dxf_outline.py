@@ -33,7 +33,7 @@ Groups = list[Group]
 
 
 def read_outline(path: Path, unit: float | None = None) -> tuple[Array, ...]:
-    """Closed loops (n, 3) of corners x, y [m] and bulges, the outline first, then its holes; arcs are arcs.
+    """Return closed loops (n, 3) of corners x, y [m] and bulges, the outline first, then its holes; arcs are arcs.
 
     Args:
         path: an ASCII file.
@@ -60,8 +60,8 @@ def read_outline(path: Path, unit: float | None = None) -> tuple[Array, ...]:
         return _wrong(path, f"its outline is open at ({x:.6g}, {y:.6g}) mm: nothing goes on from there; close it")
 
     within = JOINED * float(np.ptp(np.concatenate(chains)[:, :2], axis=0).max())
-    found = [loop * (scale, scale, 1.0) for loop in loops.closed(chains, within, open_at)]
-    return tuple(sorted(found, key=lambda loop: -abs(loops.area(loop))))
+    outlines = [loop * (scale, scale, 1.0) for loop in loops.closed(chains, within, open_at)]
+    return tuple(sorted(outlines, key=lambda loop: -abs(loops.area(loop))))
 
 
 def _wrong(path: Path, what: str) -> GeometryError:
@@ -85,10 +85,10 @@ def _groups(text: str, path: Path) -> Iterator[Group]:
 
 
 def _unit(groups: Iterator[Group], path: Path) -> float:
-    found = next((next(groups, (0, ""))[1] for group in groups if group == (9, "$INSUNITS")), "")
-    if not re.fullmatch("[0-9]{1,3}", found) or int(found) not in UNITS:
+    code = next((next(groups, (0, ""))[1] for group in groups if group == (9, "$INSUNITS")), "")
+    if not re.fullmatch("[0-9]{1,3}", code) or int(code) not in UNITS:
         raise _wrong(path, 'its header states no length unit that is known; state it: unit = "mm"')
-    return UNITS[int(found)]
+    return UNITS[int(code)]
 
 
 def _entities(groups: Iterator[Group], path: Path) -> Iterator[Groups]:
@@ -109,7 +109,8 @@ def _entities(groups: Iterator[Group], path: Path) -> Iterator[Groups]:
 
 
 def _chain(entity: Groups, path: Path, most: float) -> Array:
-    """(n, 3) corners and bulges of a curve, the first again at the end of a closed one; (0, 3) of what is none."""
+    """Return the (n, 3) corners and bulges of a curve, the first again at the end of a closed one; (0, 3) of what is
+    none."""
     name = entity[0][1]
     if name in OTHERS:
         raise _wrong(path, f"a {name}; an outline may have {', '.join(CURVES)}: explode or convert it")
@@ -122,26 +123,26 @@ def _chain(entity: Groups, path: Path, most: float) -> Array:
         if values.get(230, 1.0) < 0:
             raise _wrong(path, f"a {name} that is drawn from below (extrusion -1); flatten it")
         if name == "LINE":
-            found = np.array([[values[10], values[20], 0.0], [values[11], values[21], 0.0]])
+            corners = np.array([[values[10], values[20], 0.0], [values[11], values[21], 0.0]])
         elif name == "LWPOLYLINE":
-            found = _polyline(entity, closed=bool(int(values.get(70, 0)) & 1))
+            corners = _polyline(entity, closed=bool(int(values.get(70, 0)) & 1))
         else:
             start, end = (values[50], values[51]) if name == "ARC" else (0.0, 360.0)
             turn = math.radians((end - start) % 360 or 360.0)
-            found = _arc(np.array([values[10], values[20]]), values[40], math.radians(start), turn)
+            corners = _arc(np.array([values[10], values[20]]), values[40], math.radians(start), turn)
     except (KeyError, ValueError) as problem:
         if isinstance(problem, GeometryError):
             raise
         raise _wrong(path, f"draw its {name} again, its numbers are missing or none: {problem}") from problem
-    if np.abs(found[:, :2]).max() > most or np.abs(found[:, 2]).max() > STEEP:
+    if np.abs(corners[:, :2]).max() > most or np.abs(corners[:, 2]).max() > STEEP:
         raise _wrong(
             path, f"a {name} beyond {MOST_LENGTH:g} m, or with a bulge beyond {STEEP:g}; check its numbers and the unit"
         )
-    return np.where((np.abs(found) < FLAT) & (False, False, True), 0.0, found)
+    return np.where((np.abs(corners) < FLAT) & (False, False, True), 0.0, corners)
 
 
 def _arc(centre: Array, radius: float, start: float, turn: float) -> Array:
-    """In pieces of half a circle at most."""
+    """Return an arc in pieces of half a circle at most."""
     count = max(1, math.ceil(turn / math.pi - 1e-9))
     angles = start + turn * np.arange(count + 1) / count
     points = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
@@ -149,7 +150,7 @@ def _arc(centre: Array, radius: float, start: float, turn: float) -> Array:
 
 
 def _polyline(entity: Groups, *, closed: bool) -> Array:
-    """Vertices (10, 20), each with the bulge (42) of what follows it."""
+    """Return the vertices (10, 20), each with the bulge (42) of what follows it."""
     corners: list[list[float]] = []
     for code, value in entity:
         if code == 10:

@@ -80,9 +80,9 @@ def one_kind(found: Mapping[str, tuple[int, Integers | None]], source: str) -> N
     usable = {nodes.shape[1] for _, nodes in found.values() if nodes is not None}
     if len(usable) == 1 and all(nodes is not None for _, nodes in found.values()):
         return
-    there = ", ".join(f"{count} {name}" for name, (count, _) in sorted(found.items())) or "none"
+    kinds = ", ".join(f"{count} {name}" for name, (count, _) in sorted(found.items())) or "none"
     raise MeshError(
-        f"{source}: volume elements must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {there}"
+        f"{source}: volume elements must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {kinds}"
     )
 
 
@@ -93,7 +93,8 @@ def check_group_count(count: int, source: str) -> None:
 
 
 def to_arrays(mesh: FileMesh, unit: float, source: str) -> MeshArrays:
-    """In metres, 20-node hexahedra as 27, and node sets as surfaces: the free faces all of whose vertices they hold.
+    """Return the arrays in metres, 20-node hexahedra as 27, and node sets as surfaces: the free faces all of whose
+    vertices they hold.
 
     A node set of a name that a surface has already, and one that holds no whole face, makes no surface.
     """
@@ -110,20 +111,21 @@ def to_arrays(mesh: FileMesh, unit: float, source: str) -> MeshArrays:
 
 
 def free_face_mask(cells: Integers, faces: Integers) -> NDArray[np.bool_]:
-    """Which faces belong to one element only; (m, faces), for faces given by columns of ``cells``."""
+    """Return which faces belong to one element only; (m, faces), for faces given by columns of ``cells``."""
     every = np.sort(cells[:, faces].reshape(-1, faces.shape[1]), axis=1)
     _, number, count = np.unique(every, axis=0, return_inverse=True, return_counts=True)
     return np.asarray(count[number.ravel()] == 1).reshape(len(cells), len(faces))
 
 
 def free_faces(arrays: MeshArrays) -> Integers:
-    """Vertices of the faces that belong to one element only: (f, 3 or 4)."""
+    """Return the vertices of the faces that belong to one element only: (f, 3 or 4)."""
     faces = np.array(arrays.kind.faces)
     return np.asarray(arrays.cells[:, faces][free_face_mask(arrays.cells, faces)])
 
 
 def merged(mesh: FileMesh, tolerance: float, source: str) -> FileMesh:
-    """Nodes nearer to each other than ``tolerance`` (the file's unit) become one: the first of them."""
+    """Return the mesh with nodes nearer to each other than ``tolerance`` (the file's unit) made one: the first of
+    them."""
     pairs = near_pairs(mesh.points, tolerance, source)
     n = len(mesh.points)
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
@@ -140,26 +142,26 @@ def merged(mesh: FileMesh, tolerance: float, source: str) -> FileMesh:
 
 
 def stacked(parts: Sequence[Integers], width: int) -> Integers:
-    """Rows one under the other; (0, width) for none."""
+    """Return rows one under the other; (0, width) for none."""
     return np.concatenate([np.empty((0, width), dtype=np.int64), *parts])
 
 
 def face_width(cells: Integers) -> int:
-    """Vertices of a face of such elements."""
+    """Return the vertices of a face of such elements."""
     return 3 if cells.shape[1] in (4, 10) else 4
 
 
 def to_gmsh(cells: Integers, order: Mapping[int, Groups]) -> Integers:
-    """Columns of ``cells`` (m, k) from another program's order into gmsh's."""
+    """Return the columns of ``cells`` (m, k) from another program's order into gmsh's."""
     nodes = cells.shape[1]
     corners = 4 if nodes in (4, 10) else 8
-    there = {frozenset(group): corners + k for k, group in enumerate(order[nodes])}
-    columns = [*range(corners), *(there[frozenset(group)] for group in GMSH[nodes])]
+    column_of = {frozenset(group): corners + k for k, group in enumerate(order[nodes])}
+    columns = [*range(corners), *(column_of[frozenset(group)] for group in GMSH[nodes])]
     return np.ascontiguousarray(cells[:, columns])
 
 
 def to_vtk(rows: Integers, kind: CellKind) -> Integers:
-    """Cells (m, k) in VTK's order from scikit-fem's table (k, m) of their nodes."""
+    """Return cells (m, k) in VTK's order from scikit-fem's table (k, m) of their nodes."""
     by_gmsh = np.empty((rows.shape[1], rows.shape[0]), dtype=np.int64)
     by_gmsh[:, kind.columns] = rows.T
     cells = np.empty_like(by_gmsh)
@@ -203,7 +205,7 @@ class Deck:
     what: str = "node"
 
     def rows(self, wanted: Integers) -> Integers:
-        """Rows of ``points`` of node numbers; `MeshError` for numbers that are not there."""
+        """Return rows of ``points`` of node numbers; `MeshError` for numbers that are not there."""
         if len(self.node_ids) == 0:
             raise MeshError(f"{self.source}: no {self.what}s; export the mesh with them")
         order = np.argsort(self.node_ids, kind="stable")
@@ -229,7 +231,7 @@ class Assembled:
 
 
 def assembled(deck: Deck) -> Assembled:
-    """The deck by rows: a set's solids are a volume, its skins a surface, its nodes a node set.
+    """Return the deck by rows: a set's solids are a volume, its skins a surface, its nodes a node set.
 
     Raises `MeshError`: solids that are not of one kind, nodes that are used and not defined.
     """

@@ -41,7 +41,7 @@ def read_matrices(
     first_dof: Literal[0, 1] = 0,
     constrained: Constrained = "refuse",
 ) -> SecondOrderModel:
-    """The model M u'' + C u' + K u = sum_p b_p F_p from files, in SI units.
+    """Return the model M u'' + C u' + K u = sum_p b_p F_p from files, in SI units.
 
     Files: Matrix Market (.mtx, .mtx.gz: coordinate or array, symmetric or general), `scipy.sparse.save_npz` (.npz),
     `numpy.save` (.npy). An n x 1 matrix is a diagonal.
@@ -62,19 +62,19 @@ def read_matrices(
     if system not in get_args(System):
         raise ModelError(f"system {system!r} is unknown; choose from {', '.join(get_args(System))}")
     names = {"M": Path(mass), "C": None if damping is None else Path(damping), "K": Path(stiffness)}
-    found = {
+    matrices = {
         key: factor * _read(path)
         for (key, path), factor in zip(names.items(), FACTORS[system], strict=True)
         if path is not None
     }
-    n = found["K"].shape[0]
-    for key, matrix in found.items():
+    n = matrices["K"].shape[0]
+    for key, matrix in matrices.items():
         if matrix.shape[0] != n:
             raise ModelError(
                 f"{names[key]}: {key} has {matrix.shape[0]} unknowns, must have the {n} of K in {names['K']}"
             )
     vectors = {name: _vector(_told(name, port), port, n, first_dof) for name, port in ports.items()}
-    held = _held(found["K"], found["M"])
+    held = _held(matrices["K"], matrices["M"])
     if np.any(held):
         if constrained != "drop":
             raise ModelError(
@@ -87,12 +87,12 @@ def read_matrices(
                 raise ModelError(
                     f"port {name!r} must not act on the constrained dof {_listed(held & (vector != 0), first_dof)}"
                 )
-        found = {key: matrix[~held][:, ~held] for key, matrix in found.items()}
+        matrices = {key: matrix[~held][:, ~held] for key, matrix in matrices.items()}
         vectors = {name: vector[~held] for name, vector in vectors.items()}
-    _refuse_indefinite(found, names, held, first_dof)
+    _refuse_indefinite(matrices, names, held, first_dof)
     try:
         return SecondOrderModel(
-            found["M"], found.get("C"), found["K"], {name: Port(vector) for name, vector in vectors.items()}
+            matrices["M"], matrices.get("C"), matrices["K"], {name: Port(vector) for name, vector in vectors.items()}
         )
     except ModelError as problem:
         files = (name for name in (*names.values(), *ports.values()) if isinstance(name, str | os.PathLike))
@@ -100,7 +100,7 @@ def read_matrices(
 
 
 def _read(path: Path) -> sparse.csr_array:
-    """A real, square, finite, symmetric matrix."""
+    """Return a real, square, finite, symmetric matrix."""
     if not path.exists():
         raise ModelError(f"{path}: no such file; check the path")
     try:
@@ -139,7 +139,7 @@ def _symmetric(matrix: sparse.csr_array, path: Path) -> sparse.csr_array:
 
 
 def _held(stiffness: sparse.csr_array, mass: sparse.csr_array) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Unknowns with a penalty, or in no equation."""
+    """Return the unknowns with a penalty, or in no equation."""
     diagonal = stiffness.diagonal()
     positive = diagonal[diagonal > 0]
     limit = PENALTY * float(np.median(positive)) if positive.size else np.inf
@@ -150,7 +150,7 @@ def _held(stiffness: sparse.csr_array, mass: sparse.csr_array) -> np.ndarray[Any
 def _refuse_indefinite(
     found: Mapping[str, sparse.csr_array], names: Mapping[str, Path | None], held: Any, first: int
 ) -> None:
-    """By what every positive semidefinite matrix has: |a_ij|^2 <= a_ii a_jj."""
+    """Raise `ModelError` of a matrix without what every positive semidefinite one has: |a_ij|^2 <= a_ii a_jj."""
     numbers = np.flatnonzero(~held) + first
     for key, matrix in found.items():
         diagonal = matrix.diagonal()
@@ -191,7 +191,7 @@ def _told(name: str, port: PortLike) -> str:
 
 
 def _weights(path: Path) -> dict[int, float]:
-    """A table of dof and weight."""
+    """Return a table of dof and weight."""
     if not path.exists():
         raise ModelError(f"{path}: no such file; check the path")
     table = read_csv(path, ModelError)

@@ -28,7 +28,7 @@ _WORDS = {"real": 1, "integer": 1, "unsigned-integer": 1, "complex": 2, "pattern
 
 
 def load_matrix(path: Path) -> Any:
-    """What the file holds: an array or a sparse matrix whose indices are within its size.
+    """Return what the file holds: an array or a sparse matrix whose indices are within its size.
 
     Raises `ValueError` for a file of another kind, values that are broken, and sizes that its bytes, or this machine,
     have no room for; whatever zipfile, gzip and scipy raise for a broken one.
@@ -91,7 +91,7 @@ def _check_members(file: BinaryIO, size: int) -> None:
 
 
 def _check_array(file: BinaryIO, size: int) -> None:
-    """The shape in an array's head against the bytes there are."""
+    """Check the shape in an array's head against the bytes there are."""
     version = np.lib.format.read_magic(file)
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, _, dtype = read(file)
@@ -106,15 +106,15 @@ def _check_array(file: BinaryIO, size: int) -> None:
 
 
 def _refuse_beyond_memory(need: float) -> None:
-    if need > (there := available_memory()):
+    if need > (free := available_memory()):
         raise ValueError(
-            f"reading it takes {need / 1e9:.3g} GB of memory, must take at most the {there / 1e9:.3g} GB that are free"
+            f"reading it takes {need / 1e9:.3g} GB of memory, must take at most the {free / 1e9:.3g} GB that are free"
         )
 
 
 def _words(path: Path) -> int:
-    """Words of the file without its comments. scipy's reader takes a number up to where it is broken, and can crash
-    where that is the end of the file: raises `ValueError` for words that are no numbers.
+    """Return words of the file without its comments. scipy's reader takes a number up to where it is broken, and can
+    crash where that is the end of the file: raises `ValueError` for words that are no numbers.
     """
     words = 0
     for lines in _blocks(path):
@@ -126,7 +126,7 @@ def _words(path: Path) -> int:
 
 
 def _blocks(path: Path) -> Iterator[bytes]:
-    """Whole lines, about a megabyte at once."""
+    """Yield whole lines, about a megabyte at once."""
     packed = path.suffix == ".gz"
     limit = max(FREE, MOST_PACKED * path.stat().st_size) if packed else LIMIT
     count, begun = 0, b""

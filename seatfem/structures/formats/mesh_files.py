@@ -1,4 +1,4 @@
-"""From a mesh file to the mesh of a seat."""
+"""The way from a mesh file to the mesh of a seat."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def read_mesh(
 
 
 def _content_hash(arrays: MeshArrays) -> str:
-    """SHA-256 of the mesh as it is used: two files of the same mesh share it."""
+    """Return the SHA-256 of the mesh as it is used: two files of the same mesh share it."""
     digest = hashlib.sha256()
     named = {f"{kind}:{name}": rows for kind in ("surfaces", "volumes") for name, rows in getattr(arrays, kind).items()}
     for key, values in {"points": arrays.points, "cells": arrays.cells, **dict(sorted(named.items()))}.items():
@@ -120,27 +120,27 @@ def _check_request(path: Path, unit: float, merge: float | None) -> None:
 
 
 def read_file(path: Path) -> FileMesh:
-    """What a mesh file holds, in its unit and under its own names. Raises `MeshError`."""
+    """Return what a mesh file holds, in its unit and under its own names. Raises `MeshError`."""
     return _read(path, silent)[0]
 
 
 def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
-    """The mesh in the file's unit, and the version of gmsh where that has read it."""
+    """Return the mesh in the file's unit, and the version of gmsh where that has read it."""
     reader = _reader(path)
     if reader is not None:
         progress(STAGE, 0.0)
         return _by_us(reader, path), ""
     try:
-        found = run_gmsh({"task": "read", "path": str(path.resolve()), "unit": 1.0}, progress)
+        arrays = run_gmsh({"task": "read", "path": str(path.resolve()), "unit": 1.0}, progress)
     except (GeometryError, MeshingError) as error:
-        told = str(error).removeprefix(f"{path.resolve()}: ")
-        raise MeshError(f"{path}: {told}") from error
-    surfaces, volumes, node_sets = (groups(found, kind) for kind in ("surface", "volume", "nodes"))
-    return FileMesh(found["points"], found["cells"], surfaces, volumes, node_sets), str(found["gmsh_version"])
+        message = str(error).removeprefix(f"{path.resolve()}: ")
+        raise MeshError(f"{path}: {message}") from error
+    surfaces, volumes, node_sets = (groups(arrays, kind) for kind in ("surface", "volume", "nodes"))
+    return FileMesh(arrays["points"], arrays["cells"], surfaces, volumes, node_sets), str(arrays["gmsh_version"])
 
 
 def _reader(path: Path) -> Callable[[Path], FileMesh] | None:
-    """What reads the file; None: gmsh. Fluent's meshes are called .msh too, and begin with a bracket."""
+    """Return what reads the file; None: gmsh. Fluent's meshes are called .msh too, and begin with a bracket."""
     if path.suffix.lower() == ".msh":
         with path.open("rb") as file:
             return (lambda path: read_by_meshio(path, "ansys")) if file.read(1) == b"(" else None
@@ -173,7 +173,7 @@ def _check_size(arrays: MeshArrays, unit: float) -> None:
 
 
 def _renamed(arrays: MeshArrays, names: Mapping[str, str], mesh: FileMesh) -> MeshArrays:
-    """Surfaces under the names that the program uses; others keep theirs, "contact" as "contact of the file"."""
+    """Return surfaces under the names that the program uses; others keep theirs, "contact" as "contact of the file"."""
     new: dict[str, str] = {}
     missing: list[tuple[str, str]] = []
     for name, role in names.items():
@@ -189,13 +189,13 @@ def _renamed(arrays: MeshArrays, names: Mapping[str, str], mesh: FileMesh) -> Me
 
 
 def _found(name: str, arrays: MeshArrays, mesh: FileMesh) -> str:
-    """The file's own writing of a surface's name."""
+    """Return the file's own writing of a surface's name."""
     if name in arrays.surfaces:
         return name
     alike = [own for own in arrays.surfaces if own.casefold() == name.casefold()]
     if len(alike) == 1:
         return alike[0]
-    there = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
+    listed = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
     points = ", ".join(map(repr, sorted(mesh.node_sets.keys() - arrays.surfaces.keys())))
     extra = f"; node sets that hold no whole face: {points}" if points else ""
-    raise MeshError(f"{arrays.source}: no surface group named {name!r}; the file has: {there}{extra}")
+    raise MeshError(f"{arrays.source}: no surface group named {name!r}; the file has: {listed}{extra}")

@@ -97,14 +97,14 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
 
 
 def _mend_nastran(written: Path, names: tuple[str, ...]) -> None:
-    """meshio calls second-order elements CTETRA_ and CHEXA_, which no other program knows; names as comments."""
+    """Mend what meshio calls CTETRA_ and CHEXA_, names that no other program knows; add group names as comments."""
     text = re.sub(r"^(CTETRA|CHEXA)_", r"\1 ", written.read_text(encoding="utf-8"), flags=re.MULTILINE)
-    told = "".join(f"$ PID {number}: {name}\n" for number, name in enumerate(names, start=1))
-    write_whole(written, (told + text).encode("utf-8"))
+    comments = "".join(f"$ PID {number}: {name}\n" for number, name in enumerate(names, start=1))
+    write_whole(written, (comments + text).encode("utf-8"))
 
 
 def _check(written: Path, path: Path, cells: Integers) -> None:
-    """Some writers leave out what their format does not have: raise `MeshError` where the elements do not come back."""
+    """Raise `MeshError` where elements do not come back: some writers leave out what their format does not have."""
     try:
         back = read_file(written).cells
     except MeshError as error:
@@ -117,7 +117,7 @@ def _check(written: Path, path: Path, cells: Integers) -> None:
 
 
 def _nodes(seat: SeatMesh) -> tuple[Floats, Integers]:
-    """Places (n, 3), and cells (m, k) in VTK's order, which is meshio's."""
+    """Return the places (n, 3), and cells (m, k) in VTK's order, which is meshio's."""
     mesh = seat.mesh
     kind = next(kind for kind in CELL_KINDS.values() if kind.shape == seat.shape and kind.order == seat.order)
     if kind.order == 1:
@@ -128,7 +128,8 @@ def _nodes(seat: SeatMesh) -> tuple[Floats, Integers]:
 
 
 def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMesh) -> tuple[tuple[str, ...], Any]:
-    """Names of the groups, and a mesh of two blocks: solids, and the faces of each boundary one after the other."""
+    """Return the names of the groups, and a mesh of two blocks: solids, and the faces of each boundary one after the
+    other."""
     mesh = seat.mesh
     surfaces = {name: mesh.facets[:, facets].T for name, facets in mesh.boundaries.items()}
     volumes = {name: rows for name, rows in mesh.subdomains.items() if name != "seat" or len(mesh.subdomains) == 1}
@@ -153,7 +154,7 @@ def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMes
         }
     elif key := NUMBERED.get(form):
         data = {key: numbers} | ({"gmsh:geometrical": numbers} if form == "gmsh22" else {})
-    made = meshio.Mesh(
+    meshio_mesh = meshio.Mesh(
         points,
         blocks,
         cell_data=data,
@@ -164,8 +165,8 @@ def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMes
         else {},
     )
     if form == "med":
-        made.cell_tags = {-number: [name] for number, name in enumerate(names, start=1)}
-    return names, made
+        meshio_mesh.cell_tags = {-number: [name] for number, name in enumerate(names, start=1)}
+    return names, meshio_mesh
 
 
 def _mark(rows: Integers, count: int) -> Integers:

@@ -60,7 +60,7 @@ _BESIDE = re.compile(r">([^<>:]*):/")  # blanks are stripped after: two ways to 
 
 
 def read_by_meshio(path: Path, form: str = "") -> FileMesh:
-    """Tetrahedra and hexahedra of a file in one of `FORMATS`, with whatever groups they have.
+    """Return tetrahedra and hexahedra of a file in one of `FORMATS`, with whatever groups they have.
 
     Named cell sets: solids are a volume, triangles or quadrilaterals a surface; named point sets are node sets. Groups
     that travel as whole-number data: a cell array of 0 and 1 is a group of the array's name; one of up to 256 other
@@ -94,7 +94,7 @@ def read_by_meshio(path: Path, form: str = "") -> FileMesh:
 
 
 def _alone(path: Path, form: str, folder: Path) -> Path:
-    """A copy under a plain name in a private folder, with the one file beside it that the format has."""
+    """Return a copy under a plain name in a private folder, with the one file beside it that the format has."""
     check_file(path, LIMIT, MeshError)
     copy = folder / f"input{path.suffix.lower()}"
     shutil.copyfile(path, copy)
@@ -112,32 +112,33 @@ def _alone(path: Path, form: str, folder: Path) -> Path:
 
 
 def _other_half(path: Path) -> Path:
-    """Of tetgen's two files of a mesh."""
+    """Return the other one of tetgen's two files of a mesh."""
     return path.with_suffix({".ele": ".node", ".node": ".ele"}[path.suffix.lower()])
 
 
 def beside(path: Path) -> tuple[Path, ...]:
-    """The files that ``path`` is read with, be they there or not: tetgen's other half, the HDF5 of an .xdmf."""
+    """Return the files that ``path`` is read with, be they there or not: tetgen's other half, the HDF5 of an .xdmf."""
     form = FORMATS.get(path.suffix.lower())
     if form == "tetgen":
         return (_other_half(path),)
     if form == "xdmf":
-        names = {found.strip() for found in _BESIDE.findall(read_text(path, LIMIT, MeshError, "latin-1"))}
+        names = {match.strip() for match in _BESIDE.findall(read_text(path, LIMIT, MeshError, "latin-1"))}
         return tuple(path.parent / name for name in sorted(names))
     return ()
 
 
 def all_files(path: Path) -> tuple[Path, ...]:
-    """``path`` and every file that it is read with and that is there: includes of a deck, and what lies `beside`."""
+    """Return ``path`` and every file that it is read with and that is there: includes of a deck, and what lies
+    `beside`."""
     included = with_included(path)
     return (*included, *(other for other in beside(path) if other.is_file())) if included else ()
 
 
 def _copy_beside(text: str, path: Path, folder: Path) -> None:
-    """The HDF5 files of an .xdmf, which must lie in its own folder."""
+    """Copy the HDF5 files of an .xdmf, which must lie in its own folder."""
     if re.search(r"Format\s*=\s*[\"']Binary", text, re.IGNORECASE):
         raise MeshError(f"{path}: takes numbers from a file of raw bytes, which is not read; write them as XML or HDF")
-    for name in sorted({found.strip() for found in _BESIDE.findall(text)}):
+    for name in sorted({match.strip() for match in _BESIDE.findall(text)}):
         if name != Path(name).name or name in ("", ".", "..") or (folder / name).exists():
             raise MeshError(f"{path}: takes numbers from {name!r}; put it into the same folder")
         check_file(path.parent / name, LIMIT, MeshError)
@@ -156,8 +157,8 @@ def _read(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str, ND
         ) from error
     said = json.loads(answer) if answer else {"error": "its reader ended without a word, or took too long"}
     if "error" in said:
-        told = said["error"].replace(str(folder), str(path.parent))
-        raise MeshError(f"{path}: not readable as a {path.suffix} file ({told}); export it again")
+        reason = said["error"].replace(str(folder), str(path.parent))
+        raise MeshError(f"{path}: not readable as a {path.suffix} file ({reason}); export it again")
     with np.load(result, allow_pickle=False) as arrays:
         return dict(arrays), said
 
@@ -165,7 +166,7 @@ def _read(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str, ND
 def _cell_groups(
     said: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], blocks: list[tuple[str, Integers]]
 ) -> dict[str, list[NDArray[np.bool_]]]:
-    """Name -> which cells of each block."""
+    """Return name -> which cells of each block."""
     groups: dict[str, list[NDArray[np.bool_]]] = {}
     for n, array in enumerate(said["cell_data"]):
         data = [arrays[f"cell_data {n} {k}"] for k in range(len(blocks))]
@@ -195,15 +196,16 @@ def _refuse_missing_nodes(path: Path, blocks: list[Integers], nodes: int) -> Non
 
 
 def _by_type(blocks: list[tuple[str, Integers]]) -> dict[str, tuple[int, Integers | None]]:
-    found: dict[str, tuple[int, Integers | None]] = {}
+    elements: dict[str, tuple[int, Integers | None]] = {}
     for kind, cells in blocks:
         if kind in SOLIDS or kind.startswith(OTHER_SOLIDS):
-            found[kind] = (found.get(kind, (0, None))[0] + len(cells), cells if kind in SOLIDS else None)
-    return found
+            elements[kind] = (elements.get(kind, (0, None))[0] + len(cells), cells if kind in SOLIDS else None)
+    return elements
 
 
 def _values(name: str, data: list[NDArray[Any]]) -> list[tuple[str, int]]:
-    """Names and values of the groups that an array tells apart; none for real numbers, vectors and numberings."""
+    """Return the names and values of the groups that an array tells apart; none for real numbers, vectors and
+    numberings."""
     joined = np.concatenate(data) if data else np.empty(0)
     if joined.dtype.kind not in "iub":
         return []

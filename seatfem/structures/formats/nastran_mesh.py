@@ -54,7 +54,7 @@ class Card:
             raise self.fail(f"field {at + 2} is {text!r}: must be a whole number") from None
 
     def real(self, at: int) -> float:
-        """A number as Nastran writes it: 1.5, 1.5E-3, 1.5D-3, 1.5-3; a blank is 0."""
+        """Return a number as Nastran writes it: 1.5, 1.5E-3, 1.5D-3, 1.5-3; a blank is 0."""
         text = self.field(at).upper().replace("D", "E")
         try:
             return float(re.sub(r"(?<=[0-9.])([+-])", r"E\1", text) or 0.0)
@@ -79,7 +79,7 @@ class Card:
 
 
 def read_cards(path: Path) -> Iterator[Card]:
-    """The cards of the bulk data, to ENDDATA. Raises `MeshError` for INCLUDE."""
+    """Yield the cards of the bulk data, to ENDDATA. Raises `MeshError` for INCLUDE."""
     name, fields, place = "", [""], ""
     for number, raw in _bulk(path):
         head, data = _split(raw)
@@ -96,7 +96,7 @@ def read_cards(path: Path) -> Iterator[Card]:
 
 
 def _bulk(path: Path) -> list[tuple[int, str]]:
-    """Numbered lines between BEGIN BULK, where there is one, and ENDDATA; without comments and blank lines."""
+    """Return numbered lines between BEGIN BULK, where there is one, and ENDDATA; without comments and blank lines."""
     lines: list[tuple[int, str]] = []
     for number, raw in enumerate(read_text(path, LIMIT, MeshError, errors="replace").splitlines(), start=1):
         line = raw.partition("$")[0].rstrip()
@@ -111,7 +111,7 @@ def _bulk(path: Path) -> list[tuple[int, str]]:
 
 
 def _split(line: str) -> tuple[str, list[str]]:
-    """Name or continuation marker, and the data fields padded to a whole line."""
+    """Return the name or continuation marker, and the data fields padded to a whole line."""
     if "," in line:
         head, *data = (word.strip() for word in line.split(","))
         width = LARGE if "*" in head else SMALL
@@ -126,7 +126,7 @@ def _split(line: str) -> tuple[str, list[str]]:
 
 @dataclass(frozen=True, eq=False)
 class Cards:
-    """What the cards define, in the file's own numbers; shells, which may have those of solids, are -1, -2, ..."""
+    """Definitions by the cards, in the file's own numbers; shells, which may have those of solids, are -1, -2, ..."""
 
     nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
     solids: dict[int, tuple[str, list[int]]] = field(default_factory=dict)
@@ -137,7 +137,7 @@ class Cards:
 
 
 def read_nastran(path: Path) -> FileMesh:
-    """GRID, CTETRA and CHEXA of bulk data; groups are called by their numbers, for the file has no names.
+    """Read GRID, CTETRA and CHEXA of bulk data; groups are called by their numbers, for the file has no names.
 
     Volumes: "PID 3", the solids of property 3. Surfaces: "PID 3", the shells (CTRIA3, CQUAD4, ...) of property 3;
     "PLOAD4 5", the faces loaded by set 5; "SPC 2", the faces whose vertices are all held by set 2 of SPC and SPC1.
@@ -222,7 +222,8 @@ def _solid_nodes(card: Card) -> list[int]:
 
 
 def _loaded_faces(card: Card, cards: Cards) -> list[list[int]]:
-    """The face of a solid that PLOAD4 names by a vertex and the one opposite it (CTETRA: the one off the face)."""
+    """Return the face of a solid that PLOAD4 names by a vertex and the one opposite it (CTETRA: the one off the
+    face)."""
     element = card.integer(1)
     if element not in cards.solids or not card.field(6):
         return []  # loads a shell

@@ -37,7 +37,7 @@ Second order:            M q'' + Cq q' + K q = phi' F,  u = phi q + what is left
 
 
 def write_reduced(greens: GreensFunction, folder: Path) -> Iterator[Path]:
-    """reduced.npz, reduced.mat and README.txt; of modal functions matrices for ``kind = "matrices"``, too.
+    """Write reduced.npz, reduced.mat and README.txt; of modal functions matrices for ``kind = "matrices"``, too.
 
     Raises:
         GreensFunctionError: a function that is no finite sum of poles.
@@ -81,7 +81,7 @@ def _arrays(arrays: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 def _file_names(ports: tuple[str, ...]) -> Iterator[str]:
-    """Of ports, whose names may hold what paths must not."""
+    """Return file names of ports, whose names may hold what paths must not."""
     plain = ["".join(c if c.isalnum() or c in "-_" else "_" for c in port) for port in ports]
     return (name if plain.count(name) == 1 else f"{name}_{k}" for k, name in enumerate(plain, start=1))
 

@@ -58,7 +58,7 @@ def read_modes_uff(
     modal_mass: float | None = None,
     compliance: Array | float | None = None,
 ) -> ModalGreens:
-    """Normal modes of datasets 55 as a Green's function.
+    """Read normal modes of datasets 55 as a Green's function.
 
     w = 2 pi f, zeta = viscous ratio + half the hysteretic, shapes divided by the root of the modal mass. What the modes
     leave out is not in the file: give its static ``compliance``, or none is added.
@@ -75,7 +75,7 @@ def read_modes_uff(
             not positive, complex shapes.
     """
     file = _read(Path(path), 55, units)
-    modes = [found for found in file.sets if found.get("analysis_type") == _NORMAL_MODE]
+    modes = [dataset for dataset in file.sets if dataset.get("analysis_type") == _NORMAL_MODE]
     if not modes:
         raise UffError(f"{file.path}: no normal modes (dataset 55, analysis type 2) in it; export them")
     places = {name: _places(port) for name, port in ports.items()}
@@ -109,7 +109,7 @@ def read_modes_uff(
 def read_frf_uff(
     path: str | os.PathLike[str], *, ports: Mapping[str, Place], units: System | None = None
 ) -> FrequencyResponse:
-    """Frequency responses of datasets 58 between the given ports, as receptance.
+    """Read frequency responses of datasets 58 between the given ports, as receptance.
 
     Receptance, mobility or accelerance by the ordinate's data type (8, 11 or 12) over a force (9 or 13). Of G_ij and
     G_ji one is enough; every G_ii is needed. Directions opposite to the port's change the sign.
@@ -121,23 +121,23 @@ def read_frf_uff(
     file = _read(Path(path), 58, units)
     names, p = tuple(ports), len(ports)
     table: dict[tuple[int, int], dict[str, Any]] = {}
-    for i, j, found in _between(file, ports, _FRF):
+    for i, j, dataset in _between(file, ports, _FRF):
         if (i, j) in table:
             raise UffError(f"{file.path}: two frequency responses from port {names[j]!r} to {names[i]!r}: keep one")
-        table[i, j] = found
+        table[i, j] = dataset
     missing = [f"{names[i]} / {names[j]}" for i in range(p) for j in range(i + 1) if not {(i, j), (j, i)} & set(table)]
     if missing:
         raise UffError(f"{file.path}: no frequency response for the ports {', '.join(missing)}; {_listing(file)}")
     first = table[0, 0]
     frequency, kinds = np.asarray(first["x"], dtype=float), set()
     values = np.zeros((len(frequency), p, p), dtype=complex)
-    for (i, j), found in table.items():
-        kinds.add(_kind(file.path, found))
-        x = np.asarray(found["x"], dtype=float)
+    for (i, j), dataset in table.items():
+        kinds.add(_kind(file.path, dataset))
+        x = np.asarray(dataset["x"], dtype=float)
         if x.shape != frequency.shape or np.any(np.abs(x - frequency) > 1e-3 * np.median(np.diff(frequency))):
             raise UffError(f"{file.path}: {names[i]} / {names[j]} must have the frequencies of {names[0]} / {names[0]}")
-        sign = _sign(found, "rsp", ports[names[i]]) * _sign(found, "ref", ports[names[j]])
-        values[:, i, j] = sign * np.asarray(found["data"]) * file.metre / file.newton
+        sign = _sign(dataset, "rsp", ports[names[i]]) * _sign(dataset, "ref", ports[names[j]])
+        values[:, i, j] = sign * np.asarray(dataset["data"]) * file.metre / file.newton
         if (j, i) not in table:
             values[:, j, i] = values[:, i, j]
     if len(kinds) > 1:
@@ -148,7 +148,8 @@ def read_frf_uff(
 def read_impulse_response_uff(
     path: str | os.PathLike[str], *, ports: Mapping[str, Place], units: System | None = None, tail: Tail = "forbid"
 ) -> SampledGreens:
-    """The impulse response g(t) of one port from dataset 58: a time response (type 1) of displacement per unit impulse.
+    """Read the impulse response g(t) of one port from dataset 58: a time response (type 1) of displacement per unit
+    impulse.
 
     Raises:
         UffError: as `read_frf_uff`; more than one port.
@@ -160,16 +161,18 @@ def read_impulse_response_uff(
             f"{file.path}: {len(ports)} ports; impulse responses are read for one; stack the values for more"
         )
     (name, place) = next(iter(ports.items()))
-    found = [found for _, _, found in _between(file, ports, _TIME_RESPONSE)]
-    if len(found) != 1:
-        raise UffError(f"{file.path}: {len(found)} time responses of port {name!r}, one is needed; {_listing(file)}")
-    if found[0]["ordinate_spec_data_type"] != 8:
+    responses = [dataset for _, _, dataset in _between(file, ports, _TIME_RESPONSE)]
+    if len(responses) != 1:
+        raise UffError(
+            f"{file.path}: {len(responses)} time responses of port {name!r}, one is needed; {_listing(file)}"
+        )
+    if responses[0]["ordinate_spec_data_type"] != 8:
         raise UffError(f"{file.path}: the time response is no displacement (data type 8): integrate it first")
-    sign = _sign(found[0], "rsp", place) * _sign(found[0], "ref", place)
-    values = sign * np.real(found[0]["data"]) * file.metre / file.newton
+    sign = _sign(responses[0], "rsp", place) * _sign(responses[0], "ref", place)
+    values = sign * np.real(responses[0]["data"]) * file.metre / file.newton
     origin = {"kind": "measured", "file": file.path.name}
     try:
-        return SampledGreens.from_series(found[0]["x"], values, tail=tail, port_names=(name,), origin=origin)
+        return SampledGreens.from_series(responses[0]["x"], values, tail=tail, port_names=(name,), origin=origin)
     except GreensFunctionError as problem:
         raise GreensFunctionError(f"{file.path}: {problem}") from problem
 
@@ -205,7 +208,8 @@ def _read(path: Path, kind: int, units: System | None) -> _File:
 
 
 def _refuse_incomplete(path: Path, sets: list[dict[str, Any]]) -> None:
-    """pyuff gives what it finds: values without abscissae, shapes of fewer nodes than are numbered."""
+    """Raise `UffError` of what pyuff gives as it finds it: values without abscissae, shapes of fewer nodes than are
+    numbered."""
     for number, one in enumerate(sets, start=1):
         shapes = [(f"r{axis}", one.get(f"r{axis}"), one.get("node_nums")) for axis in (1, 2, 3)]
         for name, values, places in (("data", one.get("data"), one.get("x")), *shapes):
@@ -219,13 +223,13 @@ def _refuse_incomplete(path: Path, sets: list[dict[str, Any]]) -> None:
 
 
 def _between(file: _File, ports: Mapping[str, Place], function: int) -> Iterator[tuple[int, int, dict[str, Any]]]:
-    """Datasets of a function type from port j to port i."""
+    """Yield datasets of a function type from port j to port i."""
     where = {(node, _AXES[direction[1]]): k for k, (node, direction) in enumerate(ports.values())}
-    for found in file.sets:
-        response = where.get((int(found["rsp_node"]), abs(int(found["rsp_dir"]))))
-        reference = where.get((int(found["ref_node"]), abs(int(found["ref_dir"]))))
-        if found["func_type"] == function and response is not None and reference is not None:
-            yield response, reference, found
+    for dataset in file.sets:
+        response = where.get((int(dataset["rsp_node"]), abs(int(dataset["rsp_dir"]))))
+        reference = where.get((int(dataset["ref_node"]), abs(int(dataset["ref_dir"]))))
+        if dataset["func_type"] == function and response is not None and reference is not None:
+            yield response, reference, dataset
 
 
 def _kind(path: Path, found: dict[str, Any]) -> Kind:

@@ -43,7 +43,7 @@ LIMIT = 512 * MB
 
 @dataclass(frozen=True, eq=False)
 class Contents:
-    """In the file's own numbers; elements by type: number and nodes of each."""
+    """The content of a file in its own numbers; elements by type: number and nodes of each."""
 
     node_ids: list[int] = field(default_factory=list)
     points: list[list[float]] = field(default_factory=list)
@@ -52,7 +52,8 @@ class Contents:
 
 
 def read_unv(path: Path) -> FileMesh:
-    """Datasets 2411 (nodes), 2412 (elements) and 2435, 2452, 2467, 2477 (groups), by the format's public description.
+    """Read datasets 2411 (nodes), 2412 (elements) and 2435, 2452, 2467, 2477 (groups), by the format's public
+    description.
 
     A group's solids are a volume, its shells a surface, its nodes a node set. Raises `MeshError`.
     """
@@ -107,7 +108,7 @@ def _point(line: str) -> list[float]:
 
 
 def _datasets(path: Path) -> Iterator[tuple[int, Iterator[str]]]:
-    """Number and lines of every dataset; lines of -1 stand around each."""
+    """Yield number and lines of every dataset; lines of -1 stand around each."""
     lines = iter(read_text(path, LIMIT, MeshError, "latin-1").splitlines())
     for line in lines:
         if line.strip() == "-1":

@@ -74,12 +74,12 @@ class Inspected:
 
     @property
     def meshed(self) -> bool:
-        """Whether gmsh could fill the solids with coarse elements."""
+        """Return whether gmsh could fill the solids with coarse elements."""
         return len(self.shape.cells) > 0
 
     @lru_cache(maxsize=4)  # noqa: B019  few are kept, as inspections are
     def land(self, group: str, along: Vector | None = None) -> Land:
-        """A group as the land of a lip. Raises as `land_of`, which takes ``along``."""
+        """Return a group as the land of a lip. Raises as `land_of`, which takes ``along``."""
         normals = [face.normal for face in self.faces if group in face.groups]
         if group not in self.edges or not normals or normals[0] is None or not _alike(normals):
             raise ModelError("the struck face is not flat: take flat faces, or strike it as a whole")
@@ -87,7 +87,7 @@ class Inspected:
 
 
 def inspect_geometry(geometry: Geometry, *, picture: bool = False) -> Inspected:
-    """The geometry's faces, groups and problems; a file is read once in a process, as long as it stays as it is.
+    """Return the geometry's faces, groups and problems; a file is read once in a process, as long as it stays as it is.
 
     ``picture``: with triangles that show curved faces well, and without cells.
 
@@ -112,21 +112,21 @@ def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspecte
         arrays = run_gmsh({"task": "inspect", "geometry": data, "picture": picture})
     except GeometryError as error:  # what is found before anything is built, as a unit that is not known
         return _nothing(error)
-    found = json.loads(str(arrays["found"]))
-    rows = [np.flatnonzero(arrays["faces"] == face["tag"]) for face in found["faces"]] if found["faces"] else []
+    answer = json.loads(str(arrays["found"]))
+    rows = [np.flatnonzero(arrays["faces"] == face["tag"]) for face in answer["faces"]] if answer["faces"] else []
     if not rows:
-        return Inspected((), _problems(found), (), _empty(), ())
+        return Inspected((), _problems(answer), (), _empty(), ())
     groups = {
-        name: np.flatnonzero(np.isin(arrays["faces"], tags)).astype(np.int64) for name, tags in found["groups"].items()
+        name: np.flatnonzero(np.isin(arrays["faces"], tags)).astype(np.int64) for name, tags in answer["groups"].items()
     }
-    shape = Shape(arrays["points"], arrays["triangles"], groups, arrays["cells"], float(found["volume"]))
-    faces = tuple(_face(face, found["groups"]) for face in found["faces"])
-    edges = {name: arrays["edges"][arrays["edges_of"] == k] for k, name in enumerate(found["flat"])}
-    return Inspected(faces, _problems(found), tuple(found["regions"]), shape, tuple(rows), edges)
+    shape = Shape(arrays["points"], arrays["triangles"], groups, arrays["cells"], float(answer["volume"]))
+    faces = tuple(_face(face, answer["groups"]) for face in answer["faces"])
+    edges = {name: arrays["edges"][arrays["edges_of"] == k] for k, name in enumerate(answer["flat"])}
+    return Inspected(faces, _problems(answer), tuple(answer["regions"]), shape, tuple(rows), edges)
 
 
 def _alike(normals: Sequence[Vector | None]) -> bool:
-    """Whether all look the same way."""
+    """Return whether all look the same way."""
     return all(normal is not None and np.dot(normal, normals[0]) > 1 - EVEN for normal in normals)  # type: ignore[arg-type]
 
 
@@ -139,9 +139,9 @@ def _empty() -> Shape:
 
 
 def _problems(found: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
-    told = found["problems"]
-    assert isinstance(told, list)
-    return tuple((str(key) or "path", str(message)) for key, message in told)
+    problems = found["problems"]
+    assert isinstance(problems, list)
+    return tuple((str(key) or "path", str(message)) for key, message in problems)
 
 
 def _face(face: Mapping[str, object], groups: Mapping[str, list[int]]) -> FoundFace:

@@ -1,6 +1,6 @@
 """What of a mesh from a file counts before a model is made: its surface, its faces and its regions.
 
-Faces are parts of the surface without a sharp edge within, planes and cylinders told as such.
+Faces are parts of the surface without a sharp edge within, planes and cylinders named as such.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ ROUND: Final = 0.01  # scatter of the radius
 
 
 def shape_of(mesh: SeatMesh) -> Shape:
-    """The surface of the mesh with its named faces, as straight triangles that look outwards, two per quadrilateral."""
+    """Return the surface of the mesh with its named faces, as straight triangles that look outwards, two per
+    quadrilateral."""
     solid = mesh.mesh
     outside = np.unique(np.concatenate([solid.boundary_facets(), *(solid.boundaries or {}).values()]))
     corners = solid.facets[:, outside].T
@@ -52,7 +53,7 @@ def shape_of(mesh: SeatMesh) -> Shape:
 
 @lru_cache(maxsize=4)
 def land_of_mesh(mesh: SeatMesh, group: str) -> Land:
-    """A named boundary as the land of a lip. Raises as `land_of`."""
+    """Return a named boundary as the land of a lip. Raises as `land_of`."""
     shape = shape_of(mesh)
     normals, areas = shape.normals[shape.groups[group]], shape.areas[shape.groups[group]]
     mean = np.average(normals, axis=0, weights=areas)
@@ -62,7 +63,7 @@ def land_of_mesh(mesh: SeatMesh, group: str) -> Land:
 
 
 def _around(quadrilaterals: Integers, points: Array) -> Integers:
-    """(n, 4) vertices in order around each quadrilateral, by their angles about its middle."""
+    """Return the (n, 4) vertices in order around each quadrilateral, by their angles about its middle."""
     arms = points[quadrilaterals] - points[quadrilaterals].mean(axis=1, keepdims=True)
     crosses = np.cross(arms[:, :1], arms[:, 1:])
     normal = crosses[np.arange(len(arms)), np.linalg.norm(crosses, axis=2).argmax(axis=1)]
@@ -73,12 +74,14 @@ def _around(quadrilaterals: Integers, points: Array) -> Integers:
 
 
 def regions_of(mesh: Any) -> tuple[str, ...]:
-    """Names of its volumes, ours or scikit-fem's, that materials may be given to; of one that names none "seat"."""
+    """Return the names of its volumes, ours or scikit-fem's, that materials may be given to; of one that names none
+    "seat"."""
     return tuple(name for name in getattr(mesh, "mesh", mesh).subdomains or () if name != "seat") or ("seat",)
 
 
 def faces_of(shape: Shape) -> tuple[tuple[FoundFace, ...], tuple[Integers, ...]]:
-    """Faces in the order of the mesh's own triangles, and the rows of triangles of each; named groups bound faces."""
+    """Return the faces in the order of the mesh's own triangles, and the rows of triangles of each; named groups bound
+    faces."""
     label = _labels(shape)
     order = np.unique(label, return_index=True)[1].argsort()
     rows = tuple(np.flatnonzero(label == label_of) for label_of in np.unique(label)[order])
@@ -86,7 +89,7 @@ def faces_of(shape: Shape) -> tuple[tuple[FoundFace, ...], tuple[Integers, ...]]
 
 
 def _labels(shape: Shape) -> Integers:
-    """(m,) the face of each triangle."""
+    """Return the (m,) face of each triangle."""
     normals = shape.normals
     edges = np.sort(shape.triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
     owner = np.repeat(np.arange(len(shape.triangles)), 3)
@@ -111,8 +114,8 @@ def _described(shape: Shape, rows: Integers, number: int) -> FoundFace:
     kind, normal, axis, radii = FREEFORM, None, None, None
     if np.abs(normals - normals[0]).max() < FLAT:
         kind, normal = "Plane", triple(normals[0])
-    elif len(rows) > 3 and (found := _cylinder(shape, rows, normals)) is not None:
-        kind, (point, direction, radius) = "Cylinder", found
+    elif len(rows) > 3 and (cylinder := _cylinder(shape, rows, normals)) is not None:
+        kind, (point, direction, radius) = "Cylinder", cylinder
         axis, radii = (triple(point), triple(direction), 0.0), (radius, radius)
     return FoundFace(
         numbers=(number,),
@@ -131,12 +134,12 @@ def _described(shape: Shape, rows: Integers, number: int) -> FoundFace:
 
 
 def _cylinder(shape: Shape, rows: Integers, normals: Array) -> tuple[Array, Array, float] | None:
-    """Triangles are chords: their middles and normals fit a cylinder roughly, their corners give its radius."""
+    """Fit a cylinder. Triangles are chords: their middles and normals fit it roughly, their corners give its radius."""
     middles = shape.points[shape.triangles[rows]].mean(axis=1)
     extent = float(np.linalg.norm(np.ptp(middles, axis=0)))
-    if (found := fitted_cylinder(middles, normals, extent, CHORDS)) is None:
+    if (axis := fitted_cylinder(middles, normals, extent, CHORDS)) is None:
         return None
-    point, direction = found
+    point, direction = axis
     arms = shape.points[np.unique(shape.triangles[rows])] - point
     away = np.linalg.norm(arms - np.outer(arms @ direction, direction), axis=1)
     return (point, direction, float(away.mean())) if np.ptp(away) < ROUND * away.mean() else None

@@ -19,13 +19,13 @@ class FileState(NamedTuple):
 
 
 def state_of(path: Path) -> FileState:
-    """The state of a file. Raises `OSError`."""
+    """Return the state of a file. Raises `OSError`."""
     status = path.stat()
     return FileState(path.resolve(), status.st_mtime_ns, status.st_size)
 
 
 def opened(read: Callable[[], object], files: Mapping[str, Path | None]) -> Iterator[Finding]:
-    """What a reader says, at the key of the file that it speaks of; of none, at the last."""
+    """Yield what a reader says, at the key of the file that it speaks of; of none, at the last."""
     try:
         read()
     except (ValueError, OSError) as error:
@@ -34,10 +34,10 @@ def opened(read: Callable[[], object], files: Mapping[str, Path | None]) -> Iter
 
 
 def naming(file: Path, message: str) -> str:
-    """The message, with the file's name in front where it lacks it."""
+    """Return the message, with the file's name in front where it lacks it."""
     return message if file.name in message else f"{file}: {message}"
 
 
 def listed(names: Collection[str]) -> str:
-    """Names, one after the other."""
+    """Return the names, one after the other."""
     return ", ".join(map(repr, names)) or "none"

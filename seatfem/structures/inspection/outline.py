@@ -25,7 +25,7 @@ PICOMETRE: Final = 12  # digits [m]
 
 @dataclass(frozen=True)
 class DrawnOutline:
-    """What a file holds.
+    """The outline in a file.
 
     Attributes:
         outline, holes: closed loops of corners (x, y, bulge) [m].
@@ -49,14 +49,14 @@ class DrawnOutline:
         def moved(loop: tuple[Corner, ...]) -> tuple[Corner, ...]:
             corners = np.array(loop)
             places = frame.seen(own.points(corners[:, :2]))
-            found = np.column_stack([places, bulged * corners[:, 2]])
-            return _corners(np.asarray(np.round(found, PICOMETRE) + 0.0, dtype=np.float64))
+            rows = np.column_stack([places, bulged * corners[:, 2]])
+            return _corners(np.asarray(np.round(rows, PICOMETRE) + 0.0, dtype=np.float64))
 
         return replace(self, outline=moved(self.outline), holes=tuple(map(moved, self.holes)), frame=frame)
 
 
 def outline_in(path: Path, unit: float | None = None, *, oblique: bool = False) -> DrawnOutline:
-    """The outline in a file, which is read once in a process as long as it stays as it is.
+    """Return the outline in a file, which is read once in a process as long as it stays as it is.
 
     STEP: of its one plane face, or of a plate, whose thickness is found. The face is square to an axis of the file, and
     seen against that axis: x and y are the file's where it is z; y and z, or z and x, where it is x, or y.
@@ -85,15 +85,15 @@ def _read(state: FileState, path: Path, unit: float | None, oblique: bool) -> Dr
         check_readable(path)
     except GeometryError as error:
         raise GeometryError(f"Outlined.file = {error}") from error
-    found = run_gmsh({"task": "outline", "path": str(path), "oblique": oblique})
-    outline, *holes = (_corners(found[f"loop:{k}"]) for k in range(sum(name.startswith("loop:") for name in found)))
-    thickness = float(found["thickness"]) if "thickness" in found else None
-    frame = Frame(*(triple(row) for row in found["frame"]))
-    return DrawnOutline(outline, tuple(holes), thickness, frame, triple(found["normal"]))
+    arrays = run_gmsh({"task": "outline", "path": str(path), "oblique": oblique})
+    outline, *holes = (_corners(arrays[f"loop:{k}"]) for k in range(sum(name.startswith("loop:") for name in arrays)))
+    thickness = float(arrays["thickness"]) if "thickness" in arrays else None
+    frame = Frame(*(triple(row) for row in arrays["frame"]))
+    return DrawnOutline(outline, tuple(holes), thickness, frame, triple(arrays["normal"]))
 
 
 def is_step(path: Path) -> bool:
-    """Whether a file is STEP by its name."""
+    """Return whether a file is STEP by its name."""
     return path.suffix.lower() in STEP_SUFFIXES
 
 

@@ -36,7 +36,7 @@ class Part:
 
 
 def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
-    """The part in a STEP, BREP or mesh file.
+    """Return the part in a STEP, BREP or mesh file.
 
     Args:
         unit: length unit of a file that states none; millimetres are assumed of BREP files, metres of meshes.
@@ -53,7 +53,7 @@ def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
 
 
 def of_geometry(geometry: Geometry, name: str) -> Part:
-    """The faces of a geometry, with the keys of a scene that select none."""
+    """Return the faces of a geometry, with the keys of a scene that select none."""
     return _of_found(name, inspect_geometry(geometry, picture=True), "seat.", ())
 
 
@@ -61,21 +61,24 @@ def _of_cad(path: Path, unit: LengthUnit | None) -> Part:
     brep = path.suffix.lower() in BREP_SUFFIXES
     length: LengthUnit | None = "mm" if brep and unit is None else unit
     part = CadPart(path, None if length is None else METRES[length])
-    found = inspect_geometry(part, picture=True)
+    inspected = inspect_geometry(part, picture=True)
     notes = (_assumed(path, "mm", "--unit m"),) if brep and unit is None else ()
-    return _of_found(path.name, found, None, notes)
+    return _of_found(path.name, inspected, None, notes)
 
 
 def _of_found(name: str, found: Inspected, keys: str | None, notes: tuple[str, ...]) -> Part:
-    """``keys``: in front of the fields that problems name; ``None``: groups are nobody's wish, and none is missed."""
+    """Return the part; ``keys``: in front of the fields that problems name; ``None``: groups are nobody's wish, and
+    none is missed."""
     if not found.faces:
         raise GeometryError("\n".join(message for _, message in found.problems))
-    told = () if keys is None else tuple(f"{keys}{key}: {text.partition(chr(10))[0]}" for key, text in found.problems)
-    return Part(name, found.faces, found.shape, found.parts, found.regions, (*notes, *told))
+    messages = (
+        () if keys is None else tuple(f"{keys}{key}: {text.partition(chr(10))[0]}" for key, text in found.problems)
+    )
+    return Part(name, found.faces, found.shape, found.parts, found.regions, (*notes, *messages))
 
 
 def of_mesh(name: str, mesh: SeatMesh, notes: tuple[str, ...]) -> Part:
-    """The faces of a mesh: parts of its surface without a sharp edge within."""
+    """Return the faces of a mesh: parts of its surface without a sharp edge within."""
     shape = shape_of(mesh)
     faces, rows = faces_of(shape)
     return Part(name, faces, shape, rows, regions_of(mesh), notes, numbered=False)

@@ -37,7 +37,7 @@ class Shape:
 
     @cached_property
     def extent(self) -> Array:
-        """(3,) sides of the bounding box [m]."""
+        """Return the (3,) sides of the bounding box [m]."""
         used = self.points[np.unique(self.triangles)] if len(self.triangles) else self.points
         return np.asarray(np.ptp(used, axis=0))
 
@@ -48,57 +48,61 @@ class Shape:
 
     @cached_property
     def areas(self) -> Array:
-        """(m,) of the triangles [m^2]."""
+        """Return the (m,) areas of the triangles [m^2]."""
         return np.asarray(np.linalg.norm(self._crosses, axis=1))
 
     @cached_property
     def normals(self) -> Array:
-        """(m, 3) unit normals of the triangles, of either sign; zero where one has no area."""
+        """Return the (m, 3) unit normals of the triangles, of either sign; zero where one has no area."""
         return np.asarray(self._crosses / np.maximum(self.areas[:, None], np.finfo(float).tiny))
 
     def area(self, group: str) -> float:
-        """[m^2]."""
+        """Return the area [m^2]."""
         return float(self.areas[self.groups[group]].sum())
 
     def normal(self, group: str) -> Array | None:
-        """(3,) unit vector that most of the group's faces look along, of either sign; ``None`` of a bore: none is."""
+        """Return the (3,) unit vector that most of the group's faces look along, of either sign; ``None`` of a bore:
+        none is."""
         rows = self.groups[group]
         n = self.normals[rows]
         values, vectors = np.linalg.eigh(np.einsum("i,ij,ik->jk", self.areas[rows], n, n))
         return np.asarray(vectors[:, 2]) if values[2] - values[1] > DIRECTED * values.sum() else None
 
     def outline(self, group: str) -> Integers:
-        """(e, 2) edges that bound the group."""
+        """Return the (e, 2) edges that bound the group."""
         rows = self.triangles[self.groups[group]]
         edges = np.sort(np.concatenate([rows[:, [0, 1]], rows[:, [1, 2]], rows[:, [2, 0]]]), axis=1)
-        found, counts = np.unique(edges, axis=0, return_counts=True)
-        return np.asarray(found[counts == 1], dtype=np.int64)
+        distinct, counts = np.unique(edges, axis=0, return_counts=True)
+        return np.asarray(distinct[counts == 1], dtype=np.int64)
 
     def width(self, group: str) -> float:
-        """Twice the area over the length of the outline [m]: of a ring or strip its width, of a disc its radius."""
+        """Return twice the area over the length of the outline [m]: of a ring or strip its width, of a disc its
+        radius."""
         edges = self.outline(group)
         around = float(np.linalg.norm(self.points[edges[:, 0]] - self.points[edges[:, 1]], axis=1).sum())
         return 2 * self.area(group) / around if around > 0 else math.sqrt(self.area(group))
 
     def depth(self, group: str) -> float:
-        """Of the body behind the group, along its normal [m]; where that has none, the body's shortest side."""
+        """Return the depth of the body behind the group, along its normal [m]; where that has none, the body's shortest
+        side."""
         normal = self.normal(group)
         if normal is None:
             return float(self.extent.min())
         return float(np.ptp(self.points[np.unique(self.triangles)] @ normal))
 
     def span(self, group: str, held: Sequence[str]) -> float:
-        """Mean distance, along the group's plane, from the group to what is held [m]; 0 where that lies beneath.
+        """Return the mean distance, along the group's plane, from the group to what is held [m]; 0 where that lies
+        beneath.
 
         Of a body that nothing holds: to the farthest point.
         """
         depth = self.depth(group)
-        there = [self.triangles[self.groups[name]] for name in held if name in self.groups]
+        held_triangles = [self.triangles[self.groups[name]] for name in held if name in self.groups]
         nodes = np.unique(self.triangles[self.groups[group]])
         points = self.points[nodes[:: max(1, len(nodes) // SAMPLED)]]
-        if not there:
+        if not held_triangles:
             return float(np.linalg.norm(points.mean(axis=0) - self.points, axis=1).max())
-        away = float(np.mean(distances(points, self._sampled(np.concatenate(there)))))
+        away = float(np.mean(distances(points, self._sampled(np.concatenate(held_triangles)))))
         beside = math.sqrt(max(0.0, away**2 - depth**2))
         return beside if beside > BESIDE * depth else 0.0
 
@@ -108,7 +112,8 @@ class Shape:
 
 
 def distances(points: Array, others: Array) -> Array:
-    """(n,) from each of ``points`` (n, 3) to the nearest of ``others`` (m, 3), some hundreds of them."""
+    """Return the (n,) distances from each of ``points`` (n, 3) to the nearest of ``others`` (m, 3), some hundreds of
+    them."""
     nearest = np.full(len(points), np.inf)
     squares = np.einsum("ij,ij->i", points, points)
     for some in np.array_split(others, max(1, len(others) // BLOCK)):

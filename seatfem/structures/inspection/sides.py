@@ -35,20 +35,20 @@ def straight_side(path: Path, selectors: tuple[Selector, ...], frame: Frame) -> 
 def _side(state: FileState, path: Path, selectors: tuple[Selector, ...], frame: Frame) -> tuple[Place, Place]:
     del state  # part of the key
     try:
-        found = inspect_geometry(CadPart(path, contact=(), fixed=(), groups=(Group(GROUP, selectors),)))
+        inspected = inspect_geometry(CadPart(path, contact=(), fixed=(), groups=(Group(GROUP, selectors),)))
     except (MeshingError, OSError) as error:
         raise _wrong(path, f"{error}; check the file") from error
-    if found.problems:
-        raise GeometryError(f"Outlined.clamped = {path.name}: {found.problems[0][1]}")
-    sides = [face for face in found.faces if _is_side(face, frame)]
-    chosen = [face for face in found.faces if GROUP in face.groups]
+    if inspected.problems:
+        raise GeometryError(f"Outlined.clamped = {path.name}: {inspected.problems[0][1]}")
+    sides = [face for face in inspected.faces if _is_side(face, frame)]
+    chosen = [face for face in inspected.faces if GROUP in face.groups]
     if other := [face for face in chosen if face not in sides]:
         kind = "a broad face of the plate" if other[0].normal is not None else f"a {other[0].kind.lower()}"
         raise _wrong(
             path, f"face {_numbers(other[0])} is {kind}; select a straight side of the sheet: {_listed(sides)}"
         )
     first = np.array(chosen[0].normal)
-    points = found.edges[GROUP].reshape(-1, 3)
+    points = inspected.edges[GROUP].reshape(-1, 3)
     heights = points @ first
     if any(np.linalg.norm(first - np.array(face.normal)) > ANGLE_TOLERANCE for face in chosen) or (
         np.ptp(heights) > LENGTH_TOLERANCE

@@ -69,11 +69,12 @@ damping_ratio = 0.02
 
     @property
     def polar(self) -> float:
-        """Polar radius of gyration squared (width^2 + height^2)/12 [m^2]."""
+        """Return the polar radius of gyration squared (width^2 + height^2)/12 [m^2]."""
         return (self.width**2 + self.height**2) / 12
 
     def love_error(self, band: float) -> float:
-        """Relative delay of waves at the band edge [Hz] that a rod without lateral inertia leaves out, nu^2 k^2 r^2/2.
+        """Return the relative delay of waves at the band edge [Hz] that a rod without lateral inertia leaves out, nu^2
+        k^2 r^2/2.
 
         r^2 is the polar radius of gyration squared, k = w/c_0. Source: Love, A Treatise on the Mathematical Theory of
         Elasticity, article 278.
@@ -84,7 +85,7 @@ damping_ratio = 0.02
 
     @property
     def form_error(self) -> float:
-        """Relative error of g by the clamped end, which cannot contract sideways: it shortens the rod.
+        """Return the relative error of g by the clamped end, which cannot contract sideways: it shortens the rod.
 
         The static compliance falls by (0.33 to 0.5) nu^2 sqrt(width height)/length over nu = 0.15 to 0.45 and sides of
         1:1 to 1:8 (examples/bar_as_rod.py); g after a few reflections is off by about twice that, so 1.0 is taken.
@@ -92,7 +93,7 @@ damping_ratio = 0.02
         return self.material.mean.poisson**2 * math.sqrt(self.width * self.height) / self.length
 
     def closed_form(self) -> GreensFunction | None:
-        """The elementary rod of its cross-section, clamped at its far end, where it is one."""
+        """Return the elementary rod of its cross-section, clamped at its far end, where it is one."""
         if not self._rod(self.greens.bandwidth).applies:
             return None
         solid = self.material.mean
@@ -108,7 +109,8 @@ damping_ratio = 0.02
         return self.love_rod() if level == "rod" else None
 
     def love_rod(self) -> ModalGreens:
-        """The rod with lateral inertia (Love): mode n is slower by sqrt(s) and heavier by s, s = 1 + nu^2 k_n^2 r^2.
+        """Return the rod with lateral inertia (Love): mode n is slower by sqrt(s) and heavier by s, s = 1 + nu^2 k_n^2
+        r^2.
 
         k_n = (2n - 1) pi/(2 l), r^2 the polar radius of gyration squared; the static compliance is the elementary
         rod's. Source: Love, A Treatise on the Mathematical Theory of Elasticity, article 278.

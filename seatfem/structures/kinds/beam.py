@@ -60,12 +60,12 @@ class Release(Table):
 
     @property
     def largest(self) -> float:
-        """Deflection of the tip at the start [m]."""
+        """Return the deflection of the tip at the start [m]."""
         return abs(self.tip_deflection if self.tip_deflection is not None else self.deflection or 0.0)
 
 
 class Beam(Structure):
-    """What all beams have that bend about their thin side."""
+    """Base of all beams that bend about their thin side."""
 
     group: ClassVar[str] = "reeds"
     has_weight: ClassVar[bool] = True
@@ -89,20 +89,20 @@ class Beam(Structure):
     @property
     @abstractmethod
     def span(self) -> float:
-        """Free length [m]."""
+        """Return the free length [m]."""
 
     @property
     @abstractmethod
     def mean_width(self) -> float:
-        """[m]."""
+        """Return the mean width [m]."""
 
     @abstractmethod
     def beam(self) -> reeds.Beam:
-        """The beam in closed form."""
+        """Return the beam in closed form."""
 
     @property
     def widths_along(self) -> tuple[tuple[float, float], ...]:
-        """[position from the root, width], in between linear [m]."""
+        """Return [position from the root, width], in between linear [m]."""
         return ((0.0, self.mean_width), (self.span, self.mean_width))
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
@@ -139,7 +139,7 @@ class Beam(Structure):
         return self.beam().free_point
 
     def start_at(self, at: float | None) -> float:
-        """Of the shape that it is released in: that of a force at the tip, or that of a mode."""
+        """Return the deflection of the shape that it is released in: that of a force at the tip, or that of a mode."""
         if self.release is None:
             return 0.0
         beam = self.beam()
@@ -148,8 +148,8 @@ class Beam(Structure):
         if self.release.tip_deflection is not None:
             return self.release.tip_deflection * beam.compliance(x, tip) / beam.compliance(tip, tip)
         assert self.release.mode is not None
-        here, free = beam.modes(self.release.mode).deflection(np.array([x, tip]))[-1]
-        return (self.release.deflection or 0.0) * float(here / free)
+        touched, free = beam.modes(self.release.mode).deflection(np.array([x, tip]))[-1]
+        return (self.release.deflection or 0.0) * float(touched / free)
 
     def closed_form(self) -> GreensFunction | None:
         return self._body(None, None, moved=False).greens
@@ -198,15 +198,15 @@ class Beam(Structure):
     def _loads(self) -> list[ReedLoad]:
         from impact.bodies import loads  # as above
 
-        found: list[ReedLoad] = []
+        reed_loads: list[ReedLoad] = []
         if self.pressure is not None:
-            found.append(loads.Pressure(self.pressure.course))
+            reed_loads.append(loads.Pressure(self.pressure.course))
         if self.point_force is not None:
             at = self.beam().free_point if self.point_force.at is None else self.point_force.at
-            found.append(loads.PointForce(self.point_force.course, at))
+            reed_loads.append(loads.PointForce(self.point_force.course, at))
         if self.gravity is not None:
-            found.append(loads.Gravity(self.gravity))
-        return found
+            reed_loads.append(loads.Gravity(self.gravity))
+        return reed_loads
 
     @model_validator(mode="after")
     def _force_on_the_reed(self) -> Self:
@@ -229,14 +229,14 @@ class Beam(Structure):
         )
 
     def shear_error(self, at: float | None) -> float:
-        """3 EI/(kappa G A L^2), L to the contact.
+        """Return 3 EI/(kappa G A L^2), L to the contact.
 
         Source: S. P. Timoshenko, Phil. Mag. 41 (1921) 744; kappa = 5/6, Poisson ratio 0.3.
         """
         return SHEAR * (self.thickness / (self.span if at is None else at)) ** 2
 
     def limits(self) -> tuple[Advice, ...]:
-        """Of the deflection at release.
+        """Report the limits of the deflection at release.
 
         The elastica of a cantilever under a tip force needs (1 + (36/35)(d/L)^2) of the linear force for the deflection
         d, to second order; of its thickness this is independent. Source: K. E. Bisshopp and D. C. Drucker, Large
@@ -271,7 +271,7 @@ class Beam(Structure):
 
 
 class UniformBeam(Beam):
-    """What all beams have that are as wide everywhere."""
+    """Base of all beams that are as wide everywhere."""
 
     length: Length = Field(description="free length")
     width: Length = default("10 mm", "width")

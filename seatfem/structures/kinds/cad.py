@@ -87,24 +87,24 @@ damping_ratio = 0.02
         from seatfem.structures.surface_outlines import struck_side_problem
 
         try:
-            found = inspect_geometry(self.geometry())
+            inspected = inspect_geometry(self.geometry())
         except (MeshingError, OSError) as error:
             yield ("file",), naming(self.file, str(error))
             return
-        alone = len(found.problems) == 1
-        for field, message in found.problems:
+        alone = len(inspected.problems) == 1
+        for field, message in inspected.problems:
             first, *rest = field.split(".", 1)
             key = OTHER_NAMES.get(first, first)
             if key == "unit" and self.unit is None:
                 key = "file"
-            told = message if alone else _without_list(message, f"seatfem faces {shlex.quote(self.file.name)}")
-            yield (key, *rest), naming(self.file, told)
-        if found.faces:
-            yield from self.unknown_names(self.geometry().patches, found.regions)
-        struck = [face.normal for face in found.faces if self.struck_face in face.groups]
+            text = message if alone else _without_list(message, f"seatfem faces {shlex.quote(self.file.name)}")
+            yield (key, *rest), naming(self.file, text)
+        if inspected.faces:
+            yield from self.unknown_names(self.geometry().patches, inspected.regions)
+        struck = [face.normal for face in inspected.faces if self.struck_face in face.groups]
         flat = [normal for normal in struck if normal is not None]
-        if flat and len(flat) == len(struck) and not found.problems:
-            sides = np.array(flat), found.shape, self.struck_face, self.held, self.bedded
+        if flat and len(flat) == len(struck) and not inspected.problems:
+            sides = np.array(flat), inspected.shape, self.struck_face, self.held, self.bedded
             if why := struck_side_problem(*sides):
                 yield ("contact",), naming(self.file, why)
 
@@ -114,19 +114,19 @@ damping_ratio = 0.02
         return of_geometry(self.geometry(), self.file.name)
 
     def patch(self) -> Patch | None:
-        """As the faces in the file are; raises `GeometryError` without any."""
+        """Return the patch as the faces in the file are; raises `GeometryError` without any."""
         from seatfem.structures.inspection.cad import inspect_geometry  # of drawings in files only
 
-        found = inspect_geometry(self.geometry())
-        if "contact" not in found.shape.groups:
-            raise GeometryError("\n".join(message for _, message in found.problems))
-        return of_shape(found.shape, self.supports, self.material.mean)
+        inspected = inspect_geometry(self.geometry())
+        if "contact" not in inspected.shape.groups:
+            raise GeometryError("\n".join(message for _, message in inspected.problems))
+        return of_shape(inspected.shape, self.supports, self.material.mean)
 
     def column(self) -> Column | None:
         return None
 
 
 def _without_list(message: str, command: str) -> str:
-    """Where several selectors are wrong, the faces are not listed with each."""
+    """Return the message without its list: where several selectors are wrong, the faces are not listed with each."""
     first, _, more = message.partition("\n")
     return f"{first} {command} shows them" if more else message

@@ -50,7 +50,8 @@ damping_ratio = 0.02
     def stress_histories(
         self, force: Array, dt: float, body: Body, at: At, also: Collection[float] = (), *, few: bool = False
     ) -> Iterator[tuple[str, Array]]:
-        """Bending stress of both faces at `PLACES`, the contacts and ``also``; ``few``: at the root in their place."""
+        """Yield the bending stress of both faces at `PLACES`, the contacts and ``also``; ``few``: at the root in their
+        place."""
         from impact.after.stresses import bending_stress
 
         beam = self.beam()

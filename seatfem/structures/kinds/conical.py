@@ -42,6 +42,6 @@ damping_ratio = 0.02
         return self.struck_area, end - start, self.thickness
 
     def column(self) -> Column | None:
-        """Under the band as it is seen along the axis."""
-        found = super().column()
-        return None if found is None else replace(found, area=found.area * math.sin(self.half_angle))
+        """Return the column under the band as it is seen along the axis."""
+        column = super().column()
+        return None if column is None else replace(column, area=column.area * math.sin(self.half_angle))

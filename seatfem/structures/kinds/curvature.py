@@ -58,26 +58,26 @@ class Curvature(Table):
 
     def _table(self) -> Mapping[str, Array]:
         assert self.file is not None
-        found = read_columns(self.file, COLUMNS, ("x", "height"))
-        if "y" not in found and (len(found["x"]) < 2 or np.any(np.diff(found["x"]) <= 0)):
+        table = read_columns(self.file, COLUMNS, ("x", "height"))
+        if "y" not in table and (len(table["x"]) < 2 or np.any(np.diff(table["x"]) <= 0)):
             raise ColumnsError(f"{self.file}: at least two rows are needed, and x must increase from one to the next")
-        if "y" in found:
-            check_scattered(self.file, found)
-        return found
+        if "y" in table:
+            check_scattered(self.file, table)
+        return table
 
     def given(self, points: Array) -> Array:
-        """(n,) heights at points (n, 2) [m], as given. Raises `KeyProblem` of points that they do not cover."""
+        """Return (n,) heights at points (n, 2) [m], as given. Raises `KeyProblem` of points that they do not cover."""
         if self.heights is not None:
             at, height = np.array(self.heights).T
         else:
             table = self._table()
             at, height = table["x"], table["height"]
             if "y" in table:
-                found = between(table, "height", points)
-                if np.isnan(found).any():
-                    x, y = 1e3 * points[np.isnan(found)][0]
+                heights = between(table, "height", points)
+                if np.isnan(heights).any():
+                    x, y = 1e3 * points[np.isnan(heights)][0]
                     raise KeyProblem("file", f"its points must surround ({x:.4g}, {y:.4g}) mm, where the lip lies")
-                return found
+                return heights
         if (x := points[:, 0]).min() < at[0] or x.max() > at[-1]:
             key = "file" if self.heights is None else "heights"
             raise KeyProblem(

@@ -50,7 +50,7 @@ WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # the same of a r
 
 
 class Drawn(Elastic):
-    """What all bodies have that gmsh meshes."""
+    """Base of all bodies that gmsh meshes."""
 
     is_drawn: ClassVar[bool] = True
 
@@ -66,7 +66,7 @@ class Drawn(Elastic):
     )
 
     def geometry(self) -> Geometry:
-        """The geometry in SI units. Raises `GeometryError` where it cannot be built."""
+        """Return the geometry in SI units. Raises `GeometryError` where it cannot be built."""
         raise NotImplementedError
 
     @property
@@ -84,7 +84,7 @@ class Drawn(Elastic):
         return None
 
     def struck_part(self) -> tuple[float, float, float]:
-        """Area and narrowest width of the struck face [m^2, m], depth of the body behind it [m]."""
+        """Return the area and narrowest width of the struck face [m^2, m], depth of the body behind it [m]."""
         raise NotImplementedError
 
     @model_validator(mode="after")
@@ -94,7 +94,8 @@ class Drawn(Elastic):
 
     @property
     def sectors(self) -> int:
-        """Equal sectors between planes of symmetry that the body and its load can be cut into; 1: none."""
+        """Return the number of equal sectors between planes of symmetry that the body and its load can be cut into; 1:
+        none."""
         return 1
 
     @property
@@ -124,11 +125,11 @@ class Drawn(Elastic):
         from seatfem.structures.inspection.cad import inspect_geometry  # of bodies in files only
         from seatfem.structures.surface_outlines import Surface, of_surface
 
-        found, struck = inspect_geometry(shape, picture=not coarse), self.struck_face
-        normals = [face.normal for face in found.faces if struck in face.groups]
+        inspected, struck = inspect_geometry(shape, picture=not coarse), self.struck_face
+        normals = [face.normal for face in inspected.faces if struck in face.groups]
         normal = normals[0] if normals else None
         return of_surface(
-            name, Surface(found.shape, found.parts, struck, normal, self.held, self.bedded, self.own_axis)
+            name, Surface(inspected.shape, inspected.parts, struck, normal, self.held, self.bedded, self.own_axis)
         )
 
     # Levels of modelling
@@ -141,14 +142,14 @@ class Drawn(Elastic):
         return choose_level(self.levels(), error, self.model)
 
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
-        found, given = super().stated(error, rings), self.mesh
-        level = "spring" if self.model == "spring" else found.level
-        return replace(found, level=level, size=given.size, contact_size=given.contact_size, order=given.order)
+        method, mesh = super().stated(error, rings), self.mesh
+        level = "spring" if self.model == "spring" else method.level
+        return replace(method, level=level, size=mesh.size, contact_size=mesh.contact_size, order=mesh.order)
 
     def discrete(self, level: AnyLevel) -> Level:
-        found = next((name for name in DISCRETE if name == level), None)
-        if found is not None:
-            return found
+        same_level = next((name for name in DISCRETE if name == level), None)
+        if same_level is not None:
+            return same_level
         applying = [each.level for each in self.levels() if each.applies]
         return next(name for name in DISCRETE if name in applying)
 
@@ -183,7 +184,7 @@ class Drawn(Elastic):
         return Column(area, depth, width, self.material.young_across, self.material.density)
 
     def mesh_spec(self, method: Method) -> MeshSpec:
-        """The mesh of a method; sizes it leaves open follow the slowest shear wave at the band edge."""
+        """Return the mesh of a method; sizes it leaves open follow the slowest shear wave at the band edge."""
         assert method.bandwidth is not None
         per_wavelength = PER_WAVELENGTH[self.elements_of(method)]
         size = method.size or self.slowest / (per_wavelength * method.bandwidth)
@@ -196,7 +197,7 @@ class Drawn(Elastic):
         return numbers_of_drawn(self, method, coarser)
 
     def measures_inside(self, level: Level) -> float:
-        """Volume of what is modelled [m^3], or area of a half section [m^2]."""
+        """Return the volume of what is modelled [m^3], or area of a half section [m^2]."""
         from seatfem.structures.counts.element_counts import body_in_numbers  # of plans only
 
         copies = self.copies.get(level, 1)
@@ -231,7 +232,7 @@ def _as_a_whole(model: str) -> str:
 
 
 class Turned(Drawn):
-    """What all solids of revolution have."""
+    """Base of all solids of revolution."""
 
     revolved: ClassVar[bool] = True
 
@@ -258,12 +259,12 @@ class Turned(Drawn):
 
     @property
     def struck_share(self) -> float:
-        """Part of the ring that is struck."""
+        """Return the part of the ring that is struck."""
         return 1.0 if self.arc is None else self.arc / (2 * math.pi)
 
     @property
     def struck_area(self) -> float:
-        """Of the struck face [m^2]."""
+        """Return the area of the struck face [m^2]."""
         return self.struck_share * self.geometry().profile.area("contact")
 
     @property
@@ -290,7 +291,7 @@ class Turned(Drawn):
         return None if face is None else replace(face, arcs=arcs, rings=rings)
 
     def _flat_face(self) -> Lip | None:
-        """The flat ring or disc that is struck all around; ``None`` where another face is."""
+        """Return the flat ring or disc that is struck all around; ``None`` where another face is."""
         from seatfem.structures.lip import Lip  # scenes without lips need none
 
         if self.arc is not None or self.model in UNDIVIDED or not self.isotropic:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Elastic(Reduced):
-    """What all bodies made of finite elements have."""
+    """Base of all bodies made of finite elements."""
 
     needs_gmsh: ClassVar[bool] = True
     is_meshed: ClassVar[bool] = True
@@ -49,12 +49,12 @@ class Elastic(Reduced):
 
     @property
     def clamped(self) -> bool:
-        """Whether some face is."""
+        """Return whether some face is clamped."""
         return True
 
     @property
     def held(self) -> tuple[str, ...]:
-        """Names of the clamped faces."""
+        """Return the names of the clamped faces."""
         return ("fixed",) if self.clamped else ()
 
     @property
@@ -65,17 +65,17 @@ class Elastic(Reduced):
 
     @property
     def bedded(self) -> tuple[str, ...]:
-        """Names of the faces that supports hold."""
+        """Return the names of the faces that supports hold."""
         return tuple(support.on for support in self.supports if support.holds)
 
     @property
     def struck_face(self) -> str:
-        """Name of the face that is struck."""
+        """Return the name of the face that is struck."""
         return "contact"
 
     @property
     def struck_arc(self) -> float | None:
-        """Angular width of the part of a ring that is struck [rad]; ``None``: all of it, or no ring."""
+        """Return the angular width of the part of a ring that is struck [rad]; ``None``: all of it, or no ring."""
         return None
 
     @property
@@ -83,7 +83,7 @@ class Elastic(Reduced):
         return "" if self.has_faces else super().no_lip
 
     def land(self) -> Land:
-        """What is struck. Raises `ModelError` of what is neither flat rings nor flat strips."""
+        """Return the land that is struck. Raises `ModelError` of what is neither flat rings nor flat strips."""
         raise NotImplementedError
 
     def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
@@ -93,7 +93,7 @@ class Elastic(Reduced):
 
     @property
     def copies(self) -> Mapping[AnyLevel, int]:
-        """By level, how many of what is modelled make the whole; where nothing is said, one."""
+        """Return, by level, how many of what is modelled make the whole; where nothing is said, one."""
         return {}
 
     @property
@@ -102,12 +102,12 @@ class Elastic(Reduced):
 
     @property
     def isotropic(self) -> bool:
-        """Whether every material is the same in all directions."""
+        """Return whether every material is the same in all directions."""
         return all(material.isotropic for material in (self.material, *self.materials.values()))
 
     @property
     def slowest(self) -> float:
-        """Shear waves of its materials [m/s]."""
+        """Return the speed of the slowest shear waves of its materials [m/s]."""
         return min(material.solid.c_s for material in (self.material, *self.materials.values()))
 
     def loss_at(self, frequency: float) -> float:
@@ -116,7 +116,7 @@ class Elastic(Reduced):
         return self.rayleigh.mass / (2 * frequency) + self.rayleigh.stiffness * frequency / 2
 
     def solids(self, regions: tuple[str, ...]) -> Material | Orthotropic | dict[str, Material | Orthotropic]:
-        """The material of the body, or of each region: what ``materials`` does not name is ``material``.
+        """Return the material of the body, or of each region: what ``materials`` does not name is ``material``.
 
         Raises:
             ModelError: a name that is no region.
@@ -128,7 +128,7 @@ class Elastic(Reduced):
         return {name: self.materials.get(name, self.material).solid for name in regions}
 
     def meshes(self, method: Method, progress: Progress) -> tuple[AnyMesh, AnyMesh | None]:
-        """The mesh of a method, and one coarser by `COARSENING` where the body is drawn."""
+        """Return the mesh of a method, and one coarser by `COARSENING` where the body is drawn."""
         raise NotImplementedError
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
@@ -137,7 +137,7 @@ class Elastic(Reduced):
         return of_patch(patch, self.damping_ratio + self.material.loss_factor / 2)
 
     def mass(self) -> float:
-        """[kg], all of it of the body's own material."""
+        """Return the mass [kg], all of it of the body's own material."""
         raise NotImplementedError
 
     def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
@@ -145,7 +145,7 @@ class Elastic(Reduced):
         return freed(greens, self.mass()) if self.velocity is not None and self.loose else greens
 
     def unknown_names(self, faces: Collection[str], regions: Collection[str]) -> Iterator[Finding]:
-        """Supports on faces that are not there, materials of regions that are not there."""
+        """Yield supports on faces that are not there, materials of regions that are not there."""
         for number, support in enumerate(self.supports):
             if support.on not in faces:
                 yield ("supports", number, "on"), f"no face named {support.on!r}; there are: {listed(faces)}"

@@ -59,17 +59,18 @@ damping_ratio = 0.02
     )
 
     def as_a_beam(self, greens: GreensFunction) -> Body | None:
-        """Of the same widths, touched at the paddle's centre, where it moves as fast in the mode that it is released
-        in: the one of the nearest frequency. ``None`` of other starts, of loads, and where no bending mode is near."""
+        """Return a beam of the same widths, touched at the paddle's centre, where it moves as fast in the mode that it
+        is released in: the one of the nearest frequency. ``None`` of other starts, of loads, and where no bending mode
+        is near."""
         release = self.release
         if release is None or release.velocity is None or self.is_loaded:
             return None
         outline, solid = self.geometry(), self.material.solid
         beam = SteppedCantilever(solid.young, solid.density, self.thickness, outline.widths(CHORDS))
         assert greens.modal is not None
-        wanted, found = greens.modal.omega[release.mode - 1], beam.frequencies(OF_THE_BEAM)
-        number = int(np.argmin(np.abs(found - wanted)))
-        if abs(found[number] / wanted - 1) > NEAR:
+        wanted, frequencies = greens.modal.omega[release.mode - 1], beam.frequencies(OF_THE_BEAM)
+        number = int(np.argmin(np.abs(frequencies - wanted)))
+        if abs(frequencies[number] / wanted - 1) > NEAR:
             return None
         centre = outline.centre[0]
         start = ModeShape(number + 1, at=centre, velocity=release.velocity)

@@ -61,7 +61,7 @@ file = "response.csv"
         yield from opened(self.measured, {"file": self.file})
 
     def measured(self) -> FrequencyResponse:
-        """The measured response of the contact, read once in a process.
+        """Return the measured response of the contact, read once in a process.
 
         Raises:
             FrequencyResponseError: what `read_frf` raises; a universal file without a node.
@@ -97,7 +97,7 @@ file = "response.csv"
 
 @dataclass(frozen=True)
 class _Record:
-    """What a record is read from, and the state of its file."""
+    """The files that a record is read from, and the state of its file."""
 
     file: Path
     node: int | None

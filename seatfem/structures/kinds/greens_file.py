@@ -43,7 +43,8 @@ file = "seat.h5"
         return load_greens(self.file)
 
     def function(self, duration: float) -> GreensFunction:
-        """The function in the file; raises `GreensFunctionError` if it is not known for a run of ``duration`` [s]."""
+        """Return the function in the file; raises `GreensFunctionError` if it is not known for a run of ``duration``
+        [s]."""
         greens = self._read()
         if greens.valid_for < duration * (1 - 1e-9):
             raise GreensFunctionError(
@@ -62,5 +63,5 @@ file = "seat.h5"
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
         greens = self.function(duration)
-        asked = greens if method.rings is None else with_fewer_rings(greens, method.rings)
-        return Solved(asked, about={"seat_model": f"Green's function from {self.file.name}"})
+        combined = greens if method.rings is None else with_fewer_rings(greens, method.rings)
+        return Solved(combined, about={"seat_model": f"Green's function from {self.file.name}"})

@@ -31,7 +31,7 @@ class Material(Table):
     @model_validator(mode="before")
     @classmethod
     def _by_name(cls, given: object) -> object:
-        """material = "steel" is material = { name = "steel" }; a value beside the name overrules the list's."""
+        """Read material = "steel" as material = { name = "steel" }; a value beside the name overrules the list's."""
         if isinstance(given, str):
             return {"name": given, **_constants(given)}
         if not isinstance(given, Mapping) or not isinstance(name := given.get("name"), str):
@@ -43,35 +43,36 @@ class Material(Table):
 
     @property
     def isotropic(self) -> bool:
-        """Whether it is the same in all directions."""
+        """Return whether it is the same in all directions."""
         return True
 
     @property
     def solid(self) -> materials.Material:
-        """The material as finite elements take it."""
+        """Return the material as finite elements take it."""
         return materials.Material(self.young, self.poisson, self.density, loss_factor=self.loss_factor)
 
     @property
     def mean(self) -> materials.Material:
-        """An isotropic material of about the same stiffness."""
+        """Return an isotropic material of about the same stiffness."""
         return self.solid
 
     @property
     def young_across(self) -> float:
-        """Young's modulus along the third axis [Pa]."""
+        """Return Young's modulus along the third axis [Pa]."""
         return self.young
 
 
 def _constants(name: str) -> dict[str, object]:
-    """A listed material's values, as a file would state them. Raises `ValueError` for a name that is not listed."""
-    if (found := named_material(name)) is None:
+    """Return a listed material's values, as a file would state them. Raises `ValueError` for a name that is not
+    listed."""
+    if (material := named_material(name)) is None:
         close = get_close_matches(name.casefold(), NAMED_MATERIALS, n=1)
         meant = f"; did you mean {close[0]!r}?" if close else ""
         raise ValueError(
             f"no material named {name!r}{meant} There are: {', '.join(map(repr, NAMED_MATERIALS))}; of any other give "
             'young, poisson and density, as in { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
         )
-    return {"young": f"{found.young!r} Pa", "poisson": found.poisson, "density": f"{found.density!r} kg/m^3"}
+    return {"young": f"{material.young!r} Pa", "poisson": material.poisson, "density": f"{material.density!r} kg/m^3"}
 
 
 class OrthotropicMaterial(Table):
@@ -102,12 +103,12 @@ class OrthotropicMaterial(Table):
 
     @property
     def isotropic(self) -> bool:
-        """Whether it is the same in all directions."""
+        """Return whether it is the same in all directions."""
         return False
 
     @property
     def solid(self) -> materials.Orthotropic:
-        """The material as finite elements take it."""
+        """Return the material as finite elements take it."""
         rows = np.asarray(self.axes, dtype=float)
         unit = rows / np.linalg.norm(rows, axis=1, keepdims=True)
         axes = tuple(tuple(float(x) for x in row) for row in unit)
@@ -115,12 +116,12 @@ class OrthotropicMaterial(Table):
 
     @property
     def mean(self) -> materials.Material:
-        """An isotropic material of about the same stiffness: the means of moduli and ratios."""
+        """Return an isotropic material of about the same stiffness: the means of moduli and ratios."""
         return materials.Material(sum(self.young) / 3, sum(self.poisson) / 3, self.density)
 
     @property
     def young_across(self) -> float:
-        """Young's modulus along the third axis [Pa]."""
+        """Return Young's modulus along the third axis [Pa]."""
         return self.young[2]
 
 

@@ -60,7 +60,7 @@ damping_ratio = 0.02
         return unknown("matrices do not contain the size of the struck face", face)
 
     def system_of_equations(self) -> SecondOrderModel:
-        """The model in the files, read once in a process. Raises `ModelError`, `OSError`."""
+        """Return the model in the files, read once in a process. Raises `ModelError`, `OSError`."""
         files = (self.mass, self.stiffness, self.damping, self.contact)
         states = tuple(state_of(file) for file in files if file is not None)
         return _read(files, self.system, self.first_dof, self.constrained, states)

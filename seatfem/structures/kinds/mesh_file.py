@@ -66,7 +66,7 @@ damping_ratio = 0.02
         return self.file.name
 
     def read(self, progress: Progress = silent) -> SeatMesh:
-        """The mesh in the file; it is read once, as long as the file and all it includes stay."""
+        """Return the mesh in the file; it is read once, as long as the file and all it includes stay."""
         from seatfem.structures.formats.meshio_files import all_files
 
         states = tuple(state_of(part) for part in all_files(self.file))

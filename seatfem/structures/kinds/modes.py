@@ -44,7 +44,7 @@ direction = "+z"
         yield from opened(self.function, {"file": self.file})
 
     def function(self) -> ModalGreens:
-        """The modes of the file, read once in a process. Raises `UffError`, `OSError`."""
+        """Return the modes of the file, read once in a process. Raises `UffError`, `OSError`."""
         return _read(self.file, self.node, self.direction, self.system, state_of(self.file))
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:

@@ -32,7 +32,7 @@ from seatfem.units import write_quantity
 
 
 def as_value(given: object) -> object:
-    """pressure = "0.2 bar" is pressure = { value = "0.2 bar" }."""
+    """Read pressure = "0.2 bar" as pressure = { value = "0.2 bar" }."""
     return given if isinstance(given, Mapping | Table) else {"value": given}
 
 
@@ -74,9 +74,9 @@ class _Course(Table):
 
     @property
     def course(self) -> Callable[[Array], Array]:
-        """Of times (n,) [s], in SI."""
-        if (found := self.record()) is not None:
-            return found.course
+        """Return the course at times (n,) [s], in SI."""
+        if (record := self.record()) is not None:
+            return record.course
         value = self.value
         return lambda t: np.full(np.shape(t), value)
 
@@ -88,10 +88,10 @@ class _Course(Table):
 
         start = math.degrees(self.angle or 0.0)
         columns, units = stated_in(self.columns), stated_in(self.units)
-        found = read_time_series(
+        series = read_time_series(
             self.file, self.quantity, outside="hold", columns=columns, units=units, rpm=self.rpm, start=start
         )
-        return Record(self.quantity, found)
+        return Record(self.quantity, series)
 
 
 class PressureCourse(_Course):
@@ -137,7 +137,7 @@ AnyPointForce = Annotated[PointForce, BeforeValidator(as_value)]
 
 
 class Moving(Structure):
-    """What all bodies have that may strike with a motion of their contact alone."""
+    """Base of all bodies that may strike with a motion of their contact alone."""
 
     is_solved: ClassVar[bool] = True
 
@@ -161,8 +161,8 @@ class Moving(Structure):
         return self.deflection or 0.0
 
     def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
-        found = self.surrogate(duration, face)
-        return found.greens if found.exact else None
+        surrogate = self.surrogate(duration, face)
+        return surrogate.greens if surrogate.exact else None
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         known = self.closed_form() if greens is None else greens
@@ -183,7 +183,7 @@ class Moving(Structure):
 
 
 def _shape(greens: GreensFunction, kind: str, key: str) -> Array:
-    """(M,) of the first port on the modes. Raises `GreensFunctionError` of a body without modes."""
+    """Return the (M,) shapes of the modes at the first port. Raises `GreensFunctionError` of a body without modes."""
     if (modal := greens.modal) is None or len(modal.omega) == 0:
         remedy = (
             "give it modal damping alone, and a reduction that keeps modes (greens.method = 'auto')"
@@ -195,7 +195,7 @@ def _shape(greens: GreensFunction, kind: str, key: str) -> Array:
 
 
 def _deflected(greens: GreensFunction, deflection: float, kind: str) -> ModalState:
-    """At rest in the static shape under a force at the contact, q_k = F phi_k/omega_k^2."""
+    """Return a start at rest in the static shape under a force at the contact, q_k = F phi_k/omega_k^2."""
     shape, modal = _shape(greens, kind, "deflection"), greens.modal
     assert modal is not None
     if not modal.omega.all():

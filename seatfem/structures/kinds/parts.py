@@ -68,7 +68,7 @@ class Registered:
 
     @property
     def options(self) -> tuple[str, ...]:
-        """All names there are."""
+        """Return all names there are."""
         from seatfem.structures.reduction.registry import reducers  # for load time: most scenes name none
 
         return (AUTO, *reducers())
@@ -109,12 +109,12 @@ class Support(Table):
 
     @property
     def holds(self) -> bool:
-        """Whether it resists a displacement, not only a velocity."""
+        """Return whether it resists a displacement, not only a velocity."""
         return True
 
     @property
     def stiffness(self) -> float:
-        """Per area, normal to the face [N/m^3]; 0 of what is no spring."""
+        """Return the stiffness per area, normal to the face [N/m^3]; 0 of what is no spring."""
         return 0.0
 
 

@@ -54,7 +54,7 @@ damping_ratio = 0.02
 
     @property
     def struck_face(self) -> str:
-        """The lands of all ports, or of one."""
+        """Return the lands of all ports, or of one."""
         return "contact" if self.struck is None else f"land_{self.struck}"
 
     @property
@@ -83,7 +83,7 @@ damping_ratio = 0.02
         return lands * math.pi * (reach**2 - self.port_radius**2), self.land_width, self.thickness
 
     def patch(self) -> Patch | None:
-        """A bulky body on a clamped round plate of the same reach, thinned by its ports."""
+        """Return a bulky body on a clamped round plate of the same reach, thinned by its ports."""
         local, geometry = super().patch(), self.geometry()
         assert local is not None
         round_plate = self.layout == "circle"

@@ -31,7 +31,7 @@ class PlateForce(ForceCourse):
 
 
 class ClampedPlate(ThinPlate):
-    """What all plates have that are clamped at their root and strike with their paddle.
+    """Base of all plates that are clamped at their root and strike with their paddle.
 
     Their loads move the modes alone. What the modes left out would yield to them at once is neglected: for a paddle of
     16 mm by 0.3 mm on a neck of 15 mm, 3e-6 of the static deflection of paddle or lip under a uniform pressure, on the
@@ -113,7 +113,7 @@ class ClampedPlate(ThinPlate):
 
     @property
     def axis(self) -> float:
-        """Length along which a force may lie [m]."""
+        """Return the length along which a force may lie [m]."""
         return self.geometry().length
 
     def check_place(self, at: float | None, key: str) -> None:
@@ -154,7 +154,7 @@ class ClampedPlate(ThinPlate):
         return plate.shape_at(shape.deflection / float(plate.centre @ each) * each, places)
 
     def _pressed(self, plate: PlateModes) -> tuple[Array, float]:
-        """(m,) mean of the modes where the pressure acts [1/sqrt(kg)], and the area [m^2]."""
+        """Return the (m,) mean of the modes where the pressure acts [1/sqrt(kg)], and the area [m^2]."""
         if self.pressure_radius is None:
             return plate.mean, plate.mesh.area
         return _on_disc(plate, self.pressure_radius)
@@ -178,16 +178,16 @@ class ClampedPlate(ThinPlate):
 
 
 def _on_disc(plate: PlateModes, radius: float) -> tuple[Array, float]:
-    """(m,) mean of the modes on a disc about the paddle's centre [1/sqrt(kg)], and its area [m^2]."""
+    """Return the (m,) mean of the modes on a disc about the paddle's centre [1/sqrt(kg)], and its area [m^2]."""
     (patch,) = Lip.disc(radius).patches(plate.sheet.shape.centre).values()
     return plate.at(patch, "the disc that is pressed"), float(patch.weights.sum())
 
 
 def constant(value: float) -> Callable[[Array], Array]:
-    """A course that stays."""
+    """Return a course that stays."""
     return lambda t: np.full(np.shape(t), value)
 
 
 def scaled(course: Callable[[Array], Array], factor: float) -> Callable[[Array], Array]:
-    """A pressure as a force, an acceleration as a force."""
+    """Return a pressure as a force, an acceleration as a force."""
     return lambda t: factor * np.asarray(course(t))

@@ -74,25 +74,26 @@ class PlateRelease(Table):
 
     def _table(self) -> Mapping[str, Array]:
         assert self.field is not None
-        found = read_columns(self.field, FIELD, ("x", "y"))
-        if len(found) < 3:
+        table = read_columns(self.field, FIELD, ("x", "y"))
+        if len(table) < 3:
             raise ColumnsError(f"{self.field}: neither w nor velocity; one of these columns is needed")
-        check_scattered(self.field, found)
-        return found
+        check_scattered(self.field, table)
+        return table
 
     def _at(self, name: str, points: Array) -> Array:
-        """(n,) of a column at points (n, 2), nan where none surround them; zero of a column that is not there."""
+        """Return the (n,) values of a column at points (n, 2), nan where none surround them; zero of a column that is
+        not there."""
         table = self._table()
         return between(table, name, points) if name in table else np.zeros(len(points))
 
     def start_at(self, centre: tuple[float, float]) -> float:
-        """Deflection of the contact's centre at the start [m]."""
+        """Return the deflection of the contact's centre at the start [m]."""
         if self.field is not None:
             return float(np.nan_to_num(self._at("w", np.array([centre]))[0]))
         return self.deflection or 0.0
 
     def of_field(self, plate: PlateModes) -> ModalState:
-        """Raises `ModelError` of nodes that the field does not cover, or of one that the modes do not hold."""
+        """Return the start by the field. Raises `ModelError` of nodes that it lacks or the modes do not hold."""
         return ModalState(self._projected("w", plate), self._projected("velocity", plate))
 
     def _projected(self, name: str, plate: PlateModes) -> Array:
@@ -113,13 +114,14 @@ class PlateRelease(Table):
         return amplitudes
 
     def static(self, push: Array, plate: PlateModes) -> ModalState:
-        """At rest under a force that moves the modes so, q_k = F s_k/omega_k^2."""
+        """Return a start at rest under a force that moves the modes so, q_k = F s_k/omega_k^2."""
         assert self.deflection is not None
         each = push / plate.modes.omega**2
         return ModalState(self.deflection / float(plate.centre @ each) * each, np.zeros_like(each))
 
     def of_mode(self, plate: PlateModes, about: str) -> ModalState:
-        """Undeformed. Raises `ModelError` of a mode that is not there, or leaves the contact where it is."""
+        """Return an undeformed start. Raises `ModelError` of a mode that is not there, or leaves the contact where it
+        is."""
         centre, omega = plate.centre, plate.modes.omega
         rate = np.zeros_like(omega)
         assert self.velocity is not None

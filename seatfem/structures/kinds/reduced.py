@@ -15,7 +15,7 @@ from seatfem.structures.reduction.memory import memory as forgotten_after
 
 
 class Reduced(Moving):
-    """What all bodies have that are known by their matrices."""
+    """Base of all bodies that are known by their matrices."""
 
     is_reduced: ClassVar[bool] = True
 
@@ -30,19 +30,19 @@ class Reduced(Moving):
         return (Applicability("3d", True, 0.0, "as the file has it"),)
 
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
-        given = self.greens
+        settings = self.greens
         return replace(
             super().stated(error, rings),
-            bandwidth=given.bandwidth,
-            tolerance=given.tolerance,
-            reduction=given.method,
-            max_vectors=given.max_vectors,
-            backend=given.backend,
+            bandwidth=settings.bandwidth,
+            tolerance=settings.tolerance,
+            reduction=settings.method,
+            max_vectors=settings.max_vectors,
+            backend=settings.backend,
         )
 
     @property
     def couples(self) -> bool:
-        """Whether damping couples its modes."""
+        """Return whether damping couples its modes."""
         return False
 
     @property
@@ -54,6 +54,6 @@ class Reduced(Moving):
         return not named(self.greens.method).oscillators
 
     def memory(self, method: Method, duration: float) -> float:
-        """The run, or the time in which uniform damping forgets the band's tail [s]."""
+        """Return the run, or the time in which uniform damping forgets the band's tail [s]."""
         assert method.bandwidth is not None
         return min(duration, forgotten_after(self.damping_ratio, method.bandwidth))

@@ -42,7 +42,7 @@ damping_ratio = 0.02
         return of_same_names(Outline, self)
 
     def blown(self, body: Body) -> Array:
-        """Over its whole face."""
+        """Return how a pressure over its whole face moves the modes."""
         return self.plate(body.greens).mean
 
     @property

@@ -53,7 +53,7 @@ damping_ratio = 0.02
 
     @property
     def cross_section(self) -> float:
-        """Area in square metres."""
+        """Return the area in square metres."""
         return self.area if self.area is not None else (self.width or 0.0) * (self.thickness or 0.0)
 
     @property
@@ -69,7 +69,7 @@ damping_ratio = 0.02
                 raise KeyProblem(key, NO_MODES if self.far_end == "fixed" else free)
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
-        """A column of the cross-section that is given, or of a square one of the same area."""
+        """Return a column of the cross-section that is given, or of a square one of the same area."""
         side = math.sqrt(self.cross_section)
         sides = (side, side) if self.width is None or self.thickness is None else (self.width, self.thickness)
         views = of_prism("rod", (sides[0] / 2, sides[1] / 2), None, self.length)

@@ -1,4 +1,4 @@
-"""In which table of a scene a body stands: what its own messages cannot know."""
+"""The table of a scene in which a body stands: what its own messages cannot know."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _AS_IF = r"(?<![\w/\\.])(?:seat|reed)\."
 
 
 def in_words_of(role: str, structure: Structure, text: str) -> str:
-    """A structure's message, its keys those of the table ``role``; files of such names stay what they are."""
+    """Return a structure's message, its keys those of the table ``role``; files of such names stay what they are."""
     if role == "stopper":  # its face is divided by keys of its own table
         text = text.replace("contact.ports", "stopper.arcs").replace("contact.rings", "stopper.rings")
     keys = "|".join(sorted(type(structure).model_fields, key=len, reverse=True))
@@ -22,7 +22,7 @@ def in_words_of(role: str, structure: Structure, text: str) -> str:
 
 @contextmanager
 def in_role(role: str, structure: Structure) -> Iterator[None]:
-    """What goes wrong with a body that stands in the table ``role`` is told in keys of that table."""
+    """Tell what goes wrong with a body that stands in the table ``role`` in keys of that table."""
     try:
         yield
     except (ArithmeticError, RuntimeError, ValueError) as problem:

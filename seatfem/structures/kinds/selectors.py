@@ -46,7 +46,7 @@ Way = Annotated[Direction, AfterValidator(_some_way)]
 
 
 def in_scene_words(build: Callable[[], _Spec]) -> _Spec:
-    """A geometry's complaint about one of its fields becomes one about the key of that name."""
+    """Turn a geometry's complaint about one of its fields into one about the key of that name."""
     try:
         return build()
     except GeometryError as error:
@@ -56,13 +56,14 @@ def in_scene_words(build: Callable[[], _Spec]) -> _Spec:
 
 
 class FaceChoice(Table):
-    """What all selectors have in common."""
+    """Base of all selectors."""
 
     face: ClassVar[type[Selector]]
     """The geometry's selector, of the same keys."""
 
     def selectors(self) -> tuple[Selector, ...]:
-        """The geometry's selectors, whose union is meant. Raises `GeometryError` for one that can select nothing."""
+        """Return the geometry's selectors, whose union is meant. Raises `GeometryError` for one that can select
+        nothing."""
         return (of_same_names(self.face, self),)
 
     @model_validator(mode="after")
@@ -169,7 +170,7 @@ class Nothing(FaceChoice):
 
 
 def kind_by_keys(given: object) -> object:
-    """{ number = 7 } is { kind = "number", number = 7 }: a key that only one kind has says which is meant."""
+    """Read { number = 7 } as { kind = "number", number = 7 }: a key that only one kind has says which is meant."""
     if isinstance(given, Mapping) and "kind" not in given:
         kind = next((kind for key, kind in _TELLING.items() if key in given), None)
         return given if kind is None else {"kind": kind, **given}

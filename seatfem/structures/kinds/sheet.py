@@ -84,13 +84,13 @@ class SheetFrame(Table):
         return self
 
     def frame(self) -> Frame:
-        """The same in numbers."""
+        """Return the same in numbers."""
         x, y, _ = axes_along(self.normal, self.along)
         return Frame(self.origin, triple(x), triple(y))
 
 
 def _as_clamp(given: object) -> object:
-    """clamped = [p, q] is clamped = { segment = [p, q] }; a table with a key of a selector of faces is one."""
+    """Read clamped = [p, q] as clamped = { segment = [p, q] }; a table with a key of a selector of faces is one."""
     if isinstance(given, Table) or (isinstance(given, Mapping) and "kind" in given):
         return given
     if not isinstance(given, Mapping):
@@ -214,7 +214,7 @@ damping_ratio = 0.02
 
     @property
     def _segment(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
-        """Both ends of the clamped side [m]; ``None`` where a line is given."""
+        """Return both ends of the clamped side [m]; ``None`` where a line is given."""
         if isinstance(self.clamped, Clamp):
             return self.clamped.segment
         if self.file is None or (frame := self._from_file.frame) is None:
@@ -233,10 +233,10 @@ damping_ratio = 0.02
         try:
             return _checked(drawn.outline, self.thickness, self.contact_at, segment, side, drawn.holes)
         except GeometryError as error:
-            told = str(error)
+            message = str(error)
             for field in ("outline", "holes"):
-                told = told.replace(f"Outlined.{field} = ", f"Outlined.file = {self.file.name}: {field}, ")
-            raise GeometryError(told) from error
+                message = message.replace(f"Outlined.{field} = ", f"Outlined.file = {self.file.name}: {field}, ")
+            raise GeometryError(message) from error
 
     @property
     def usual_radius(self) -> float:
@@ -250,7 +250,7 @@ damping_ratio = 0.02
 
 
 def _drawn(file: Path, unit: float | None, *, oblique: bool = False) -> DrawnOutline:
-    """What a file holds; raises `KeyProblem`."""
+    """Return what a file holds; raises `KeyProblem`."""
     from seatfem.structures.inspection.outline import outline_in  # of outlines in files only
 
     return in_scene_words(lambda: outline_in(file, unit, oblique=oblique))

@@ -39,7 +39,7 @@ class Striking(Table):
     """Whether stress in its surface is recovered from its elements when the forces are known."""
 
     def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
-        """What stands for the Green's function of one that `is_solved` in pre-runs; ``None``: nothing does.
+        """Return what stands for the Green's function of one that `is_solved` in pre-runs; ``None``: nothing does.
 
         ``face``: of what it strikes.
         """
@@ -47,60 +47,60 @@ class Striking(Table):
 
     @property
     def widest_band(self) -> float:
-        """Highest band up to which its theory holds [Hz]."""
+        """Return the highest band up to which its theory holds [Hz]."""
         return math.inf
 
     @property
     def states_contact(self) -> bool:
-        """Whether its table says with which part of it it touches."""
+        """Return whether its table says with which part of it it touches."""
         return False
 
     @property
     def is_curved(self) -> bool:
-        """Whether it is not flat without stress."""
+        """Return whether it is not flat without stress."""
         return False
 
     def heights(self, points: Array) -> Array:
-        """(n,) of its stress-free shape over the flat one, at points (n, 2) from its contact's centre [m]. Raises
-        `KeyProblem`, of a key of its table, of points that it is not known at."""
+        """Return the (n,) heights of its stress-free shape over the flat one, at points (n, 2) from its contact's
+        centre [m]. Raises `KeyProblem`, of a key of its table, of points that it is not known at."""
         return np.zeros(len(points))
 
     @property
     def face(self) -> Face:
-        """The face that it touches with."""
+        """Return the face that it touches with."""
         return Face()
 
     @property
     def reach(self) -> float | None:
-        """Length along which a contact may lie [m]; ``None`` of a body without positions."""
+        """Return the length along which a contact may lie [m]; ``None`` of a body without positions."""
         return None
 
     @property
     def motion(self) -> str:
-        """The key that states how it starts or what drives it; "" of a body at rest."""
+        """Return the key that states how it starts or what drives it; "" of a body at rest."""
         return next((key for key in self.moved_by if getattr(self, key) is not None), "")
 
     @property
     def moved_by(self) -> tuple[str, ...]:
-        """The keys that would state it; none of a body that cannot strike."""
+        """Return the keys that would state it; none of a body that cannot strike."""
         return ()
 
     @property
     def is_loaded(self) -> bool:
-        """Whether known forces drive it."""
+        """Return whether known forces drive it."""
         return False
 
     @property
     def free_point(self) -> float | None:
-        """Where it is touched unless stated [m]; ``None`` of a body without positions."""
+        """Return where it is touched unless stated [m]; ``None`` of a body without positions."""
         return None
 
     def start_at(self, at: float | None) -> float:
-        """Its deflection at a place at the start [m], away from the seat; ``None``: where it is touched."""
+        """Return its deflection at a place at the start [m], away from the seat; ``None``: where it is touched."""
         return 0.0
 
     def check_contact(self, at: float | None, key: str = "contact.at") -> None:
-        """Raises `KeyProblem`, of ``key``, for a contact at a place that it does not have."""
+        """Raise `KeyProblem`, of ``key``, for a contact at a place that it does not have."""
         if at is None:
             return
         if self.reach is None:
@@ -113,11 +113,12 @@ class Striking(Table):
             )
 
     def check_place(self, at: float | None, key: str) -> None:
-        """Raises `KeyProblem`, of ``key``, for a force at a place that it does not have."""
+        """Raise `KeyProblem`, of ``key``, for a force at a place that it does not have."""
         self.check_contact(at, key)
 
     def pushed_at(self, body: Body, at: float | None) -> Array:
-        """(M,) how a force at a place moves the modes of its ``body`` [1/sqrt(kg)]; ``None``: where it is touched.
+        """Return (M,) how a force at a place moves the modes of its ``body`` [1/sqrt(kg)]; ``None``: where it is
+        touched.
 
         Raises `GreensFunctionError` of a body without modes.
         """
@@ -126,7 +127,7 @@ class Striking(Table):
         return np.asarray(modal.shapes[:, 0])
 
     def check_points(self, points: Array, key: str) -> None:
-        """Raises `KeyProblem`, of ``key``, for points (n, 2), from its contact's centre [m], that it does not have."""
+        """Raise `KeyProblem`, of ``key``, for points (n, 2), from its contact's centre [m], that it does not have."""
         raise KeyProblem(
             key,
             f"a {self.kind.replace('_', ' ')} has no places across its face; remove the key, or take a plate: a "
@@ -146,20 +147,20 @@ class Striking(Table):
         return self.pushed_at(body, None)[:, None]
 
     def blown(self, body: Body) -> Array:
-        """(M,) how a pressure on an effective area at the contact moves the modes, per newton [1/sqrt(kg)].
+        """Return (M,) how a pressure on an effective area at the contact moves the modes, per newton [1/sqrt(kg)].
 
         Raises as `pushed_at`."""
         return self.pushed_at(body, None)
 
     def weight(self, body: Body) -> tuple[Array, float]:
-        """(M,) how a force spread like its mass moves the modes [1/sqrt(kg)], and the mass [kg]."""
+        """Return (M,) how a force spread like its mass moves the modes [1/sqrt(kg)], and the mass [kg]."""
         raise NotImplementedError
 
     def check_motion(self) -> None:
-        """Raises `KeyProblem` for a motion that it is known not to be capable of."""
+        """Raise `KeyProblem` for a motion that it is known not to be capable of."""
 
     def as_a_beam(self, greens: GreensFunction) -> Body | None:
-        """The beam that a simpler model would take for it; ``None`` where there is none of the same motion.
+        """Return the beam that a simpler model would take for it; ``None`` where there is none of the same motion.
 
         ``greens``: its own Green's function.
         """
@@ -168,31 +169,31 @@ class Striking(Table):
     def stress(
         self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool, since: float | None = None
     ) -> ReedStress | None:
-        """Its largest bending stresses under a contact force (n + 1,) [N], or those at several places, (n + 1, p),
-        positive away from the seat, before and after the time ``since`` at which a landing begins, too [s]; ``None``
-        where it has none that is known."""
+        """Return its largest bending stresses under a contact force (n + 1,) [N], or those at several places, (n + 1,
+        p), positive away from the seat, before and after the time ``since`` at which a landing begins, too [s];
+        ``None`` where it has none that is known."""
         return None
 
     def stress_histories(
         self, force: Array, dt: float, body: Body, at: At, also: Collection[float] = (), *, few: bool = False
     ) -> Iterator[tuple[str, Array]]:
-        """Where it may fail, by name, under contact forces as in `stress`: (n + 1,) stress at a free surface, of one
-        axis, > 0 in tension, or (n + 1, 6) tensors, xx, yy, zz, yz, xz, xy [Pa]; none where none is known. ``also``:
-        places that must be among them, from its root [m]; ``few``: these alone, its root and the contacts."""
+        """Yield where it may fail, by name, under contact forces as in `stress`: (n + 1,) stress at a free surface, of
+        one axis, > 0 in tension, or (n + 1, 6) tensors, xx, yy, zz, yz, xz, xy [Pa]; none where none is known.
+        ``also``: places that must be among them, from its root [m]; ``few``: these alone, its root and the contacts."""
         yield from ()
 
     def too_thick(self) -> str:
-        """Why its theory cannot serve; "" where it can."""
+        """Return why its theory does not hold; "" where it can."""
         return ""
 
     def shear_error(self, at: float | None) -> float:
-        """Relative error of its compliance for want of shear."""
+        """Return the relative error of its compliance for want of shear."""
         return 0.0
 
     def limits(self) -> tuple[Advice, ...]:
-        """Where it is asked for more than its theory holds."""
+        """Report where it is asked for more than its theory holds."""
         return ()
 
     def assumed(self) -> tuple[str, ...]:
-        """Keys that were not given, with the values that stand for them, as far as a reader must be told."""
+        """Return the keys that were not given, with the values that stand for them, as far as a reader must know."""
         return ()

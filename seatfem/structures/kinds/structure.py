@@ -77,42 +77,42 @@ class Structure(Striking):
     # What it is
 
     def files(self) -> tuple[Path, ...]:
-        """The files that it names."""
+        """Return the files that it names."""
         return tuple(file for key in type(self).model_fields if isinstance(file := getattr(self, key), Path))
 
     def problems(self) -> Iterator[Finding]:
-        """What is wrong with its files, once they are opened."""
+        """Report what is wrong with its files, once they are opened."""
         return iter(())
 
     def content(self) -> dict[str, object]:
-        """What its Green's function depends on beside the method, as JSON values; files stand for themselves."""
+        """Return what its Green's function depends on beside the method, as JSON values; files stand for themselves."""
         return self.model_dump(mode="json", exclude=set(self.not_of_greens))
 
     def made_by(self) -> tuple[type, ...]:
-        """Classes whose code its Green's function depends on."""
+        """Return the classes whose code its Green's function depends on."""
         return (type(self),)
 
     def part(self) -> Part | None:
-        """Its faces, to be shown; ``None`` of a body without any."""
+        """Return its faces, to be shown; ``None`` of a body without any."""
         return None
 
     @property
     def loose(self) -> str:
-        """Why it is certain to move away when it is struck; "" where something may hold it."""
+        """Return why it is certain to move away when it is struck; "" where something may hold it."""
         return ""
 
     @property
     def struck_ring(self) -> tuple[float, float] | None:
-        """Mean radius and width of the flat ring that is struck [m]; ``None`` where another face is."""
+        """Return the mean radius and width of the flat ring that is struck [m]; ``None`` where another face is."""
         return None
 
     @property
     def no_lip(self) -> str:
-        """Why there is no `lip`, as far as the table tells, and what would help; "" where there may be one."""
+        """Return why there is no `lip`, as far as the table says, and what would help; "" where there may be one."""
         return "" if self.struck_ring is not None else NO_RING
 
     def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
-        """The flat ring-shaped face that is struck, in parts; ``None`` where `no_lip` tells why there is none.
+        """Return the flat ring-shaped face that is struck, in parts; ``None`` where `no_lip` says why there is none.
 
         Raises:
             ModelError: a face of a file that is no lip.
@@ -138,92 +138,94 @@ class Structure(Striking):
 
     @property
     def is_swept(self) -> bool:
-        """Whether hexahedra can be swept through it, of a body that is meshed."""
+        """Return whether hexahedra can be swept through it, of a body that is meshed."""
         return False
 
     @property
     def given_mesh(self) -> str:
-        """Name of the file whose mesh is taken as it is; "" where a mesh can be made finer, or there is none."""
+        """Return the name of the file whose mesh is taken as it is; "" where a mesh can be made finer, or there is
+        none."""
         return ""
 
     @property
     def beam_modes(self) -> int | None:
-        """Modes of a body that is known by its own, as a beam; ``None`` of others."""
+        """Return the modes of a body that is known by its own, as a beam; ``None`` of others."""
         return None
 
     @property
     def loss(self) -> float:
-        """Modal damping ratio, as far as it is uniform."""
+        """Return the modal damping ratio, as far as it is uniform."""
         return 0.0
 
     def loss_at(self, frequency: float) -> float:
-        """Damping ratio of modes at a frequency [rad/s]."""
+        """Return the damping ratio of modes at a frequency [rad/s]."""
         return self.loss
 
     @property
     def slowest(self) -> float:
-        """Slowest waves in it [m/s]; infinite where they are not known."""
+        """Return the slowest waves in it [m/s]; infinite where they are not known."""
         return math.inf
 
     def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
-        """Every level of modelling with what speaks for or against it, the cheapest first; ``band``: edge [Hz]."""
+        """Return every level of modelling with what speaks for or against it, the cheapest first; ``band``: edge
+        [Hz]."""
         return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: nothing to discretise"),)
 
     def level(self, error: float) -> Applicability:
-        """The cheapest level whose own error is at most ``error``, or the one that the table names."""
+        """Return the cheapest level whose own error is at most ``error``, or the one that the table names."""
         return self.levels()[0]
 
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
-        """The method that the table states, at the cheapest level whose own error is at most ``error``."""
+        """Return the method that the table states, at the cheapest level whose own error is at most ``error``."""
         return Method(self.level(error).level, rings=rings, n_modes=self.beam_modes)
 
     def discrete(self, level: AnyLevel) -> Level:
-        """The level of the finite elements: a spring's are of the cheapest that leaves nothing out."""
+        """Return the level of the finite elements: a spring's are of the cheapest that leaves nothing out."""
         return "3d"
 
     def elements_of(self, method: Method) -> Level:
-        """The level of a method's finite elements: the arcs of a lip leave no sectors alike."""
+        """Return the level of a method's finite elements: the arcs of a lip leave no sectors alike."""
         return "3d" if method.in_arcs else self.discrete(method.level)
 
     def memory(self, method: Method, duration: float) -> float:
-        """How long its g must be right in a run of ``duration`` [s]."""
+        """Return how long its g must be right in a run of ``duration`` [s]."""
         return duration
 
     @property
     def is_convolved(self) -> bool:
-        """Whether its g will be no sum of oscillators: damping couples its modes, or it is stepped in time."""
+        """Return whether its g will be no sum of oscillators: damping couples its modes, or it is stepped in time."""
         return False
 
     # What is known of it before it is computed
 
     def patch(self) -> Patch | None:
-        """The struck patch and the body behind it; ``None`` where no face is known."""
+        """Return the struck patch and the body behind it; ``None`` where no face is known."""
         return None
 
     def column(self) -> Column | None:
-        """The column of material under the struck face, where that is what it is guessed by."""
+        """Return the column of material under the struck face, where that is what it is guessed by."""
         return None
 
     @property
     def model_words(self) -> str:
-        """What its closed form is called in results."""
+        """Return what its closed form is called in results."""
         return f"{self.kind.replace('_', ' ')}, closed form"
 
     def closed_form(self) -> GreensFunction | None:
-        """The body in closed form, where there is one."""
+        """Return the body in closed form, where there is one."""
         return None
 
     @property
     def form_error(self) -> float:
-        """Relative error of g by the closed form, beside what `beyond` knows."""
+        """Return the relative error of g by the closed form, beside what `beyond` knows."""
         return 0.0
 
     def beyond(self, level: AnyLevel) -> GreensFunction | None:
-        """What a level leaves out, to first order: a body that has it; ``None``: nothing is known."""
+        """Return what a level leaves out, to first order: a body that has it; ``None``: nothing is known."""
         return None
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
-        """The body itself where that costs nothing, else what stands for it in pre-runs of ``duration`` [s].
+        """Return the body itself where that costs nothing, else what stands for it in pre-runs of ``duration`` [s].
 
         ``face``: of what touches it.
         """
@@ -232,15 +234,16 @@ class Structure(Striking):
         return unknown(f"kind = {self.kind!r} does not state the size of the struck face", face)
 
     def numbers(self, method: Method, coarser: float = 1.0) -> Numbers | None:
-        """Its finite elements in numbers, with elements ``coarser`` times as large; ``None`` where they have none."""
+        """Return its finite elements in numbers, with elements ``coarser`` times as large; ``None`` where they have
+        none."""
         return None
 
     def measured(self) -> FrequencyResponse | None:
-        """The response that its poles are fitted to."""
+        """Return the response that its poles are fitted to."""
         return None
 
     def draws(self) -> tuple[GreensFunction, ...]:
-        """The same body as other noise of its record would have it; none of a body without a record."""
+        """Return the same body as other noise of its record would have it; none of a body without a record."""
         return ()
 
     def tried_poles(self) -> tuple[Candidate, ...]:
@@ -252,17 +255,19 @@ class Structure(Striking):
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
-        """Its Green's function by a method, for runs of ``duration`` [s]; ``mesh_error``: by a coarser mesh, too."""
+        """Return its Green's function by a method, for runs of ``duration`` [s]; ``mesh_error``: by a coarser mesh,
+        too."""
         greens = self.closed_form() if method.n_modes is None else self.body(None, method.n_modes).greens
         assert greens is not None
         return Solved(greens, about={"seat_model": self.model_words}, plane=self.plane)
 
     def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
-        """Its modes, complete by inertia, whatever excites them; ``None`` where there is nothing to take them from."""
+        """Return its modes, complete by inertia, whatever excites them; ``None`` where there is nothing to take them
+        from."""
         return None
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
-        """The body with the motion that the table states.
+        """Return the body with the motion that the table states.
 
         Args:
             greens: its Green's function, where it has to be computed.
@@ -275,5 +280,5 @@ class Structure(Striking):
 
 
 def kinds_of() -> tuple[type[Structure], ...]:
-    """Every kind that there is, by name: subclasses whose ``kind`` is stated."""
+    """Return every kind that there is, by name: subclasses whose ``kind`` is stated."""
     return tuple(sorted(kinds_below(Structure), key=kind_of))

@@ -54,7 +54,7 @@ class PlateGreens(Table):
 
 
 class ThinPlate(Moving):
-    """What all flat plates have that touch with a disc or a ring; computed by Mindlin plate elements."""
+    """Base of all flat plates that touch with a disc or a ring; computed by Mindlin plate elements."""
 
     needs_gmsh: ClassVar[bool] = True
     sample_opposite: ClassVar[str] = "annular"
@@ -79,16 +79,16 @@ class ThinPlate(Moving):
 
     @abstractmethod
     def geometry(self) -> Flat:
-        """The outline in SI units. Raises `GeometryError` where it cannot be built."""
+        """Return the outline in SI units. Raises `GeometryError` where it cannot be built."""
 
     @property
     @abstractmethod
     def usual_radius(self) -> float:
-        """Of the disc or ring that touches where no contact_radius is stated [m]."""
+        """Return the radius of the disc or ring that touches where no contact_radius is stated [m]."""
 
     @property
     def usual_width(self) -> float | None:
-        """Of the ring that touches where no contact_width is stated [m]; ``None``: a disc does."""
+        """Return the width of the ring that touches where no contact_width is stated [m]; ``None``: a disc does."""
         return None
 
     @model_validator(mode="after")
@@ -122,17 +122,17 @@ class ThinPlate(Moving):
 
     @property
     def radius(self) -> float:
-        """Of the disc that touches, or mean radius of the ring [m]."""
+        """Return the radius of the disc that touches, or the mean radius of the ring [m]."""
         return self.usual_radius if self.contact_radius is None else self.contact_radius
 
     @property
     def width(self) -> float | None:
-        """Of the ring that touches [m]; ``None``: a disc does."""
+        """Return the width of the ring that touches [m]; ``None``: a disc does."""
         return self.usual_width if self.contact_width is None else self.contact_width
 
     @property
     def own_lip(self) -> Lip:
-        """The disc or ring that it touches with by itself."""
+        """Return the disc or ring that it touches with by itself."""
         return Lip.disc(self.radius) if self.width is None else Lip(self.radius, self.width)
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
@@ -152,7 +152,7 @@ class ThinPlate(Moving):
         return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: the modes of a plate"),)
 
     def limits(self) -> tuple[Advice, ...]:
-        """Of the plate's theory: a wave is six thicknesses long at least."""
+        """Report the limits of the plate's theory: a wave is six thicknesses long at least."""
         wave = self.sheet().bending_wave(self.greens.bandwidth)
         if (relative := self.thickness / wave) <= SHORTEST:
             return ()
@@ -173,21 +173,21 @@ class ThinPlate(Moving):
 
     @property
     def widest_band(self) -> float:
-        """Band whose highest modes have waves of six thicknesses [Hz]."""
+        """Return the band whose highest modes have waves of six thicknesses [Hz]."""
         from seatfem.structures.sheets import CUTOFF  # as in `sheet`
 
         own = self.greens.bandwidth
         return own * (SHORTEST * self.sheet().bending_wave(own) / self.thickness) ** 2 / CUTOFF
 
     def sheet(self, band: float | None = None) -> Sheet:
-        """What its modes depend on; ``band``: in place of the table's [Hz]."""
+        """Return what its modes depend on; ``band``: in place of the table's [Hz]."""
         from seatfem.structures.sheets import Sheet  # scenes are read without finite elements
 
         return Sheet(self.geometry(), self.material.solid, band or self.greens.bandwidth, self.mesh.size)
 
     def lips(self, lip: AnyLip | None, behind: AnyLip | None = None) -> tuple[AnyLip, ...]:
-        """Its own contact, what a stopper meets in parts, and, where it is struck along a lip, that one's arcs; a whole
-        lip in place of its own."""
+        """Return its own contact, what a stopper meets in parts, and, where it is struck along a lip, that one's arcs;
+        a whole lip in place of its own."""
         return (self.own_lip, *(each for each in (behind, lip) if each is not None))
 
     @property
@@ -202,7 +202,7 @@ class ThinPlate(Moving):
         *,
         mesh_error: bool = True,
     ) -> SolvedSheet:
-        """Its modes and its Green's function, computed once in a process.
+        """Return its modes and its Green's function, computed once in a process.
 
         ``lip``, ``behind``: as of `lips`; ``band``: in place of the table's [Hz].
         """
@@ -211,24 +211,24 @@ class ThinPlate(Moving):
         return solved_sheet(self.sheet(band), self.lips(lip, behind), self.damping_ratio, mesh_error=mesh_error)
 
     def plate(self, greens: GreensFunction) -> PlateModes:
-        """The modes behind its Green's function, whatever touches it; found once in a process."""
+        """Return the modes behind its Green's function, whatever touches it; found once in a process."""
         from seatfem.structures.sheets import plate_modes  # scenes are read without finite elements
 
         band, coarser = (greens.provenance.get(name) for name in ("bandwidth_Hz", "coarser"))
-        asked = self.sheet(band if isinstance(band, float) else None)
-        return plate_modes(asked, coarser) if isinstance(coarser, float) else plate_modes(asked)
+        sheet = self.sheet(band if isinstance(band, float) else None)
+        return plate_modes(sheet, coarser) if isinstance(coarser, float) else plate_modes(sheet)
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
-        found = self.solved()
-        return Surrogate(found.greens, True, f"the plate itself, {len(found.modes.omega)} modes")
+        solved = self.solved()
+        return Surrogate(solved.greens, True, f"the plate itself, {len(solved.modes.omega)} modes")
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
         with watch("reduction"):
-            found = self.solved(method.lip, method.bandwidth, method.behind, mesh_error=mesh_error)
-        about = {"seat_model": f"Mindlin plate, {len(found.modes.omega)} modes", "seat_dof": found.model.size}
-        return Solved(found.greens, model=found.model, modes=found.modes, about=about)
+            solved = self.solved(method.lip, method.bandwidth, method.behind, mesh_error=mesh_error)
+        about = {"seat_model": f"Mindlin plate, {len(solved.modes.omega)} modes", "seat_dof": solved.model.size}
+        return Solved(solved.greens, model=solved.model, modes=solved.modes, about=about)
 
     def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
         from seatfem.structures.natural_modes import of_one  # of `seatfem modes` only
@@ -238,7 +238,7 @@ class ThinPlate(Moving):
             return of_one(model_of(self.sheet(), self.lips(None)), None, wanted, progress)
 
     def check_points(self, points: Array, key: str) -> None:
-        """Of round plates; of others their mesh tells it."""
+        """Check points of round plates; those of others are checked by their mesh."""
 
     def pushed_at_points(self, body: Body, points: Array | None) -> Array:
         points = self.spring_points if points is None else points
@@ -257,7 +257,7 @@ class ThinPlate(Moving):
 
 
 class FreePlate(ThinPlate):
-    """What all flat plates have that nothing holds."""
+    """Base of all flat plates that nothing holds."""
 
     group: ClassVar[str] = "strikers"
 
@@ -278,7 +278,7 @@ class FreePlate(ThinPlate):
 
     @property
     def spring_points(self) -> Array | None:
-        """Around its mean circle, so that nothing is free to tumble."""
+        """Return points around its mean circle, so that nothing is free to tumble."""
         turns = 2 * np.pi * np.arange(EVENLY) / EVENLY
         return np.asarray(sum(self.geometry().room) / 2 * np.column_stack([np.cos(turns), np.sin(turns)]))
 

@@ -18,7 +18,7 @@ CORNERS = {"tetrahedron": 3, "hexahedron": 4}
 
 
 def arrays(gmsh: Any, scale: float) -> dict[str, Any]:
-    """Points (metres), cells and named groups as plain arrays, which `mesh_io.from_gmsh` takes.
+    """Return the points (metres), cells and named groups as plain arrays, which `mesh_io.from_gmsh` takes.
 
     ``scale``: metres per model unit. Keys: "points", "cells", and one "volume:NAME", "surface:NAME" or "nodes:NAME" per
     group; groups of one dimension and one name are one. Raises `GeometryError` naming what it found where the volume
@@ -51,9 +51,9 @@ def arrays(gmsh: Any, scale: float) -> dict[str, Any]:
 def _solid_type(mesh: Any) -> int:
     present = [kind for kind in mesh.getElementTypes() if mesh.getElementProperties(kind)[1] == 3]
     if len(present) != 1 or present[0] not in SOLIDS:
-        found = ", ".join(_described(mesh, kind) for kind in present) or "none"
+        listed = ", ".join(_described(mesh, kind) for kind in present) or "none"
         raise GeometryError(
-            f"volume elements must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {found}"
+            f"volume elements must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {listed}"
         )
     return int(present[0])
 
@@ -64,7 +64,7 @@ def _described(mesh: Any, kind: int) -> str:
 
 
 def _faces(mesh: Any, shape: str, entities: list[int]) -> Integers:
-    """Vertex tags of the faces on some entities; (f, 3) or (f, 4)."""
+    """Return vertex tags of the faces on some entities; (f, 3) or (f, 4)."""
     corners = CORNERS[shape]
     parts = [np.empty((0, corners), dtype=np.int64)]
     for kind in FACES[shape]:
@@ -74,7 +74,7 @@ def _faces(mesh: Any, shape: str, entities: list[int]) -> Integers:
 
 
 def rows_of(tags: Any) -> Integers:
-    """Row of each tag, -1 for tags that are not there."""
+    """Return the row of each tag, -1 for tags that are not there."""
     index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)
     index[tags.astype(np.int64)] = np.arange(len(tags))
     return index

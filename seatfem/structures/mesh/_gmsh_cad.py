@@ -30,7 +30,7 @@ class Imported:
 
 
 def read_solids(gmsh: Any, part: CadPart) -> None:
-    """The solids of the part's file in gmsh's model."""
+    """Read the solids of the part's file in gmsh's model."""
     with handed_over(part.path) as copy:
         replace(part, path=copy).build(gmsh.model.occ)
     gmsh.model.occ.synchronize()
@@ -48,19 +48,21 @@ def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int, numbered: bo
     cad.check_size(part, tuple(part.unit_of_model * (box[3:] - box[:3])))
     solids = model.getEntities(3)
     marks = _marks(model, part)
-    found = Imported(marks, regions=regions_of(model, part, [tag for _, tag in solids]))
+    imported = Imported(marks, regions=regions_of(model, part, [tag for _, tag in solids]))
     if not heal and len(solids) == 1 and sectors == 1:
-        return found
-    found.marks = {}
+        return imported
+    imported.marks = {}
     marked = [(tag, mark) for tag, mark in marks.items() if numbered or mark.colour is not None or mark.name]
     copied = occ.copy([(2, tag) for tag, _ in marked]) if marked else []
-    found.copies = {copy: (model.getType(2, tag), mark) for (_, copy), (tag, mark) in zip(copied, marked, strict=True)}
+    imported.copies = {
+        copy: (model.getType(2, tag), mark) for (_, copy), (tag, mark) in zip(copied, marked, strict=True)
+    }
     if heal:
-        solids = _heal(occ, found, solids)
+        solids = _heal(occ, imported, solids)
     if len(solids) > 1:
         _, pieces = occ.fragment(solids[:1], solids[1:])
-        _replaced(found, solids, [list(piece) for piece in pieces])
-    return found
+        _replaced(imported, solids, [list(piece) for piece in pieces])
+    return imported
 
 
 def _heal(occ: Any, found: Imported, solids: list[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -73,7 +75,8 @@ def _heal(occ: Any, found: Imported, solids: list[tuple[int, int]]) -> list[tupl
 
 
 def _place(occ: Any, entity: tuple[int, int]) -> NDArray[np.float64]:
-    """Centre, and length of the same measure as the entity (the square or cube root of its area or volume)."""
+    """Return the centre, and length of the same measure as the entity (the square or cube root of its area or
+    volume)."""
     return np.array([*occ.getCenterOfMass(*entity), occ.getMass(*entity) ** (1 / entity[0])])
 
 
@@ -82,7 +85,7 @@ def _same(occ: Any, entities: list[tuple[int, int]], place: NDArray[np.float64])
 
 
 def _loose_faces(occ: Any) -> list[tuple[int, int]]:
-    """Faces that bound no solid."""
+    """Return the faces that bound no solid."""
     bounding = {int(face) for _, solid in occ.getEntities(3) for loop in occ.getSurfaceLoops(solid)[1] for face in loop}
     return [(2, tag) for _, tag in occ.getEntities(2) if tag not in bounding]
 
@@ -106,7 +109,7 @@ def check_faces(model: Any, unit: float) -> None:
 
 
 def recall(gmsh: Any, found: Imported) -> dict[int, Mark]:
-    """Colour and name of the faces now in the model, from the copies they lie on; removes the copies."""
+    """Return colour and name of the faces now in the model, from the copies they lie on; removes the copies."""
     if not found.copies:
         occ = gmsh.model.occ
         if loose := _loose_faces(occ):
@@ -147,11 +150,11 @@ def _marks(model: Any, part: CadPart) -> dict[int, Mark]:
 
 
 def regions_of(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[int]]:
-    """The part's regions, and for solids that none of them names "seat", or "solid_1", "solid_2", ..."""
+    """Return the part's regions, and for solids that none of them names "seat", or "solid_1", "solid_2", ..."""
     colours: list[Colour | None] = [colour_of(model, 3, tag) for tag in solids]
     names = [model.getEntityName(3, tag).rpartition("/")[2] for tag in solids]
     regions: dict[str, list[int]] = {}
-    left = list(solids)
+    remaining = list(solids)
     for region in part.regions:
         fitting = [
             tag
@@ -159,31 +162,31 @@ def regions_of(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[i
             if region.matches(number, colour, name)
         ]
         if not fitting:
-            there = "\n".join(
+            listing = "\n".join(
                 f"  solid {number}: name {name!r}, " + ("no colour" if colour is None else f"colour {colour}")
                 for number, (colour, name) in enumerate(zip(colours, names, strict=True), 1)
             )
             raise GeometryError(
-                f"{part.path}: no solid for the region {region.name!r} ({region}); there are:\n{there}",
+                f"{part.path}: no solid for the region {region.name!r} ({region}); there are:\n{listing}",
                 f"regions.{region.name}",
             )
-        taken = [tag for tag in fitting if tag not in left]
+        taken = [tag for tag in fitting if tag not in remaining]
         if taken:
             raise GeometryError(
                 f"{part.path}: solids {taken} belong to {region.name!r} and to another region: give them to one",
                 f"regions.{region.name}",
             )
         regions[region.name] = fitting
-        left = [tag for tag in left if tag not in fitting]
-    if left and not regions and len(solids) == 1:
-        return {"seat": left}
-    return regions | {f"solid_{solids.index(tag) + 1}": [tag] for tag in left}
+        remaining = [tag for tag in remaining if tag not in fitting]
+    if remaining and not regions and len(solids) == 1:
+        return {"seat": remaining}
+    return regions | {f"solid_{solids.index(tag) + 1}": [tag] for tag in remaining}
 
 
 def _replaced(
     found: Imported, solids: list[tuple[int, int]], pieces: list[list[tuple[int, int]]]
 ) -> list[tuple[int, int]]:
-    """Follow the regions through an operation; returns the solids there are now."""
+    """Follow the regions through an operation; return the solids there are now."""
     after = {old[1]: [new[1] for new in piece] for old, piece in zip(solids, pieces, strict=False)}
     everything = [tag for piece in after.values() for tag in piece]
     if len(set(everything)) < len(everything):

@@ -34,8 +34,8 @@ SAME: Final = MappingProxyType({".stp": ".step"})
 
 @contextmanager
 def handed_over(path: Path) -> Iterator[Path]:
-    """A copy of the file, under a plain name and alone in a private folder, once its first bytes are those of its
-    format; what goes wrong with it is told of the file itself. Raises `GeometryError` where they are not.
+    """Yield a copy of the file, under a plain name and alone in a private folder, once its first bytes are those of its
+    format; what goes wrong with it is reported of the file itself. Raises `GeometryError` where they are not.
     """
     suffix = SAME.get(path.suffix.lower(), path.suffix.lower())
     if suffix not in HEADS:
@@ -59,7 +59,7 @@ def handed_over(path: Path) -> Iterator[Path]:
         try:
             yield copy
         except Exception as error:
-            told = str(error).replace(str(copy), str(path))
+            message = str(error).replace(str(copy), str(path))
             if isinstance(error, GeometryError):
-                raise GeometryError(told, error.field) from error
-            raise RuntimeError(told) from error
+                raise GeometryError(message, error.field) from error
+            raise RuntimeError(message) from error

@@ -35,7 +35,7 @@ Problem = tuple[str, str]
 
 
 def inspect(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Task "inspect": a geometry -> its faces, groups and problems (JSON), and the arrays of a coarse mesh."""
+    """Do task "inspect": a geometry -> its faces, groups and problems (JSON), and the arrays of a coarse mesh."""
     geometry: Geometry = decode(job["geometry"])
     unit = geometry.unit_of_model
     stage("building the geometry", 0.0)
@@ -48,7 +48,7 @@ def inspect(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
         return _json({"faces": [], "groups": {}, "regions": {}, "volume": 0.0, "problems": [(error.field, str(error))]})
     groups = _groups(faces, geometry.patches, problems)
     flat = [name for name, tags in groups.items() if all(f.kind == "Plane" for f in faces if f.tag in tags)]
-    found = {
+    answer = {
         "faces": [_described(gmsh, face, unit) for face in faces],
         "groups": groups,
         "regions": regions,
@@ -57,7 +57,7 @@ def inspect(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
         "flat": flat,
     }
     edges = _edges(gmsh, [groups[name] for name in flat], unit)
-    return _json(found) | edges | _coarse_mesh(gmsh, groups.get("contact", []), unit, picture=job["picture"])
+    return _json(answer) | edges | _coarse_mesh(gmsh, groups.get("contact", []), unit, picture=job["picture"])
 
 
 def _built(
@@ -81,7 +81,7 @@ def _built(
 
 
 def _sound_regions(gmsh: Any, part: CadPart, problems: list[Problem]) -> tuple[cad.Region, ...]:
-    """Those that name solids of the file; each of the others is a problem."""
+    """Return those that name solids of the file; each of the others is a problem."""
     if not part.regions:
         return ()
     try:
@@ -102,18 +102,18 @@ def _sound_regions(gmsh: Any, part: CadPart, problems: list[Problem]) -> tuple[c
 
 
 def _groups(faces: Sequence[Face], patches: Patches, problems: list[Problem]) -> dict[str, list[int]]:
-    """Tags of the faces of each group that can be selected."""
+    """Return the tags of the faces of each group that can be selected."""
     groups: dict[str, list[int]] = {}
     for name, selectors in patches.items():
         field = name if name in ("contact", "fixed") else f"groups.{name}"
-        found: set[int] = set()
+        selected: set[int] = set()
         for selector in selectors:
             try:
-                found |= {face.tag for face in select(faces, selector, name)}
+                selected |= {face.tag for face in select(faces, selector, name)}
             except GeometryError as error:
                 problems.append((field, str(error)))
-        if found:
-            groups[name] = sorted(found)
+        if selected:
+            groups[name] = sorted(selected)
     if shared := set(groups.get("contact", ())) & set(groups.get("fixed", ())):
         numbers = sorted({number for face in faces if face.tag in shared for number in face.numbers})
         problems.append(("fixed", f"faces {numbers} are selected both as 'contact' and as 'fixed'"))
@@ -144,7 +144,7 @@ def _described(gmsh: Any, face: Face, unit: float) -> dict[str, Any]:
 
 
 def _edges(gmsh: Any, groups: Sequence[list[int]], unit: float) -> dict[str, Any]:
-    """What bounds each group, in straight parts: their ends (e, 2, 3) [m], and the group's number (e,)."""
+    """Return what bounds each group, in straight parts: their ends (e, 2, 3) [m], and the group's number (e,)."""
     parts, of = [np.empty((0, 2, 3))], [np.empty(0, int)]
     for number, tags in enumerate(groups):
         curves = [abs(c) for tag in tags for _, c in gmsh.model.getBoundary([(2, tag)], oriented=True)]
@@ -158,7 +158,8 @@ def _edges(gmsh: Any, groups: Sequence[list[int]], unit: float) -> dict[str, Any
 
 
 def _coarse_mesh(gmsh: Any, struck: list[int], unit: float, *, picture: bool) -> dict[str, Any]:
-    """Points (n, 3) [m], triangles (m, 3) with their face's tag, tetrahedra (k, 4); as far as gmsh can make them.
+    """Return the points (n, 3) [m], triangles (m, 3) with their face's tag, tetrahedra (k, 4); as far as gmsh can make
+    them.
 
     ``picture``: triangles that show curved faces well, and no tetrahedra.
     """

@@ -1,4 +1,4 @@
-"""What the gmsh process tells its parent: JSON lines on standard output."""
+"""What the gmsh process sends its parent: JSON lines on standard output."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ LONGEST: Final = 100  # s of these: sound files take seconds, and some broken on
 
 
 def send(**message: Any) -> None:
-    """One JSON line to the parent."""
+    """Send one JSON line to the parent."""
     sys.stdout.write(json.dumps(message) + "\n")
     sys.stdout.flush()
 
 
 def stage(what: str, done: float) -> None:
-    """What is begun; the system ends the process where reading a file takes longer than `LONGEST`."""
+    """Report what is begun; the system ends the process where reading a file takes longer than `LONGEST`."""
     if hasattr(signal, "alarm"):  # not on Windows
         signal.alarm(LONGEST if what in BOUNDED else 0)
     send(stage=what, done=done)

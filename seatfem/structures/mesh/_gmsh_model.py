@@ -20,7 +20,7 @@ GROWTH_FROM_ARC = 1.0  # of the size per unit distance
 
 @dataclass
 class KeptModel:
-    """What gmsh's model holds: ``key`` of the geometry, "" of none; ``tags``: what its recipe returned."""
+    """The content of gmsh's model: ``key`` of the geometry, "" of none; ``tags``: what its recipe returned."""
 
     key: str = ""
     tags: Any = None
@@ -30,9 +30,10 @@ class KeptModel:
         self.key = UNKNOWN
 
     def built(self, gmsh: Any, job: Mapping[str, Any], build: Callable[[], Tags], heal: bool = False) -> Tags:
-        """The tags of the job's geometry: by ``build``, or of the model as it is, where the job before was of the same.
+        """Return the tags of the job's geometry: by ``build``, or of the model as it is, where the job before was of
+        the same.
 
-        A model that serves again has lost its mesh and size fields.
+        A model that is used again has lost its mesh and size fields.
         """
         rings = job.get("spec", {}).get("rings")  # corners of a half section
         key = json.dumps([heal, rings, *(job.get(name) for name in GEOMETRY)], sort_keys=True)
@@ -58,7 +59,7 @@ def set_sizes(
     scale: float,
     arcs: Mapping[int, int] | None = None,
 ) -> None:
-    """Background size: constant near the contact patch, then growing linearly to the bulk's.
+    """Set the background size: constant near the contact patch, then growing linearly to the bulk's.
 
     ``surfaces``, ``curves``: of the patch and its outline. ``scale``: model units per metre. ``arcs``: curves with
     so many elements along them at least.
@@ -76,7 +77,7 @@ def set_sizes(
 def _growing(
     gmsh: Any, surfaces: list[int], curves: list[int], near: float, far: float, growth: float, *, start: float
 ) -> int:
-    """The size ``near`` up to the distance ``start``, then growing to ``far``."""
+    """Return the size ``near`` up to the distance ``start``, then growing to ``far``."""
     field = gmsh.model.mesh.field
     distance = field.add("Distance")
     field.setNumbers(distance, "SurfacesList", surfaces)

@@ -27,8 +27,8 @@ LOST: Final = 1e-4  # of the area, by these arcs, at most
 
 
 def outline(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Task "outline": a STEP file -> "loop:0" (the outline), "loop:1", ... (n, 3) [m]; "frame" (3, 3), the origin and
-    the directions x and y in which it is seen; "normal" (3,), out of the solid; "thickness", of a solid.
+    """Do task "outline": a STEP file -> "loop:0" (the outline), "loop:1", ... (n, 3) [m]; "frame" (3, 3), the origin
+    and the directions x and y in which it is seen; "normal" (3,), out of the solid; "thickness", of a solid.
 
     With "oblique" a face may lie square to no axis of the file; it is seen as lands are.
     """
@@ -46,9 +46,9 @@ def outline(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     gmsh.model.occ.synchronize()
     face, thickness = _face(gmsh, path)
     frame = _frame(face, path, oblique=job["oblique"])
-    found = {f"loop:{k}": loop for k, loop in enumerate(_loops(gmsh, face, path, frame))}
-    found |= {"frame": np.array([frame.origin, frame.x, frame.y]), "normal": np.array(face.normal)}
-    return found | ({} if thickness is None else {"thickness": np.float64(thickness)})
+    answer = {f"loop:{k}": loop for k, loop in enumerate(_loops(gmsh, face, path, frame))}
+    answer |= {"frame": np.array([frame.origin, frame.x, frame.y]), "normal": np.array(face.normal)}
+    return answer | ({} if thickness is None else {"thickness": np.float64(thickness)})
 
 
 def _wrong(path: Path, what: str) -> GeometryError:
@@ -56,7 +56,7 @@ def _wrong(path: Path, what: str) -> GeometryError:
 
 
 def _face(gmsh: Any, path: Path) -> tuple[Face, float | None]:
-    """The one face, or one side of the one plate with its thickness [m]."""
+    """Return the one face, or one side of the one plate with its thickness [m]."""
     faces, solids = faces_of(gmsh.model, MILLIMETRE), len(gmsh.model.getEntities(3))
     if not faces:
         raise _wrong(path, "it holds no face, only curves or points; export a face or a solid")
@@ -83,7 +83,8 @@ def _face(gmsh: Any, path: Path) -> tuple[Face, float | None]:
 
 
 def _frame(face: Face, path: Path, *, oblique: bool) -> Frame:
-    """The plane of a face: seen against the axis of the file that it is square to, from the foot of its origin."""
+    """Return the plane of a face: seen against the axis of the file that it is square to, from the foot of its
+    origin."""
     normal = np.array(face.normal or ())
     axis = int(np.argmax(np.abs(normal)))
     if abs(abs(normal[axis]) - 1) > SQUARE:
@@ -97,25 +98,25 @@ def _frame(face: Face, path: Path, *, oblique: bool) -> Frame:
 
 
 def _loops(gmsh: Any, face: Face, path: Path, frame: Frame) -> list[Array]:
-    """The outline, then the holes [m], as seen in the frame."""
+    """Return the outline, then the holes [m], as seen in the frame."""
     chains = [_chain(gmsh, tag, frame) for tag in sorted(face.curves)]
     size = float(np.ptp(np.concatenate(chains)[:, :2], axis=0).max())
 
     def open_at(point: Array) -> GeometryError:
         return _wrong(path, "its outline is open at ({:.6g}, {:.6g}) mm; close it".format(*(1e3 * point)))
 
-    found = sorted(loops.closed(chains, 1e-6 * size, open_at), key=lambda loop: -abs(loops.area(loop)))
-    area = abs(loops.area(found[0])) - sum(abs(loops.area(hole)) for hole in found[1:])
+    outlines = sorted(loops.closed(chains, 1e-6 * size, open_at), key=lambda loop: -abs(loops.area(loop)))
+    area = abs(loops.area(outlines[0])) - sum(abs(loops.area(hole)) for hole in outlines[1:])
     if not math.isclose(area, face.area, rel_tol=LOST):
         raise _wrong(
             path,
             f"arcs along its curves enclose {area / face.area - 1:+.1e} more area than the face; redraw them",
         )
-    return found
+    return outlines
 
 
 def _chain(gmsh: Any, tag: int, frame: Frame) -> Array:
-    """(n, 3) corners and bulges of a curve [m]: arcs through three points of it each."""
+    """Return the (n, 3) corners and bulges of a curve [m]: arcs through three points of it each."""
     low, high = (float(bound[0]) for bound in gmsh.model.getParametrizationBounds(1, tag))
     kind = gmsh.model.getType(1, tag)
     count = {"Line": 1, "Circle": math.ceil((high - low) / math.pi - 1e-9)}.get(kind, ARCS)

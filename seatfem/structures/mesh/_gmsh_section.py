@@ -50,14 +50,14 @@ def mesh_section(gmsh: Any, spec: MeshSpec, refined: list[int], arcs: Mapping[in
 
 
 def mend_flat_corners(gmsh: Any) -> None:
-    """On the mesh of order 1, in a few passes: what replaces one flat corner may have another."""
+    """Mend flat corners on the mesh of order 1, in a few passes: what replaces one flat corner may have another."""
     for _ in range(PASSES):
         if not _mend(gmsh):
             return
 
 
 def _mend(gmsh: Any) -> bool:
-    """One pass; whether anything was changed. The angles are those of order 2, which gmsh numbers anew."""
+    """Do one pass; return whether anything was changed. The angles are those of order 2, which gmsh numbers anew."""
     mesh = gmsh.model.mesh
     surfaces = [tag for _, tag in gmsh.model.getEntities(2)]
     mesh.setOrder(2)
@@ -89,7 +89,7 @@ def _points(mesh: Any) -> NDArray[np.float64]:
 
 
 def _angles(mesh: Any, tag: int, points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """At the corners of each triangle, then of each quadrilateral, of a surface."""
+    """Return the angles at the corners of each triangle, then of each quadrilateral, of a surface."""
     kinds = ((TRIANGLES[2], 6), (QUADRILATERALS[2], 9))
     return [row for kind, width in kinds for row in corner_angles(points, _cells(mesh, kind, tag, width)[1])]
 
@@ -102,7 +102,8 @@ def _cells(mesh: Any, kind: int, tag: int, width: int) -> tuple[NDArray[np.int64
 def plane_arrays(
     gmsh: Any, spec: MeshSpec, lines: dict[str, list[int]], areas: dict[str, list[int]], unit: float
 ) -> dict[str, NDArray[Any]]:
-    """The plane mesh in metres: "points" (n, 2), "cells" (m, 3 | 4 | 6 | 9), "line:NAME" (k, 2), "area:NAME" (k,)."""
+    """Return the plane mesh in metres: "points" (n, 2), "cells" (m, 3 | 4 | 6 | 9), "line:NAME" (k, 2), "area:NAME"
+    (k,)."""
     mesh = gmsh.model.mesh
     tags, coordinates, _ = mesh.getNodes()
     index = rows_of(tags)
@@ -120,7 +121,8 @@ def plane_arrays(
 
 
 def corner_angles(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Interior angles (m, c) at the vertices of curved plane elements of order 2, from the tangents of their edges.
+    """Return the interior angles (m, c) at the vertices of curved plane elements of order 2, from the tangents of their
+    edges.
 
     ``cells`` (m, 6 | 8 | 9): vertices counter-clockwise, then the middles of the edges 01, 12, ...
     """
@@ -136,7 +138,8 @@ def corner_angles(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDAr
 def without_flat_corners(
     points: NDArray[np.float64], angles: Mapping[Cell, NDArray[np.float64]]
 ) -> tuple[list[Cell], list[Cell]]:
-    """``angles``: triangles and quadrilaterals by their vertices (rows of ``points``), and their `corner_angles`.
+    """Return the cells without flat corners; ``angles``: triangles and quadrilaterals by their vertices (rows of
+    ``points``), and their `corner_angles`.
 
     Returns the cells to be removed and the triangles to be put in their place; no cell is removed twice.
     """
@@ -163,17 +166,17 @@ def without_flat_corners(
 
 
 def _merged(ring: Cell, edge: tuple[int, int], other: Cell) -> Cell:
-    """The union of a polygon with the cell across one of its edges."""
+    """Return the union of a polygon with the cell across one of its edges."""
     return _from(ring, ring.index(edge[1])) + _from(other, other.index(edge[1]))[2:]
 
 
 def _interior(angles: Mapping[Cell, NDArray[np.float64]], cells: list[Cell], ring: Cell) -> dict[int, float]:
-    """Angle of a union of cells at each vertex of its outline."""
+    """Return the angle of a union of cells at each vertex of its outline."""
     return {node: sum(float(angles[cell][cell.index(node)]) for cell in cells if node in cell) for node in ring}
 
 
 def _best(points: NDArray[np.float64], loop: Cell, interior: Mapping[int, float]) -> tuple[float, Cell]:
-    """How good the best triangulation by lines from one vertex is, and the polygon from that vertex on.
+    """Return how good the best triangulation by lines from one vertex is, and the polygon from that vertex on.
 
     Measured by the smallest angle; a corner of the polygon that stays the corner of one triangle counts by how far
     its curved edges are from flat.
@@ -196,7 +199,7 @@ def _from(ring: Cell, first: int) -> Cell:
 
 
 def _smallest_angle(triangle: NDArray[np.float64]) -> float:
-    """Negative for a triangle that is turned over."""
+    """Return the smallest angle, negative for a triangle that is turned over."""
     forth, back = np.roll(triangle, -1, axis=0) - triangle, np.roll(triangle, 1, axis=0) - triangle
     cross = forth[:, 0] * back[:, 1] - forth[:, 1] * back[:, 0]
     return float(np.min(np.arctan2(cross, np.sum(forth * back, axis=1))))

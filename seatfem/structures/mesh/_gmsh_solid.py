@@ -49,7 +49,7 @@ LADDER = (
 
 
 class LadderError(RuntimeError):
-    """Every rung failed; the message tells what failed on each, and where."""
+    """Every rung failed; the message says what failed on each, and where."""
 
 
 def climb(what: str, rungs: Sequence[Rung], attempt: Callable[[Rung], None], where: Callable[[], str]) -> list[str]:
@@ -100,7 +100,7 @@ def build(
 
 
 def build_and_name(gmsh: Any, geometry: Geometry, sectors: int, heal: bool) -> dict[str, list[int]]:
-    """The face tags of the groups, which the model knows by name from now on."""
+    """Return the face tags of the groups, which the model knows by name from now on."""
     tags, regions = build(gmsh, geometry, sectors, heal)
     for name, solids in regions.items():
         gmsh.model.addPhysicalGroup(3, solids, name=name)
@@ -139,7 +139,7 @@ def untangle(gmsh: Any, unit: float) -> None:
 
 
 def where_it_failed(gmsh: Any, unit: float) -> str:
-    """The surfaces and volumes that gmsh could not mesh, and where they are."""
+    """Return the surfaces and volumes that gmsh could not mesh, and where they are."""
     places = []
     for dimension, tag in gmsh.model.mesh.getLastEntityError():
         x, y, z = (1e3 * unit * c for c in gmsh.model.occ.getCenterOfMass(dimension, tag))
@@ -149,14 +149,14 @@ def where_it_failed(gmsh: Any, unit: float) -> str:
 
 
 def write_msh(gmsh: Any, path: str, scale: float) -> None:
-    """In metres, so that the file is read back with unit 1."""
+    """Write the mesh in metres, so that the file is read back with unit 1."""
     gmsh.option.setNumber("Mesh.ScalingFactor", scale)
     gmsh.write(path)
     gmsh.option.setNumber("Mesh.ScalingFactor", 1.0)
 
 
 def make(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Task "mesh": geometry and spec -> arrays, and a .msh file where asked for."""
+    """Do task "mesh": geometry and spec -> arrays, and a .msh file where asked for."""
     geometry: Geometry = decode(job["geometry"])
     spec = MeshSpec(**job["spec"])
     unit = geometry.unit_of_model

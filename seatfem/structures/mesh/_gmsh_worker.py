@@ -62,7 +62,7 @@ OPTIONS = {
 
 
 def read(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Task "read": a mesh file -> arrays."""
+    """Do task "read": a mesh file -> arrays."""
     stage("reading the mesh", 0.0)
     with handed_over(Path(job["path"])) as copy:
         model.built(gmsh, job, lambda: gmsh.open(str(copy)))
@@ -71,7 +71,7 @@ def read(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
 
 
 def export(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Task "step": a geometry -> STEP file in millimetres, its groups painted in the given colours."""
+    """Do task "step": a geometry -> STEP file in millimetres, its groups painted in the given colours."""
     geometry: Geometry = decode(job["geometry"])
     stage("building the geometry", 0.0)
     model.built(gmsh, job, lambda: build(gmsh, geometry))
@@ -89,7 +89,7 @@ def export(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
 
 
 def section(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Task "section": the half section of a solid of revolution -> plane arrays."""
+    """Do task "section": the half section of a solid of revolution -> plane arrays."""
     geometry: Turning = decode(job["geometry"])
     spec = MeshSpec(**job["spec"])
     unit = geometry.unit_of_model
@@ -107,7 +107,7 @@ def section(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
 
 
 def plan(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Task "plan": the plan of an extruded solid, or of one of its sectors -> plane arrays and areas of the CAD."""
+    """Do task "plan": the plan of an extruded solid, or of one of its sectors -> plane arrays and areas of the CAD."""
     geometry: Geometry = decode(job["geometry"])
     spec = MeshSpec(**job["spec"])
     unit = geometry.unit_of_model
@@ -150,7 +150,7 @@ TASKS: dict[str, Callable[[Any, dict[str, Any], KeptModel], dict[str, Any]]] = {
 
 
 def import_gmsh() -> Any:
-    """The gmsh module; on a bare system its shared libraries are missing, which is an OSError."""
+    """Return the gmsh module; on a bare system its shared libraries are missing, which is an OSError."""
     try:
         import gmsh
     except OSError as error:

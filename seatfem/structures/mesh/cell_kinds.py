@@ -43,17 +43,17 @@ class CellKind:
 
     @cached_property
     def columns(self) -> Integers:
-        """Column of gmsh's order where scikit-fem's i-th node stands."""
+        """Return the column of gmsh's order where scikit-fem's i-th node stands."""
         distance = np.abs(self.element.doflocs[:, None, :] - self.nodes[None, :, :]).sum(axis=2)
         return np.asarray(distance.argmin(axis=1))
 
     @cached_property
     def places(self) -> Floats:
-        """The nodes and the centroid: where det J is looked at; (k + 1, 3)."""
+        """Return the nodes and the centroid: where det J is looked at; (k + 1, 3)."""
         return np.vstack([self.nodes, self.nodes[: self.corners].mean(axis=0)])
 
     def gradients(self, places: Floats) -> Floats:
-        """Reference gradients of the shape functions, gmsh's node order: (places, k, 3)."""
+        """Return the reference gradients of the shape functions, gmsh's node order: (places, k, 3)."""
         out = np.empty((len(places), len(self.nodes), 3))
         for i, column in enumerate(self.columns):
             out[:, column] = self.element.lbasis(places.T, i)[1].T
@@ -61,7 +61,7 @@ class CellKind:
 
 
 def nodes_of(vertices: tuple[tuple[int, int, int], ...], *groups: tuple[tuple[int, ...], ...]) -> Floats:
-    """The vertices, then the mean of each listed group of them."""
+    """Return the vertices, then the mean of each listed group of them."""
     corner = np.array(vertices, dtype=float)
     return np.vstack([corner, *(corner[list(members)].mean(axis=0) for group in groups for members in group)])
 
@@ -91,7 +91,7 @@ def distinct(numbers: Integers) -> Integers:
 
 
 def serendipity_to_27(points: Floats, cells: Integers) -> tuple[Floats, Integers]:
-    """Hexahedra of 20 nodes -> 27, in gmsh's order: the same curved shape.
+    """Turn hexahedra of 20 nodes into ones of 27, in gmsh's order: the same curved shape.
 
     The 20 shape functions span a subset of the 27, so the added nodes stand where the 20-node map puts the centres of
     faces (half the sum of its four mid-edge nodes less a quarter of that of its vertices) and of the element (a quarter

@@ -21,7 +21,7 @@ SHOWN = 3  # places in a message
 
 
 def check_mesh(arrays: MeshArrays, required: tuple[str, ...] = ("contact", "fixed"), parts: int = 1) -> MeshArrays:
-    """The mesh, with its elements turned right side out where all of them are mirrored.
+    """Return the mesh, with its elements turned right side out where all of them are mirrored.
 
     Raises `MeshError` for a missing or empty group, coordinates that are not finite, flat, inside-out and folded
     elements, and another number of connected parts than ``parts``; messages give places.
@@ -38,11 +38,11 @@ def check_mesh(arrays: MeshArrays, required: tuple[str, ...] = ("contact", "fixe
 
 
 def check_groups(arrays: MeshArrays, required: tuple[str, ...]) -> None:
-    """Every required surface group is there, and no group is empty."""
+    """Raise `MeshError` unless every required surface group is there and no group is empty."""
     for name in required:
         if name not in arrays.surfaces:
-            there = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
-            raise MeshError(f"{arrays.source}: no surface group named {name!r}; the mesh has: {there}")
+            listed = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
+            raise MeshError(f"{arrays.source}: no surface group named {name!r}; the mesh has: {listed}")
     for kind, groups in (("surface", arrays.surfaces), ("volume", arrays.volumes)):
         for name, members in groups.items():
             if len(members) == 0:
@@ -50,7 +50,8 @@ def check_groups(arrays: MeshArrays, required: tuple[str, ...]) -> None:
 
 
 def right_side_out(arrays: MeshArrays) -> MeshArrays:
-    """A mesh of mirrored elements only, as mirroring a part leaves it, with their nodes reordered; else as it is."""
+    """Return a mesh of mirrored elements only, as mirroring a part leaves it, with their nodes reordered; else as it
+    is."""
     if len(arrays.cells) == 0 or not np.all(straight_determinants(arrays) < 0.0):
         return arrays
     nodes = arrays.kind.nodes
@@ -60,7 +61,7 @@ def right_side_out(arrays: MeshArrays) -> MeshArrays:
 
 
 def check_elements(arrays: MeshArrays) -> None:
-    """No flat element, none inside out, none folded by its curvature."""
+    """Raise `MeshError` of a flat element, of one inside out and of one folded by its curvature."""
     straight = straight_determinants(arrays)
     box = np.ptp(arrays.points[arrays.vertices], axis=1).max(axis=1) ** 3
     _none(
@@ -88,23 +89,24 @@ def check_elements(arrays: MeshArrays) -> None:
 
 
 def check_parts(arrays: MeshArrays, parts: int = 1) -> None:
-    """The elements hang together in as many parts as expected; parts that share no node are different ones."""
+    """Raise `MeshError` unless the elements hang together in as many parts as expected; parts that share no node are
+    different ones."""
     label = part_of_element(arrays)
-    found = int(label.max(initial=-1)) + 1
-    if found == parts:
+    count = int(label.max(initial=-1)) + 1
+    if count == parts:
         return
     sizes = np.bincount(label)
     largest = np.argsort(sizes)[::-1][: 2 * SHOWN]
     listed = "; ".join(f"{sizes[k]} elements around {_place(_middle(arrays, label == k))}" for k in largest)
-    more = f"; {found - len(largest)} more" if found > len(largest) else ""
+    more = f"; {count - len(largest)} more" if count > len(largest) else ""
     raise MeshError(
-        f"{arrays.source}: the mesh has {found} parts that share no node, not {parts}: {listed}{more}; "
-        f"join them (merge = TOLERANCE where their nodes coincide), drop the loose ones, or accept parts = {found}"
+        f"{arrays.source}: the mesh has {count} parts that share no node, not {parts}: {listed}{more}; "
+        f"join them (merge = TOLERANCE where their nodes coincide), drop the loose ones, or accept parts = {count}"
     )
 
 
 def part_of_element(arrays: MeshArrays) -> Integers:
-    """Number of the connected part that each element belongs to, from 0; (m,)."""
+    """Return the number of the connected part that each element belongs to, from 0; (m,)."""
     vertices = arrays.vertices
     n = len(arrays.points)
     first = np.repeat(vertices[:, 0], vertices.shape[1] - 1)
@@ -115,7 +117,7 @@ def part_of_element(arrays: MeshArrays) -> Integers:
 
 
 def check_coincident(arrays: MeshArrays) -> None:
-    """No two vertices of elements at the same place: a seam that was never merged, or a slit."""
+    """Raise `MeshError` of two vertices of elements at the same place: a seam that was never merged, or a slit."""
     used = distinct(arrays.vertices)
     places = arrays.points[used]
     diagonal = float(np.linalg.norm(np.ptp(places, axis=0)))

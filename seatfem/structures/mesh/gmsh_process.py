@@ -59,7 +59,7 @@ class GmshSession:
         self._end()
 
     def __call__(self, job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
-        """As `Gmsh`."""
+        """Run the job as `Gmsh` says."""
         process, folder = self._started()
         result, log = folder / "arrays.npz", folder / "log.txt"
         try:
@@ -88,13 +88,13 @@ class GmshSession:
 
 
 def run_gmsh(job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
-    """One job in a process of its own, as `Gmsh`; interrupting the caller kills the process."""
+    """Run one job in a process of its own, as `Gmsh`; interrupting the caller kills the process."""
     with GmshSession() as gmsh:
         return gmsh(job, progress)
 
 
 def _told(process: subprocess.Popen[str], job: str, progress: Progress) -> dict[str, Any]:
-    """Hand over the job and pass progress on until it is finished or the process ends; the last message."""
+    """Hand over the job and pass progress on until it is finished or the process ends; return the last message."""
     last: dict[str, Any] = {"stage": "starting gmsh"}
     assert process.stdin is not None
     assert process.stdout is not None

@@ -33,7 +33,7 @@ class Hexes:
 def make_hexes(
     geometry: Geometry, spec: MeshSpec, sectors: int, progress: Progress = silent, gmsh: Gmsh = run_gmsh
 ) -> Hexes:
-    """Hexahedra of a solid of revolution or of an extruded one, or of one of its equal sectors.
+    """Return the hexahedra of a solid of revolution or of an extruded one, or of one of its equal sectors.
 
     Raises `GeometryError` for a geometry that is neither.
     """
@@ -84,7 +84,7 @@ def _extruded(geometry: Geometry, plan: Plan, spec: MeshSpec, sectors: int, prog
 def _plane(
     geometry: Geometry, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh
 ) -> tuple[dict[str, NDArray[Any]], str, dict[str, float]]:
-    """Plane arrays of the plan, the version of gmsh ("" where it was not needed), and exact areas by name."""
+    """Return plane arrays of the plan, the version of gmsh ("" where it was not needed), and exact areas by name."""
     if (rectangle := geometry.rectangle) is not None:
         cad = {EVERYWHERE: 4 * math.prod(rectangle.sides) / sectors}
         if rectangle.patch is not None:

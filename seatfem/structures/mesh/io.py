@@ -59,17 +59,17 @@ class MeshArrays:
 
     @property
     def shape(self) -> str:
-        """ "tetrahedron" or "hexahedron"."""
+        """Return "tetrahedron" or "hexahedron"."""
         return self.kind.shape
 
     @property
     def vertices(self) -> Integers:
-        """(m, 4) or (m, 8): the cells without their nodes on edges, on faces and inside."""
+        """Return (m, 4) or (m, 8), the cells without their nodes on edges, on faces and inside."""
         return self.cells[:, : self.kind.corners]
 
 
 def from_gmsh(found: Mapping[str, NDArray[Any]], source: str) -> MeshArrays:
-    """From the arrays that the gmsh process gives; hexahedra of 20 nodes get the 7 others."""
+    """Return the mesh from the arrays that the gmsh process gives; hexahedra of 20 nodes get the 7 others."""
     points, cells = found["points"], found["cells"]
     if cells.shape[1] == 20:
         points, cells = serendipity_to_27(points, cells)
@@ -77,12 +77,12 @@ def from_gmsh(found: Mapping[str, NDArray[Any]], source: str) -> MeshArrays:
 
 
 def groups(found: Mapping[str, NDArray[Any]], kind: str) -> dict[str, NDArray[Any]]:
-    """Name -> array of those of a kind: "surface", "volume", "nodes", "line", "area", "cad"."""
+    """Return name -> array of those of a kind: "surface", "volume", "nodes", "line", "area", "cad"."""
     return {key.removeprefix(f"{kind}:"): rows for key, rows in found.items() if key.startswith(f"{kind}:")}
 
 
 def to_skfem(arrays: MeshArrays) -> SolidMesh:
-    """The scikit-fem mesh with every named surface as a boundary and every named volume as a subdomain.
+    """Return the scikit-fem mesh with every named surface as a boundary and every named volume as a subdomain.
 
     MeshTet, MeshTet2, MeshHex or MeshHex2; those of order 2 are isoparametric. Nodes of no element are dropped; a
     subdomain "seat" with all elements is added where the mesh names none. Positive elements stay positive. Raises
@@ -103,14 +103,14 @@ def to_skfem(arrays: MeshArrays) -> SolidMesh:
 
 
 def facets_within(facets: Integers, vertices: Integers) -> Integers:
-    """Columns of ``facets`` (3 or 4, n) all of whose vertices are among the given ones."""
+    """Return the columns of ``facets`` (3 or 4, n) all of whose vertices are among the given ones."""
     chosen = np.zeros(int(max(facets.max(initial=-1), vertices.max(initial=-1))) + 1, dtype=bool)
     chosen[vertices] = True
     return np.flatnonzero(chosen[facets].all(axis=0))
 
 
 def _facets(mesh: SolidMesh, faces: Integers, name: str, source: str) -> Integers:
-    """Facet numbers of faces given by their vertices."""
+    """Return facet numbers of faces given by their vertices."""
     shape = "triangles" if mesh.facets.shape[0] == 3 else "quadrilaterals"
     if faces.shape[1] != mesh.facets.shape[0]:
         raise MeshError(f"{source}: faces of {name!r} have {faces.shape[1]} vertices, must be {shape} as the mesh's")
@@ -119,15 +119,15 @@ def _facets(mesh: SolidMesh, faces: Integers, name: str, source: str) -> Integer
     rows = np.vstack([np.sort(mesh.facets[:, near].T, axis=1), np.sort(known, axis=1)])
     _, key = np.unique(rows, axis=0, return_inverse=True)
     key = key.ravel()
-    found = np.isin(key[len(near) :], key[: len(near)])
-    lost = len(faces) - int(found.sum())
+    matched = np.isin(key[len(near) :], key[: len(near)])
+    lost = len(faces) - int(matched.sum())
     if lost:
         raise MeshError(f"{source}: {lost} of {len(faces)} {shape} of {name!r} must be faces of its elements")
     return np.sort(near[np.isin(key[: len(near)], key[len(near) :])])
 
 
 def _node_places(straight: SolidMesh, arrays: MeshArrays) -> Floats:
-    """All nodes as scikit-fem numbers them: vertices, edges, faces, interiors; shape (3, n)."""
+    """Return all nodes as scikit-fem numbers them: vertices, edges, faces, interiors; shape (3, n)."""
     kind = arrays.kind
     if kind.order == 1:
         return np.asarray(straight.doflocs)

@@ -88,7 +88,8 @@ def make_meridian(
 
 
 def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
-    """scikit-fem's mesh of plane arrays: "points" (n, 2) = (r, z), "cells", and every "line:NAME" as a boundary."""
+    """Return scikit-fem's mesh of plane arrays: "points" (n, 2) = (r, z), "cells", and every "line:NAME" as a
+    boundary."""
     cells, points = section["cells"], section["points"]
     corners = cells.shape[1] if cells.shape[1] < 6 else {6: 3, 9: 4}[cells.shape[1]]
     used, t = np.unique(cells[:, :corners], return_inverse=True)
@@ -109,7 +110,7 @@ def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
 
 
 def _unsorted(mesh: PlaneMesh, t: NDArray[np.int64]) -> PlaneMesh:
-    """The straight mesh with its vertices per element in the given order, as meshes of order 2 keep them."""
+    """Return the straight mesh with its vertices per element in the given order, as meshes of order 2 keep them."""
     return MeshTri(mesh.doflocs, t, sort_t=False) if isinstance(mesh, MeshTri) else mesh
 
 
@@ -126,7 +127,8 @@ def _content_hash(geometry: Geometry, spec: MeshSpec) -> str:
 
 
 def _same_sign(det: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Smallest det J of each element, positive where it keeps its sign: scikit-fem turns elements over freely."""
+    """Return the smallest det J of each element, positive where it keeps its sign: scikit-fem turns elements over
+    freely."""
     return np.asarray((det * np.sign(det.mean(axis=1, keepdims=True))).min(axis=1))
 
 

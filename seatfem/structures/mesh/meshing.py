@@ -1,4 +1,4 @@
-"""From a geometry to the mesh of a seat."""
+"""The way from a geometry to the mesh of a seat."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ VOLUME_TOLERANCE = 0.02  # relative; a circle of four curved elements is 1.3 % o
 
 
 def content_hash(geometry: Geometry, spec: MeshSpec, sector: int = 1) -> str:
-    """SHA-256 of everything that decides the mesh; a CAD file counts by its content. Raises `OSError`."""
+    """Return the SHA-256 of everything that decides the mesh; a CAD file counts by its content. Raises `OSError`."""
     data = {"geometry": fingerprint(geometry), "spec": asdict(spec), "sector": sector}
     return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 
@@ -52,7 +52,7 @@ def make_mesh(
     A sector begins at the half plane y = 0, x > 0; its cut faces are "symmetry_0" there and "symmetry_1" at the angle
     2 pi / ``sector``. ``msh``: also write gmsh's own file there, in metres, with the group names (tetrahedra only).
     ``gmsh``: what carries out the job; a `GmshSession` makes several meshes of one geometry in one process.
-    Raises `GeometryError` for a geometry that cannot be built or cut or whose faces cannot be told, `MeshingError`
+    Raises `GeometryError` for a geometry that cannot be built or cut or whose faces cannot be found, `MeshingError`
     where gmsh fails, and `MeshError` for a mesh with inverted elements.
     """
     data = _encoded(geometry)
@@ -68,11 +68,11 @@ def make_mesh(
     else:
         job = {"task": "mesh", "geometry": data, "spec": asdict(spec), "sectors": sector}
         with _replacing(msh) as temporary:
-            found = gmsh(job | {"msh": temporary}, progress)
-        arrays, version = from_gmsh(found, source), str(found["gmsh_version"])
-        cad = {name: float(value) for name, value in groups(found, "cad").items()}
+            answer = gmsh(job | {"msh": temporary}, progress)
+        arrays, version = from_gmsh(answer, source), str(answer["gmsh_version"])
+        cad = {name: float(value) for name, value in groups(answer, "cad").items()}
         cad_volume = cad.pop("volume")
-        notes = tuple(str(note) for note in found["notes"])
+        notes = tuple(str(note) for note in answer["notes"])
     provenance = MeshProvenance(
         source=source,
         content_hash=content_hash(geometry, spec, sector),
@@ -89,7 +89,7 @@ def make_mesh(
 
 
 def _check_volume(seat: SeatMesh, spec: MeshSpec) -> None:
-    """A curved mesh of order 2 has the volume of its CAD, or it is of something else."""
+    """Raise `MeshError` of a curved mesh of order 2 without the volume of its CAD."""
     exact, volume = seat.quality.cad_volume, seat.quality.volume
     if exact and spec.order == 2 and spec.curved and abs(volume / exact - 1.0) > VOLUME_TOLERANCE:
         raise MeshError(
@@ -121,7 +121,7 @@ def _encoded(geometry: Geometry) -> dict[str, Any]:
 
 @contextmanager
 def _replacing(path: Path | None) -> Iterator[str | None]:
-    """A temporary name beside ``path``, moved there when the block succeeds and removed when it does not."""
+    """Yield a temporary name beside ``path``, moved there when the block succeeds and removed when it does not."""
     if path is None:
         yield None
         return

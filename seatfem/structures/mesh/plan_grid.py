@@ -14,8 +14,8 @@ Floats = NDArray[np.float64]
 
 
 def rectangle_plan(rectangle: Rectangle, spec: MeshSpec, sectors: int) -> dict[str, NDArray[Any]]:
-    """Plane arrays: "points" (n, 2), "cells" (m, 4 | 9), "area:patch", or "line:sides_x" and "_y"
-    where all of it is struck."""
+    """Return the plane arrays: "points" (n, 2), "cells" (m, 4 | 9), "area:patch", or "line:sides_x" and "_y" where all
+    of it is struck."""
     sides, patch = rectangle.sides, rectangle.patch or rectangle.sides
     x, y = (_half_axis(side, edge, spec) for side, edge in zip(sides, patch, strict=True))
     plane = _grid(x if sectors == 4 else _mirrored(x), y if sectors > 1 else _mirrored(y), spec.order)
@@ -31,7 +31,7 @@ def rectangle_plan(rectangle: Rectangle, spec: MeshSpec, sectors: int) -> dict[s
 
 
 def boundary_lines(plane: dict[str, NDArray[Any]]) -> NDArray[np.int64]:
-    """Ends (k, 2) of the sides that only one quadrilateral has, in its direction."""
+    """Return the ends (k, 2) of the sides that only one quadrilateral has, in its direction."""
     cells = plane["cells"][:, :4]
     ends = np.stack([cells, np.roll(cells, -1, axis=1)], axis=2).reshape(-1, 2)
     _, first, count = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_counts=True)
@@ -39,7 +39,7 @@ def boundary_lines(plane: dict[str, NDArray[Any]]) -> NDArray[np.int64]:
 
 
 def cut_lines(plane: dict[str, NDArray[Any]], sectors: int) -> dict[str, NDArray[Any]]:
-    """The plane arrays of a sector, with its sides at the azimuths 0 and 2 pi / ``sectors`` as lines."""
+    """Return the plane arrays of a sector, with its sides at the azimuths 0 and 2 pi / ``sectors`` as lines."""
     ends = boundary_lines(plane)
     out = dict(plane)
     for name, azimuth in (("symmetry_0", 0.0), ("symmetry_1", 2 * np.pi / sectors)):
@@ -52,7 +52,7 @@ def cut_lines(plane: dict[str, NDArray[Any]], sectors: int) -> dict[str, NDArray
 
 
 def _half_axis(side: float, edge: float, spec: MeshSpec) -> Floats:
-    """Grid lines from 0 to ``side``: even over the patch, growing beyond its ``edge``."""
+    """Return the grid lines from 0 to ``side``: even over the patch, growing beyond its ``edge``."""
     inner = np.linspace(0.0, edge, max(1, int(np.ceil(edge / spec.patch_size - 1e-9))) + 1)
     if edge == side:
         return inner
@@ -77,7 +77,8 @@ def _grid(x: Floats, y: Floats, order: int) -> dict[str, NDArray[Any]]:
 
 
 def graded(length: float, fine: float, coarse: float, grading: float) -> Floats:
-    """Places from 0 to ``length``: spacing ``fine`` at 0, growing by ``grading`` per unit distance up to ``coarse``."""
+    """Return the places from 0 to ``length``: spacing ``fine`` at 0, growing by ``grading`` per unit distance up to
+    ``coarse``."""
     places = [0.0]
     while places[-1] < length * (1 - 1e-9):
         places.append(places[-1] + min(coarse, fine + grading * max(0.0, places[-1] - fine)))

@@ -35,7 +35,7 @@ class MeshQuality:
 def measure(
     mesh: SolidMesh, arrays: MeshArrays, cad_volume: float | None, cad_areas: Mapping[str, float]
 ) -> MeshQuality:
-    """Volume, areas and element quality of a mesh made by `to_skfem`."""
+    """Return the volume, areas and element quality of a mesh made by `to_skfem`."""
     return MeshQuality(
         nodes=mesh.doflocs.shape[1],
         elements=mesh.nelements,
@@ -49,12 +49,14 @@ def measure(
 
 
 def straight_determinants(arrays: MeshArrays) -> Floats:
-    """Mean det J over each element's straight twin, negative where its vertices are in mirrored order; (m,)."""
+    """Return the mean det J over each element's straight twin, negative where its vertices are in mirrored order;
+    (m,)."""
     return _integrals(CELL_KINDS[arrays.kind.corners], arrays.points, arrays.vertices, mean=True)
 
 
 def scaled_jacobian(arrays: MeshArrays) -> Floats:
-    """Per element: smallest det J over the nodes and the centroid, divided by |mean det J| of its straight twin; (m,).
+    """Return per element the smallest det J over the nodes and the centroid, divided by |mean det J| of its straight
+    twin; (m,).
 
     -inf where the straight twin is flat. The sign of the straight twin counts too, so an element with vertices in
     mirrored order is negative.
@@ -70,7 +72,7 @@ def scaled_jacobian(arrays: MeshArrays) -> Floats:
 
 
 def shape_measure(arrays: MeshArrays) -> Floats:
-    """Shape of the straight elements, 1 for regular ones and 0 for flat ones; (m,).
+    """Return the shape of the straight elements, 1 for regular ones and 0 for flat ones; (m,).
 
     Tetrahedra: 3 r_in / r_circum. Hexahedra: the smallest over the vertices of 3 det(J)^(2/3) / |J|_F^2, J the three
     edges that meet there [Knupp 2001, SIAM J. Sci. Comput. 23(1), 193-218].
@@ -79,7 +81,7 @@ def shape_measure(arrays: MeshArrays) -> Floats:
 
 
 def _integrals(kind: CellKind, points: Floats, cells: Integers, *, mean: bool = False) -> Floats:
-    """Integral of det J over each element, its volume; or its mean; (m,)."""
+    """Return the integral of det J over each element, its volume; or its mean; (m,)."""
     places, weights = get_quadrature(kind.element.refdom, kind.degree)
     if mean:
         weights = weights / weights.sum()
@@ -90,7 +92,7 @@ def _integrals(kind: CellKind, points: Floats, cells: Integers, *, mean: bool = 
 
 
 def _determinants(kind: CellKind, points: Floats, cells: Integers, places: Floats) -> Iterator[Floats]:
-    """det J of every element, (m,), at one place after the other."""
+    """Yield det J of every element, (m,), at one place after the other."""
     nodes = points[cells.T].transpose(0, 2, 1).reshape(cells.shape[1], -1)
     for gradient in kind.gradients(places):
         a, b, c = (gradient.T @ nodes).reshape(3, 3, -1)
@@ -100,7 +102,8 @@ def _determinants(kind: CellKind, points: Floats, cells: Integers, places: Float
 
 
 def _area(mesh: SolidMesh, facets: Integers) -> float:
-    """Area of boundary facets; a FacetBasis would invert the elements' maps, which fails on coarse curved ones."""
+    """Return the area of boundary facets; a FacetBasis would invert the elements' maps, which fails on coarse curved
+    ones."""
     points, weights = get_quadrature(mesh.brefdom, 6)
     return float(np.sum(np.abs(mesh.mapping().detDG(points, find=facets)) * weights))
 

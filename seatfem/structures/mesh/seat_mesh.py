@@ -21,7 +21,7 @@ PLURALS = MappingProxyType({"tetrahedron": "tetrahedra", "hexahedron": "hexahedr
 
 @dataclass(frozen=True)
 class MeshProvenance:
-    """Where a mesh came from.
+    """The origin of a mesh.
 
     ``geometry`` and ``spec`` are plain data, empty where it was read from a file; ``gmsh_version``: "" where gmsh had
     no part in it; ``notes``: what was mended on the way.
@@ -71,7 +71,7 @@ def seat_mesh(
     required: tuple[str, ...] = ("contact", "fixed"),
     parts: int = 1,
 ) -> SeatMesh:
-    """Checked, converted and measured. Raises `MeshError` like `check_mesh` and `to_skfem`."""
+    """Return the mesh checked, converted and measured. Raises `MeshError` like `check_mesh` and `to_skfem`."""
     checked = check_mesh(arrays, required, parts)
     notes = list(provenance.notes)
     if checked is not arrays:

@@ -25,7 +25,7 @@ AREA_TOLERANCE: Final = 0.01  # relative; a circle of eight curved elements is 0
 
 
 def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gmsh = run_gmsh) -> PlateMesh:
-    """The plan of an extruded solid, meshed evenly with quadrilaterals of nine nodes that follow its outline.
+    """Return the plan of an extruded solid, meshed evenly with quadrilaterals of nine nodes that follow its outline.
 
     Of a sheet that the line y = 0 mirrors one half is meshed, the other is its image: the mesh is as symmetric. Its
     line "clamped", of a sheet that is, holds the nodes there.
@@ -33,7 +33,7 @@ def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gms
     Args:
         shape: with a plan.
         size: of the elements [m].
-        progress: told of the meshing.
+        progress: informed of the meshing.
         gmsh: what carries out the job.
 
     Raises:
@@ -43,16 +43,16 @@ def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gms
     if shape.plan is None:
         raise GeometryError(f"{shape.source} has no plan: a plate must be a sheet of even thickness")
     spec, parts = MeshSpec(size, order=2, shape="hex"), 2 if isinstance(shape, Flat) and shape.is_mirrored else 1
-    made = gmsh({"task": "plan", "geometry": encode(shape), "spec": asdict(spec), "sectors": parts}, progress)
-    used, rows = np.unique(made["cells"], return_inverse=True)
-    points, cells, lines = made["points"][used], rows.reshape(made["cells"].shape), {}
+    arrays = gmsh({"task": "plan", "geometry": encode(shape), "spec": asdict(spec), "sectors": parts}, progress)
+    used, rows = np.unique(arrays["cells"], return_inverse=True)
+    points, cells, lines = arrays["points"][used], rows.reshape(arrays["cells"].shape), {}
     if parts == 2:
         points, cells = with_image(points, cells)
     if isinstance(shape, Flat) and shape.is_clamped:
         lines[CLAMPED] = np.flatnonzero(shape.clamped(points))
         if not len(lines[CLAMPED]):
             raise MeshError(f"{shape.source}: no node lies where it is clamped; mesh finer")
-    mesh, drawn = PlateMesh(points, cells, lines), parts * float(made[f"cad:{EVERYWHERE}"])
+    mesh, drawn = PlateMesh(points, cells, lines), parts * float(arrays[f"cad:{EVERYWHERE}"])
     if abs(mesh.area / drawn - 1) > AREA_TOLERANCE:
         raise MeshError(
             f"{shape.source}: the mesh has {percent(mesh.area / drawn - 1, sign=True)} more area than the drawing"
@@ -61,7 +61,8 @@ def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gms
 
 
 def with_image(points: Array, cells: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
-    """Points (n, 2) and cells (m, 9) of the half beside y = 0, and their image; the nodes on that line stay one."""
+    """Return the points (n, 2) and cells (m, 9) of the half beside y = 0, and their image; the nodes on that line stay
+    one."""
     off = np.abs(points[:, 1]) > ON_THE_LINE * np.ptp(points)
     half = points * np.column_stack([np.ones(len(points)), off])
     image = np.where(off, len(points) + np.cumsum(off) - 1, np.arange(len(points)))

@@ -61,10 +61,10 @@ class MeshSpec:
 
     @property
     def patch_size(self) -> float:
-        """Size on the contact patch."""
+        """Return the size on the contact patch."""
         return self.size if self.contact_size is None else self.contact_size
 
     @property
     def transition(self) -> float:
-        """Distance over which the size grows from the patch's to the bulk's."""
+        """Return the distance over which the size grows from the patch's to the bulk's."""
         return (self.size - self.patch_size) / self.grading

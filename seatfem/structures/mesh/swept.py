@@ -43,7 +43,7 @@ class _Levels:
         return ((self.order * layer + level) % self.count) * self.nodes + nodes
 
     def cells(self, quadrilaterals: Integers) -> Integers:
-        """Hexahedra, layer by layer."""
+        """Return the hexahedra, layer by layer."""
         pattern = HEX8 if self.order == 1 else HEX27
         stacks = [
             np.column_stack([self.nodes_at(layer, level, quadrilaterals[:, column]) for level, column in pattern])
@@ -52,7 +52,7 @@ class _Levels:
         return np.concatenate(stacks)
 
     def walls(self, ends: Integers) -> Integers:
-        """Faces swept by lines."""
+        """Return the faces swept by lines."""
         corners = ((0, 0), (0, 1), (self.order, 1), (self.order, 0))
         parts = [
             np.column_stack([self.nodes_at(layer, level, ends[:, end]) for level, end in corners])
@@ -68,7 +68,7 @@ class _Levels:
 
 
 def revolve(section: Plane, layers: int, sectors: int, curved: bool, source: str) -> MeshArrays:
-    """Hexahedra of the sector 0 <= theta <= 2 pi / ``sectors`` from the half section (r, z), in ``layers``.
+    """Return the hexahedra of the sector 0 <= theta <= 2 pi / ``sectors`` from the half section (r, z), in ``layers``.
 
     The section's lines become surfaces; a sector's cut faces are "symmetry_0" and "symmetry_1". ``curved`` = False
     puts the nodes between the layers on chords.
@@ -90,7 +90,8 @@ def revolve(section: Plane, layers: int, sectors: int, curved: bool, source: str
 def extrude(
     flat: Plane, plan: Plan, fractions: Floats, top: Callable[[Floats], Floats] | None, source: str
 ) -> MeshArrays:
-    """Hexahedra above a plan (x, y); ``fractions``: of the height at which the layers begin and end, from 0 to 1.
+    """Return hexahedra above a plan (x, y); ``fractions``: those of the height at which the layers begin and end, from
+    0 to 1.
 
     ``top``: height of the upper side at points (n, 2), the plan's if None; nodes in between are shifted in
     proportion. The plan's lines become surfaces, and its areas those that ``plan`` says.
@@ -124,7 +125,8 @@ def _order(quadrilaterals: Integers) -> int:
 
 
 def _turned(flat: Plane, order: Mapping[int, list[int]], wanted: float) -> Integers:
-    """Quadrilaterals whose signed area has the wanted sign: those of the other sign are run through backwards."""
+    """Return quadrilaterals whose signed area has the wanted sign: those of the other sign are run through
+    backwards."""
     cells = flat["cells"]
     a, b, c, d = np.moveaxis(flat["points"][cells[:, :4]], 1, 0)
     diagonals = (c - a)[:, 0] * (d - b)[:, 1] - (c - a)[:, 1] * (d - b)[:, 0]

@@ -1,1 +1,1 @@
-"""From matrices to a Green's function: the reductions, each with its error estimate."""
+"""The way from matrices to a Green's function: the reductions, each with its error estimate."""

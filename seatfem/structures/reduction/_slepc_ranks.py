@@ -61,28 +61,28 @@ class Model:
         return os.path.join(self.folder, name + ".npy")
 
     def matrix(self, name: str) -> Any:
-        """The rows of a matrix in compressed form that are this rank's."""
+        """Return the rows of a matrix in compressed form that are this rank's."""
         starts, columns, data = (np.load(self.path(name + part), mmap_mode="r") for part in ("_p", "_i", "_x"))
         n, whole = len(starts) - 1, PETSc.Vec().createMPI(len(starts) - 1)
         first, last = whole.getOwnershipRange()
         rows, kept = starts[first : last + 1], slice(int(starts[first]), int(starts[last]))
         csr = (rows - rows[0]).astype(PETSc.IntType), columns[kept].astype(PETSc.IntType), np.array(data[kept])
-        made = PETSc.Mat().createAIJ(size=((last - first, n), (last - first, n)), csr=csr)
-        made.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-        made.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
-        return made
+        matrix = PETSc.Mat().createAIJ(size=((last - first, n), (last - first, n)), csr=csr)
+        matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
+        return matrix
 
     def vectors(self, name: str) -> list[Any]:
-        """The columns of a file."""
+        """Return the columns of a file."""
         columns = np.load(self.path(name), mmap_mode="r")
-        found = []
+        vectors = []
         for j in range(columns.shape[1]):
-            found.append(self.K.createVecRight())
-            found[-1].setArray(np.array(columns[self.first : self.last, j]))
-        return found
+            vectors.append(self.K.createVecRight())
+            vectors[-1].setArray(np.array(columns[self.first : self.last, j]))
+        return vectors
 
     def write(self, name: str, vectors: Any, count: int) -> None:
-        """Columns on file, one of them in the memory of rank 0 at a time."""
+        """Write columns to a file, one of them in the memory of rank 0 at a time."""
         out: Any = None
         scatter: Any = None
         if RANK == 0:
@@ -98,27 +98,27 @@ class Model:
             out.flush()
 
     def solve(self, vectors: list[Any]) -> list[Any]:
-        """The factorized matrix's inverse times several vectors."""
+        """Return the factorized matrix's inverse times several vectors."""
         size = (self.K.getLocalSize()[0], self.K.getSize()[0])
-        right, left = (PETSc.Mat().createDense(size=(size, len(vectors))) for _ in range(2))
-        for matrix in (right, left):
+        right, solution = (PETSc.Mat().createDense(size=(size, len(vectors))) for _ in range(2))
+        for matrix in (right, solution):
             matrix.setUp()
         array = right.getDenseArray()
         for j, vector in enumerate(vectors):
             array[:, j] = vector.getArray()
         del array
-        for matrix in (right, left):
+        for matrix in (right, solution):
             matrix.assemble()
-        self.factor.matSolve(right, left)
-        found = [vector.duplicate() for vector in vectors]
-        for j, vector in enumerate(found):
-            vector.setArray(np.array(left.getDenseArray()[:, j]))
+        self.factor.matSolve(right, solution)
+        columns = [vector.duplicate() for vector in vectors]
+        for j, vector in enumerate(columns):
+            vector.setArray(np.array(solution.getDenseArray()[:, j]))
         right.destroy()
-        left.destroy()
-        return found
+        solution.destroy()
+        return columns
 
     def do_factorize(self, square: float) -> Answer:
-        """K + square M = L D L' by MUMPS."""
+        """Factorize K + square M = L D L' by MUMPS."""
         if self.pc is not None:
             self.pc.destroy()
         matrix = self.K.copy()
@@ -137,30 +137,30 @@ class Model:
             return {"mumps": [self.factor.getMumpsInfog(1), self.factor.getMumpsInfog(2)]}
         right = self.K.createVecRight()
         right.setArray(np.cos(np.arange(self.first, self.last, dtype=float)))
-        left = matrix * self.solve([right])[0]
-        left.axpy(-1.0, right)
+        residual = matrix * self.solve([right])[0]
+        residual.axpy(-1.0, right)
         entries = self.factor.getMumpsInfog(29)  # in millions where it is negative
         return {
             "negative": self.factor.getMumpsInfog(12),
-            "residual": left.norm() / right.norm(),
+            "residual": residual.norm() / right.norm(),
             "entries": entries if entries >= 0 else -1000000 * entries,
             "megabytes": self.factor.getMumpsInfog(22),  # of all ranks
         }
 
     def do_solve(self) -> Answer:
-        """The columns of right.npy."""
-        found = self.solve(self.vectors("right"))
-        self.write("left", found, len(found))
+        """Solve for the columns of right.npy."""
+        solutions = self.solve(self.vectors("right"))
+        self.write("left", solutions, len(solutions))
         return {}
 
     def do_start(self, limit: int) -> Answer:
-        """A basis of the rigid motions, and the candidates that come next."""
+        """Start with a basis of the rigid motions, and the candidates that come next."""
         self.basis = Basis(self, limit)
         overlap = [[b.dot(x) for x in self.basis.following] for b in self.ports]
         return {"compliance": overlap}
 
     def do_grow(self, size: int) -> Answer:
-        """As the built-in basis grows; its projections on file."""
+        """Grow as the built-in basis does, with its projections on file."""
         self.basis.grow(size)
         if RANK == 0:
             k = self.basis.size
@@ -170,23 +170,24 @@ class Model:
         return {"size": self.basis.size, "complete": not self.basis.following}
 
     def do_combine(self) -> Answer:
-        """The basis times the columns of coefficients.npy."""
+        """Write the basis times the columns of coefficients.npy."""
         factors = np.load(self.path("coefficients"))
-        V, made = self.basis.V, self.K.createVecRight()
+        V, vector = self.basis.V, self.K.createVecRight()
         V.setActiveColumns(0, len(factors))
-        each = (V.multVec(1.0, 0.0, made, list(column)) or made for column in factors.T)
+        each = (V.multVec(1.0, 0.0, vector, list(column)) or vector for column in factors.T)
         self.write("vectors", each, factors.shape[1])
         return {}
 
     def do_orthogonality(self) -> Answer:
-        """The largest entry of V'MV - 1."""
+        """Return the largest entry of V'MV - 1."""
         V = self.basis.V
         V.setActiveColumns(0, self.basis.size)
         gram = V.dot(V).getDenseArray()
         return {"lost": float(np.abs(gram - np.eye(self.basis.size)).max())}
 
     def do_eigen(self, low: float, high: float, tolerance: float) -> Answer:
-        """All eigenvalues from low to high, by spectrum slicing: Krylov-Schur about shifts whose inertia counts."""
+        """Find all eigenvalues from low to high, by spectrum slicing: Krylov-Schur about shifts whose inertia
+        counts."""
         eps = SLEPc.EPS().create()
         eps.setOperators(self.K, self.M)
         eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
@@ -228,14 +229,14 @@ class Basis:
         self.following = model.solve(model.ports)
 
     def grow(self, size: int) -> None:
-        """Whole blocks until there are so many vectors, or nothing more is to be found."""
+        """Append whole blocks until there are so many vectors, or nothing more is to be found."""
         model = self.model
         while self.size < min(size, self.limit) and self.following:
             new = [v for v in (self.append(w) for w in self.following if self.size < self.limit) if v is not None]
             self.following = model.solve([model.M * v for v in new]) if new else []
 
     def append(self, candidate: Any) -> Any | None:
-        """The candidate made orthonormal to V and appended, unless it lies in the span of V."""
+        """Return the candidate made orthonormal to V and appended, unless it lies in the span of V."""
         k, V = self.size, self.V
         if k == V.getSizes()[1]:
             V.resize(min(2 * k, self.limit), True)
@@ -259,22 +260,22 @@ class Basis:
 
 
 def lines() -> Iterator[str]:
-    """What comes in, as it comes. After its end the process ends, soon and whatever it is doing."""
-    found: queue.Queue[str] = queue.Queue()
+    """Yield what comes in, as it comes. After its end the process ends, soon and whatever it is doing."""
+    incoming: queue.Queue[str] = queue.Queue()
 
     def listen() -> None:
         for line in sys.stdin:
-            found.put(line)
-        found.put('{"do": "end"}')
+            incoming.put(line)
+        incoming.put('{"do": "end"}')
         time.sleep(PATIENCE)
         os._exit(1)
 
     threading.Thread(target=listen, daemon=True).start()
-    return iter(found.get, None)
+    return iter(incoming.get, None)
 
 
 def heard(line: str) -> Any:
-    """The command that rank 0 has read, on all ranks."""
+    """Return the command that rank 0 has read, on all ranks."""
     sent = PETSc.Vec().createMPI((LINE if RANK == 0 else 0, LINE))
     if RANK == 0:
         sent.setArray(np.array(list(line.strip().ljust(LINE).encode("ascii")), dtype=float))
@@ -284,7 +285,7 @@ def heard(line: str) -> Any:
 
 
 def main() -> None:
-    """Answers commands until there are no more."""
+    """Answer commands until there are no more."""
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # libraries print into the log
     model = Model(sys.argv[1])

@@ -27,21 +27,21 @@ class Here:
     backend: Backend
 
     def factorize(self, square: float) -> Factorization:
-        """Of K + ``square`` M, positive definite."""
+        """Return the factorization of K + ``square`` M, positive definite."""
         return factorize(self.model.K + square * self.model.M, backend=self.backend, name="K + s^2 M")
 
     def basis(self, shift: float, limit: int) -> KrylovBasis:
-        """Empty but for the rigid motions, about -``shift``^2."""
+        """Return a basis that is empty but for the rigid motions, about -``shift``^2."""
         return KrylovBasis(self.model, self.factorize(shift**2), shift, limit, rigid_shapes(self.model))
 
     def spectrum(self, progress: Progress) -> Spectrum | RanksSpectrum:
-        """Of which nothing is known yet."""
+        """Return a spectrum of which nothing is known yet."""
         return Spectrum(self.model, backend=self.backend, progress=progress)
 
 
 @contextmanager
 def backend_of(model: SecondOrderModel, aims: Aims) -> Iterator[Here | Ranks]:
-    """What the aims ask for, while it is needed."""
+    """Yield what the aims ask for, while it is needed."""
     if not aims.distributed:
         yield Here(model, aims.backend)
         return

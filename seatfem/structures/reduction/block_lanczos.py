@@ -81,22 +81,22 @@ class BlockLanczos:
 
     @property
     def width(self) -> int:
-        """Columns of the newest block, whose image is not known yet."""
+        """Return the number of columns of the newest block, whose image is not known yet."""
         return int(self._mass_block.shape[1])
 
     @property
     def unseen(self) -> int:
-        """Directions that are in no block yet."""
+        """Return the directions that are in no block yet."""
         return self.model.size - int(self.known.shape[1]) - self.size - self.width
 
     @property
     def exhausted(self) -> bool:
-        """Whether the space holds every vector there is, and its image."""
+        """Return whether the space holds every vector there is, and its image."""
         return self.width == 0 and self.unseen == 0
 
     @property
     def full(self) -> bool:
-        """Whether a restart is due before the next block."""
+        """Return whether a restart is due before the next block."""
         return self.size + self.width > self.limit and self.unseen > 0
 
     def expand(self) -> None:
@@ -138,7 +138,7 @@ class BlockLanczos:
         self._link = np.concatenate([self._link, np.zeros((new.shape[1], self._link.shape[1]))])
 
     def ritz(self) -> RitzValues:
-        """Ritz pairs of the space."""
+        """Return Ritz pairs of the space."""
         theta, coefficients = np.linalg.eigh(self._projected[: self.size, : self.size])
         order = np.argsort(-np.abs(theta))
         theta, coefficients = theta[order], coefficients[:, order]
@@ -147,10 +147,11 @@ class BlockLanczos:
         return RitzValues(self.sigma + 1 / safe, theta, errors, coefficients)
 
     def vectors(self, ritz: RitzValues, chosen: Array) -> Array:
-        """(n, len(chosen)) M-normalised OP y/theta of the chosen Ritz vectors y: inverse iteration at no cost."""
+        """Return (n, len(chosen)) M-normalised OP y/theta of the chosen Ritz vectors y: inverse iteration at no
+        cost."""
         coefficients = ritz.coefficients[:, chosen]
-        left = self._residual(coefficients) / ritz.theta[chosen]
-        together = np.concatenate([coefficients, left]) / np.sqrt(1 + np.sum(left**2, axis=0))
+        residual = self._residual(coefficients) / ritz.theta[chosen]
+        together = np.concatenate([coefficients, residual]) / np.sqrt(1 + np.sum(residual**2, axis=0))
         return np.asarray(self._vectors[:, : len(together)] @ together)
 
     def restart(self, kept: int) -> None:
@@ -171,7 +172,7 @@ class BlockLanczos:
         self.restarts += 1
 
     def _residual(self, coefficients: Array) -> Array:
-        """Q' M (OP y - theta y) of vectors y in the basis."""
+        """Return Q' M (OP y - theta y) of vectors y in the basis."""
         return np.asarray(self._link @ coefficients[self.size - self._link.shape[1] : self.size])
 
     def _append(self, block: tuple[Array, Array]) -> None:
@@ -179,7 +180,7 @@ class BlockLanczos:
         self._vectors[:, self.size : self.size + vectors.shape[1]] = vectors
 
     def _fresh(self) -> tuple[Array, Array]:
-        """Random vectors, M-orthonormal to all there are."""
+        """Return random vectors, M-orthonormal to all there are."""
         count = min(self.block, self.unseen)
         new = self.factor.solve(self.model.M @ self._rng.standard_normal((self.model.size, count)))
         self.solves += count
@@ -191,7 +192,7 @@ class BlockLanczos:
 
 
 def _orthonormal(model: SecondOrderModel, block: Array, least: Array) -> tuple[Array, Array, Array]:
-    """(Q, M Q, R) with block = Q R and Q'MQ = I, without the directions shorter than the root of ``least``.
+    """Return (Q, M Q, R) with block = Q R and Q'MQ = I, without the directions shorter than the root of ``least``.
 
     By eigenvectors of the scaled Gram matrix. Source: A. Stathopoulos and K. Wu, SIAM J. Sci. Comput. 23 (2002) 2165.
     """

@@ -12,13 +12,13 @@ from seatfem.structures.model import Array, SecondOrderModel
 
 
 def reciprocity(matrix: Array) -> float:
-    """max |G - G'| / max |G| of (p, p) or (p, p, n) values: 0 for a symmetric function."""
+    """Return max |G - G'| / max |G| of (p, p) or (p, p, n) values: 0 for a symmetric function."""
     largest = float(np.abs(matrix).max())
     return float(np.abs(matrix - np.swapaxes(matrix, 0, 1)).max()) / largest if largest else 0.0
 
 
 def passivity(greens: ModalGreens) -> dict[str, object]:
-    """Passive or not, and by what margin.
+    """Return whether it is passive, and by what margin.
 
     Modes with zeta >= 0 beside relaxations with positive rates and a positive semidefinite compliance cannot gain
     energy.
@@ -33,13 +33,13 @@ def passivity(greens: ModalGreens) -> dict[str, object]:
 
 
 def passivity_of_poles(greens: PoleGreens) -> dict[str, object]:
-    """The same of complex poles: the mobility's real part is searched over all frequencies."""
+    """Return the same of complex poles: the mobility's real part is searched over all frequencies."""
     verdict = pole_passivity(greens)
     return {"passive": verdict.passive, "margin": verdict.margin, "margin_at_Hz": verdict.frequency}
 
 
 def feeding(model: SecondOrderModel, damping: Damping) -> str:
-    """In words how the model's C would feed energy; "" where it does not, as far as its diagonal tells."""
+    """Say how the model's C would feed energy; "" where it does not, as far as its diagonal shows."""
     least = 0.0 if model.C is None else float(model.C.diagonal().min(initial=0.0))
     if least < 0:
         return f"C has a diagonal value {least:g}: it must not be negative and feed energy"

@@ -14,7 +14,7 @@ _SINCE: Final = 1.4  # times the change since two thirds of the vectors
 
 @dataclass
 class History:
-    """How g after the pulse changed from one check to the next, and what is to be expected of the vectors to come."""
+    """Changes of g after the pulse from one check to the next, and what is to be expected of the vectors to come."""
 
     tolerance: float
     last: Array | None = None
@@ -23,7 +23,7 @@ class History:
     seen: list[tuple[int, Array]] = field(default_factory=list)
 
     def add(self, response: Array, size: int | None = None) -> float:
-        """Estimated error of ``response``, of ``size`` Krylov vectors, relative to its maximum.
+        """Return the estimated error of ``response``, of ``size`` Krylov vectors, relative to its maximum.
 
         With d the last change (or half the median of three: changes are uneven) and r the mean ratio of the last
         changes, the changes to come sum to d r/(1 - r). Twice that is stated, and at least 2 d. On rods and blocks the
@@ -51,20 +51,20 @@ class History:
         return min(2 * summed, np.inf if earlier is None else _SINCE * _apart(response, earlier))
 
     def _before(self, response: Array, size: int) -> Array | None:
-        """The response of two thirds of the vectors, or a little less; nothing older is kept."""
+        """Return the response of two thirds of the vectors, or a little less; nothing older is kept."""
         older = [k for k, (n, _) in enumerate(self.seen) if 3 * n <= 2 * size]
         self.seen = [*self.seen[older[-1] if older else 0 :], (size, response)]
         return self.seen[0][1] if older else None
 
     def fraction(self, error: float) -> float:
-        """Progress: on a logarithmic scale, as convergence is geometric."""
+        """Return the progress on a logarithmic scale, as convergence is geometric."""
         if not np.isfinite(error):
             return 0.0
         self.first_error = min(self.first_error, max(error, 2 * self.tolerance))
-        done = np.log(self.first_error / max(error, self.tolerance)) / np.log(self.first_error / self.tolerance)
-        return float(np.clip(done, 0.0, 0.99))
+        share = np.log(self.first_error / max(error, self.tolerance)) / np.log(self.first_error / self.tolerance)
+        return float(np.clip(share, 0.0, 0.99))
 
 
 def _apart(response: Array, other: Array) -> float:
-    """Largest difference, relative to the largest value of the first."""
+    """Return the largest difference, relative to the largest value of the first."""
     return float(np.abs(response - other).max() / np.abs(response).max())

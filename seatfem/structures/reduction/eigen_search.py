@@ -52,7 +52,7 @@ class Counted:
 
 
 def counting_shift(model: SecondOrderModel, value: float, backend: Backend) -> Shift:
-    """The shift ``value``, or one close to it where that is an eigenvalue.
+    """Return the shift ``value``, or one close to it where that is an eigenvalue.
 
     Raises:
         CountError: none of several can be factorized with a count of its pivots.
@@ -82,7 +82,7 @@ def counting_shift(model: SecondOrderModel, value: float, backend: Backend) -> S
 
 
 def expected(model: SecondOrderModel, count: float) -> float:
-    """w^2 [1/s^2] below which about ``count`` modes of a compact body lie: Weyl's law, summed node by node.
+    """Return w^2 [1/s^2] below which about ``count`` modes of a compact body lie: Weyl's law, summed node by node.
 
     The cube of an element's size over the wave speed is of the order of (M_ii/K_ii)^(3/2); in a section its square. A
     consistent mass is scaled to have all of the body's on its diagonal.
@@ -96,7 +96,8 @@ def expected(model: SecondOrderModel, count: float) -> float:
 
 
 def between(counts: Sequence[Counted], target: float) -> float:
-    """Where the count is about ``target``: between the nearest counts known on both sides of it, or beyond them all.
+    """Return where the count is about ``target``: between the nearest counts known on both sides of it, or beyond them
+    all.
 
     Counts grow with a power of w: beyond them all with that of a solid body, 3, or what the nearest two say, down to
     that of a bar in bending, 1/2.
@@ -113,7 +114,7 @@ def between(counts: Sequence[Counted], target: float) -> float:
 
 
 def _power(counts: Sequence[Counted], usual: float) -> float:
-    """By which w^2 grows with the count, of the first two."""
+    """Return the power by which w^2 grows with the count, of the first two."""
     if len(counts) < 2 or counts[0].count == counts[1].count:
         return usual
     first, second = counts[:2]

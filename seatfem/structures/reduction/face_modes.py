@@ -31,7 +31,7 @@ PUSHED: Final = 8  # ports under whose impulses the error is judged, all around 
 def face_greens(
     model: SecondOrderModel, aims: Aims, damping_ratio: float = 0.0, *, static: bool = False
 ) -> tuple[ModalGreens, Modes | None]:
-    """The Green's function of all ports of a model, and the modes that it is made of.
+    """Return the Green's function of all ports of a model, and the modes that it is made of.
 
     Args:
         model: its ports are the parts of the lip.
@@ -60,14 +60,15 @@ def face_greens(
 
 
 def _modes(model: SecondOrderModel, aims: Aims) -> Modes:
-    """All up to `BEYOND` times the band; raises `ConvergenceError` of too many, with the band that has few enough."""
+    """Return all up to `BEYOND` times the band; raises `ConvergenceError` of too many, with the band that has few
+    enough."""
     try:
         return solve_modes(model, up_to_hz=BEYOND * aims.bandwidth, limit=MOST_MODES, backend=aims.backend)
     except CrowdedError as crowded:
-        left, lower = crowded.count, aims.bandwidth
-        while left > MOST_MODES:
-            lower *= 0.95 * (MOST_MODES / left) ** (1 / 3)
-            left = counting_shift(model, (2 * np.pi * BEYOND * lower) ** 2, aims.backend).count
+        count, lower = crowded.count, aims.bandwidth
+        while count > MOST_MODES:
+            lower *= 0.95 * (MOST_MODES / count) ** (1 / 3)
+            count = counting_shift(model, (2 * np.pi * BEYOND * lower) ** 2, aims.backend).count
         raise ConvergenceError(
             f"contact.ports: the seat has {crowded.count} modes below {BEYOND:g} times seat.greens.bandwidth = "
             f"{write_quantity(aims.bandwidth, 'frequency', 3)} (limit {MOST_MODES}): lower it to "

@@ -59,7 +59,7 @@ class Factorization:
     _solve: Callable[[Array], Array]
 
     def solve(self, rhs: Array) -> Array:
-        """A^-1 rhs for one (n,) or several (n, m) right-hand sides."""
+        """Return A^-1 rhs for one (n,) or several (n, m) right-hand sides."""
         if rhs.shape[0] != self.size:
             raise FactorizationError(f"right-hand side has {rhs.shape[0]} rows, must have {self.size} as the matrix")
         return self._solve(rhs)
@@ -110,13 +110,13 @@ def factorize(
 
 
 def _residual(matrix: sparse.csr_array, solve: Callable[[Array], Array]) -> float:
-    """||A x - b|| / ||b|| of a vector b without symmetry."""
+    """Return ||A x - b|| / ||b|| of a vector b without symmetry."""
     rhs = np.cos(np.arange(matrix.shape[0], dtype=float))
     return float(np.linalg.norm(matrix @ solve(rhs) - rhs) / np.linalg.norm(rhs))
 
 
 def _pardiso_class() -> Any:
-    """pypardiso's solver; told where MKL is, as each one would search all files of the environment for it."""
+    """Return pypardiso's solver with the place of MKL, as each one would search all files of the environment for it."""
     if MKL_RUNTIME not in os.environ and (path := _mkl_runtime()) is not None:
         os.environ[MKL_RUNTIME] = str(path)
     try:
@@ -126,17 +126,17 @@ def _pardiso_class() -> Any:
 
 
 def _mkl_runtime() -> Path | None:
-    """The library that the package mkl has installed; ``None`` for another installation."""
+    """Return the library that the package mkl has installed; ``None`` for another installation."""
     try:
         files = metadata.files("mkl") or ()
     except metadata.PackageNotFoundError:
         return None
-    found = (Path(str(file.locate())).resolve() for file in files if "mkl_rt" in file.name)
-    return next((path for path in found if path.is_file()), None)
+    paths = (Path(str(file.locate())).resolve() for file in files if "mkl_rt" in file.name)
+    return next((path for path in paths if path.is_file()), None)
 
 
 def _pardiso(matrix: sparse.csr_array, definite: bool, solver_class: Any) -> tuple[Callable[[Array], Array], int]:
-    """PARDISO on the upper triangle: Cholesky, or LDL' with its inertia; solves call its phase 33 directly.
+    """Return PARDISO on the upper triangle: Cholesky, or LDL' with its inertia; solves call its phase 33 directly.
 
     Left to itself it refines each solve twice; here only one that leaves much without. Source of the settings: Intel
     oneMKL Developer Reference, "pardiso iparm Parameter".
@@ -174,7 +174,7 @@ def _pardiso_message(error: Exception, definite: bool) -> str:
 
 
 def _phase_33(solver: Any, upper: sparse.csr_matrix) -> Callable[[Array], Array]:
-    """Forward and backward substitution by the library itself, the 1-based index arrays made once.
+    """Do forward and backward substitution by the library itself, the 1-based index arrays made once.
 
     The wrapper would compare or hash the whole matrix and rebuild these arrays in every call.
     """
@@ -211,7 +211,7 @@ def _phase_33(solver: Any, upper: sparse.csr_matrix) -> Callable[[Array], Array]
 
 
 def _superlu(matrix: sparse.csr_array) -> tuple[Callable[[Array], Array], int | None]:
-    """SuperLU without pivoting, in METIS nested-dissection order."""
+    """Return SuperLU without pivoting, in METIS nested-dissection order."""
     graph = sparse.csr_array(matrix - sparse.diags_array(matrix.diagonal()))
     graph.eliminate_zeros()
     order, place = (np.asarray(p) for p in pymetis.nested_dissection(xadj=graph.indptr, adjncy=graph.indices))

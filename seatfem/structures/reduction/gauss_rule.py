@@ -11,7 +11,7 @@ from seatfem.structures.model import Array
 
 
 def gauss_rule(diagonal: Array, below: Array) -> tuple[Array, Array]:
-    """(values (k,) ascending, first components (k,)) of the eigenpairs of a symmetric tridiagonal matrix.
+    """Return (values (k,) ascending, first components (k,)) of the eigenpairs of a symmetric tridiagonal matrix.
 
     Implicit QL with Wilkinson's shift, applied to the first row of the vectors only: O(k^2) time, O(k) memory, and no
     trouble with the clusters of equal values that Lanczos leaves, on which LAPACK's dstemr can fail.

@@ -1,4 +1,4 @@
-"""From a second-order model to the Green's function of its ports, by the reduction that suits."""
+"""The way from a second-order model to the Green's function of its ports, by the reduction that suits."""
 
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ def greens_function(
     backend: Backend | Literal["slepc"] = "auto",
     progress: Progress = silent,
 ) -> GreensFunction:
-    """Driving-point and cross Green's functions of the model's ports, g = B' sin(sqrt(A) t)/sqrt(A) B, A = M^-1 K.
+    """Return the driving-point and cross Green's functions of the model's ports, g = B' sin(sqrt(A) t)/sqrt(A) B, A =
+    M^-1 K.
 
     The error is that of g convolved with a Hann pulse of width 1/bandwidth, over the duration, relative to the largest
     value of the convolution; ``error_estimate.reduction`` states it. What happens above the band is carried by a
@@ -53,7 +54,7 @@ def greens_function(
             Modes and time stepping do not ask for it.
         ports: names of the ports to use; default: all of the model's.
         backend: sparse factorization; "slepc": krylov and modes by PETSc and SLEPc on several ranks, which the
-            environment tells (docs/large_seats.md).
+            environment states (docs/large_seats.md).
         progress: called with the stage and the fraction done.
 
     Raises:
@@ -87,7 +88,7 @@ def reduce_model(
     backend: Backend | Literal["slepc"] = "auto",
     progress: Progress = silent,
 ) -> Reduction:
-    """As `greens_function`, with the modes found on the way."""
+    """Return the same as `greens_function`, with the modes found on the way."""
     local: Backend = "auto" if backend == "slepc" else backend
     aims = Aims(bandwidth, duration, tolerance, max_vectors, local, distributed=backend == "slepc")
     return reduced(model if ports is None else model.with_ports(ports), aims, damping_ratio, method, progress)
@@ -100,15 +101,15 @@ def reduced(
     method: str = AUTO,
     progress: Progress = silent,
 ) -> Reduction:
-    """As `reduce_model`, of all ports, with the aims in one."""
+    """Return the same as `reduce_model`, of all ports, with the aims in one."""
     if not (damping_ratio >= 0 and math.isfinite(damping_ratio)):
         raise ModelError(f"damping_ratio = {damping_ratio} must be >= 0 and finite")
-    asked = None if method == AUTO else named(method)
+    named_reducer = None if method == AUTO else named(method)
     if not model.ports:
         raise ModelError("the model has no port to be pushed at; give it one")
     _refuse_beyond_measure(model)
     damping = model.damping.plus(damping_ratio)
-    reducer, reason = choose(model, damping, aims) if asked is None else (asked, "asked for")
+    reducer, reason = choose(model, damping, aims) if named_reducer is None else (named_reducer, "asked for")
     if why := refusal(reducer, model, damping, aims):
         raise ModelError(why)
     remembered = memory(damping_ratio, aims.bandwidth)
@@ -133,7 +134,7 @@ def reduced(
 
 
 def _refuse_beyond_measure(model: SecondOrderModel) -> None:
-    """Numbers whose products leave the range of floats."""
+    """Raise `ModelError` of numbers whose products leave the range of floats."""
     sizes = {name: abs(matrix).max() for name, matrix in (("M", model.M), ("K", model.K))}
     sizes |= {f"port {name!r}": abs(port.vector).max() for name, port in model.ports.items()}
     for name, size in sizes.items():

@@ -61,14 +61,16 @@ class Space(ABC, Generic[G]):
 
     @abstractmethod
     def truncated(self, above: float) -> tuple[G, float]:
-        """(g with the pairs up to ``above`` [rad/s] and a residual for the others, its error relative to the whole)."""
+        """Return (g with the pairs up to ``above`` [rad/s] and a residual for the others, its error relative to the
+        whole)."""
 
     @abstractmethod
     def shortfall(self, error: float) -> str:
-        """What is to be said where the space is full and leaves ``error``."""
+        """Return what is to be said where the space is full and leaves ``error``."""
 
     def converge(self, progress: Progress) -> tuple[G, float]:
-        """(g, its estimated error): what `History` says of the vectors still to come, plus what the cut leaves out.
+        """Return (g, its estimated error): what `History` says of the vectors still to come, plus what the cut leaves
+        out.
 
         Raises:
             ConvergenceError: the space is full before the tolerance is reached.
@@ -90,7 +92,8 @@ class Space(ABC, Generic[G]):
                 raise ConvergenceError(self.shortfall(error))
 
     def _cut(self, allowed: float) -> tuple[G, float]:
-        """`truncated` at the lowest cutoff that costs less than ``allowed``, else at the one that costs least."""
+        """Return `truncated` at the lowest cutoff that costs less than ``allowed``, else at the one that costs
+        least."""
         above = 2 * self.aims.band
         best, lowest = self.truncated(above)
         while lowest > allowed and np.any(self.omega > above * self.step):

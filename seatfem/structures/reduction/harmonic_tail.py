@@ -31,7 +31,7 @@ class Tail:
 
     @property
     def next(self) -> int:
-        """The next harmonic whose compliance is wanted."""
+        """Return the next harmonic whose compliance is wanted."""
         return self.last + max(1, int((_STEP - 1) * self.last))
 
     def add(self, model: SecondOrderModel, backend: Backend) -> None:
@@ -42,7 +42,7 @@ class Tail:
         self._scaled.append(self.last * (static + static.T) / 2)
 
     def compliance(self) -> Array:
-        """(p, p) sum over all harmonics above ``reduced`` of s_ni s_nj cos n(th_i - th_j) R_n [m/N].
+        """Return the (p, p) sum over all harmonics above ``reduced`` of s_ni s_nj cos n(th_i - th_j) R_n [m/N].
 
         n R_n is interpolated linearly in log n, which keeps it positive semidefinite, and constant beyond the last.
         """
@@ -50,15 +50,15 @@ class Tail:
         return summed(self.patches, harmonics, self._law(harmonics), self._places)
 
     def diagonal(self) -> Array:
-        """(p,) that of `compliance`, its largest values; in no time."""
+        """Return the (p,) diagonal of `compliance`, its largest values; in no time."""
         return self._diagonal(self.reduced + 1)
 
     def doubt(self) -> float:
-        """Half of the largest compliance that was extrapolated [m/N]; ``inf`` before two were computed."""
+        """Return the half of the largest compliance that was extrapolated [m/N]; ``inf`` before two were computed."""
         return math.inf if len(self._numbers) < 2 else float(self._diagonal(self.last + 1).max()) / 2
 
     def _diagonal(self, first: int) -> Array:
-        """(p,) sum from a harmonic on of s_ni^2 R_n: patches as wide on one ring share it."""
+        """Return the (p,) sum from a harmonic on of s_ni^2 R_n: patches as wide on one ring share it."""
         harmonics = np.arange(first, max(self._far, 20 * self.last))
         law, known = self._law(harmonics), dict[tuple[float, int], float]()
         for patch, place in zip(self.patches.values(), self._places, strict=True):
@@ -69,14 +69,14 @@ class Tail:
         )
 
     def _law(self, harmonics: NDArray[np.int64]) -> Array:
-        """(rings, rings, n) R_n."""
+        """Return the (rings, rings, n) R_n."""
         known, scaled = np.log(self._numbers), np.array(self._scaled)
         at, rings = np.log(harmonics), range(scaled.shape[1])
         return np.array([[np.interp(at, known, scaled[:, i, j]) / harmonics for j in rings] for i in rings])
 
 
 def static_lag(greens: ModalGreens, start: Array, damping: Damping, t: Array, width: float) -> float:
-    """Largest difference, after the pulse, of a harmonic from the relaxation of its compliance [m/(N s)]."""
+    """Return the largest difference, after the pulse, of a harmonic from the relaxation of its compliance [m/(N s)]."""
     if np.any(greens.omega == 0):
         return math.inf
     instant = relaxation(greens.static_compliance(), start, damping.beta).filtered(t, width)

@@ -58,7 +58,7 @@ def ring_greens(
     max_harmonic: int = 1000,
     progress: Progress = silent,
 ) -> ModalGreens:
-    """Green's function of ``patches``, one port each, on a solid of revolution meshed in its meridian.
+    """Return the Green's function of ``patches``, one port each, on a solid of revolution meshed in its meridian.
 
     Arguments as `assemble_axisymmetric` and `reduce_model`; see `combine_harmonics`. With ``rings`` > 1 every patch
     has so many ports, NAME_1, NAME_2, ...
@@ -99,7 +99,8 @@ def combine_harmonics(
     max_harmonic: int = 1000,
     progress: Progress = silent,
 ) -> ModalGreens:
-    """One Green's function of all patches from the models ``build(n)``, whose ports are the rings by boundary name.
+    """Return one Green's function of all patches from the models ``build(n)``, whose ports are the rings by boundary
+    name.
 
     Each mode of a harmonic n > 0 stands twice, as cos and as sin n th. ``error.reduction``, as that of `reduce_model`,
     sums what the harmonics left out, each weighted by its share, and the uncertainty of the static tail.
@@ -128,19 +129,19 @@ def combine_harmonics(
         progress("harmonics", harmonic / (harmonic + 12))
         if harmonic > _FEWEST and max(lags[-2:]) <= aims.tolerance / 6:
             break
-    done = last = harmonic - 1
+    wave_harmonics = last = harmonic - 1
     if total.touches_from(harmonic):
-        tail, doubt = _static_tail(build, total, done, aims, max_harmonic)
+        tail, doubt = _static_tail(build, total, wave_harmonics, aims, max_harmonic)
         impedances = {name: 2 * float(port.impedance or math.inf) for name, port in model.ports.items()}
-        lacking = damping.first_velocity() * first_velocities_beyond(patches, impedances, done)
+        lacking = damping.first_velocity() * first_velocities_beyond(patches, impedances, wave_harmonics)
         total.close(relaxation(tail.compliance(), lacking, damping.beta), max(lags[-2:]) + doubt)
         last = tail.last
     progress("harmonics", 1.0)
     return total.greens(
         {
             "method": "harmonics",
-            "reason": f"{done + 1} harmonics with waves in the band, static compliances up to n = {last}",
-            "harmonics": done,
+            "reason": f"{wave_harmonics + 1} harmonics with waves in the band, static compliances up to n = {last}",
+            "harmonics": wave_harmonics,
             "static_harmonics": last,
             "bandwidth_Hz": aims.bandwidth,
             "duration_s": aims.duration,
@@ -160,7 +161,7 @@ def _static_tail(
     aims: Aims,
     max_harmonic: int,
 ) -> tuple[Tail, float]:
-    """The harmonics above ``done``, and their uncertainty relative to the response: a pulse's peak is 2/width."""
+    """Return harmonics above ``done``, and their uncertainty relative to the response: a pulse's peak is 2/width."""
     tail = Tail(total.patches, total.rings, done)
     while (doubt := total.relative(tail.doubt() * 2 * aims.bandwidth)) > aims.tolerance / 6:
         if tail.last >= max_harmonic:
@@ -187,7 +188,7 @@ class _Sum:
 
     @property
     def columns(self) -> list[int]:
-        """Patches whose push is looked at: of equal arcs, which follow each other, those on one of them."""
+        """Return the patches whose push is looked at: of equal arcs, which follow each other, those on one of them."""
         listed = list(self.patches.values())
         equal = len({patch.width for patch in listed}) == 1 and len(listed) * listed[0].width > 1.999 * math.pi * len(
             self.rings
@@ -195,7 +196,7 @@ class _Sum:
         return [k for k, patch in enumerate(listed) if not equal or patch.angle == listed[0].angle]
 
     def touches_from(self, harmonic: int) -> bool:
-        """Whether a patch sees any harmonic from this one on: whole rings see only n = 0."""
+        """Return whether a patch sees any harmonic from this one on: whole rings see only n = 0."""
         return harmonic == 0 or any(patch.width < 2 * math.pi * (1 - 1e-12) for patch in self.patches.values())
 
     def add(self, harmonic: int, greens: ModalGreens) -> None:
@@ -212,7 +213,8 @@ class _Sum:
         return response
 
     def beyond(self, harmonic: int, error: float) -> float:
-        """Error, relative to the response, of all harmonics from this one on whose own ``error`` falls like 1/n^2.
+        """Return the error, relative to the response, of all harmonics from this one on whose own ``error`` falls like
+        1/n^2.
 
         With the patches' coefficients, at most 2/(n w) or 1, the terms fall like 1/n^4 and sum to n/3 times the first.
         """
@@ -221,7 +223,7 @@ class _Sum:
         return self.relative(error * envelope**2 * max(1.0, harmonic / 3))
 
     def relative(self, error: float) -> float:
-        """An error of the response, relative to its largest value."""
+        """Return an error of the response, relative to its largest value."""
         return error / float(np.abs(self.response).max())
 
     def close(self, rest: Residual, error: float) -> None:
@@ -232,7 +234,7 @@ class _Sum:
         self.error += error * float(np.abs(self.response).max())
 
     def greens(self, origin: Mapping[str, object], valid_for: float) -> ModalGreens:
-        """All parts in one, without the modes and relaxations that no patch sees."""
+        """Return all parts in one, without the modes and relaxations that no patch sees."""
         modes = np.concatenate([part.shapes for part in self.parts])
         relaxing = np.concatenate([part.residual.shapes for part in self.parts])
         seen, felt = modes.any(axis=1), relaxing.any(axis=1)

@@ -47,12 +47,12 @@ class Krylov(Reducer):
     distributes = True
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Far fewer vectors than there are modes in the band."""
+        """Return the cost of far fewer vectors than there are modes in the band."""
         vectors = USUAL * len(model.ports)
         return Cost(factorized(model, vectors), f"one factorization and about {vectors} vectors")
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
-        """As `Reducer.reduce`; raises `ConvergenceError` too where the basis loses its orthogonality."""
+        """Reduce as `Reducer.reduce`; raises `ConvergenceError` too where the basis loses its orthogonality."""
         with backend_of(model, aims) as backend:
             space = _Vectors(model, damping, aims, aims.max_vectors or self.most, backend, progress)
             greens, error = space.converge(progress)
@@ -116,7 +116,7 @@ class _Vectors(RitzSpace):
 
 
 def _converged(basis: KrylovBasis, omega: Array, coefficients: Array, band: float) -> Modes:
-    """The Ritz pairs up to the band edge (40 at most) whose eigenvalue residual is below 1e-3."""
+    """Return the Ritz pairs up to the band edge (40 at most) whose eigenvalue residual is below 1e-3."""
     chosen = np.flatnonzero(omega <= band)[:40]
     shapes = basis.combined(coefficients[:, chosen])
     residuals = eigen_residuals(basis.model, omega[chosen] ** 2, shapes, band)

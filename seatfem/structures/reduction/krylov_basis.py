@@ -40,12 +40,12 @@ class KrylovBasis:
 
     @property
     def V(self) -> Array:
-        """(n, size) the basis."""
+        """Return the (n, size) basis."""
         return self._vectors[:, : self.size]
 
     @property
     def complete(self) -> bool:
-        """Whether V spans an invariant subspace: nothing more can be found."""
+        """Return whether V spans an invariant subspace: nothing more can be found."""
         return self.size == self.model.size or self._next.shape[1] == 0
 
     def grow(self, size: int) -> None:
@@ -82,7 +82,7 @@ class KrylovBasis:
         self._ports[k] = self._vectors[:, k] @ self.model.port_matrix
 
     def ritz(self, size: int | None = None) -> tuple[Array, Array, Array]:
-        """(omega (k,), shapes at the ports (k, p), coefficients (k, k)) of the Ritz pairs of (K, M) on V.
+        """Return (omega (k,), shapes at the ports (k, p), coefficients (k, k)) of the Ritz pairs of (K, M) on V.
 
         ``size``: on so many of its first vectors.
         """
@@ -97,9 +97,9 @@ class KrylovBasis:
         return np.sqrt(square), coefficients.T @ self._ports[:k], coefficients
 
     def combined(self, coefficients: Array) -> Array:
-        """(n, m) V times ``coefficients`` (size, m)."""
+        """Return the (n, m) product of V and ``coefficients`` (size, m)."""
         return np.asarray(self.V @ coefficients)
 
     def orthogonality_error(self) -> float:
-        """Largest entry of V'MV - I."""
+        """Return the largest entry of V'MV - I."""
         return float(np.abs(self.V.T @ (self.model.M @ self.V) - np.eye(self.size)).max())

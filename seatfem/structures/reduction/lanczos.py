@@ -59,7 +59,7 @@ class Lanczos(Reducer):
     diagonal_mass = True
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-        """It needs damping that the frequency of a mode tells."""
+        """Say why it cannot be used: it needs damping that a mode's frequency determines."""
         if damping.refusal:
             return damping.refusal
         if damping.loss is not None:
@@ -70,7 +70,8 @@ class Lanczos(Reducer):
         return ""
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """1.2 T sqrt(theta_max)/4 steps over the duration T, theta_max by 20 of them; for each, a product a port.
+        """Return 1.2 T sqrt(theta_max)/4 steps over the duration T, theta_max by 20 of them; for each, a product a
+        port.
 
         With a mass that is not diagonal it is asked for by name: it serves where no memory holds a factorization.
         """
@@ -82,7 +83,7 @@ class Lanczos(Reducer):
         return Cost(products * (_PRODUCT * model.K.nnz + _ROW * model.size), f"{products} products with K")
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
-        """As `Reducer.reduce`; raises `ModelError` too, of an indefinite K."""
+        """Reduce as `Reducer.reduce`; raises `ModelError` too, of an indefinite K."""
         space = _Nodes(model, damping, aims, aims.max_vectors or self.most, progress)
         greens, error = space.converge(silent)
         progress("reduction", 1.0)
@@ -127,7 +128,8 @@ class _Nodes(RitzSpace):
 
 
 def nodes(recursion: Recursion, ceiling: float) -> tuple[Array, Array, Array]:
-    """(omega (m,), shapes (m, p), beyond (p, p)): Gauss nodes up to ``ceiling`` [rad/s], static compliance of the rest.
+    """Return (omega (m,), shapes (m, p), beyond (p, p)): Gauss nodes up to ``ceiling`` [rad/s], static compliance of
+    the rest.
 
     Rigid-body motions come first, at exactly 0.
     """

@@ -1,7 +1,7 @@
 """Block Lanczos on M^-1 K with any mass, in the inner product of M, without a factorization.
 
 The recursion of `Recursion` with Q'MQ = 1: beside each block Q it keeps P = M Q, and solves M z = r once a step by
-conjugate gradients. Scaled by its diagonal, a consistent mass has a condition number that the element alone tells,
+conjugate gradients. Scaled by its diagonal, a consistent mass has a condition number that the element alone determines,
 whatever the mesh: 5 of linear, about 10 of quadratic tetrahedra. Source: A. Wathen, IMA J. Numer. Anal. 7 (1987) 449.
 """
 
@@ -22,7 +22,7 @@ _DEPENDENT: Final = 1e-13  # of the Gram matrix of ports, each made one
 
 
 class ConsistentRecursion(Recursion):
-    """As `Recursion`, for a mass that is not diagonal."""
+    """A recursion as `Recursion`, for a mass that is not diagonal."""
 
     def __init__(self, model: SecondOrderModel) -> None:
         self._K, self._M, self._inverse = model.K, model.M, 1 / model.M.diagonal()[:, None]
@@ -42,36 +42,36 @@ class ConsistentRecursion(Recursion):
         self.complete = self.width == 0
 
     def _step(self) -> Array:
-        left = self._K @ self._now - self._dual_before @ self._link.T
-        block = np.asarray(self._now.T @ left)
-        left -= self._dual @ block
+        residual = self._K @ self._now - self._dual_before @ self._link.T
+        block = np.asarray(self._now.T @ residual)
+        residual -= self._dual @ block
         self._dual_before = self._dual
-        self._now, self._dual, self._link = _orthonormal(self._solve(left), left)
+        self._now, self._dual, self._link = _orthonormal(self._solve(residual), residual)
         return block
 
     def _solve(self, right: Array) -> Array:
-        """M^-1 right, column by column at once.
+        """Return M^-1 right, column by column at once.
 
         Raises:
             ModelError: a mass that is not positive definite, or worse scaled than any of elements.
         """
         wanted = TOLERANCE**2 * np.sum(self._inverse * right**2, axis=0)
-        found = self._inverse * right
-        left = right - self._M @ found
-        scaled = self._inverse * left
-        direction, square = scaled, np.sum(left * scaled, axis=0)
+        solution = self._inverse * right
+        residual = right - self._M @ solution
+        scaled = self._inverse * residual
+        direction, square = scaled, np.sum(residual * scaled, axis=0)
         for _ in range(MOST):
             if np.all(square <= wanted):
-                return np.asarray(found)
+                return np.asarray(solution)
             image = self._M @ direction
             length = np.sum(direction * image, axis=0)
             if np.any((length <= 0) & (square > wanted)):
                 break
             step = square / np.maximum(length, 1e-300)
-            found += step * direction
-            left -= step * image
-            scaled = self._inverse * left
-            before, square = np.maximum(square, 1e-300), np.sum(left * scaled, axis=0)
+            solution += step * direction
+            residual -= step * image
+            scaled = self._inverse * residual
+            before, square = np.maximum(square, 1e-300), np.sum(residual * scaled, axis=0)
             direction = scaled + square / before * direction
         raise ModelError(
             f"the mass is none of elements: it is not positive definite, or so badly scaled that {MOST} iterations of "
@@ -80,7 +80,7 @@ class ConsistentRecursion(Recursion):
 
 
 def _orthonormal(moved: Array, left: Array) -> tuple[Array, Array, Array]:
-    """(Q, P, R) with Q R = ``moved``, P R = ``left``, Q'P = 1 and R upper triangular, of M Q = P."""
+    """Return (Q, P, R) with Q R = ``moved``, P R = ``left``, Q'P = 1 and R upper triangular, of M Q = P."""
     upper = np.eye(left.shape[1])
     for _ in range(1 if left.shape[1] == 1 else 2):
         squares, turn = np.linalg.eigh(left.T @ moved)

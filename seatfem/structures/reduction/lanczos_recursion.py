@@ -31,9 +31,9 @@ class Recursion:
         shapes = rigid_shapes(model)
         self.rigid = shapes.T @ model.port_matrix
         q = self._root[:, None] * model.port_matrix - (shapes / self._root[:, None]) @ self.rigid
-        left, sizes, right = np.linalg.svd(q, full_matrices=False)
+        basis, sizes, right = np.linalg.svd(q, full_matrices=False)
         kept = sizes > 1e-12 * np.linalg.norm(self._root[:, None] * model.port_matrix)
-        self._now, self.start = np.ascontiguousarray(left[:, kept]), sizes[kept, None] * right[kept]
+        self._now, self.start = np.ascontiguousarray(basis[:, kept]), sizes[kept, None] * right[kept]
         self._before, self._link = np.zeros_like(self._now), np.zeros((self.width, self.width))
         self._diagonal: list[Array] = []
         self._below: list[Array] = []  # B_j+1 of step j
@@ -41,12 +41,12 @@ class Recursion:
 
     @property
     def width(self) -> int:
-        """Columns of a block."""
+        """Return the number of columns of a block."""
         return int(self._now.shape[1])
 
     @property
     def steps(self) -> int:
-        """Blocks in T."""
+        """Return the number of blocks in T."""
         return len(self._diagonal)
 
     def extend(self, steps: int, progress: Callable[[int], None] = lambda done: silent("", 0.0)) -> None:
@@ -61,7 +61,7 @@ class Recursion:
                 progress(self.steps)
 
     def _step(self) -> Array:
-        """The next block of vectors and its link; the diagonal block of T."""
+        """Return the next block of vectors and its link; the diagonal block of T."""
         root = self._root[:, None]
         w = root * (self._K @ (root * self._now))
         _subtract(w, self._before, np.ascontiguousarray(self._link.T))
@@ -72,7 +72,8 @@ class Recursion:
         return block
 
     def banded(self) -> Array:
-        """(2 w, k w) lower bands of T; blocks B are upper triangular, so that T has w bands below its diagonal."""
+        """Return the (2 w, k w) lower bands of T; blocks B are upper triangular, so that T has w bands below its
+        diagonal."""
         k, w = self.steps, self.width
         bands = np.zeros((w + 1, k * w))
         for j, block in enumerate(self._diagonal):
@@ -85,7 +86,8 @@ class Recursion:
         return bands
 
     def highest(self) -> float:
-        """Largest eigenvalue of T [1/s^2]: within a per cent of A's from a few dozen steps on, from below."""
+        """Return the largest eigenvalue of T [1/s^2]: within a per cent of A's from a few dozen steps on, from
+        below."""
         bands = self.banded()
         last = bands.shape[1] - 1
         return float(
@@ -93,7 +95,8 @@ class Recursion:
         )
 
     def eigen(self, below: float) -> tuple[Array, Array]:
-        """(values (m,), first block rows (m, w) of the vectors) of the eigenvalues of T up to ``below`` [1/s^2]."""
+        """Return (values (m,), first block rows (m, w) of the vectors) of the eigenvalues of T up to ``below``
+        [1/s^2]."""
         bands = self.banded()
         if self.width == 1:
             values, components = gauss_rule(bands[0], bands[1, :-1])
@@ -104,13 +107,13 @@ class Recursion:
         return values[values <= below], np.asarray(first[values <= below])
 
     def resolvent(self, square: float) -> Array:
-        """(p, p) Gauss value of q'(A + s^2)^-1 q, s^2 = ``square``, without the rigid motions: a lower bound."""
+        """Return (p, p) Gauss value of q'(A + s^2)^-1 q, s^2 = ``square``, without the rigid motions: a lower bound."""
         bands = self.banded()
         bands[0] += square
         return self._corner(bands)
 
     def bracket(self, s: float) -> dict[str, float]:
-        """Bounds of trace q'(A + s^2)^-1 q [m/N], Gauss below and Gauss-Radau with a node at 0 above.
+        """Return the bounds of trace q'(A + s^2)^-1 q [m/N], Gauss below and Gauss-Radau with a node at 0 above.
 
         The prescribed node replaces the next diagonal block by B (E_k'T^-1 E_k) B'.
         """
@@ -144,7 +147,7 @@ class Recursion:
 
 @numba.njit(cache=True)
 def _subtract(w: Array, block: Array, factors: Array) -> None:
-    """w -= block @ factors, for few columns: one pass; threads of a BLAS would cost more than they bring."""
+    """Do w -= block @ factors, for few columns: one pass; threads of a BLAS would cost more than they bring."""
     for i in range(w.shape[0]):
         for j in range(w.shape[1]):
             for k in range(w.shape[1]):
@@ -153,7 +156,7 @@ def _subtract(w: Array, block: Array, factors: Array) -> None:
 
 @numba.njit(cache=True)
 def _gram(a: Array, b: Array) -> Array:
-    """a'b of two tall blocks."""
+    """Return a'b of two tall blocks."""
     out = np.zeros((a.shape[1], b.shape[1]))
     for i in range(a.shape[0]):
         for j in range(a.shape[1]):
@@ -163,7 +166,7 @@ def _gram(a: Array, b: Array) -> Array:
 
 
 def _orthonormal(w: Array) -> tuple[Array, Array]:
-    """QR of a tall block; one column without LAPACK."""
+    """Return the QR factors of a tall block; one column without LAPACK."""
     if w.shape[1] == 1:
         size = float(np.sqrt(_gram(w, w)[0, 0]))
         return (w / size if size > 0 else w), np.array([[size]])

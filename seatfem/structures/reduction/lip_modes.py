@@ -43,7 +43,8 @@ def lip_greens(
     static: bool = False,
     progress: Progress = silent,
 ) -> ModalGreens:
-    """One Green's function of all patches from the models ``build(n)``, whose ports are the rings by boundary name.
+    """Return one Green's function of all patches from the models ``build(n)``, whose ports are the rings by boundary
+    name.
 
     Args:
         build: the model of a harmonic.
@@ -51,7 +52,7 @@ def lip_greens(
         aims: the band, in which the error is judged; the tolerance is not asked for.
         damping_ratio: of every mode.
         static: without modes.
-        progress: told of the harmonics.
+        progress: informed of the harmonics.
 
     Raises:
         ModelError: overlapping patches. FactorizationError: a body that is free to move. ConvergenceError: arcs so
@@ -62,7 +63,7 @@ def lip_greens(
     first = build(0)
     damping = first.damping.plus(damping_ratio)
     compliance, last, doubt = _statics(build, first, patches, rings, aims, progress)
-    found = _Modes(len(patches))
+    all_modes = _Modes(len(patches))
     harmonic = 0
     while not static:
         model = first if harmonic == 0 else build(harmonic)
@@ -73,14 +74,14 @@ def lip_greens(
         zeta = own.ratios(modes.omega, own.losses(modes.shapes))
         of_rings = modes.shapes.T @ np.stack([model.ports[ring].vector for ring in rings], axis=1)
         for wave in mixing(patches, rings, harmonic):
-            found.add(modes.omega, zeta, of_rings @ wave.T)
+            all_modes.add(modes.omega, zeta, of_rings @ wave.T)
         harmonic += 1
         progress("harmonics", harmonic / (harmonic + 8))
     widths = np.array([patch.width for patch in patches.values()])
     impedance = np.array([first.ports[patch.boundary].impedance or math.inf for patch in patches.values()], dtype=float)
     start = np.diag(damping.first_velocity() * 2 * math.pi / (widths * impedance))
-    rest = relaxation(found.left_of(compliance), start, damping.beta)
-    greens = ModalGreens(*found.together, rest, tuple(patches))
+    rest = relaxation(all_modes.left_of(compliance), start, damping.beta)
+    greens = ModalGreens(*all_modes.together, rest, tuple(patches))
     cutoff, t = BEYOND * aims.bandwidth, error_times(aims.duration, aims.width)
     error = modal_error(greens, t, aims.bandwidth, cutoff, [0]) if len(greens.omega) else 0.0
     origin = {
@@ -104,7 +105,7 @@ def _statics(
     aims: Aims,
     progress: Progress,
 ) -> tuple[Array, int, float]:
-    """Static compliance (p, p) [m/N], the last harmonic computed, and what those beyond it may leave."""
+    """Return the static compliance (p, p) [m/N], the last harmonic computed, and what those beyond it may leave."""
     of_rings = first.port_matrix.T @ factorize(first.K, backend=aims.backend, name="K").solve(first.port_matrix)
     places = [first.port_names.index(patch.boundary) for patch in patches.values()]
     whole = (of_rings + of_rings.T)[np.ix_(places, places)] / 2
@@ -130,7 +131,7 @@ class _Modes:
     shapes: list[Array] = field(default_factory=list)
 
     def add(self, omega: Array, zeta: Array, shapes: Array) -> None:
-        """Those of one harmonic, once as cos and once as sin, that a patch sees."""
+        """Add the modes of one harmonic, once as cos and once as sin, that a patch sees."""
         seen = np.abs(shapes).max(axis=1, initial=0.0) > 0
         self.omega.append(omega[seen])
         self.zeta.append(np.broadcast_to(zeta, omega.shape)[seen])
@@ -138,7 +139,7 @@ class _Modes:
 
     @property
     def together(self) -> tuple[Array, Array, Array]:
-        """(M,) angular frequencies and damping ratios, (M, p) shapes."""
+        """Return the (M,) angular frequencies and damping ratios, (M, p) shapes."""
         none = np.zeros(0)
         return (
             np.concatenate([none, *self.omega]),
@@ -147,7 +148,7 @@ class _Modes:
         )
 
     def left_of(self, compliance: Array) -> Array:
-        """(p, p) of a static compliance, what these modes do not have."""
+        """Return the (p, p) part of a static compliance that these modes do not have."""
         omega, _, shapes = self.together
         bent = shapes / omega[:, None]
         values, vectors = np.linalg.eigh(compliance - bent.T @ bent)

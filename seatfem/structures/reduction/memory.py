@@ -10,7 +10,7 @@ LOWEST: Final = 0.1  # of the band: the lowest frequency of interest; every redu
 
 
 def memory(damping_ratio: float, bandwidth: float) -> float:
-    """After how long uniform damping has forgotten the tail of the band, ln(1000)/(zeta 2 pi 0.1 bandwidth) [s].
+    """Return after how long uniform damping has forgotten the tail of the band, ln(1000)/(zeta 2 pi 0.1 bandwidth) [s].
 
     A thousandth of the motion at its lowest frequency of interest is left then. Without damping: never, ``inf``.
     """

@@ -50,13 +50,14 @@ class Modal(Reducer):
     distributes = True
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Nothing on a small model, where the rest of any other reduction takes longer; else ten times Krylov's."""
+        """Return a cost of nothing on a small model, where the rest of any other reduction takes longer; else ten times
+        Krylov's."""
         if model.size <= ALL_MODES:
             return Cost(0.0, f"all modes at once (up to {ALL_MODES})")
         return Cost(factorized(model, 10 * USUAL * len(model.ports)), "the modes, ten times as many vectors")
 
     def advice(self, model: SecondOrderModel) -> str:
-        """To take Krylov vectors, on a large model."""
+        """Advise to take Krylov vectors, on a large model."""
         if model.size <= MODES_ARE_CHEAP:
             return ""
         return (
@@ -65,7 +66,7 @@ class Modal(Reducer):
         )
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
-        """As `Reducer.reduce`; the modes found are all up to the cutoff."""
+        """Reduce as `Reducer.reduce`; the modes found are all up to the cutoff."""
         with backend_of(model, aims) as backend:
             return self._reduce(model, damping, aims, backend, progress)
 
@@ -76,7 +77,7 @@ class Modal(Reducer):
         small = dense_modes(model, scale) if model.size <= DENSE and not aims.distributed else None
         spectrum = backend.spectrum(progress)
         static: tuple[float, Array, bool] | None = None
-        cutoff, found, error = 3.0 * aims.bandwidth, 0, np.inf
+        cutoff, count, error = 3.0 * aims.bandwidth, 0, np.inf
         while True:
             square = (2 * np.pi * cutoff) ** 2
             if small is None:
@@ -87,25 +88,26 @@ class Modal(Reducer):
                     raise CountError(f"{problem}: use method='krylov'") from problem
                 except ConvergenceError as problem:
                     raise ConvergenceError(
-                        f"{problem}, and {found} leave an error of {error:.1e} (tolerance {aims.tolerance:.1e}): use "
+                        f"{problem}, and {count} leave an error of {error:.1e} (tolerance {aims.tolerance:.1e}): use "
                         "method='krylov'"
                     ) from problem
             modes = modes_of(spectrum, scale) if small is None else small
-            found = len(modes.omega)
+            count = len(modes.omega)
             if static is None:
                 static = _static(model, modes, backend)
             greens, error = _of_modes(model, damping, modes, cutoff, aims, static)
-            if error <= aims.tolerance or (found == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
+            if error <= aims.tolerance or (count == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
                 break
             cutoff *= 1.3
         progress("reduction", 1.0)
-        return Reduction(_told(greens, error, found, cutoff), modes)
+        return Reduction(_told(greens, error, count, cutoff), modes)
 
 
 def with_modes(
     model: SecondOrderModel, damping: Damping, modes: Modes, cutoff: float, aims: Aims, pushed: Sequence[int]
 ) -> ModalGreens:
-    """The Green's function of a model's ports by ``modes`` that are known, all up to ``cutoff`` [Hz]; see `Modal`.
+    """Return the Green's function of a model's ports by ``modes`` that are known, all up to ``cutoff`` [Hz]; see
+    `Modal`.
 
     ``pushed``: numbers of the ports under whose impulses its error is judged.
     """
@@ -123,7 +125,7 @@ def _of_modes(
     static: tuple[float, Array, bool],
     pushed: Sequence[int] | None = None,
 ) -> tuple[ModalGreens, float]:
-    """The function and its error."""
+    """Return the function and its error."""
     shapes = modes.shapes.T @ model.port_matrix
     extra = _left_out(model, modes, shapes, *static)
     zeta = damping.ratios(modes.omega, damping.losses(modes.shapes))
@@ -132,7 +134,7 @@ def _of_modes(
 
 
 def _told(greens: ModalGreens, error: float, found: int, cutoff: float) -> ModalGreens:
-    """With its error and where it came from."""
+    """Return the function with its error and where it came from."""
     checks = {"reciprocity": 0.0, **passivity(greens)}
     origin = {"modes": found, "cutoff_Hz": cutoff, "counted": True, "checks": checks}
     return greens.with_error(ErrorEstimate(reduction=error), origin)
@@ -141,7 +143,7 @@ def _told(greens: ModalGreens, error: float, found: int, cutoff: float) -> Modal
 def modal_error(
     greens: ModalGreens, t: Array, bandwidth: float, cutoff: float, pushed: Sequence[int] | None = None
 ) -> float:
-    """Error of a modal Green's function with modes up to ``cutoff`` [Hz], see `Modal`."""
+    """Return the error of a modal Green's function with modes up to ``cutoff`` [Hz], see `Modal`."""
     left_out = greens.residual.static()
     spring = replace(greens, residual=Residual.spring(left_out))
     top = greens.omega > 0.7 * 2 * np.pi * cutoff
@@ -163,7 +165,8 @@ def modal_error(
 def _static(
     model: SecondOrderModel, modes: Modes, backend: Here | Ranks, *, deflated: bool = False
 ) -> tuple[float, Array, bool]:
-    """(s^2, B'P'(K + s^2 M)^-1 P B, ``deflated``), s far below the modes left out, P = 1 - M R R' of the rigid modes R.
+    """Return (s^2, B'P'(K + s^2 M)^-1 P B, ``deflated``), s far below the modes left out, P = 1 - M R R' of the rigid
+    modes R.
 
     P B are loads that its inertia balances, under which a free body does not move away. ``deflated``: with all modes in
     place of R, so that only those left out yield, and no digits are lost in a difference.
@@ -181,7 +184,8 @@ def _static(
 def _left_out(
     model: SecondOrderModel, modes: Modes, shapes: Array, square: float, static: Array, deflated: bool
 ) -> Array:
-    """(p, p) static compliance of the modes not in ``modes``: that of `_static`, minus theirs where it has them."""
+    """Return the (p, p) static compliance of the modes not in ``modes``: that of `_static`, minus theirs where it has
+    them."""
     if len(modes.omega) == model.size:
         return np.zeros((shapes.shape[1], shapes.shape[1]))
     elastic = (modes.omega > 0) & (not deflated)

@@ -61,12 +61,13 @@ class Modes:
         return f"Modes, {f.size}, {span}, {count}, residuals up to {worst:.1e} ({self.backend})"
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Frequency and residual, a row a mode; raises `impact.after.frame.FrameError` where pandas is missing."""
+        """Return the frequency and residual, a row a mode; raises `impact.after.frame.FrameError` where pandas is
+        missing."""
         return frame_of({"frequency_hz": self.frequencies_hz, "residual": self.residuals})
 
     @property
     def omega(self) -> Array:
-        """(m,) angular frequencies [rad/s]."""
+        """Return the (m,) angular frequencies [rad/s]."""
         return 2 * np.pi * self.frequencies_hz
 
 
@@ -81,7 +82,8 @@ def solve_modes(
     backend: Backend = "auto",
     progress: Progress = silent,
 ) -> Modes:
-    """The ``n`` lowest undamped modes, or all up to a frequency; free bodies include their rigid modes at exactly 0 Hz.
+    """Return the ``n`` lowest undamped modes, or all up to a frequency; free bodies include their rigid modes at
+    exactly 0 Hz.
 
     Block Lanczos on (K - sigma M)^-1 M with sigma inside the part of the spectrum that is asked for; the negative
     pivots of K - sigma M, there and behind the last mode, count the eigenvalues, so that none is missing, repeated ones
@@ -124,7 +126,7 @@ def solve_modes(
 
 
 def modes_of(spectrum: Spectrum | RanksSpectrum, scale: float) -> Modes:
-    """What a spectrum holds, with rigid modes at exactly 0 Hz and residuals checked; ``scale`` as s in `Modes`.
+    """Return what a spectrum holds, with rigid modes at exactly 0 Hz and residuals checked; ``scale`` as s in `Modes`.
 
     Raises:
         ModelError: K is indefinite. ConvergenceError: a residual is too large.
@@ -142,13 +144,13 @@ def modes_of(spectrum: Spectrum | RanksSpectrum, scale: float) -> Modes:
 
 
 def dense_modes(model: SecondOrderModel, scale: float) -> Modes:
-    """All modes of a small model, by LAPACK."""
+    """Return all modes of a small model, by LAPACK."""
     values, shapes = scipy.linalg.eigh(model.K.toarray(), model.M.toarray())
     return _modes(model, np.asarray(values), np.asarray(shapes), scale, True, "lapack")
 
 
 def _without_count(model: SecondOrderModel, most: int | None, highest: float, scale: float, backend: Backend) -> Modes:
-    """From a shift below the spectrum, where inertia is not to be had."""
+    """Find modes from a shift below the spectrum, where inertia is not to be had."""
     wanted = most or 20
     while True:
         values, shapes = uncounted(model, min(wanted, model.size), scale**2, backend)
@@ -158,7 +160,7 @@ def _without_count(model: SecondOrderModel, most: int | None, highest: float, sc
 
 
 def _lowest(modes: Modes, most: int | None, highest: float) -> Modes:
-    """The first ``most``, and none above ``highest`` [1/s^2]."""
+    """Return the first ``most``, and none above ``highest`` [1/s^2]."""
     count = int(np.sum(modes.omega**2 <= highest * (1 + 1e-9)))
     kept = slice(0, count if most is None else min(most, count))
     return replace(
@@ -192,7 +194,7 @@ def _modes(model: SecondOrderModel, values: Array, shapes: Array, shift: float, 
 
 
 def eigen_residuals(model: SecondOrderModel, square: Array, shapes: Array, shift: float) -> Array:
-    """(m,) ||K y - w^2 M y|| / ((w^2 + s^2) ||M y||) with w^2 = ``square``."""
+    """Return (m,) ||K y - w^2 M y|| / ((w^2 + s^2) ||M y||) with w^2 = ``square``."""
     mass = model.M @ shapes
-    left = np.linalg.norm(model.K @ shapes - mass * square, axis=0)
-    return np.asarray(left / ((square + shift**2) * np.linalg.norm(mass, axis=0)))
+    residuals = np.linalg.norm(model.K @ shapes - mass * square, axis=0)
+    return np.asarray(residuals / ((square + shift**2) * np.linalg.norm(mass, axis=0)))

@@ -16,7 +16,7 @@ ALMOST: Final = 1e-8  # 1 - |parity|: a mode nearer to even or odd is that but f
 
 
 def with_parity(modes: Modes, model: SecondOrderModel, points: Array) -> Modes:
-    """The modes without what the solver's error leaves of the other parity, (y + p P y)/2, p = sign of y'M P y.
+    """Return the modes without what the solver's error leaves of the other parity, (y + p P y)/2, p = sign of y'M P y.
 
     P takes a motion to its image. Rigid modes, any mixture of which is one, are first turned into even and odd ones.
     Other modes of both parities, as pairs of equal frequency may be, stay as they are, and so do all on a mesh that is
@@ -28,12 +28,12 @@ def with_parity(modes: Modes, model: SecondOrderModel, points: Array) -> Modes:
         points: (n, 2) of its nodes.
     """
     image = points * (1, -1)
-    here, there = (np.lexsort(each.T) for each in (points, image))
+    order, image_order = (np.lexsort(each.T) for each in (points, image))
     dofs = model.dofs
-    if not np.array_equal(points[here], image[there]) or not isinstance(dofs, DofMap):
+    if not np.array_equal(points[order], image[image_order]) or not isinstance(dofs, DofMap):
         return modes
-    node = np.empty_like(here)
-    node[here] = there
+    node = np.empty_like(order)
+    node[order] = image_order
     free = dofs.free
 
     def image_of(shapes: Array) -> Array:

@@ -33,12 +33,12 @@ class Coupled:
     ports: Array
 
     def below(self, above: float) -> Coupled:
-        """The pairs up to ``above`` [rad/s]: a congruence, passive as the whole."""
+        """Return the pairs up to ``above`` [rad/s]: a congruence, passive as the whole."""
         kept = self.omega <= above
         return Coupled(self.omega[kept], self.C[np.ix_(kept, kept)], self.ports[kept])
 
     def left_out(self, above: float) -> Array:
-        """(p, p) static compliance of the pairs above [m/N]."""
+        """Return the (p, p) static compliance of the pairs above [m/N]."""
         dropped = self.omega > above
         parts = self.ports[dropped] / self.omega[dropped, None]
         return np.asarray(parts.T @ parts)
@@ -67,7 +67,7 @@ def coupled(
 
 
 def truncated(whole: Coupled, above: float, model: SecondOrderModel, damping: Damping) -> PoleGreens:
-    """Poles of the pairs up to ``above`` [rad/s], and the residual of the others."""
+    """Return the poles of the pairs up to ``above`` [rad/s], and the residual of the others."""
     greens, rest = poles(whole.below(above), model.port_names), residual(whole.left_out(above), model, damping)
     return replace(
         greens,
@@ -79,7 +79,7 @@ def truncated(whole: Coupled, above: float, model: SecondOrderModel, damping: Da
 
 
 def poles(system: Coupled, port_names: tuple[str, ...]) -> PoleGreens:
-    """Poles s and shapes r = ports'y / sqrt(y'(2 s + C) y) of (s^2 + s C + w^2) y = 0.
+    """Return the poles s and shapes r = ports'y / sqrt(y'(2 s + C) y) of (s^2 + s C + w^2) y = 0.
 
     Bodies free to move are taken out first: undamped they are a ramp, damped a pole at exactly 0.
     """
@@ -105,7 +105,7 @@ def poles(system: Coupled, port_names: tuple[str, ...]) -> PoleGreens:
 
 
 def _pencil(C: Array, square: Array, ports: Array, zeros: int) -> tuple[Array, Array, Array, Complex, Complex]:
-    """(rates, real shapes, signs, complex poles, complex shapes) without the ``zeros`` poles at 0."""
+    """Return (rates, real shapes, signs, complex poles, complex shapes) without the ``zeros`` poles at 0."""
     n, p = ports.shape
     if n == 0:
         nothing = np.zeros((0, p))
@@ -129,19 +129,19 @@ def _pencil(C: Array, square: Array, ports: Array, zeros: int) -> tuple[Array, A
         block = gram[np.ix_(group, group)]
         root = np.sqrt(block) if len(group) == 1 else np.asarray(scipy.linalg.sqrtm(block))
         shapes[group] = np.linalg.solve(root, complex_y[:, group].T @ ports)
-    found = s[above]
-    return np.maximum(rates, 0.0), real_shapes, signs, np.minimum(found.real, 0.0) + 1j * found.imag, shapes
+    poles = s[above]
+    return np.maximum(rates, 0.0), real_shapes, signs, np.minimum(poles.real, 0.0) + 1j * poles.imag, shapes
 
 
 def _gram(C: Array, s: Complex, y: Complex) -> tuple[Complex, Complex]:
-    """(y of unit length, Y'(s_i + s_j + C) Y): diagonal but for repeated poles."""
+    """Return (y of unit length, Y'(s_i + s_j + C) Y): diagonal but for repeated poles."""
     y = y / np.linalg.norm(y, axis=0)
     plain = y.T @ y
     return y, np.asarray(y.T @ (C @ y) + plain * (s[:, None] + s[None, :]))
 
 
 def _groups(gram: Complex) -> list[NDArray[np.int64]]:
-    """Indices of vectors that are not orthogonal to each other: they share a repeated pole."""
+    """Return the indices of vectors that are not orthogonal to each other: they share a repeated pole."""
     size = np.sqrt(np.abs(np.diag(gram)))
     linked = sparse.csr_matrix((np.abs(gram) > _COUPLED * np.outer(size, size)).astype(float))
     count, label = sparse.csgraph.connected_components(linked, directed=False)

@@ -69,16 +69,17 @@ class Reducer(ABC):
     distributes: ClassVar[bool] = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-        """Why it cannot serve, with the remedy; "" where it can. Here: damping that modes cannot carry."""
+        """Return why it cannot be used, with the remedy; "" where it can. Here: damping that modes cannot carry."""
         return damping.refusal
 
     @abstractmethod
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Predicted effort on a model that it can serve; infinite: only where nothing else serves."""
+        """Return the predicted effort on a model that it can reduce; infinite: only where nothing else works."""
 
     @abstractmethod
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
-        """g of all ports with ``error_estimate.reduction``, and in ``origin`` what it took; asked where it can serve.
+        """Return g of all ports with ``error_estimate.reduction``, and in ``origin`` what it took; asked where it can
+        be used.
 
         ``damping`` is the model's with what is asked for beside it.
 
@@ -87,12 +88,12 @@ class Reducer(ABC):
         """
 
     def advice(self, model: SecondOrderModel) -> str:
-        """What would have been better, of one that was asked for by name; "" where nothing."""
+        """Return what would have been better, of one that was asked for by name; "" where nothing."""
         return ""
 
 
 def defined(base: type[Reducer] = Reducer) -> Iterator[type[Reducer]]:
-    """Every reduction that is imported by now: concrete subclasses with a name of their own, however deep."""
+    """Yield every reduction that is imported by now: concrete subclasses with a name of their own, however deep."""
     for kind in base.__subclasses__():
         if not inspect.isabstract(kind) and "name" in vars(kind):
             yield kind
@@ -100,5 +101,5 @@ def defined(base: type[Reducer] = Reducer) -> Iterator[type[Reducer]]:
 
 
 def factorized(model: SecondOrderModel, vectors: int) -> float:
-    """Predicted time of one factorization and so many vectors [s]."""
+    """Return the predicted time of one factorization and so many vectors [s]."""
     return float(_FACTOR * model.size**_FACTOR_ORDER + vectors * _VECTOR * model.size)

@@ -1,4 +1,4 @@
-"""All reductions there are, by name, and the cheapest of those that serve."""
+"""All reductions there are, by name, and the cheapest of those that can be used."""
 
 from __future__ import annotations
 
@@ -22,22 +22,24 @@ _OURS: Final[tuple[type[Reducer], ...]] = (Krylov, Modal, Transient, Lanczos, Se
 
 
 def reducers() -> Mapping[str, Reducer]:
-    """One of each kind, ours first, then those that were defined elsewhere.
+    """Return one of each kind, ours first, then those that were defined elsewhere.
 
     Raises:
         ModelError: two kinds have one name.
     """
-    found: dict[str, Reducer] = {}
+    by_name: dict[str, Reducer] = {}
     for kind in dict.fromkeys((*_OURS, *defined())):
-        made = kind()
-        if made.name in found:
-            raise ModelError(f"two reductions are named {made.name!r}, rename one: {type(found[made.name])} and {kind}")
-        found[made.name] = made
-    return found
+        reducer = kind()
+        if reducer.name in by_name:
+            raise ModelError(
+                f"two reductions are named {reducer.name!r}, rename one: {type(by_name[reducer.name])} and {kind}"
+            )
+        by_name[reducer.name] = reducer
+    return by_name
 
 
 def named(name: str) -> Reducer:
-    """The reduction of that name. Raises `ModelError`, which lists those there are."""
+    """Return the reduction of that name. Raises `ModelError`, which lists those there are."""
     known = reducers()
     if name not in known:
         raise ModelError(f"method {name!r} is unknown; choose from {', '.join((AUTO, *known))}")
@@ -45,7 +47,7 @@ def named(name: str) -> Reducer:
 
 
 def refusal(reducer: Reducer, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-    """Why a reduction cannot serve, here or on the ranks of PETSc; "" where it can."""
+    """Return why a reduction cannot be used, here or on the ranks of PETSc; "" where it can."""
     if aims.distributed and not reducer.distributes:
         able = " and ".join(name for name, each in reducers().items() if each.distributes)
         return f"backend='slepc' has {able}, not {reducer.name}: leave seat.greens.backend out, or take one of them"
@@ -53,10 +55,10 @@ def refusal(reducer: Reducer, model: SecondOrderModel, damping: Damping, aims: A
 
 
 def choose(model: SecondOrderModel, damping: Damping, aims: Aims) -> tuple[Reducer, str]:
-    """(the cheapest that serves, why in a sentence with numbers), all of them asked.
+    """Return (the cheapest that can be used, why in a sentence with numbers), all of them asked.
 
     Raises:
-        ModelError: none serves; why each does not.
+        ModelError: none can be used; why each does not.
     """
     known = [each for each in reducers().values() if each.distributes or not aims.distributed]
     refused = {each.name: why for each in known if (why := each.refusal(model, damping, aims))}

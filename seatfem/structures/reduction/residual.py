@@ -12,7 +12,7 @@ _LEAST = 1e-9  # of the largest first velocity: what round-off leaves of the sma
 
 
 def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> Residual:
-    """Passive stand-in for modes above the band, of static compliance R0 = ``left_out`` (p, p) [m/N].
+    """Return a passive stand-in for modes above the band, of static compliance R0 = ``left_out`` (p, p) [m/N].
 
     The `relaxation` that starts with g(0+) of the continuum, 1/Z times `Damping.first_velocity`. If a port's impedance
     is unknown, a bare spring (no statement about g(0+)).
@@ -27,7 +27,7 @@ def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> Resi
 
 
 def relaxation(compliance: Array, start: Array, beta: float) -> Residual:
-    """The exponential of integral R0 = ``compliance`` (p, p) [m/N] and g(0+) = ``start`` (p, p) [m/(N s)].
+    """Return the exponential of integral R0 = ``compliance`` (p, p) [m/N] and g(0+) = ``start`` (p, p) [m/(N s)].
 
     tau = R0/g(0+) for one port. Stiffness-proportional damping slows it to tau + ``beta``: modes far above 2/beta are
     overdamped and creep as exp(-t/beta), and a spring beside a dashpot of ratio beta [s] does the same.
@@ -44,7 +44,8 @@ def relaxation(compliance: Array, start: Array, beta: float) -> Residual:
 def truncate(
     omega: Array, zeta: Array, shapes: Array, above: float, extra: Array, model: SecondOrderModel, damping: Damping
 ) -> ModalGreens:
-    """Modes up to the angular frequency ``above``; the others' static compliance, plus ``extra``, in the residual.
+    """Return the modes up to the angular frequency ``above``; the others' static compliance, plus ``extra``, in the
+    residual.
 
     Args:
         omega, zeta, shapes: (m,), (m,) and (m, p) mass-normalised modes.

@@ -11,7 +11,8 @@ _NULL = 1e-11  # of default_shift^2: round-off leaves 1e-14, and what is softer 
 
 
 def rigid_shapes(model: SecondOrderModel) -> Array:
-    """(n, r) M-orthonormal shapes R with K R = 0 among translations and rotations; (n, 0) if unknown or held.
+    """Return the (n, r) M-orthonormal shapes R with K R = 0 among translations and rotations; (n, 0) if unknown or
+    held.
 
     The rigid part of g is B'R R'B t, exactly: R (R'MR)^-1 R' does not depend on the basis of the null space.
     """
@@ -30,13 +31,15 @@ def rigid_shapes(model: SecondOrderModel) -> Array:
 
 
 def default_shift(model: SecondOrderModel) -> float:
-    """Of the order of the lowest elastic frequency: c/L from the local frequency c/h and the number of nodes."""
+    """Return a shift of the order of the lowest elastic frequency: c/L from the local frequency c/h and the number of
+    nodes."""
     local = float(np.median(model.K.diagonal() / model.M.diagonal()))
     return float(np.sqrt(0.1 * local) * model.size ** (-1 / 3))
 
 
 def _candidates(dofs: DofMap) -> Array:
-    """(n_free, m) translations and, lengths made relative, rotations of the nodes, restricted to the unknowns."""
+    """Return the (n_free, m) translations and, lengths made relative, rotations of the nodes, restricted to the
+    unknowns."""
     if dofs.rigid is not None:
         return dofs.rigid
     dim, count = dofs.points.shape

@@ -48,7 +48,7 @@ class RingPatch:
             raise ModelError(f"ring patch: angle = {self.angle} rad must be finite")
 
     def coefficients(self, harmonics: ArrayLike) -> Array:
-        """s_n of each harmonic; 1 for n = 0."""
+        """Return s_n of each harmonic; 1 for n = 0."""
         return np.asarray(np.sinc(np.asarray(harmonics) * min(self.width / (2 * math.pi), 1.0)))
 
 
@@ -66,23 +66,24 @@ def check_patches(patches: Mapping[str, RingPatch]) -> None:
 
 
 def mixing(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int) -> list[Array]:
-    """(p, rings) matrices that take a ring's harmonic, once as cos and once as sin n th, to the patches.
+    """Return the (p, rings) matrices that take a ring's harmonic, once as cos and once as sin n th, to the patches.
 
     With them g_ij gains sum over the matrices of X g_n X'; matrices of zeros are left out.
     """
-    found = []
+    matrices = []
     for wave in (np.cos, np.sin):
         weight = np.zeros((len(patches), len(rings)))
         for i, patch in enumerate(patches.values()):
             amplitude = float(patch.coefficients(harmonic) * wave(harmonic * patch.angle))
             weight[i, rings.index(patch.boundary)] = amplitude if abs(amplitude) > 1e-12 else 0.0
         if np.any(weight):
-            found.append(weight)
-    return found
+            matrices.append(weight)
+    return matrices
 
 
 def summed(patches: Mapping[str, RingPatch], harmonics: NDArray[np.int64], law: Array, places: list[int]) -> Array:
-    """(p, p) sum over n of s_ni s_nj cos n(th_i - th_j) law_n, for rings ``places`` (p,) and ``law`` (rings, rings, n).
+    """Return the (p, p) sum over n of s_ni s_nj cos n(th_i - th_j) law_n, for rings ``places`` (p,) and ``law`` (rings,
+    rings, n).
 
     cos n(th_i - th_j) is a product of cosines plus one of sines.
     """
@@ -97,7 +98,7 @@ def summed(patches: Mapping[str, RingPatch], harmonics: NDArray[np.int64], law: 
 
 
 def first_velocities_beyond(patches: Mapping[str, RingPatch], ring_impedance: Mapping[str, float], last: int) -> Array:
-    """(p, p) g(0+) that the harmonics above ``last`` have together [m/(N s)].
+    """Return the (p, p) g(0+) that the harmonics above ``last`` have together [m/(N s)].
 
     By Parseval's identity all of them give 1/Z_i of each patch, Z_i = rho c_p A_i, and nothing between disjoint ones.
     """

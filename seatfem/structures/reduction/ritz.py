@@ -15,7 +15,7 @@ class RitzSpace(Space[ModalGreens]):
     """A space whose Ritz pairs damping does not couple."""
 
     def see(self, omega: Array, shapes: Array, *, loss: Array | None = None, beyond: Array | None = None) -> Array:
-        """(p, p, nt) what pairs do after the pulse; they are those of the space from now on.
+        """Return (p, p, nt) what pairs do after the pulse; they are those of the space from now on.
 
         Args:
             omega, shapes: (k,) and (k, p), mass-normalised.
@@ -32,7 +32,8 @@ class RitzSpace(Space[ModalGreens]):
         return self._response
 
     def truncated(self, above: float) -> tuple[ModalGreens, float]:
-        """As `Space.truncated`: high pairs stand for no mode of the body; kept, they would ring in the contact."""
+        """Truncate as `Space.truncated`: high pairs stand for no mode of the body; kept, they would ring in the
+        contact."""
         greens = truncate(self.omega, self._zeta, self._shapes, above, self._beyond, self.model, self.damping)
         dropped = self.omega > above
         stand_in = greens.residual.filtered(self.t, self.aims.width)

@@ -54,16 +54,16 @@ class SecondOrderKrylov(Reducer):
     oscillators = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-        """Any C will do that feeds no energy."""
+        """Say why it cannot be used: any C will do that feeds no energy."""
         return feeding(model, damping)
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Twice the vectors of a Krylov space without C."""
+        """Return twice the vectors of a Krylov space without C."""
         vectors = 2 * USUAL * len(model.ports)
         return Cost(factorized(model, vectors), f"one factorization with C and about {vectors} vectors")
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
-        """As `Reducer.reduce`."""
+        """Reduce as `Reducer.reduce`."""
         progress("factorization", 0.0)
         space = _Coupled(model, damping, aims, aims.max_vectors or self.most)
         progress("factorization", 1.0)

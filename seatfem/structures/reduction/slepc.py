@@ -1,6 +1,6 @@
 """The reductions of PETSc and SLEPc over MPI: factors by MUMPS and vectors in the memory of all ranks.
 
-The ranks run `_slepc_ranks.py` in the interpreter of petsc4py, which is told K, M and ports by files in a private
+The ranks run `_slepc_ranks.py` in the interpreter of petsc4py, which is given K, M and ports by files in a private
 folder and asked by lines of JSON. The Krylov space, its growth and its error estimate are those of the built-in
 reduction; modes come from SLEPc's spectrum slicing, all of them by inertia.
 
@@ -67,7 +67,7 @@ class Ranks:
     setting: PetscSetting
 
     def ask(self, do: str, /, **values: object) -> dict[str, Any]:
-        """The answer to one command.
+        """Return the answer to one command.
 
         Raises:
             RanksError: they have ended, or have not answered in time.
@@ -81,20 +81,21 @@ class Ranks:
         return dict(json.loads(line))
 
     def give(self, name: str, array: Array) -> None:
-        """To be read by the ranks."""
+        """Write what the ranks are to read."""
         np.save(self.folder / f"{name}.npy", array)
 
     def take(self, name: str, shape: tuple[int, ...]) -> Array:
-        """What they wrote. Raises `RanksError` of another shape than was asked for."""
-        found: Array = np.load(self.folder / f"{name}.npy", mmap_mode="r", allow_pickle=False)
-        if found.shape != shape or found.dtype != np.float64:
+        """Return what they wrote. Raises `RanksError` of another shape than was asked for."""
+        values: Array = np.load(self.folder / f"{name}.npy", mmap_mode="r", allow_pickle=False)
+        if values.shape != shape or values.dtype != np.float64:
             raise RanksError(
-                f"slepc: the ranks wrote {found.dtype} {found.shape} where {shape} was asked for; run it again"
+                f"slepc: the ranks wrote {values.dtype} {values.shape} where {shape} was asked for; run it again"
             )
-        return np.array(found)
+        return np.array(values)
 
     def factorize(self, square: float, *, definite: bool = True) -> Factorization:
-        """Of K + ``square`` M. Raises `FactorizationError` as `factorization.factorize` does."""
+        """Return the factorization of K + ``square`` M. Raises `FactorizationError` as `factorization.factorize`
+        does."""
         answer, n = self.ask("factorize", square=square), self.model.size
         name = f"K + s^2 M ({n} unknowns): mumps"
         if (failed := answer.get("mumps")) is not None:
@@ -122,17 +123,17 @@ class Ranks:
         return self.take("left", columns.shape).reshape(right.shape)
 
     def basis(self, shift: float, limit: int) -> KrylovBasis:
-        """As `KrylovBasis`, its vectors on the ranks."""
+        """Return a basis like `KrylovBasis`, its vectors on the ranks."""
         return _Basis(self, shift, limit)
 
     def spectrum(self, progress: Progress) -> RanksSpectrum:
-        """As `Spectrum`."""
+        """Return a spectrum like `Spectrum`."""
         return RanksSpectrum(self, progress)
 
 
 @contextmanager
 def on_ranks(model: SecondOrderModel) -> Iterator[Ranks]:
-    """Within the block the model is in the memory of the ranks, which end with it, however it ends.
+    """Keep the model, within the block, in the memory of the ranks, which end with it, however it ends.
 
     Raises:
         RanksError: without an interpreter that has petsc4py and slepc4py, or mpiexec, or room for the files.
@@ -167,7 +168,7 @@ def on_ranks(model: SecondOrderModel) -> Iterator[Ranks]:
 
 
 def _write(model: SecondOrderModel, folder: Path) -> int:
-    """K, M, ports and rigid motions; how many bytes. Raises `RanksError` where they do not fit."""
+    """Write K, M, ports and rigid motions; return how many bytes. Raises `RanksError` where they do not fit."""
     arrays: dict[str, Any] = {"ports": model.port_matrix, "rigid": rigid_shapes(model)}
     for name, matrix in (("K", model.K), ("M", model.M)):
         arrays |= {f"{name}_p": matrix.indptr, f"{name}_i": matrix.indices, f"{name}_x": matrix.data}
@@ -238,20 +239,20 @@ class RanksSpectrum:
             self.below(4 * self.top)
 
     def below(self, value: float, most: int | None = None) -> None:
-        """As `Spectrum.below`."""
+        """Find what `Spectrum.below` does."""
         if value <= self.top:
             return
         self.progress("factorization", 0.0)
-        there = self.ranks.factorize(-value, definite=False).negative_pivots
+        total = self.ranks.factorize(-value, definite=False).negative_pivots
         self.progress("factorization", 1.0)
-        assert there is not None
-        if most is not None and there > most:
+        assert total is not None
+        if most is not None and total > most:
             raise ConvergenceError(
-                f"{there} modes lie below {write_quantity(np.sqrt(value) / (2 * np.pi), 'frequency', 3)} (limit "
+                f"{total} modes lie below {write_quantity(np.sqrt(value) / (2 * np.pi), 'frequency', 3)} (limit "
                 f"{most}); lower the bandwidth"
             )
         low = max(self.top, -value)
-        if more := there - len(self.values):
+        if more := total - len(self.values):
             count = self.ranks.ask("eigen", low=low, high=value, tolerance=EIGEN_TOLERANCE)["count"]
             if count != more:
                 raise ConvergenceError(

@@ -142,12 +142,12 @@ class Spectrum:
         while True:
             _grow(lanczos, aim)
             ritz = lanczos.ritz()
-            found = _settled(ritz, shift, have, upto, end)
-            if found is not None and end is None and check and upto > shift.count:
+            settled = _settled(ritz, shift, have, upto, end)
+            if settled is not None and end is None and check and upto > shift.count:
                 end = self._counted_behind(ritz, shift, upto)
                 upto = end.count
-                found = _settled(ritz, shift, have, upto, end)
-            if found is not None:
+                settled = _settled(ritz, shift, have, upto, end)
+            if settled is not None:
                 break
             need, good = upto - have, int(np.sum(ritz.errors <= TOLERANCE))
             self.progress("modes", min(0.99, (have + good) / (upto + 1)))
@@ -156,13 +156,13 @@ class Spectrum:
             if good >= need + 2 * lanczos.block:  # all around is found: repeated more often than the block is wide
                 lanczos.renew()
             aim = lanczos.size + max(lanczos.block, need // 8)
-        self._take(lanczos, ritz, found)
+        self._take(lanczos, ritz, settled)
         self.top = shift.value if end is None else end.value
         self.counted = self.counted and (end is not None or upto == shift.count)
         self.progress("modes", 1.0)
 
     def _started(self, shift: Shift, need: int) -> tuple[Shift, BlockLanczos]:
-        """Lanczos about a shift, which moves where an eigenvalue is too near."""
+        """Return Lanczos about a shift, which moves where an eigenvalue is too near."""
         block = min(WIDEST, max(4, need))
         fits = int(self.room / (8 * self.model.size))
         limit, have = max(2 * need + 4 * block, min(4 * need + 8 * block, fits)), len(self.values)
@@ -185,7 +185,7 @@ class Spectrum:
         return shift, lanczos
 
     def _counted_behind(self, ritz: RitzValues, shift: Shift, upto: int) -> Counted:
-        """The number of eigenvalues below the first gap behind the ``upto``-th."""
+        """Return the number of eigenvalues below the first gap behind the ``upto``-th."""
         order = np.argsort(ritz.values)
         order = order[ritz.values[order] > shift.value]
         values, good = ritz.values[order], ritz.errors[order] <= TOLERANCE
@@ -207,7 +207,8 @@ class Spectrum:
         self.restarts += lanczos.restarts
 
     def _once(self, want: int) -> bool:
-        """Whether so many are found with fewer operations from one shift above them than from two factorizations."""
+        """Return whether so many are found with fewer operations from one shift above them than from two
+        factorizations."""
         solid = self.model.dofs is None or len(self.model.dofs.points) == 3
         return solid and want <= _EXTRA * self.model.size**0.47
 
@@ -222,7 +223,7 @@ class Spectrum:
         )
 
     def _search(self, have: int, upto: int) -> Shift:
-        """A shift with a part of the eigenvalues from ``have`` to ``upto`` below it, or hardly more than all."""
+        """Return a shift with a part of the eigenvalues from ``have`` to ``upto`` below it, or hardly more than all."""
         want = upto - have
         once = self._once(want)
         target, most = have + (_ALL if once else _BELOW) * want, (_MANY if once else 1.3) * want + 4
@@ -252,7 +253,7 @@ class Spectrum:
 
 
 def _settled(ritz: RitzValues, shift: Shift, have: int, upto: int, end: Counted | None) -> Array | None:
-    """Which Ritz pairs are those from ``have`` to ``upto``; ``None`` while some are missing.
+    """Return which Ritz pairs are those from ``have`` to ``upto``; ``None`` while some are missing.
 
     Raises:
         CountError: more are found than there are by inertia.
@@ -276,7 +277,7 @@ def _settled(ritz: RitzValues, shift: Shift, have: int, upto: int, end: Counted 
 
 
 def _grow(lanczos: BlockLanczos, size: int) -> None:
-    """At least one block more, up to ``size`` vectors; a full basis is restarted from its better half."""
+    """Grow by at least one block more, up to ``size`` vectors; a full basis is restarted from its better half."""
     while not lanczos.exhausted:
         if lanczos.full:
             lanczos.restart(lanczos.limit // 2)
@@ -287,7 +288,8 @@ def _grow(lanczos: BlockLanczos, size: int) -> None:
 
 
 def uncounted(model: SecondOrderModel, n: int, square: float, backend: Backend) -> tuple[Array, Array]:
-    """The ``n`` lowest eigenvalues (n,) and vectors that Lanczos finds from the shift -``square``; some may be missing.
+    """Return the ``n`` lowest eigenvalues (n,) and vectors that Lanczos finds from the shift -``square``; some may be
+    missing.
 
     Raises:
         ConvergenceError: the error of one is too large.

@@ -51,24 +51,24 @@ class SecondOrderBasis:
 
     @property
     def Q(self) -> Array:
-        """(n, size) the basis."""
+        """Return the (n, size) basis."""
         return self._q[:, : self.size]
 
     @property
     def complete(self) -> bool:
-        """Whether Q spans an invariant subspace: nothing more can be found."""
+        """Return whether Q spans an invariant subspace: nothing more can be found."""
         return self.size == self.model.size or self._done == len(self._pairs)
 
     def damping(self) -> Array:
-        """Q'CQ."""
+        """Return Q'CQ."""
         return self._c[: self.size, : self.size]
 
     def stiffness(self) -> Array:
-        """Q'KQ."""
+        """Return Q'KQ."""
         return self._k[: self.size, : self.size]
 
     def ports(self) -> Array:
-        """(size, p) Q'B."""
+        """Return the (size, p) Q'B."""
         return np.asarray(self.Q.T @ self.model.port_matrix)
 
     def grow(self, size: int) -> None:
@@ -83,7 +83,7 @@ class SecondOrderBasis:
             self._add_pair(self._append(-self.factor.solve(right)), upper)
 
     def _append(self, w: Array) -> Array:
-        """Orthonormalise ``w`` against Q, append the rest unless it is nothing; its coefficients."""
+        """Orthonormalise ``w`` against Q, append the rest unless it is nothing; return its coefficients."""
         before = np.sqrt(w @ (self.model.M @ w))
         coefficients = np.zeros(self.size)
         for _ in range(2):  # twice is enough (Kahan, Parlett)

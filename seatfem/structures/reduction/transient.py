@@ -35,7 +35,8 @@ from seatfem.structures.reduction.rigid import default_shift
 def march(
     model: SecondOrderModel, dt: float, n_steps: int, *, backend: Backend = "auto", progress: Progress = silent
 ) -> Array:
-    """(p, p, n_steps + 1) velocities of the ports under unit step forces at t = 0, dt, ...: samples of g [m/(N s)].
+    """Return the (p, p, n_steps + 1) velocities of the ports under unit step forces at t = 0, dt, ...: samples of g
+    [m/(N s)].
 
     Symmetric to the round-off of the solves.
     """
@@ -75,7 +76,7 @@ class Transient(Reducer):
     modal_damping = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
-        """What is defined by the frequency has no sparse C; a C may be of any kind that feeds no energy."""
+        """Say why it cannot be used: what depends on frequency has no sparse C; any C that feeds no energy will do."""
         if model.loss is not None and model.loss.nnz:
             return (
                 "loss factors (structural damping) are defined by the frequency and cannot be stepped in time; use "
@@ -89,11 +90,11 @@ class Transient(Reducer):
         return feeding(model, damping)
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Never chosen while another serves: samples end with the duration, and cost the contact solver more."""
+        """Return a cost that is the last choice: samples end with the duration, and cost the contact solver more."""
         return Cost(math.inf, "time steps")
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
-        """As `Reducer.reduce`; the damping is the model's C."""
+        """Reduce as `Reducer.reduce`; the damping is the model's C."""
         duration, width, tolerance = aims.duration, aims.width, aims.tolerance
         h = min(np.sqrt(12 * tolerance / (aims.band**3 * duration)), width / 20)
         n = 2 * int(np.ceil(duration / h / 2))
@@ -130,7 +131,8 @@ def _run(model: SecondOrderModel, duration: float, n: int, backend: Backend, pro
 
 
 def _refuse_indefinite(model: SecondOrderModel, backend: Backend) -> None:
-    """A body that is merely free to move has a positive definite K + s^2 M for any s > 0, however small."""
+    """Raise `ModelError` of an indefinite K: a body that is merely free to move has a positive definite K + s^2 M for
+    any s > 0, however small."""
     try:
         factorize(model.K + 1e-6 * default_shift(model) ** 2 * model.M, backend=backend, name="K + s^2 M")
     except FactorizationError as error:
@@ -138,7 +140,7 @@ def _refuse_indefinite(model: SecondOrderModel, backend: Backend) -> None:
 
 
 def _static(model: SecondOrderModel, backend: Backend) -> Array | None:
-    """(p, p) B' K^-1 B [m/N]; ``None`` if the body can move freely."""
+    """Return the (p, p) B' K^-1 B [m/N]; ``None`` if the body can move freely."""
     try:
         compliance = model.port_matrix.T @ factorize(model.K, backend=backend, name="K").solve(model.port_matrix)
     except FactorizationError:

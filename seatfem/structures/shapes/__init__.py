@@ -78,7 +78,8 @@ Geometry = Shape
 
 
 def encode(value: Any) -> Any:
-    """A spec or selector as plain JSON data: its fields and a "kind"; of a family from elsewhere also its "home"."""
+    """Return a spec or selector as plain JSON data: its fields and a "kind"; of a family from elsewhere also its
+    "home"."""
     if is_dataclass(value):
         kind = {"kind": _kind_of(value)} | ({} if is_ours(type(value)) else {"home": home_of(type(value))})
         return kind | {f.name: encode(getattr(value, f.name)) for f in fields(value)}
@@ -88,7 +89,7 @@ def encode(value: Any) -> Any:
 
 
 def decode(data: Any) -> Any:
-    """The inverse of `encode`; the file of a family from elsewhere is run where it was not yet."""
+    """Return the inverse of `encode`; the file of a family from elsewhere is run where it was not yet."""
     if isinstance(data, dict):
         spec = at_home(*data["home"]) if "home" in data else _kinds()[data["kind"]]
         return spec(**{key: decode(item) for key, item in data.items() if key not in ("kind", "home")})
@@ -96,7 +97,8 @@ def decode(data: Any) -> Any:
 
 
 def fingerprint(geometry: Geometry) -> dict[str, Any]:
-    """What a content hash should see: `encode`, with the path of a file, and a home, replaced by hashes of contents."""
+    """Return what a content hash should see: `encode`, with the path of a file, and a home, replaced by hashes of
+    contents."""
     data: dict[str, Any] = encode(geometry)
     if "home" in data:
         data["home"] = sources_from_elsewhere(type(geometry))

@@ -60,7 +60,7 @@ class AnnularSeat(Turning):
 
     @property
     def profile(self) -> Profile:
-        """The half section."""
+        """Return the half section."""
         bore, lip = self.bore_radius, self.bore_radius + self.lip_width
         plate, top = self.thickness, self.thickness + self.lip_height
         base: list[Point] = [(bore, 0.0), (self.outer_radius, 0.0), (self.outer_radius, plate), (lip, plate)]

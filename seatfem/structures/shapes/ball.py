@@ -30,7 +30,7 @@ class Ball(Turning):
 
     @property
     def top(self) -> float:
-        """Height of the facet [m]."""
+        """Return the height of the facet [m]."""
         radius = self.diameter / 2
         return radius + math.sqrt(radius**2 - self.contact_radius**2)
 
@@ -40,7 +40,7 @@ class Ball(Turning):
 
     @property
     def profile(self) -> Profile:
-        """The half section, its side on the axis included."""
+        """Return the half section, its side on the axis included."""
         radius = self.diameter / 2
         pole, side, rim, middle = (0.0, 0.0), (radius, radius), (self.contact_radius, self.top), (0.0, self.top)
         round_parts = Edge(pole, side, (0.0, radius)), Edge(side, rim, (0.0, radius))

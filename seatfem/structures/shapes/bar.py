@@ -31,14 +31,14 @@ class Bar(Shape):
         return self.patches_in(1)
 
     def patches_in(self, sectors: int) -> Patches:
-        """The groups of the whole bar (1), of its half y > 0 (2), or of its quarter x, y > 0 (4)."""
+        """Return the groups of the whole bar (1), of its half y > 0 (2), or of its quarter x, y > 0 (4)."""
         x, y = self.width / 2, self.height / 2
-        left, front = PlaneFace((-1.0, 0.0, 0.0), x), PlaneFace((0.0, -1.0, 0.0), y)
+        left_side, front_side = PlaneFace((-1.0, 0.0, 0.0), x), PlaneFace((0.0, -1.0, 0.0), y)
         return {
             "contact": (PlaneFace((0.0, 0.0, 1.0), self.length),),
             "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),),
-            "sides_x": (PlaneFace((1.0, 0.0, 0.0), x), *([left] if sectors < 4 else [])),
-            "sides_y": (PlaneFace((0.0, 1.0, 0.0), y), *([front] if sectors < 2 else [])),
+            "sides_x": (PlaneFace((1.0, 0.0, 0.0), x), *([left_side] if sectors < 4 else [])),
+            "sides_y": (PlaneFace((0.0, 1.0, 0.0), y), *([front_side] if sectors < 2 else [])),
         }
 
     @property

@@ -159,7 +159,8 @@ def check_readable(path: Path) -> None:
 
 
 def check_size(part: CadPart, extent: tuple[float, ...]) -> None:
-    """``extent``: of the bounding box as imported (metres). Raise `GeometryError` for a unit that cannot be right."""
+    """Check the ``extent`` of the bounding box as imported (metres). Raise `GeometryError` for a unit that cannot be
+    right."""
     unit = part.unit
     if part.path.suffix.lower() in STEP_SUFFIXES:
         stated = stated_unit(part.path)
@@ -186,7 +187,7 @@ def _box(extent: tuple[float, ...], factor: float = 1.0) -> str:
 
 
 def step_face_names(path: Path) -> list[tuple[str, str]]:
-    """Name and gmsh's type ("" for an uncommon one) of the faces, shell by shell in the file's order."""
+    """Return the name and gmsh's type ("" for an uncommon one) of the faces, shell by shell in the file's order."""
     faces: dict[str, tuple[str, str]] = {}
     kinds: dict[str, str] = {}
     ordered: list[str] = []
@@ -197,12 +198,12 @@ def step_face_names(path: Path) -> list[tuple[str, str]]:
             faces[number] = (face[1], face[2])
         elif keyword == "CLOSED_SHELL" and (shell := _SHELL.match(body)):
             ordered += re.findall(r"#\d+", shell[1])
-    found = [faces.get(face, ("", "")) for face in ordered]
-    return [(name, kinds.get(surface, "")) for name, surface in found]
+    pairs = [faces.get(face, ("", "")) for face in ordered]
+    return [(name, kinds.get(surface, "")) for name, surface in pairs]
 
 
 def imported_unit(part: CadPart) -> float:
-    """Metres per length unit of the imported model.
+    """Return metres per length unit of the imported model.
 
     OpenCASCADE turns STEP lengths into millimetres by the unit the file states, and leaves BREP numbers as they are.
     """
@@ -212,13 +213,13 @@ def imported_unit(part: CadPart) -> float:
 
 
 def stated_unit(path: Path) -> float:
-    """Metres per length unit, as the STEP file states it. Raises `GeometryError` where it states none."""
-    found = [body for _, keyword, body in entities(cad_text(path)) if not keyword and _LENGTH_UNIT.search(body)]
-    named = next(filter(None, (_NAMED_UNIT.search(body) for body in found)), None)
+    """Return metres per length unit, as the STEP file states it. Raises `GeometryError` where it states none."""
+    units = [body for _, keyword, body in entities(cad_text(path)) if not keyword and _LENGTH_UNIT.search(body)]
+    named = next(filter(None, (_NAMED_UNIT.search(body) for body in units)), None)
     if named:
         scale = NAMED_UNIT.get(named[1].upper())
     else:
-        si = next(filter(None, (_SI_UNIT.search(body) for body in found)), None)
+        si = next(filter(None, (_SI_UNIT.search(body) for body in units)), None)
         scale = SI_PREFIX.get(si[1]) if si else None
     if scale is None:
         raise GeometryError(f"{path}: states no length unit that is known; export it in millimetres")
@@ -226,12 +227,12 @@ def stated_unit(path: Path) -> float:
 
 
 def cad_text(path: Path) -> str:
-    """The text of a STEP or BREP file; raises `GeometryError` for what is no regular file, or too large."""
+    """Return the text of a STEP or BREP file; raises `GeometryError` for what is no regular file, or too large."""
     return read_text(path, LIMIT, GeometryError, "latin-1")
 
 
 def entities(text: str) -> Iterator[tuple[str, str, str]]:
-    """Number, keyword ("" of several at once) and what follows the first bracket, of every entity instance."""
+    """Yield number, keyword ("" of several at once) and what follows the first bracket, of every entity instance."""
     at = 0
     while statement := _STATEMENT.match(text, at):
         at = statement.end()

@@ -44,7 +44,7 @@ class ConicalSeat(Turning):
 
     @property
     def band(self) -> tuple[float, float]:
-        """The contact's distances from the cone's lower edge, along a generator."""
+        """Return the contact's distances from the cone's lower edge, along a generator."""
         width = self.face_width if self.contact_width is None else self.contact_width
         return (self.face_width - width) / 2, (self.face_width + width) / 2
 
@@ -56,7 +56,7 @@ class ConicalSeat(Turning):
 
     @property
     def profile(self) -> Profile:
-        """The half section."""
+        """Return the half section."""
         low, high = self.band
         marks = [self.face_width, high, low, 0.0] if low > 0.0 else [high, low]
         cone = ["", "contact", ""] if low > 0.0 else ["contact"]
@@ -64,7 +64,7 @@ class ConicalSeat(Turning):
         return Profile(polygon([*base, *map(self._along, marks)], ["fixed", "", "", *cone, ""]))
 
     def _along(self, distance: float) -> Point:
-        """(r, z) on the cone at this distance from its lower edge."""
+        """Return (r, z) on the cone at this distance from its lower edge."""
         down = self.face_width - distance
         return (
             self.bore_radius + distance * math.sin(self.half_angle),

@@ -15,7 +15,8 @@ Colour = tuple[int, int, int, int]
 
 @dataclass(frozen=True)
 class Axis:
-    """Of a cylinder or a cone: a point on it, its direction, and the cone's half angle (0: a cylinder; radians)."""
+    """Axis of a cylinder or a cone: a point on it, its direction, and the cone's half angle (0: a cylinder;
+    radians)."""
 
     point: Vector
     direction: Vector
@@ -46,7 +47,7 @@ class Face:
     distance: Callable[[Vector], float] | None = None
 
     def radii(self, point: Vector, direction: Vector) -> NDArray[np.float64]:
-        """Distances of the outline from an axis."""
+        """Return the distances of the outline from an axis."""
         n = np.asarray(direction) / np.linalg.norm(direction)
         arm = self.outline - point
         return np.asarray(np.linalg.norm(arm - np.outer(arm @ n, n), axis=1))
@@ -70,7 +71,7 @@ class Face:
 
 
 def connected(faces: Sequence[Face]) -> bool:
-    """Whether the faces form one patch, each sharing a curve with another."""
+    """Return whether the faces form one patch, each sharing a curve with another."""
     reached, waiting = set(faces[0].curves), list(faces[1:])
     while touching := [face for face in waiting if face.curves & reached]:
         reached.update(*(face.curves for face in touching))
@@ -79,5 +80,5 @@ def connected(faces: Sequence[Face]) -> bool:
 
 
 def listing(faces: Sequence[Face]) -> str:
-    """One line per face, for error messages."""
+    """Return one line per face, for error messages."""
     return "\n".join(f"  {face}" for face in faces)

@@ -47,9 +47,9 @@ class Flapper(Flat):
         if self.hole_diameter is not None:
             rim = self.paddle_diameter - 2 * self.thickness
             require_below(self, "hole_diameter", rim, "paddle_diameter less a rim as wide as the sheet is thick")
-        for given, other in (("slot_width", "slot_length"), ("slot_length", "slot_width")):
-            if getattr(self, given) is not None and getattr(self, other) is None:
-                raise GeometryError(f"Flapper.{other} = None: {given} is given, a slot needs both")
+        for key, other in (("slot_width", "slot_length"), ("slot_length", "slot_width")):
+            if getattr(self, key) is not None and getattr(self, other) is None:
+                raise GeometryError(f"Flapper.{other} = None: {key} is given, a slot needs both")
         if self.slot_width is not None and self.slot_length is not None:
             sides = self.neck_width - 2 * self.thickness
             require_below(self, "slot_width", sides, "neck_width less two strips as wide as the sheet is thick")
@@ -59,7 +59,7 @@ class Flapper(Flat):
 
     @property
     def centre(self) -> tuple[float, float]:
-        """Of the paddle [m]."""
+        """Return the centre of the paddle [m]."""
         return self.neck_length + math.sqrt(self.paddle_diameter**2 - self.neck_width**2) / 2, 0.0
 
     @property
@@ -68,7 +68,7 @@ class Flapper(Flat):
 
     @property
     def slot(self) -> tuple[float, float, float]:
-        """Centres of both round ends along x, and their radius [m]; (0, 0, 0) without a slot."""
+        """Return the centres of both round ends along x, and their radius [m]; (0, 0, 0) without a slot."""
         if self.slot_width is None or self.slot_length is None:
             return 0.0, 0.0, 0.0
         middle, half = (self.taper_length + self.neck_length) / 2, (self.slot_length - self.slot_width) / 2
@@ -80,7 +80,7 @@ class Flapper(Flat):
 
     @property
     def area(self) -> float:
-        """Of the outline [m^2]."""
+        """Return the area of the outline [m^2]."""
         radius = self.paddle_diameter / 2
         cut = 2 * math.asin(self.neck_width / self.paddle_diameter)  # angle of the circle that the neck covers
         paddle = math.pi * radius**2 - radius**2 / 2 * (cut - math.sin(cut))
@@ -95,7 +95,7 @@ class Flapper(Flat):
         return min(neck, (self.paddle_diameter - (self.hole_diameter or 0.0)) / 2)
 
     def widths(self, n: int) -> tuple[tuple[float, float], ...]:
-        """(x, width) along the axis [m], without slot and hole, from the root to the tip, where it is zero.
+        """Return (x, width) along the axis [m], without slot and hole, from the root to the tip, where it is zero.
 
         Linear between them, it has the outline's corners; round parts are in chords of at most ``n`` a quarter circle.
         """
@@ -129,7 +129,7 @@ class Flapper(Flat):
 
     @property
     def around(self) -> tuple[Array, ...]:
-        """The circle in two arcs that meet at the tip, the slot's ends in two each."""
+        """Return the loops, the circle in two arcs that meet at the tip, the slot's ends in two each."""
         root, neck, taper, joint = self.root_width / 2, self.neck_width / 2, self.taper_length, self.neck_length
         x, (start, end, slot), (hole, paddle) = self.centre[0], self.slot, self.room
         half = math.tan((math.pi - math.asin(neck / paddle)) / 4)
@@ -137,12 +137,12 @@ class Flapper(Flat):
             *((0.0, -root, 0.0), (taper, -neck, 0.0), (joint, -neck, half), (self.length, 0.0, half)),
             *((joint, neck, 0.0), (taper, neck, 0.0), (0.0, root, 0.0)),
         ]
-        found = [np.array(outline)]
+        outlines = [np.array(outline)]
         if self.hole_diameter is not None:
-            found.append(loops.whole((x, 0.0), hole))
+            outlines.append(loops.whole((x, 0.0), hole))
         if slot:
             quarter = math.tan(math.pi / 8)
             first = [(start, slot, quarter), (start - slot, 0.0, quarter), (start, -slot, 0.0)]
             last = [(end, -slot, quarter), (end + slot, 0.0, quarter), (end, slot, 0.0)]
-            found.append(np.array([*first, *last]))
-        return tuple(found)
+            outlines.append(np.array([*first, *last]))
+        return tuple(outlines)

@@ -26,58 +26,59 @@ class Flat(Shape):
     @property
     @abstractmethod
     def centre(self) -> tuple[float, float]:
-        """Of what touches [m]."""
+        """Return the centre of what touches [m]."""
 
     @property
     @abstractmethod
     def room(self) -> tuple[float, float]:
-        """Radii of the smallest and the largest circle about the centre that lie on it [m]; 0: no hole is there."""
+        """Return the radii of the smallest and the largest circle about the centre that lie on it [m]; 0: no hole is
+        there."""
 
     @property
     def length(self) -> float:
-        """The largest x of the outline [m]."""
+        """Return the largest x of the outline [m]."""
         return self.centre[0] + self.room[1]
 
     @property
     @abstractmethod
     def area(self) -> float:
-        """Of the outline [m^2]."""
+        """Return the area of the outline [m^2]."""
 
     @property
     @abstractmethod
     def narrowest(self) -> float:
-        """Width of the narrowest part that bends [m]."""
+        """Return the width of the narrowest part that bends [m]."""
 
     @property
     def is_mirrored(self) -> bool:
-        """Whether the line y = 0 mirrors it exactly, with all that is clamped: one half is meshed then."""
+        """Return whether the line y = 0 mirrors it exactly, with all that is clamped: one half is meshed then."""
         return False
 
     @property
     def is_clamped(self) -> bool:
-        """Whether a part of the outline is."""
+        """Return whether a part of the outline is clamped."""
         return True
 
     def clamped(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which of (n, 2) points [m] lie where it is clamped."""
+        """Return which of (n, 2) points [m] lie where it is clamped."""
         return np.zeros(len(points), dtype=bool)
 
     def regions(self, points: NDArray[np.float64]) -> NDArray[np.str_]:
-        """What the part of it is called on which each of (n, 2) points [m] lies."""
+        """Return what the part of it is called on which each of (n, 2) points [m] lies."""
         return np.full(len(points), "plate")
 
     @property
     @abstractmethod
     def around(self) -> tuple[NDArray[np.float64], ...]:
-        """Loops (n, 3) of `seatfem.structures.shapes.loops`, all anticlockwise: the outline, then its holes."""
+        """Return loops (n, 3) of `seatfem.structures.shapes.loops`, all anticlockwise: the outline, then its holes."""
 
     @property
     def drawn(self) -> tuple[NDArray[np.float64], ...]:
-        """As `around`, with what lies within a clamp that cuts it off."""
+        """Return the loops as `around`, with what lies within a clamp that cuts it off."""
         return self.around
 
     def sheet(self, occ: Any) -> int:
-        """Tag of the outline's surface (millimetres), added to the given gmsh OpenCASCADE model."""
+        """Return the tag of the outline's surface (millimetres), added to the given gmsh OpenCASCADE model."""
         return int(occ.addPlaneSurface([loops.curve_loop(occ, loop) for loop in self.around]))
 
     @property

@@ -20,12 +20,12 @@ class Frame:
 
     @property
     def axes(self) -> Array:
-        """(2, 3) of both unit vectors."""
+        """Return the (2, 3) unit vectors."""
         return np.array([self.x, self.y])
 
     @property
     def normal(self) -> Array:
-        """(3,) x cross y."""
+        """Return the (3,) normal x cross y."""
         return np.cross(self.x, self.y)
 
     def seen(self, points: Array) -> Array:

@@ -16,7 +16,7 @@ _ELSEWHERE: Final = "seatfem_shapes_of_"
 
 
 def home_of(spec: type[Any]) -> list[str]:
-    """File and name of a class from elsewhere.
+    """Return file and name of a class from elsewhere.
 
     Raises:
         GeometryError: no other process can find it: it is in no file, in a function, or its file is only being read
@@ -36,21 +36,21 @@ def home_of(spec: type[Any]) -> list[str]:
 
 
 def at_home(file: str, name: str) -> type[Any]:
-    """The class of that name in that file, which is run once, whatever else its module is called elsewhere."""
+    """Return the class of that name in that file, which is run once, whatever else its module is called elsewhere."""
     private = _ELSEWHERE + hashlib.sha256(file.encode()).hexdigest()[:16]
-    found: type[Any] = attrgetter(name)(sys.modules.get(private) or _run(file, private))
-    return found
+    kind: type[Any] = attrgetter(name)(sys.modules.get(private) or _run(file, private))
+    return kind
 
 
 def _run(file: str, name: str) -> ModuleType:
-    """A file as a module of this name; what it imports from its own folder is found there, after all else."""
+    """Return a file as a module of this name; what it imports from its own folder is found there, after all else."""
     spec = spec_from_file_location(name, file)
     assert spec is not None
     assert spec.loader is not None
-    sys.modules[name] = made = module_from_spec(spec)
+    sys.modules[name] = module = module_from_spec(spec)
     sys.path.append(str(Path(file).parent))
     try:
-        spec.loader.exec_module(made)
+        spec.loader.exec_module(module)
     finally:
         sys.path.pop()
-    return made
+    return module

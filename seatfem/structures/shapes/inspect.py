@@ -1,6 +1,6 @@
 """Faces and measures of the solid in a gmsh model, in metres; ``unit``: metres per length unit of the model.
 
-What kind of surface a face lies on is as OpenCASCADE says, or as its points and normals tell: CAD programs write planes
+What kind of surface a face lies on is as OpenCASCADE says, or as its points and normals show: CAD programs write planes
 and cylinders as splines or extrusions too; gmsh calls those "Unknown" or by the spline.
 """
 
@@ -26,7 +26,8 @@ STEP_OFF_FACE = 1e-3  # over the square root of its area
 
 
 def surface_of(model: Any, tag: int, unit: float) -> tuple[str, Axis | None]:
-    """Kind of the surface, and the axis of a cylinder or cone; ``unit``: metres per length unit of the model."""
+    """Return the kind of the surface, and the axis of a cylinder or cone; ``unit``: metres per length unit of the
+    model."""
     kind = str(model.getType(2, tag))
     if kind in ("Cylinder", "Cone"):
         axis = _axis(model, tag, unit)
@@ -54,7 +55,7 @@ def _recognised(model: Any, tag: int, unit: float) -> tuple[str, Axis | None]:
 def fitted_cylinder(
     points: NDArray[np.float64], normals: NDArray[np.float64], extent: float, tolerance: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """A point and the direction of the axis of the cylinder that points (n, 3) with these normals lie on.
+    """Return a point and the direction of the axis of the cylinder that points (n, 3) with these normals lie on.
 
     p = c + r n for all points, with normals at right angles to the axis; ``None`` where one is off by more than
     ``tolerance`` times ``extent`` [m], or its normal by ``tolerance``.
@@ -64,13 +65,14 @@ def fitted_cylinder(
         return None
     across = points - np.outer(points @ direction, direction)
     matrix = np.concatenate([np.tile(np.eye(3), (len(points), 1)), normals.reshape(-1, 1)], axis=1)
-    found, *_ = np.linalg.lstsq(matrix, across.ravel(), rcond=None)
-    off = matrix @ found - across.ravel()
-    return (found[:3], direction) if np.abs(off).max() < tolerance * extent else None
+    solution, *_ = np.linalg.lstsq(matrix, across.ravel(), rcond=None)
+    off = matrix @ solution - across.ravel()
+    return (solution[:3], direction) if np.abs(off).max() < tolerance * extent else None
 
 
 def _axis(model: Any, tag: int, unit: float) -> Axis:
-    """OpenCASCADE's surface is P = O + (R + v sin a) e(u) + v cos a Z with the unit vector e normal to Z."""
+    """Return the axis; OpenCASCADE's surface is P = O + (R + v sin a) e(u) + v cos a Z with the unit vector e normal to
+    Z."""
     low, high = model.getParametrizationBounds(2, tag)
     where = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2]
     point = model.getValue(2, tag, where)
@@ -84,13 +86,13 @@ def _axis(model: Any, tag: int, unit: float) -> Axis:
 
 
 def triple(values: NDArray[np.float64]) -> Vector:
-    """Three plain numbers."""
+    """Return three plain numbers."""
     x, y, z = values
     return float(x), float(y), float(z)
 
 
 class Mark(NamedTuple):
-    """What a face of a file is known by: colour, name, and its numbers in the file's order."""
+    """The marks that a face of a file is known by: colour, name, and its numbers in the file's order."""
 
     colour: Colour | None = None
     name: str = ""
@@ -98,14 +100,15 @@ class Mark(NamedTuple):
 
 
 def faces_of(model: Any, unit: float, marks: Mapping[int, Mark] | None = None) -> list[Face]:
-    """Every face of the solids, described; ``marks``: of those that have any, where the model forgot them."""
+    """Return every face of the solids, described; ``marks``: those of the faces that have any, where the model forgot
+    them."""
     return [_face(model, tag, unit, marks) for _, tag in model.getEntities(2)]
 
 
 def patch_tags(
     model: Any, patches: Patches, unit: float, marks: Mapping[int, Mark] | None = None
 ) -> dict[str, list[int]]:
-    """gmsh tags of the faces of each group. Raises `GeometryError` on an empty or ambiguous selection."""
+    """Return the gmsh tags of the faces of each group. Raises `GeometryError` on an empty or ambiguous selection."""
     faces = faces_of(model, unit, marks)
     return {
         name: sorted({face.tag for selector in selectors for face in select(faces, selector, name)})
@@ -114,12 +117,12 @@ def patch_tags(
 
 
 def volume_of(model: Any, unit: float) -> float:
-    """Volume of the CAD solid in cubic metres."""
+    """Return the volume of the CAD solid in cubic metres."""
     return unit**3 * float(sum(model.occ.getMass(3, tag) for _, tag in model.getEntities(3)))
 
 
 def area_of(model: Any, tags: list[int], unit: float) -> float:
-    """Area of CAD faces in square metres."""
+    """Return the area of CAD faces in square metres."""
     return unit**2 * float(sum(model.occ.getMass(2, tag) for tag in tags))
 
 
@@ -152,7 +155,7 @@ def _distance(model: Any, tag: int, point: Vector, unit: float) -> float:
 
 
 def outline_of(model: Any, curves: list[int], unit: float) -> NDArray[np.float64]:
-    """Points on curves, (n, 3)."""
+    """Return the points on curves, (n, 3)."""
     points = []
     for curve in curves:
         low, high = model.getParametrizationBounds(1, curve)
@@ -162,7 +165,8 @@ def outline_of(model: Any, curves: list[int], unit: float) -> NDArray[np.float64
 
 
 def _normal(model: Any, tag: int, curves: list[int]) -> Vector:
-    """Out of the solid; gmsh's own normal points in on some faces that were imprinted. Between two solids: gmsh's."""
+    """Return the normal out of the solid; gmsh's own normal points in on some faces that were imprinted. Between two
+    solids: gmsh's."""
     low, high = model.getParametrizationBounds(2, tag)
     normal = np.asarray(model.getNormal(tag, [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2]))
     solids = model.getAdjacencies(2, tag)[0]
@@ -177,7 +181,7 @@ def _normal(model: Any, tag: int, curves: list[int]) -> Vector:
 def _point_inside(
     model: Any, tag: int, curves: list[int], normal: NDArray[np.float64], step: float
 ) -> NDArray[np.float64] | None:
-    """A point of a plane face, one step off the middle of a boundary curve."""
+    """Return a point of a plane face, one step off the middle of a boundary curve."""
     for curve in curves:
         low, high = model.getParametrizationBounds(1, curve)
         middle = [(low[0] + high[0]) / 2]
@@ -190,6 +194,6 @@ def _point_inside(
 
 
 def colour_of(model: Any, dimension: int, tag: int) -> Colour | None:
-    """Of a face or solid, None where it was never painted."""
+    """Return the colour of a face or solid, None where it was never painted."""
     colour = tuple(int(c) for c in model.getColor(dimension, tag))
     return None if colour == NO_COLOUR else (colour[0], colour[1], colour[2], colour[3])

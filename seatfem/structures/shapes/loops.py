@@ -22,47 +22,47 @@ Corners = Sequence[Sequence[float]]
 
 
 def as_loop(corners: Corners) -> Array:
-    """(n, 3) of corners (x, y), or (x, y, bulge)."""
+    """Return the (n, 3) loop of corners (x, y), or (x, y, bulge)."""
     return np.array([(*corner, 0.0)[:3] for corner in corners], dtype=float).reshape(-1, 3)
 
 
 def whole(centre: Sequence[float], radius: float) -> Array:
-    """(2, 3) a circle in two halves."""
+    """Return a (2, 3) circle in two halves."""
     x, y = centre
     return np.array([(x - radius, y, 1.0), (x + radius, y, 1.0)])
 
 
 def angles(loop: Array) -> Array:
-    """(n,) by which the edges turn [rad]."""
+    """Return the (n,) angles by which the edges turn [rad]."""
     return np.asarray(4 * np.arctan(loop[:, 2]))
 
 
 def circle(start: Array, end: Array, bulge: float) -> tuple[Array, float]:
-    """Centre and radius of an arc."""
-    left = np.array([start[1] - end[1], end[0] - start[0]])
-    centre = (start[:2] + end[:2]) / 2 + (1 - bulge**2) / (4 * bulge) * left
+    """Return the centre and radius of an arc."""
+    normal = np.array([start[1] - end[1], end[0] - start[0]])
+    centre = (start[:2] + end[:2]) / 2 + (1 - bulge**2) / (4 * bulge) * normal
     return centre, float(np.linalg.norm(start[:2] - centre))
 
 
 def along(start: Array, end: Array, at: Array) -> Array:
-    """(k, 2) points of the edge from one corner to the next, at fractions (k,) of its length."""
+    """Return the (k, 2) points of the edge from one corner to the next, at fractions (k,) of its length."""
     bulge = float(start[2])
     if bulge == 0:
         return np.asarray(start[:2] + at[:, None] * (end[:2] - start[:2]))
     centre, _ = circle(start, end, bulge)
     turns, (x, y) = 4 * math.atan(bulge) * at, start[:2] - centre
-    found = centre + np.column_stack([x * np.cos(turns) - y * np.sin(turns), x * np.sin(turns) + y * np.cos(turns)])
-    return np.where((at == 1)[:, None], end[:2], np.where((at == 0)[:, None], start[:2], found))
+    points = centre + np.column_stack([x * np.cos(turns) - y * np.sin(turns), x * np.sin(turns) + y * np.cos(turns)])
+    return np.where((at == 1)[:, None], end[:2], np.where((at == 0)[:, None], start[:2], points))
 
 
 def pieces(start: Array, end: Array, at: Array) -> Array:
-    """(k, 3) corners of the edge, cut at the fractions 0 = at[0] < ... < at[k - 1] < 1."""
+    """Return the (k, 3) corners of the edge, cut at the fractions 0 = at[0] < ... < at[k - 1] < 1."""
     turns = np.tan(np.arctan(start[2]) * np.diff(np.append(at, 1.0)))
     return np.column_stack([along(start, end, at), turns])
 
 
 def edges(loop: Array) -> Iterator[tuple[Array, Array]]:
-    """Both ends of each edge."""
+    """Return both ends of each edge."""
     return zip(loop, np.roll(loop, -1, axis=0), strict=True)
 
 
@@ -73,36 +73,38 @@ def chord_count(loop: Array) -> float:
 
 
 def polygon(loop: Array) -> tuple[Array, NDArray[np.int64]]:
-    """(m, 2) corners, with arcs in chords of `CHORD` at most, and (m,) the edge of the loop that each lies on."""
+    """Return the (m, 2) corners, with arcs in chords of `CHORD` at most, and (m,) the edge of the loop that each lies
+    on."""
     counts = [max(2, math.ceil(abs(turn) / CHORD - 1e-9)) if turn else 1 for turn in angles(loop)]
-    found = [along(a, b, np.arange(n) / n) for (a, b), n in zip(edges(loop), counts, strict=True)]
-    return np.concatenate(found), np.repeat(np.arange(len(loop)), counts)
+    parts = [along(a, b, np.arange(n) / n) for (a, b), n in zip(edges(loop), counts, strict=True)]
+    return np.concatenate(parts), np.repeat(np.arange(len(loop)), counts)
 
 
 def area(loop: Array) -> float:
-    """Positive of a loop that runs anticlockwise: the polygon's, and of each arc the segment beyond its chord."""
+    """Return the area, positive of a loop that runs anticlockwise: the polygon's, and of each arc the segment beyond
+    its chord."""
     middle = loop[:, :2] - loop[:, :2].mean(axis=0)
-    found = float(polygons.cross(middle, np.roll(middle, -1, axis=0)).sum() / 2)
+    total = float(polygons.cross(middle, np.roll(middle, -1, axis=0)).sum() / 2)
     for (start, end), turn in zip(edges(loop), angles(loop), strict=True):
         if turn:
-            found += circle(start, end, float(start[2]))[1] ** 2 / 2 * (turn - math.sin(turn))
-    return found
+            total += circle(start, end, float(start[2]))[1] ** 2 / 2 * (turn - math.sin(turn))
+    return total
 
 
 def turned_over(chain: Array) -> Array:
-    """An open chain from its end to its start; the bulge of its last corner is none."""
+    """Return an open chain from its end to its start; the bulge of its last corner is none."""
     return np.column_stack([chain[::-1, :2], -np.roll(chain[::-1, 2], -1)])
 
 
 def ordered(loop: Array, *, clockwise: bool = False) -> Array:
-    """Anticlockwise, or clockwise, from its corner of the smallest x (and y) on."""
+    """Return the loop anticlockwise, or clockwise, from its corner of the smallest x (and y) on."""
     if (area(loop) < 0) != clockwise:
         loop = turned_over(np.vstack([loop, loop[:1]]))[:-1]
     return np.roll(loop, -int(np.lexsort((loop[:, 1], loop[:, 0]))[0]), axis=0)
 
 
 def below(loop: Array, normal: Array, offset: float, within: float) -> Array:
-    """What lies on this side of the line n.x = offset, of a unit normal; arcs are cut exactly.
+    """Return what lies on this side of the line n.x = offset, of a unit normal; arcs are cut exactly.
 
     Source: I. Sutherland and G. Hodgman, Comm. ACM 17 (1974) 32.
     """
@@ -113,24 +115,24 @@ def below(loop: Array, normal: Array, offset: float, within: float) -> Array:
 
 
 def _crossed(start: Array, end: Array, normal: Array, offset: float, within: float) -> Array:
-    """Fractions of an edge at which it crosses the line, elsewhere than at its ends."""
+    """Return the fractions of an edge at which it crosses the line, elsewhere than at its ends."""
     if start[2] == 0:
-        here, there = (float(point[:2] @ normal) - offset for point in (start, end))
-        clear = min(abs(here), abs(there)) > within and here * there < 0
-        return np.array([here / (here - there)] if clear else [])
+        start_height, end_height = (float(point[:2] @ normal) - offset for point in (start, end))
+        clear = min(abs(start_height), abs(end_height)) > within and start_height * end_height < 0
+        return np.array([start_height / (start_height - end_height)] if clear else [])
     centre, radius = circle(start, end, float(start[2]))
     height, turn = float(centre @ normal) - offset, 4 * math.atan(float(start[2]))
     if abs(height) >= radius:
         return np.zeros(0)
     first = math.atan2(*(start[:2] - centre)[::-1]) - math.atan2(normal[1], normal[0])
     open_by = math.acos(-height / radius)
-    found = np.array([(way * open_by - first + 2 * math.pi * k) / turn for way in (1, -1) for k in range(-2, 3)])
+    fractions = np.array([(way * open_by - first + 2 * math.pi * k) / turn for way in (1, -1) for k in range(-2, 3)])
     edge = within / (radius * abs(turn))
-    return np.sort(found[(found > edge) & (found < 1 - edge)])
+    return np.sort(fractions[(fractions > edge) & (fractions < 1 - edge)])
 
 
 def mirrored(found: Sequence[Array], marked: NDArray[np.bool_], within: float) -> bool:
-    """Whether the line y = 0 mirrors all edges of some loops, and which of them are marked."""
+    """Return whether the line y = 0 mirrors all edges of some loops, and which of them are marked."""
     corners, ahead = (np.concatenate([np.roll(loop, -k, axis=0) for loop in found]) for k in (0, 1))
     marks = np.ptp(corners[:, 0]) * np.column_stack([corners[:, 2], marked])
     rows = np.hstack([corners[:, :2], ahead[:, :2], marks])
@@ -139,7 +141,7 @@ def mirrored(found: Sequence[Array], marked: NDArray[np.bool_], within: float) -
 
 
 def nearest(loop: Array, point: Array) -> float:
-    """Distance of a point from a loop."""
+    """Return the distance of a point from a loop."""
     return min(_distance(a, b, point) for a, b in edges(loop))
 
 
@@ -155,7 +157,7 @@ def _distance(start: Array, end: Array, point: Array) -> float:
 
 
 def closed(chains: Sequence[Array], within: float, wrong: Callable[[Array], GeometryError]) -> Iterator[Array]:
-    """Closed loops of open chains (k, 3) that meet at their ends, without the first corner again.
+    """Yield the closed loops of open chains (k, 3) that meet at their ends, without the first corner again.
 
     ``wrong``: what to raise of one that is open at a point.
     """
@@ -178,7 +180,7 @@ def closed(chains: Sequence[Array], within: float, wrong: Callable[[Array], Geom
 
 
 def curve_loop(occ: Any, loop: Array) -> int:
-    """Tag of a curve loop (millimetres), added to the given gmsh OpenCASCADE model."""
+    """Return the tag of a curve loop (millimetres), added to the given gmsh OpenCASCADE model."""
     fine = np.concatenate(
         [
             pieces(a, b, np.arange(n) / n)

@@ -118,9 +118,9 @@ class Outlined(Flat):
 
     def _check_holes(self) -> None:
         """Raise `GeometryError` of one that meets the outline, another hole or the line, or lies elsewhere."""
-        outer, found = loops.polygon(self._given)[0], [loops.polygon(loops.as_loop(hole))[0] for hole in self.holes]
-        for number, hole in enumerate(found, 1):
-            before = found[: number - 1]
+        outer, holes = loops.polygon(self._given)[0], [loops.polygon(loops.as_loop(hole))[0] for hole in self.holes]
+        for number, hole in enumerate(holes, 1):
+            before = holes[: number - 1]
             others = [each for each in before if polygons.holds(each, hole[0]) or polygons.holds(hole, each[0])]
             if others or not polygons.holds(outer, hole[0]):
                 where = "in or about another hole" if others else "beyond the outline"
@@ -147,12 +147,13 @@ class Outlined(Flat):
 
     @cached_property
     def _given(self) -> Array:
-        """(n, 3) the outline as it is given, anticlockwise."""
+        """Return the (n, 3) outline as it is given, anticlockwise."""
         return loops.ordered(loops.as_loop(self.outline))
 
     @cached_property
     def loop(self) -> Array:
-        """(n, 3) around what bends, anticlockwise, with the ends of the clamped segment among its corners."""
+        """Return the (n, 3) loop around what bends, anticlockwise, with the ends of the clamped segment among its
+        corners."""
         if self.side is None:
             return np.concatenate(list(self._joined()))
         normal, offset = self._line
@@ -160,17 +161,17 @@ class Outlined(Flat):
 
     @cached_property
     def openings(self) -> tuple[Array, ...]:
-        """(n, 3) each: around the holes in what bends, clockwise."""
-        found = (loops.ordered(loops.as_loop(hole), clockwise=True) for hole in self.holes)
-        return tuple(hole for hole in found if self.side is None or self._height(hole[:, :2])[0] <= 0)
+        """Return loops, (n, 3) each, around the holes in what bends, clockwise."""
+        hole_loops = (loops.ordered(loops.as_loop(hole), clockwise=True) for hole in self.holes)
+        return tuple(hole for hole in hole_loops if self.side is None or self._height(hole[:, :2])[0] <= 0)
 
     @cached_property
     def corners(self) -> Array:
-        """(n, 2) of a polygon around what bends, anticlockwise, arcs in chords."""
+        """Return the (n, 2) corners of a polygon around what bends, anticlockwise, arcs in chords."""
         return loops.polygon(self.loop)[0]
 
     def _joined(self) -> Iterator[Array]:
-        """The outline's corners, and between them the ends of the segment that lie on a straight edge."""
+        """Yield the outline's corners, and between them the ends of the segment that lie on a straight edge."""
         points = np.array(self.segment)
         for start, end in loops.edges(self._given):
             run = end[:2] - start[:2]
@@ -182,13 +183,13 @@ class Outlined(Flat):
 
     @property
     def _line(self) -> tuple[Array, float]:
-        """Unit normal and offset of the line beyond which it is clamped."""
+        """Return the unit normal and offset of the line beyond which it is clamped."""
         assert self.side is not None
         scale = math.hypot(*self.side[:2])
         return np.array(self.side[:2]) / scale, self.side[2] / scale
 
     def _height(self, points: Array) -> Array:
-        """Of points beyond the line."""
+        """Return the height of points beyond the line."""
         normal, offset = self._line
         return np.asarray(points @ normal - offset)
 
@@ -200,7 +201,7 @@ class Outlined(Flat):
 
     @property
     def _held(self) -> NDArray[np.bool_]:
-        """(n,) which edges of the loop are clamped."""
+        """Return (n,) which edges of the loop are clamped."""
         corners = self.loop[:, :2]
         ahead = np.roll(corners, -1, axis=0)
         on = self.clamped(corners) & self.clamped(ahead) & self.clamped((corners + ahead) / 2)
@@ -212,7 +213,7 @@ class Outlined(Flat):
 
     @property
     def room(self) -> tuple[float, float]:
-        """As of every sheet; the hole is the one about the centre, the edge the nearest beyond it."""
+        """Return the room as of every sheet; the hole is the one about the centre, the edge the nearest beyond it."""
         point, inner = np.array(self.touched), 0.0
         edge = [loops.nearest(self.loop, point)]
         for hole in self.openings:
@@ -234,8 +235,8 @@ class Outlined(Flat):
 
     @cached_property
     def narrowest(self) -> float:
-        found = polygons.narrowest((self.corners, *(loops.polygon(hole)[0] for hole in self.openings)), self._within)
-        return min(found, math.sqrt(self.area))
+        width = polygons.narrowest((self.corners, *(loops.polygon(hole)[0] for hole in self.openings)), self._within)
+        return min(width, math.sqrt(self.area))
 
     @property
     def patches(self) -> Patches:

@@ -20,7 +20,7 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def distances(starts: Array, ends: Array, points: Array) -> Array:
-    """(edges, points) of points from straight edges."""
+    """Return the (edges, points) distances of points from straight edges."""
     run = (ends - starts)[:, None]
     off = points[None] - starts[:, None]
     at = np.clip((off * run).sum(axis=2) / (run * run).sum(axis=2), 0.0, 1.0)
@@ -28,7 +28,7 @@ def distances(starts: Array, ends: Array, points: Array) -> Array:
 
 
 def holds(corners: Array, point: Sequence[float] | Array) -> bool:
-    """Whether a polygon has a point inside: an odd number of edges cross the ray from it along x."""
+    """Return whether a polygon has a point inside: an odd number of edges cross the ray from it along x."""
     x, y = (corners - np.asarray(point)).T
     ahead_x, ahead_y = np.roll(x, -1), np.roll(y, -1)
     crosses = (y > 0) != (ahead_y > 0)
@@ -38,7 +38,7 @@ def holds(corners: Array, point: Sequence[float] | Array) -> bool:
 
 
 def crossing(corners: Array, within: float) -> tuple[int, int] | None:
-    """The first two edges of a polygon that meet elsewhere than at a corner which they share."""
+    """Return the first two edges of a polygon that meet elsewhere than at a corner which they share."""
     n, ahead = len(corners), np.roll(corners, -1, axis=0)
     for i in range(n):
         meets = _meets(corners[i], ahead[i], corners, ahead, within)
@@ -52,7 +52,7 @@ def crossing(corners: Array, within: float) -> tuple[int, int] | None:
 
 
 def touching(one: Array, other: Array, within: float) -> bool:
-    """Whether the edges of two polygons meet."""
+    """Return whether the edges of two polygons meet."""
     if (one.min(axis=0) > other.max(axis=0) + within).any() or (other.min(axis=0) > one.max(axis=0) + within).any():
         return False
     ahead = np.roll(other, -1, axis=0)
@@ -60,7 +60,7 @@ def touching(one: Array, other: Array, within: float) -> bool:
 
 
 def _meets(start: Array, end: Array, starts: Array, ends: Array, within: float) -> NDArray[np.bool_]:
-    """Which straight edges meet the one given."""
+    """Return which straight edges meet the one given."""
     edge = end - start
     one, other = cross(edge, starts - start), cross(edge, ends - start)
     back = cross(ends - starts, start - starts), cross(ends - starts, end - starts)
@@ -70,7 +70,7 @@ def _meets(start: Array, end: Array, starts: Array, ends: Array, within: float) 
 
 
 def narrowest(around: Sequence[Array], within: float) -> float:
-    """The shortest way across, square to an edge, to one that faces it; infinite where none does.
+    """Return the shortest way across, square to an edge, to one that faces it; infinite where none does.
 
     ``around``: the outline anticlockwise, then holes clockwise.
     """

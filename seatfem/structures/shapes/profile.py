@@ -16,7 +16,7 @@ PER_ARC = 2
 
 @dataclass(frozen=True)
 class Edge:
-    """From ``start`` to ``end`` (r, z in metres): straight, or the shorter arc about ``centre``.
+    """Edge from ``start`` to ``end`` (r, z in metres): straight, or the shorter arc about ``centre``.
 
     ``name``: the group it belongs to, "" for none. ``elements``: of an arc, as many as there are along it at least.
     """
@@ -29,14 +29,14 @@ class Edge:
 
     @property
     def angles(self) -> tuple[float, float]:
-        """Of an arc: angle of its start about the centre, and the signed angle it turns (radians)."""
+        """Return of an arc the angle of its start about the centre, and the signed angle it turns (radians)."""
         assert self.centre is not None
         first, last = (math.atan2(z - self.centre[1], r - self.centre[0]) for r, z in (self.start, self.end))
         return first, math.remainder(last - first, 2 * math.pi)
 
     @property
     def volume(self) -> float:
-        """Contribution pi int r^2 dz to the volume of the solid (the outline runs counter-clockwise)."""
+        """Return the contribution pi int r^2 dz to the volume of the solid (the outline runs counter-clockwise)."""
         (r0, z0), (r1, z1) = self.start, self.end
         if self.centre is None:
             return math.pi / 3 * (z1 - z0) * (r0 * r0 + r0 * r1 + r1 * r1)
@@ -52,7 +52,7 @@ class Edge:
 
     @property
     def area(self) -> float:
-        """Area 2 pi int r ds of the surface that the edge sweeps."""
+        """Return the area 2 pi int r ds of the surface that the edge sweeps."""
         (r0, _), (r1, _) = self.start, self.end
         if self.centre is None:
             return math.pi * (r0 + r1) * math.dist(self.start, self.end)
@@ -82,20 +82,20 @@ class Profile:
 
     @property
     def volume(self) -> float:
-        """Of the full solid, in cubic metres."""
+        """Return the volume of the full solid, in cubic metres."""
         return sum(edge.volume for edge in self.edges)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the groups, in the order of the outline."""
+        """Return the names of the groups, in the order of the outline."""
         return tuple(dict.fromkeys(edge.name for edge in self.edges if edge.name))
 
     def area(self, name: str) -> float:
-        """Of the named group's surface on the full solid, in square metres."""
+        """Return the area of the named group's surface on the full solid, in square metres."""
         return sum(edge.area for edge in self.edges if edge.name == name)
 
     def cut(self, name: str, shares: Sequence[float]) -> Profile:
-        """The same outline with corners in the named group, where these shares of its area lie behind."""
+        """Return the same outline with corners in the named group, where these shares of its area lie behind."""
         whole, behind, edges = self.area(name), 0.0, []
         for edge in self.edges:
             if edge.name == name:
@@ -112,13 +112,13 @@ class Profile:
 
 
 def _pieces(edge: Edge, shares: Sequence[float]) -> list[Edge]:
-    """``edge``, cut where these shares of the area that it sweeps lie behind."""
+    """Return ``edge``, cut where these shares of the area that it sweeps lie behind."""
     ends = [edge.start, *(_at_share(edge, share) for share in shares), edge.end]
     return [replace(edge, start=a, end=b) for a, b in itertools.pairwise(ends)]
 
 
 def _at_share(edge: Edge, share: float) -> Point:
-    """The point of an edge with this share of the swept area behind it."""
+    """Return the point of an edge with this share of the swept area behind it."""
 
     def point(t: float) -> Point:
         if edge.centre is None:
@@ -134,14 +134,14 @@ def _at_share(edge: Edge, share: float) -> Point:
 
 
 def polygon(points: Sequence[Point], names: Sequence[str]) -> tuple[Edge, ...]:
-    """Straight edges through the points and back to the first; ``names``: one per edge."""
+    """Return straight edges through the points and back to the first; ``names``: one per edge."""
     ends = [*points[1:], points[0]]
     return tuple(Edge(a, b, name=name) for a, b, name in zip(points, ends, names, strict=True))
 
 
 def rounded(edges: Sequence[Edge], corner: Point, radius: float, elements: int = PER_ARC) -> tuple[Edge, ...]:
-    """The same with an arc of this radius [m], of so many elements, in place of a corner between straight edges; as
-    they are where the radius is 0."""
+    """Return the same with an arc of this radius [m], of so many elements, in place of a corner between straight edges;
+    as they are where the radius is 0."""
     if radius == 0.0:
         return tuple(edges)
     k = next(number for number, edge in enumerate(edges) if edge.start == corner)
@@ -156,14 +156,14 @@ def rounded(edges: Sequence[Edge], corner: Point, radius: float, elements: int =
     middle = radius / math.sin(half) / (2 * math.cos(half))
     start, end = ((corner[0] + away * u, corner[1] + away * v) for u, v in (back, forth))
     centre = corner[0] + middle * (back[0] + forth[0]), corner[1] + middle * (back[1] + forth[1])
-    found = list(edges)
-    found[k - 1], found[k] = replace(before, end=start), replace(after, start=end)
-    found.insert(k, Edge(start, end, centre, elements=elements))
-    return tuple(found)
+    outline = list(edges)
+    outline[k - 1], outline[k] = replace(before, end=start), replace(after, start=end)
+    outline.insert(k, Edge(start, end, centre, elements=elements))
+    return tuple(outline)
 
 
 def profile_of(geometry: object) -> Profile:
-    """The outline of a solid of revolution. Raises `GeometryError` for another solid."""
+    """Return the outline of a solid of revolution. Raises `GeometryError` for another solid."""
     profile = getattr(geometry, "profile", None)
     if not isinstance(profile, Profile):
         raise GeometryError(f"{type(geometry).__name__} is no solid of revolution and has no meridian; use make_mesh")

@@ -18,7 +18,7 @@ class Turning(Shape):
     @property
     @abstractmethod
     def profile(self) -> Profile:
-        """The half section."""
+        """Return the half section."""
 
     def build(self, occ: Any) -> None:
         """Revolve the profile once around, in the given gmsh OpenCASCADE model."""
@@ -36,7 +36,8 @@ class Drawing:
 
 
 def section(spec: Turning, occ: Any, rings: int = 1) -> Drawing:
-    """The profile as a surface in the plane x = r, y = z. The struck edge has corners at the borders of its rings."""
+    """Return the profile as a surface in the plane x = r, y = z. The struck edge has corners at the borders of its
+    rings."""
     profile = spec.profile.cut("contact", ring_borders(rings)[1:-1].tolist())
     _, curves = _surface(profile, occ, lambda r, z: (r, z, 0.0))
     groups: dict[str, list[int]] = {name: [] for name in profile.names}

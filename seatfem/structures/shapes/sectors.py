@@ -21,7 +21,7 @@ def check_sectors(shape: Shape, sectors: int) -> None:
 
 
 def patches_in(shape: Shape, sectors: int) -> Patches:
-    """The groups of one sector: those of the whole, and the cut faces "symmetry_0" and "symmetry_1"."""
+    """Return the groups of one sector: those of the whole, and the cut faces "symmetry_0" and "symmetry_1"."""
     if sectors == 1:
         return shape.patches
     cuts: Patches = {

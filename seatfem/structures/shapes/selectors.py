@@ -85,7 +85,7 @@ class CylinderFace:
         return _between(face.radii(face.axis.point, face.axis.direction), self.radius, self.radius)
 
     def preferred(self, faces: Sequence[Face]) -> list[Face]:
-        """Of several separate faces those about the z axis, where there are such and no axis is given."""
+        """Return of several separate faces those about the z axis, where there are such and no axis is given."""
         central = [face for face in faces if _coaxial(face, UP, ORIGIN)]
         return central if central and self._anywhere and not self.several and not connected(faces) else list(faces)
 
@@ -244,36 +244,36 @@ SELECTORS: dict[str, type[Selector]] = {
 
 
 def select(faces: Sequence[Face], selector: Selector, name: str) -> list[Face]:
-    """The faces for the group ``name``.
+    """Return the faces for the group ``name``.
 
     Raises `GeometryError`, listing the faces there are, where none matches or where the matching faces do not
     touch each other although the selector asks for one patch.
     """
-    found = [face for face in faces if selector.matches(face)]
-    if not found:
+    chosen = [face for face in faces if selector.matches(face)]
+    if not chosen:
         lost = ""
         if isinstance(selector, NamedFace) and not any(face.name for face in faces):
             lost = ", and no face of the file has a name: names did not survive the export; select by another way"
         raise GeometryError(f"no face for {name!r} ({selector}{lost}); the solid has:\n{listing(faces)}")
     if isinstance(selector, NumberedFace) and (
-        lacking := set(selector.numbers) - {n for f in found for n in f.numbers}
+        lacking := set(selector.numbers) - {n for f in chosen for n in f.numbers}
     ):
-        there = f"number {', '.join(map(str, sorted(lacking)))}"
-        raise GeometryError(f"no face for {name!r} ({there}); choose one of the solid's:\n{listing(faces)}")
+        problem = f"number {', '.join(map(str, sorted(lacking)))}"
+        raise GeometryError(f"no face for {name!r} ({problem}); choose one of the solid's:\n{listing(faces)}")
     if isinstance(selector, CylinderFace):
-        found = selector.preferred(found)
+        chosen = selector.preferred(chosen)
     if isinstance(selector, PointFace):
-        if len(found) > 1:
+        if len(chosen) > 1:
             raise GeometryError(
-                f"ambiguous selection for {name!r} ({selector}): {len(found)} faces meet there; choose a point inside "
-                f"one of them. They are:\n{listing(found)}"
+                f"ambiguous selection for {name!r} ({selector}): {len(chosen)} faces meet there; choose a point inside "
+                f"one of them. They are:\n{listing(chosen)}"
             )
-    elif not selector.several and not connected(found):
+    elif not selector.several and not connected(chosen):
         raise GeometryError(
-            f"ambiguous selection for {name!r} ({selector}): {len(found)} separate faces match; "
-            f"narrow it, or set several = true. They are:\n{listing(found)}"
+            f"ambiguous selection for {name!r} ({selector}): {len(chosen)} separate faces match; "
+            f"narrow it, or set several = true. They are:\n{listing(chosen)}"
         )
-    return found
+    return chosen
 
 
 def _between(radii: NDArray[np.float64], low: float, high: float) -> bool:

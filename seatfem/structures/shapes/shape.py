@@ -79,7 +79,7 @@ class Plan:
 
     @property
     def areas(self) -> tuple[str, ...]:
-        """Names of all areas but the whole."""
+        """Return the names of all areas but the whole."""
         groups = (*self.top.values(), *self.bottom.values())
         return tuple(dict.fromkeys(area for names in groups for area in names if area != EVERYWHERE))
 
@@ -104,7 +104,7 @@ class Shape(ABC):
     @property
     @abstractmethod
     def patches(self) -> Patches:
-        """Selectors of the faces of each group, "contact" and "fixed" among them."""
+        """Return the selectors of the faces of each group, "contact" and "fixed" among them."""
 
     @abstractmethod
     def build(self, occ: Any) -> None:
@@ -112,57 +112,57 @@ class Shape(ABC):
 
     @property
     def source(self) -> str:
-        """Where it comes from, for messages."""
+        """Return where it comes from, for messages."""
         return type(self).__name__
 
     @property
     def is_imported(self) -> bool:
-        """Whether its solids come from a file, and are known once that is read."""
+        """Return whether its solids come from a file, and are known once that is read."""
         return False
 
     @property
     def unit_of_model(self) -> float:
-        """Metres per length unit of the gmsh model that its recipe builds."""
+        """Return metres per length unit of the gmsh model that its recipe builds."""
         return 1e-3
 
     @property
     def profile(self) -> Profile | None:
-        """The half section of a solid of revolution."""
+        """Return the half section of a solid of revolution."""
         return None
 
     @property
     def plan(self) -> Plan | None:
-        """Of a solid that is extruded along z: it can be meshed by hexahedra."""
+        """Return the plan of a solid that is extruded along z: it can be meshed by hexahedra."""
         return None
 
     @property
     def rectangle(self) -> Rectangle | None:
-        """The plan, where it is a rectangle: a grid that needs no mesher."""
+        """Return the plan, where it is a rectangle: a grid that needs no mesher."""
         return None
 
     def areas(self, occ: Any) -> dict[str, list[int]]:
-        """The plan (millimetres), split into its areas, in the given gmsh OpenCASCADE model: their surface tags."""
+        """Add the plan (millimetres), split into its areas, in the given gmsh OpenCASCADE model: their surface tags."""
         raise NotImplementedError
 
     def plan_samples(self) -> PlanSamples:
-        """The plan, for counts of elements."""
+        """Return the plan, for counts of elements."""
         raise NotImplementedError
 
     @property
     def dome(self) -> Callable[[Array], Array] | None:
-        """Height of the upper side at points (n, 2) of the plan; ``None``: flat."""
+        """Return the height of the upper side at points (n, 2) of the plan; ``None``: flat."""
         return None
 
     def check_sectors(self, sectors: int) -> None:  # noqa: B027 - most have nothing to say
         """Raise `GeometryError` where it is known not to be that many equal sectors, 2 and more, between planes."""
 
     def patches_in(self, sectors: int) -> Patches:
-        """The groups in the first of that many equal sectors."""
+        """Return the groups in the first of that many equal sectors."""
         return self.patches
 
 
 def families(base: type[Shape] = Shape) -> Iterator[type[Shape]]:
-    """Every family that there is."""
+    """Yield every family that there is."""
     for each in base.__subclasses__():
         if "family" in vars(each):
             yield each
@@ -170,27 +170,27 @@ def families(base: type[Shape] = Shape) -> Iterator[type[Shape]]:
 
 
 def squares(low: Point, high: Point, distance: Distance) -> tuple[Array, Array]:
-    """Centres (n, 2) and areas (n,) of rectangles that tile a rectangle, smaller where |``distance``| is."""
+    """Return the centres (n, 2) and areas (n,) of rectangles that tile a rectangle, smaller where |``distance``| is."""
     extent = np.subtract(high, low)
     finest = FINEST * float(extent.max())
     counts = np.maximum(1, np.ceil(COARSEST * extent / extent.max() - 1e-9)).astype(int)
     steps = extent / counts
     axes = [low[k] + steps[k] * (np.arange(counts[k]) + 0.5) for k in range(2)]
     centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-    found, areas = [], []
+    all_centres, areas = [], []
     for level in range(HALVINGS + 1):
         coarse = steps.max() > PER_DISTANCE * np.maximum(np.abs(distance(centres)), finest)
         coarse &= level < HALVINGS
-        found.append(centres[~coarse])
-        areas.append(np.full(len(found[-1]), steps.prod()))
+        all_centres.append(centres[~coarse])
+        areas.append(np.full(len(all_centres[-1]), steps.prod()))
         steps = steps / 2
         corners = steps / 2 * np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)])
         centres = (centres[coarse][:, None, :] + corners).reshape(-1, 2)
-    return np.concatenate(found), np.concatenate(areas)
+    return np.concatenate(all_centres), np.concatenate(areas)
 
 
 def circle_points(centres: Array, radius: float) -> tuple[Array, Array]:
-    """Points (n, 2) on circles about some centres, and the length around each."""
+    """Return the points (n, 2) on circles about some centres, and the length around each."""
     angles = 2 * math.pi * np.arange(OUTLINE) / OUTLINE
     ring = radius * np.column_stack([np.cos(angles), np.sin(angles)])
     points = (centres[:, None, :] + ring).reshape(-1, 2)
@@ -198,7 +198,7 @@ def circle_points(centres: Array, radius: float) -> tuple[Array, Array]:
 
 
 def side_points(half: Point) -> tuple[Array, Array]:
-    """Points (n, 2) on the sides of a rectangle about the origin, and the length around each."""
+    """Return the points (n, 2) on the sides of a rectangle about the origin, and the length around each."""
     corners = np.array([(-half[0], -half[1]), (half[0], -half[1]), half, (-half[0], half[1])])
     along = np.roll(corners, -1, axis=0) - corners
     t = (np.arange(OUTLINE) + 0.5) / OUTLINE

@@ -11,7 +11,8 @@ from seatfem.structures.shapes.faces import Colour
 
 
 def paint(step: str, faces: Mapping[int, Colour], solids: Mapping[int, Colour] = MappingProxyType({})) -> str:
-    """The STEP text with colours given to faces and solids, both counted from 1 in the order of the file's solids.
+    """Return the STEP text with colours given to faces and solids, both counted from 1 in the order of the file's
+    solids.
 
     ISO 10303-21 text, presentation entities of ISO 10303-46 (STYLED_ITEM and what it points to); alpha is dropped.
     """

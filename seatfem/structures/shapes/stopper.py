@@ -60,7 +60,7 @@ class Stopper(Turning):
         require_above(self, "thickness", self.thickness - self.top(self.radius), "the dome's height")
 
     def top(self, r: float) -> float:
-        """Height of the upper side at the radius r."""
+        """Return the height of the upper side at the radius r."""
         if self.dome_radius is None:
             return self.thickness
         return self.thickness - self.dome_radius + math.sqrt(self.dome_radius**2 - r * r)
@@ -76,13 +76,13 @@ class Stopper(Turning):
 
     @property
     def _inside_patch(self) -> Vector:
-        """A point of the patch beside the axis and within every sector."""
+        """Return a point of the patch beside the axis and within every sector."""
         r = self.contact_radius / 2
         return r * math.cos(INSIDE), r * math.sin(INSIDE), self.top(r)
 
     @property
     def profile(self) -> Profile:
-        """The half section, its side on the axis included."""
+        """Return the half section, its side on the axis included."""
         rim: list[Point] = [(0.0, 0.0), (self.radius, 0.0), (self.radius, self.top(self.radius))]
         split = self.contact_radius < self.radius
         ring: list[Point] = [(self.contact_radius, self.top(self.contact_radius))] if split else []
@@ -106,7 +106,7 @@ class Stopper(Turning):
         return lambda points: np.asarray(thickness - radius + np.sqrt(radius**2 - np.sum(points**2, axis=1)))
 
     def areas(self, occ: Any) -> dict[str, list[int]]:
-        """The disc (millimetres) and the patch in it, in the given gmsh OpenCASCADE model."""
+        """Add the disc (millimetres) and the patch in it, in the given gmsh OpenCASCADE model."""
         disc, patch = (occ.addDisk(0, 0, 0, 1e3 * r, 1e3 * r) for r in (self.radius, self.contact_radius))
         _, pieces = occ.fragment([(2, disc)], [(2, patch)])
         return {"patch": [tag for _, tag in pieces[1]]}

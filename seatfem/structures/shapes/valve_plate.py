@@ -62,7 +62,7 @@ class ValvePlate(Shape):
 
     @property
     def centres(self) -> tuple[tuple[float, float], ...]:
-        """(x, y) of the ports, the first first."""
+        """Return (x, y) of the ports, the first first."""
         if self.layout == "row":
             return tuple(((k - (self.ports - 1) / 2) * self.pitch, 0.0) for k in range(self.ports))
         angles = [2 * math.pi * k / self.ports for k in range(self.ports)]
@@ -70,28 +70,29 @@ class ValvePlate(Shape):
 
     @property
     def circle_radius(self) -> float:
-        """Of the circle that the ports' centres lie on."""
+        """Return the radius of the circle that the ports' centres lie on."""
         return 0.0 if self.ports == 1 else self.pitch / (2 * math.sin(math.pi / self.ports))
 
     @property
     def outer_radius(self) -> float:
-        """Of the round plate."""
+        """Return the outer radius of the round plate."""
         return self.circle_radius + self.port_radius + self.margin
 
     @property
     def half_sides(self) -> tuple[float, float]:
-        """Of the rectangular plate, along x and y."""
+        """Return half the sides of the rectangular plate, along x and y."""
         half = self.port_radius + self.margin
         return (self.ports - 1) / 2 * self.pitch + half, half
 
     def has_sectors(self, sectors: int) -> bool:
-        """Whether the plate is that many equal sectors from the plane y = 0 on, each between planes of symmetry."""
+        """Return whether the plate is that many equal sectors from the plane y = 0 on, each between planes of
+        symmetry."""
         if self.layout == "row":
             return sectors in (2, 4)
         return self.ports == 1 or (2 * self.ports) % sectors == 0
 
     def lands_in(self, sectors: int) -> dict[str, tuple[float, float]]:
-        """Name and centre of the lands with some part in the first of that many sectors."""
+        """Return the name and centre of the lands with some part in the first of that many sectors."""
         half = math.pi / sectors
         reach = self.port_radius + self.land_width
         names = {}
@@ -103,7 +104,7 @@ class ValvePlate(Shape):
         return names
 
     def patches_in(self, sectors: int) -> Patches:
-        """The groups in the first of that many sectors."""
+        """Return the groups in the first of that many sectors."""
         reach, top = self.port_radius + self.land_width, self.thickness
         lands: Patches = {
             name: (PlaneFace(UP, top, radius_max=reach, axis_point=(x, y, 0.0)),)
@@ -137,7 +138,7 @@ class ValvePlate(Shape):
         occ.fragment([entity for entity in solid if entity[0] == 3], [*lands, (2, _rim(self, occ))])
 
     def areas(self, occ: Any) -> dict[str, list[int]]:
-        """The plan (millimetres), split into its areas; returns their surface tags."""
+        """Add the plan (millimetres), split into its areas; return their surface tags."""
         lands = [(2, _land(self, occ, centre, 0.0)) for centre in self.centres]
         _, pieces = occ.fragment([(2, _base(self, occ, 0.0))], [*lands, (2, _rim(self, occ))])
         names = [f"land_{number}" for number in range(1, self.ports + 1)]
