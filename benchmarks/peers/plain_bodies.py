@@ -20,7 +20,7 @@ Number = Callable[[Any], float]
 def seat_modes(table: dict[str, Any], number: Number, count: int) -> tuple[Array, Array, float]:
     """Return angular frequencies, mean displacements of the lip and its static compliance, of the seat's section.
 
-    Quadrilaterals of the second order about the axis; the lip is sqrt(``count``/2) elements wide, others grow away from it.
+    Quadrilaterals of the second order about the axis; the lip is sqrt(``count``/2) elements wide, others grow from it.
     """
     bore, lip, height, outer, thickness = (
         number(table[key]) for key in ("bore_radius", "lip_width", "lip_height", "outer_radius", "thickness")
@@ -116,4 +116,5 @@ def sprung_ring_modes(scene: dict[str, Any], number: Number, count: int) -> tupl
         rates = number(reed["velocity"]) * (vectors.T @ (M @ lifted))
     shift, shapes = squares[1], vectors.T @ contact  # far below the modes left out, so that they yield as at rest
     whole = float(contact @ np.linalg.solve(K + shift * M, contact))
-    return np.sqrt(np.maximum(squares, 0)), shapes, rates, vectors.T @ forces, whole - float(shapes**2 @ (1 / (squares + shift)))
+    left = whole - float(shapes**2 @ (1 / (squares + shift)))
+    return np.sqrt(np.maximum(squares, 0)), shapes, rates, vectors.T @ forces, left

@@ -2,7 +2,7 @@
 
     python -m benchmarks.peers.plain_program SCENE.toml LEVEL
 
-reads a scene, computes it at a fidelity 0, 1, ... and prints its measures as JSON. Both bodies are sums of their natural
+reads a scene, computes it at a fidelity 0, 1, ... and prints its measures as JSON. Both bodies are sums of natural
 modes: a cantilever and a rod by their closed forms, an annular seat and a ring by finite elements (`plain_bodies.py`).
 What modes that are left out would yield is a spring in series with the contact. Between steps each mode moves exactly;
 contact, film and gas act as kicks at both ends of a step (the splitting of Strang, that is velocity Verlet).
@@ -24,7 +24,6 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.stats import norm
-
 
 Array = NDArray[np.float64]
 UNITS: Final = {
@@ -74,10 +73,11 @@ class Body:
     stress: Array
 
 
-def at_rest(omega: Array, damping: float, shapes: Array, compliance: float) -> Body:
+def at_rest(omega: Any, damping: float, shapes: Array, compliance: float) -> Body:
     """Return a body at rest whose contact has this static compliance [m/N]."""
     left, zero = compliance - float(np.sum((shapes / omega) ** 2)), np.zeros_like(omega)
-    return Body(omega, np.full_like(omega, damping), shapes, max(left, 0.0), zero, zero, zero, np.zeros((0, len(omega))))
+    no_stress = np.zeros((0, len(omega)))
+    return Body(omega, np.full_like(omega, damping), shapes, max(left, 0.0), zero, zero, zero, no_stress)
 
 
 def cantilever(table: dict[str, Any], at: float, count: int) -> Body:
@@ -88,7 +88,7 @@ def cantilever(table: dict[str, Any], at: float, count: int) -> Body:
     guess = (np.arange(count) + 0.5) * np.pi
     guess[0] = 1.875
     for _ in range(20):  # Newton's on cos k + 1/cosh k
-        sech = 1 / np.cosh(guess)
+        sech = 1 / np.cosh(np.minimum(guess, 700))
         guess += (np.cos(guess) + sech) / (np.sin(guess) + sech * np.tanh(guess))
     fall, end = np.exp(-guess), np.cos(guess) + np.sin(guess)
     rising = (fall + end) / (1 + fall**2 + 2 * fall * np.cos(guess))  # (1 - sigma) exp(k)/2
@@ -104,7 +104,8 @@ def cantilever(table: dict[str, Any], at: float, count: int) -> Body:
     rates = np.zeros(count)
     if "release" in table:
         rates[0] = number(table["release"]["velocity"]) / shape(1.0, -1)[0]
-    return replace(body, rates=rates, stress=young * thickness / 2 * (guess / length) ** 2 * np.array([shape(0.0, 1), shape(at / length, 1)]))
+    curvatures = (guess / length) ** 2 * np.array([shape(0.0, 1), shape(at / length, 1)])
+    return replace(body, rates=rates, stress=young * thickness / 2 * curvatures)
 
 
 def rod(table: dict[str, Any], count: int) -> Body:
@@ -120,8 +121,8 @@ def massless() -> Body:
     return at_rest(np.zeros(0), 0.0, np.zeros(0), 0.0)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
-def march(turns, rate_turns, shapes, stress, q, v, push, gap0, stiffness, film, gas, state, dt, steps):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+@njit(cache=True)
+def march(turns, rate_turns, shapes, stress, q, v, push, gap0, stiffness, film, gas, state, dt, steps):
     """Return forces (steps, contacts), stresses (steps, places), openings (steps,), gas flows (3,)."""
     contacts, count = shapes.shape
     forces, seen = np.zeros((steps, contacts)), np.zeros((steps, len(stress)))
@@ -155,16 +156,16 @@ def march(turns, rate_turns, shapes, stress, q, v, push, gap0, stiffness, film, 
     return forces, seen, opening, flows
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
-def nozzle(upstream, temperature, downstream):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+@njit(cache=True)
+def nozzle(upstream, temperature, downstream):
     """Return the mass flow through an area [kg/(s m^2)], Saint-Venant and Wantzel."""
     r = max(downstream / upstream, (2 / (HEATS + 1)) ** (HEATS / (HEATS - 1)))
     inside = 2 * HEATS / ((HEATS - 1) * GAS_CONSTANT * temperature)
     return upstream * math.sqrt(inside * max(r ** (2 / HEATS) - r ** ((HEATS + 1) / HEATS), 0.0))
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
-def gas_rates(gas, pressure, mass, lift, time):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+@njit(cache=True)
+def gas_rates(gas, pressure, mass, lift, time):
     """Return p', flow through the reed, flow out through the other valve."""
     _, radius, flow, suction, warm, discharge, _, speed, start, bore, crank, link, clearance, other = gas
     angle = start + speed * time
@@ -183,8 +184,8 @@ def gas_rates(gas, pressure, mass, lift, time):  # type: ignore[no-untyped-def] 
     return rise, entering, leaving
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
-def feed_gas(gas, state, flows, lift, time, span):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+@njit(cache=True)
+def feed_gas(gas, state, flows, lift, time, span):
     """Advance pressure and mass by the midpoint rule; return the force on the reed [N]."""
     rise, entering, leaving = gas_rates(gas, state[0], state[1], lift, time)
     pressure, mass = state[0] + span / 2 * rise, state[1] + span / 2 * (entering - leaving)
@@ -285,8 +286,8 @@ def bodies_of(scene: dict[str, Any], fine: Fidelity) -> tuple[Body, Body, float]
         striker = cantilever(reed, number(contact.get("at", reed["length"])), fine.striker)
     elif reed["kind"] == "rigid_mass":
         mass, speed = numbers(reed, "mass", "velocity")
-        one, zero = np.ones(1), np.zeros(1)
-        striker = Body(zero, zero, one / math.sqrt(mass), 0.0, speed * math.sqrt(mass) * one, zero, zero, np.zeros((0, 1)))
+        zero, root = np.zeros(1), np.full(1, math.sqrt(mass))
+        striker = Body(zero, zero, 1 / root, 0.0, speed * root, zero, zero, np.zeros((0, 1)))
     else:
         omega, shapes, rates, push, residual = sprung_ring_modes(scene, number, fine.striker)
         zero = np.zeros_like(omega)
@@ -318,7 +319,8 @@ def solve(scene: dict[str, Any], fine: Fidelity, strength: dict[str, Any] | None
         gaps.append(number(scene["stopper"]["lift"]) - gaps[0])
     omega, damping = (np.concatenate([getattr(b, name) for b in (striker, seat)]) for name in ("omega", "damping"))
     q, v, push = (np.concatenate([getattr(b, name) for b in (striker, seat)]) for name in ("place", "rates", "push"))
-    gas, state, duration = (0.0,) * 14, np.zeros(2), number(run.get("duration", 0))
+    gas: tuple[float, ...] = (0.0,) * 14
+    state, duration = np.zeros(2), number(run.get("duration", 0))
     if "gas" in scene:
         table, gas = scene["gas"], gas_of(scene["gas"])
         duration = 60 * number(table["cycles"]) / number(table["rpm"])
