@@ -54,12 +54,12 @@ class Judged:
 
 
 SCENES: Final = (
-    Judged("beam_on_rod", (IMPULSE, PEAK, STRESS, CONTACT_STRESS), PLAIN, 8),
-    Judged("mass_on_lip", (IMPULSE, PEAK), PLAIN, 6),
+    Judged("beam_on_rod", (IMPULSE, PEAK, STRESS, CONTACT_STRESS), PLAIN, 9),
+    Judged("mass_on_lip", (IMPULSE, PEAK), PLAIN, 7),
     Judged("tilted_flapper", (IMPULSE, PEAK), POINTS, len(GRIDS) - 1),
-    Judged("repeated_landing", (MARGIN,), PLAIN, 7),
+    Judged("repeated_landing", (MARGIN,), PLAIN, 8),
     Judged("gas_valve", (IMPULSE, PEAK, MASS), PLAIN, 5),
-    Judged("film_landing", (IMPULSE, PEAK), PLAIN, 8),
+    Judged("film_landing", (IMPULSE, PEAK), PLAIN, 9),
     Judged("sprung_ring", (IMPULSE, PEAK), PLAIN, 6),
 )
 SHORT: Final = 3  # scenes

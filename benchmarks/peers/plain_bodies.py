@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Number = Callable[[Any], float]
 
 
-def seat_modes(table: dict[str, Any], number: Number, count: int) -> tuple[Array, Array, float]:
+def seat_modes(table: dict[str, Any], number: Number, count: int, highest: float) -> tuple[Array, Array, float]:
     """Return angular frequencies, mean displacements of the lip and its static compliance, of the seat's section.
 
     Quadrilaterals of the second order about the axis; the lip is sqrt(``count``/2) elements wide, others grow from it.
@@ -57,6 +57,8 @@ def seat_modes(table: dict[str, Any], number: Number, count: int) -> tuple[Array
     free = basis.complement_dofs(basis.get_dofs(lambda x: x[1] < 1e-9))
     K, M = (form.assemble(basis)[free][:, free].tocsc() for form in (stiffness, inertia))
     squares, vectors = eigsh(K, min(count, len(free) // 3), M, sigma=0)
+    kept = squares < highest**2
+    squares, vectors = squares[kept], vectors[:, kept]
     return np.sqrt(squares), mean[free] @ vectors, float(mean[free] @ splu(K).solve(mean[free]))
 
 
@@ -68,7 +70,9 @@ def graded(start: float, end: float, size: float, growth: float = 1.35) -> Array
     return np.asarray(start + np.cumsum(steps) * (end - start) / sum(steps))
 
 
-def sprung_ring_modes(scene: dict[str, Any], number: Number, count: int) -> tuple[Array, Array, Array, Array, float]:
+def sprung_ring_modes(
+    scene: dict[str, Any], number: Number, count: int, highest: float
+) -> tuple[Array, Array, Array, Array, float]:
     """Return angular frequencies, contact, rates, constant forces, and what modes left out yield, of a sprung ring.
 
     Mindlin's annular plate in bending about the axis, elements of the second order along the radius; springs stand
@@ -108,7 +112,7 @@ def sprung_ring_modes(scene: dict[str, Any], number: Number, count: int) -> tupl
         stiff, preload, gap = number(spring["stiffness"]), number(spring.get("preload", 0)), scene["contact"]["gap"]
         K[node, node] += stiff
         forces[node] -= preload + stiff * number(gap)  # the preload is that on the closed ring, a gap below
-    squares, vectors = eigh(K, M, subset_by_index=[0, min(count, len(K)) - 1])
+    squares, vectors = eigh(K, M, subset_by_value=[-np.inf, highest**2])
     rates = np.zeros(len(squares))
     if "velocity" in reed:
         lifted = np.zeros(len(K))

@@ -4,8 +4,9 @@
 
 reads a scene, computes it at a fidelity 0, 1, ... and prints its measures as JSON. Both bodies are sums of natural
 modes: a cantilever and a rod by their closed forms, an annular seat and a ring by finite elements (`plain_bodies.py`).
-What modes that are left out would yield is a spring in series with the contact. Between steps each mode moves exactly;
-contact, film and gas act as kicks at both ends of a step (the splitting of Strang, that is velocity Verlet).
+Modes are kept up to one radian a step; what the others would yield is a spring in series with the contact. Between
+steps each mode moves exactly; contact, film and gas act as kicks at both ends of a step (the splitting of Strang, that
+is velocity Verlet, which resonates with modes that turn by pi in a step).
 """
 
 from __future__ import annotations
@@ -31,8 +32,8 @@ UNITS: Final = {
     "N/um": 1e6, "N/mm": 1e3, "GN/m": 1e9, "GPa": 1e9, "MPa": 1e6, "kg/m^3": 1.0, "mm^2": 1e-6, "cm^3": 1e-6,
     "uPa s": 1e-6, "deg": math.pi / 180,
 }  # fmt: skip
-MODES: Final = 8  # of the striker at level 0; each level has twice as many
-STEP: Final = 0.5e-6  # s, longest at level 0; each level halves it
+STEP: Final = 1e-6  # s, longest at level 0; each level halves it
+ELEMENTS: Final = 4  # at level 0, for bodies by finite elements; each level has twice as many modes
 GAS_CONSTANT: Final = 8.31446261815324 / 28.9647e-3  # J/(kg K), air
 HEATS: Final = 1.4  # ratio of its specific heats
 
@@ -61,6 +62,7 @@ class Body:
         rates, place: (n,) modal velocities and coordinates at the start.
         push: (n,) constant forces on the modes.
         stress: (places, n) stress at each place by each mode [Pa].
+        kinks: (places,) stress by modes left out under a unit force at rest [Pa/N].
     """
 
     omega: Array
@@ -71,20 +73,22 @@ class Body:
     place: Array
     push: Array
     stress: Array
+    kinks: Array
 
 
 def at_rest(omega: Any, damping: float, shapes: Array, compliance: float) -> Body:
     """Return a body at rest whose contact has this static compliance [m/N]."""
     left, zero = compliance - float(np.sum((shapes / omega) ** 2)), np.zeros_like(omega)
     no_stress = np.zeros((0, len(omega)))
-    return Body(omega, np.full_like(omega, damping), shapes, max(left, 0.0), zero, zero, zero, no_stress)
+    return Body(omega, np.full_like(omega, damping), shapes, max(left, 0.0), zero, zero, zero, no_stress, np.zeros(0))
 
 
-def cantilever(table: dict[str, Any], at: float, count: int) -> Body:
+def cantilever(table: dict[str, Any], at: float, highest: float) -> Body:
     """Return an Euler-Bernoulli beam struck at ``at`` [m]; stresses at its root and its contact."""
     length, width, thickness = numbers(table, "length", "width", "thickness")
     young, density = numbers(table["material"], "young", "density")
     mass, bending = density * length * width * thickness, young * width * thickness**3 / 12
+    count = int(math.sqrt(highest * math.sqrt(mass / (bending * length))) * length / math.pi + 0.5)
     guess = (np.arange(count) + 0.5) * np.pi
     guess[0] = 1.875
     for _ in range(20):  # Newton's on cos k + 1/cosh k
@@ -105,14 +109,17 @@ def cantilever(table: dict[str, Any], at: float, count: int) -> Body:
     if "release" in table:
         rates[0] = number(table["release"]["velocity"]) / shape(1.0, -1)[0]
     curvatures = (guess / length) ** 2 * np.array([shape(0.0, 1), shape(at / length, 1)])
-    return replace(body, rates=rates, stress=young * thickness / 2 * curvatures)
+    kinks = np.array([at, 0.0]) / bending - curvatures @ (body.shapes / omega**2)
+    face = young * thickness / 2
+    return replace(body, rates=rates, stress=face * curvatures, kinks=face * kinks)
 
 
-def rod(table: dict[str, Any], count: int) -> Body:
+def rod(table: dict[str, Any], highest: float) -> Body:
     """Return a rod that is fixed at its far end."""
     young, density, length, area = numbers(table, "young", "density", "length", "area")
-    omega = (np.arange(count) + 0.5) * np.pi / length * math.sqrt(young / density)
-    shapes = np.full(count, math.sqrt(2 / (density * area * length)))
+    speed = math.sqrt(young / density)
+    omega = np.pi * speed / length * (np.arange(max(1, int(highest * length / (np.pi * speed) + 0.5))) + 0.5)
+    shapes = np.full(len(omega), math.sqrt(2 / (density * area * length)))
     return at_rest(omega, number(table.get("damping_ratio", 0)), shapes, length / (young * area))
 
 
@@ -122,7 +129,7 @@ def massless() -> Body:
 
 
 @njit(cache=True)
-def march(turns, rate_turns, shapes, stress, q, v, push, gap0, stiffness, film, gas, state, dt, steps):
+def march(turns, rate_turns, shapes, stress, kinks, q, v, push, gap0, stiffness, film, gas, state, dt, steps):
     """Return forces (steps, contacts), stresses (steps, places), openings (steps,), gas flows (3,)."""
     contacts, count = shapes.shape
     forces, seen = np.zeros((steps, contacts)), np.zeros((steps, len(stress)))
@@ -151,7 +158,7 @@ def march(turns, rate_turns, shapes, stress, q, v, push, gap0, stiffness, film, 
                 forces[step, c] += force / 2
                 kick = kick + shapes[c] * (force * dt / 2)
             v += kick + shapes[0] * (load * dt / 2)
-        seen[step] = stress @ q
+        seen[step] = stress @ q + kinks * forces[step, 0]
         opening[step] = gaps[0]
     return forces, seen, opening, flows
 
@@ -264,16 +271,15 @@ def gas_of(table: dict[str, Any]) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class Fidelity:
-    """Modes of striker and seat, and the longest step [s]."""
+    """Longest step [s] and size of bodies by finite elements, in modes."""
 
-    striker: int
-    seat: int
     step: float
+    elements: int
 
 
 def fidelity(level: int) -> Fidelity:
     """Return what a level means."""
-    return Fidelity(MODES * 2**level, MODES * 2**level, STEP / 2**level)
+    return Fidelity(STEP / 2**level, ELEMENTS * 2**level)
 
 
 def bodies_of(scene: dict[str, Any], fine: Fidelity) -> tuple[Body, Body, float]:
@@ -283,21 +289,23 @@ def bodies_of(scene: dict[str, Any], fine: Fidelity) -> tuple[Body, Body, float]
 
     reed, seat, contact = scene["reed"], scene["seat"], scene.get("contact", {})
     if reed["kind"] == "cantilever":
-        striker = cantilever(reed, number(contact.get("at", reed["length"])), fine.striker)
+        striker = cantilever(reed, number(contact.get("at", reed["length"])), 1 / fine.step)
     elif reed["kind"] == "rigid_mass":
         mass, speed = numbers(reed, "mass", "velocity")
         zero, root = np.zeros(1), np.full(1, math.sqrt(mass))
-        striker = Body(zero, zero, 1 / root, 0.0, speed * root, zero, zero, np.zeros((0, 1)))
+        striker = Body(zero, zero, 1 / root, 0.0, speed * root, zero, zero, np.zeros((0, 1)), np.zeros(0))
     else:
-        omega, shapes, rates, push, residual = sprung_ring_modes(scene, number, fine.striker)
+        omega, shapes, rates, push, residual = sprung_ring_modes(scene, number, fine.elements, 1 / fine.step)
         zero = np.zeros_like(omega)
         damping = zero + number(reed["damping_ratio"])
-        striker = Body(omega, damping, shapes, max(residual, 0.0), rates, zero, push, np.zeros((0, len(omega))))
+        striker = Body(
+            omega, damping, shapes, max(residual, 0.0), rates, zero, push, np.zeros((0, len(omega))), np.zeros(0)
+        )
     if seat["kind"] == "spring":
         return striker, massless(), number(seat["stiffness"])
     if seat["kind"] == "rod":
-        return striker, rod(seat, fine.seat), math.inf
-    omega, shapes, compliance = seat_modes(seat, number, fine.seat)
+        return striker, rod(seat, 1 / fine.step), math.inf
+    omega, shapes, compliance = seat_modes(seat, number, fine.elements, 1 / fine.step)
     return striker, at_rest(omega, number(seat["damping_ratio"]), shapes, compliance), math.inf
 
 
@@ -339,8 +347,9 @@ def solve(scene: dict[str, Any], fine: Fidelity, strength: dict[str, Any] | None
     stress = np.hstack([striker.stress, np.zeros((len(striker.stress), len(seat.omega)))])
     turns = exact_turns(omega, damping, dt)
     forces, seen, opening, flows = march(
-        *turns, rows, stress, q.copy(), v.copy(), push, np.array(gaps), np.array(stiffness), film, gas, state, dt, steps
-    )
+        *turns, rows, stress, striker.kinks, q.copy(), v.copy(), push, np.array(gaps), np.array(stiffness),
+        film, gas, state, dt, steps,
+    )  # fmt: skip
     return read_measures(scene, strength, forces, seen, opening, flows, dt)
 
 
