@@ -1,10 +1,9 @@
-"""Speed for accuracy, judged by programs of others: docs/trade_programs.md with its pictures.
+"""Error against time of seatfem and of other programs, measured: docs/trade_programs.md.
 
-    python benchmarks/trade_of_programs.py [--short] [scene ...]    measures what the table lacks, then writes the page
-    python benchmarks/trade_of_programs.py --page                   writes the page from the table
+    python benchmarks/trade_of_programs.py [--short] [scene ...]
 
-Every point is a process from start to end, with an empty store and one thread. Points are rows of
-results/trade_of_programs.csv; a point that is there is not run again. `--short` takes three scenes.
+measures what the table lacks: every point is a process from start to end, with an empty store and one thread, and some
+rows of results/trade_of_programs.csv. `--short` takes three scenes. `trade_of_programs_page.py` then writes the page.
 """
 
 from __future__ import annotations
@@ -198,10 +197,10 @@ def measure(scene: Judged) -> None:
 
 
 def main(words: Sequence[str]) -> None:
-    """Measure what is asked for, then write the page."""
+    """Measure what is asked for."""
     names = [word for word in words if not word.startswith("--")]
     wanted = [scene for scene in SCENES if scene.name in names] if names else SCENES
-    for scene in () if "--page" in words else wanted[: SHORT if "--short" in words else None]:
+    for scene in wanted[: SHORT if "--short" in words else None]:
         measure(scene)
         print(scene.name, flush=True)  # noqa: T201
 

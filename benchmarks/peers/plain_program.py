@@ -298,6 +298,7 @@ def bodies_of(scene: dict[str, Any], fine: Fidelity) -> tuple[Body, Body, float]
         omega, shapes, rates, push, residual = sprung_ring_modes(scene, number, fine.elements, 1 / fine.step)
         zero = np.zeros_like(omega)
         damping = zero + number(reed["damping_ratio"])
+        damping[0] = 0.0  # the ring on its springs, which have none
         striker = Body(
             omega, damping, shapes, max(residual, 0.0), rates, zero, push, np.zeros((0, len(omega))), np.zeros(0)
         )
