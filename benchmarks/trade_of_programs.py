@@ -1,6 +1,6 @@
 """Error against time of seatfem and of other programs, measured: docs/trade_programs.md.
 
-    python benchmarks/trade_of_programs.py [--short] [scene ...]
+    PYTHONPATH=. python benchmarks/trade_of_programs.py [--short] [scene ...]
 
 measures what the table lacks: every point is a process from start to end, with an empty store and one thread, and some
 rows of results/trade_of_programs.csv. `--short` takes three scenes. `trade_of_programs_page.py` then writes the page.
@@ -160,7 +160,7 @@ def measure_other(scene: Judged, level: int) -> list[Row]:
 
 def measure_calculix() -> list[Row]:
     """Return CalculiX's landing: our march of its deck, by which its numbers of the last run are stated."""
-    from benchmarks.peers import calculix_landing as peer
+    from benchmarks.peers import calculix_landing as peer  # takes the whole of seatfem, for this point alone
 
     case = "spring, 0.2 deg"
     found = json.loads(peer.FOUND.read_text(encoding="utf-8"))[case]

@@ -151,8 +151,8 @@ HEAD: Final = """# Speed for accuracy, judged by other programs
 Written by `python benchmarks/trade_of_programs_page.py` from what `python benchmarks/trade_of_programs.py` measured on
 {machine}. Other programs were running, which is why the charts show processor time.
 
-In [Speed for accuracy](trade.md) the reference is this program itself, finer. Here it is a program that shares nothing
-with it. One scene a section; every error is relative.
+In [Speed for accuracy](trade.md) the reference is this program itself, finer. Here it is a program that shares with
+it the scene files and the equations of these pages alone. One scene a section; every error is relative.
 
 - **seatfem**: `seatfem run SCENE --no-pictures`, a process with an empty store and one thread, for targets of 30, 10, 3
   and 1 %: start, plan, mesh, rounds, error bars, spring baseline, files. Numba's compiled code is kept. A dash is the
@@ -166,8 +166,8 @@ with it. One scene a section; every error is relative.
 - **plate on points** (`benchmarks/points`): Mindlin's plate and the seat by spectral elements, a law at each point.
 - **CalculiX**, **scikit-fem and SciPy**: the solver alone, on a mesh that is there, from [an earlier table](peers.md).
 - **Reference**: the finest level of the scene's independent program. Its doubt is the change from the next coarser
-  level, which a method of first order still lacks at half the step (Richardson). Below it, shaded, nothing is decided,
-  and errors are drawn at its edge.
+  level, which a method of first order still lacks at half the step (Richardson). Below it, or below 0.001 %, nothing is decided: the
+  shaded part, at whose edge such errors are drawn.
 
 | scene | judged by | doubt | asked 1 %: largest error | time | as accurate by the other | bars that hold |
 |---|---|---|---|---|---|---|
