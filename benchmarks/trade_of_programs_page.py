@@ -166,8 +166,8 @@ it the scene files and the equations of these pages alone. One scene a section; 
 - **plate on points** (`benchmarks/points`): Mindlin's plate and the seat by spectral elements, a law at each point.
 - **CalculiX**, **scikit-fem and SciPy**: the solver alone, on a mesh that is there, from [an earlier table](peers.md).
 - **Reference**: the finest level of the scene's independent program. Its doubt is the change from the next coarser
-  level, which a method of first order still lacks at half the step (Richardson). Below it, or below 0.001 %, nothing is decided: the
-  shaded part, at whose edge such errors are drawn.
+  level, which a method of first order still lacks at half the step (Richardson). Below it, or below 0.001 %, nothing is
+  decided: the shaded part, at whose edge such errors are drawn.
 
 | scene | judged by | doubt | asked 1 %: largest error | time | as accurate by the other | bars that hold |
 |---|---|---|---|---|---|---|
