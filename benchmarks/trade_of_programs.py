@@ -16,13 +16,13 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Final
 
 from plate_on_points_product import write_scene
-from points.flapper_landing import GRIDS, LANDING
+from points.flapper_landing import GAP, GRIDS, LANDING
 
 from seatfem.structures.store import VARIABLE
 
@@ -101,7 +101,7 @@ def keep(rows: Sequence[Row]) -> None:
 def scene_text(name: str) -> str:
     """Return a scene as a file, with the strengths that it names by their whole path."""
     if name == "tilted_flapper":
-        return write_scene(LANDING, LANDING.duration)
+        return write_scene(replace(LANDING, gap=GAP), LANDING.duration)
     text = (HERE / "programs" / f"{name}.toml").read_text(encoding="utf-8")
     return text.replace('"../../', f'"{ROOT.as_posix()}/')
 
