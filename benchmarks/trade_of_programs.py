@@ -1,0 +1,209 @@
+"""Error against time of seatfem and of other programs, measured: docs/trade_programs.md.
+
+    PYTHONPATH=. python benchmarks/trade_of_programs.py [--short] [scene ...]
+
+measures what the table lacks: every point is a process from start to end, with an empty store and one thread, and some
+rows of results/trade_of_programs.csv. `--short` takes three scenes. `trade_of_programs_page.py` then writes the page.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from time import perf_counter
+from typing import Final
+
+from plate_on_points_product import write_scene
+from points.flapper_landing import GAP, GRIDS, LANDING
+
+from seatfem.structures.store import VARIABLE
+
+HERE: Final = Path(__file__).parent
+ROOT: Final = HERE.parent
+FILE: Final = HERE / "results" / "trade_of_programs.csv"
+TARGETS: Final = (0.3, 0.1, 0.03, 0.01)
+LONGEST: Final = 600  # s for a point
+ONE_THREAD: Final = dict.fromkeys(
+    ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+OURS, PLAIN, POINTS, CALCULIX = "seatfem", "plain program", "plate on points", "CalculiX"
+IMPULSE, PEAK, STRESS, MARGIN, MASS = (
+    *("impulse_Ns", "filtered_peak_force_N", "peak_reed_stress_after_contact_Pa"),
+    *("life_margin", "gas_mass_forward_kg"),
+)
+CONTACT_STRESS: Final = "stress_at_contact_Pa"
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A scene with the keys that are compared, the program that is the reference and its finest level."""
+
+    name: str
+    keys: tuple[str, ...]
+    reference: str
+    finest: int
+
+
+SCENES: Final = (
+    Judged("beam_on_rod", (IMPULSE, PEAK, STRESS, CONTACT_STRESS), PLAIN, 9),
+    Judged("mass_on_lip", (IMPULSE, PEAK), PLAIN, 7),
+    Judged("tilted_flapper", (IMPULSE, PEAK), POINTS, len(GRIDS) - 1),
+    Judged("repeated_landing", (MARGIN,), PLAIN, 8),
+    Judged("gas_valve", (IMPULSE, PEAK, MASS), PLAIN, 5),
+    Judged("film_landing", (IMPULSE, PEAK), PLAIN, 9),
+    Judged("sprung_ring", (IMPULSE, PEAK), PLAIN, 6),
+)
+SHORT: Final = 3  # scenes
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number of one point; ``setting`` is a target or a level, ``bar`` what the program says of its error."""
+
+    scene: str
+    program: str
+    setting: str
+    wall_s: float
+    processor_s: float
+    key: str
+    value: float
+    bar: float
+
+
+def read_rows() -> list[Row]:
+    """Return what has been measured."""
+    if not FILE.is_file():
+        return []
+    kinds = {field.name: {"str": str, "float": float}[str(field.type)] for field in fields(Row)}
+    with FILE.open(encoding="utf-8", newline="") as file:
+        return [Row(**{key: kinds[key](value) for key, value in row.items()}) for row in csv.DictReader(file)]
+
+
+def keep(rows: Sequence[Row]) -> None:
+    """Append the rows of a point to the file."""
+    new = not FILE.is_file()
+    with FILE.open("a", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, [field.name for field in fields(Row)], lineterminator="\n")
+        if new:
+            writer.writeheader()
+        for row in rows:
+            writer.writerow({key: f"{v:.9g}" if isinstance(v, float) else v for key, v in asdict(row).items()})
+
+
+def scene_text(name: str) -> str:
+    """Return a scene as a file, with the strengths that it names by their whole path."""
+    if name == "tilted_flapper":
+        return write_scene(replace(LANDING, gap=GAP), LANDING.duration)
+    text = (HERE / "programs" / f"{name}.toml").read_text(encoding="utf-8")
+    return text.replace('"../../', f'"{ROOT.as_posix()}/')
+
+
+def run_process(words: Sequence[str], folder: Path) -> tuple[str, float, float]:
+    """Run a command from an empty store; return what it prints, wall and processor time [s]."""
+    with tempfile.TemporaryDirectory() as store:
+        environment = {**os.environ, **ONE_THREAD, VARIABLE: store, "PYTHONPATH": str(ROOT)}
+        used, start = resource.getrusage(resource.RUSAGE_CHILDREN), perf_counter()
+        ended = subprocess.run(
+            [sys.executable, *words], env=environment, cwd=folder, capture_output=True, text=True, timeout=LONGEST
+        )
+        wall, after = perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
+    if ended.returncode > 1:  # 1: the target was missed
+        raise SystemExit(f"{' '.join(words)}: {ended.stderr}")
+    return ended.stdout, wall, after.ru_utime + after.ru_stime - used.ru_utime - used.ru_stime
+
+
+def measure_ours(scene: Judged, target: float) -> list[Row]:
+    """Run the scene as a user does."""
+    with tempfile.TemporaryDirectory() as place:
+        path, out = Path(place) / "scene.toml", Path(place) / "out"
+        path.write_text(scene_text(scene.name), encoding="utf-8")
+        words = ["-m", "seatfem", "run", str(path), "--no-pictures", "--quiet", "--set", f"accuracy.target={target}"]
+        _, wall, processor = run_process([*words, "-o", str(out)], ROOT)
+        found = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    spots = found.get("reed_stress_hot_spots") or []
+    found[CONTACT_STRESS] = next((spot["von_mises_Pa"] for spot in spots if spot["part"] == "contact"), float("nan"))
+    values = {key: found[key][0] if isinstance(found[key], list) else found[key] for key in scene.keys}
+    bars = {key: found.get(f"error_bar_{key}") for key in scene.keys}
+    return [
+        Row(scene.name, OURS, f"{100 * target:g} %", wall, processor, key, float(values[key]), _first(bars[key]))
+        for key in scene.keys
+    ]
+
+
+def _first(bar: float | list[float] | None) -> float:
+    if bar is None:
+        return float("nan")
+    return float(bar[0] if isinstance(bar, list) else bar)
+
+
+def measure_other(scene: Judged, level: int) -> list[Row]:
+    """Run the program that the scene is judged by."""
+    if scene.reference == POINTS:
+        text, wall, processor = run_process(["-m", "points.flapper_landing", str(level)], HERE)
+    else:
+        path = HERE / "programs" / f"{scene.name}.toml"
+        text, wall, processor = run_process(["-m", "benchmarks.peers.plain_program", str(path), str(level)], ROOT)
+    found = json.loads(text)
+    nan = float("nan")
+    return [
+        Row(scene.name, scene.reference, f"level {level}", wall, processor, key, found[key], nan) for key in scene.keys
+    ]
+
+
+def measure_calculix() -> list[Row]:
+    """Return CalculiX's landing: our march of its deck, by which its numbers of the last run are stated."""
+    from benchmarks.peers import calculix_landing as peer  # takes the whole of seatfem, for this point alone
+
+    case = "spring, 0.2 deg"
+    found = json.loads(peer.FOUND.read_text(encoding="utf-8"))[case]
+    with tempfile.TemporaryDirectory() as place:
+        path = Path(place) / "scene.toml"
+        path.write_text(peer.SCENE.format(**peer.CASES[case]), encoding="utf-8")
+        peer.export(path, "calculix", Path(place) / "deck")
+        time, force, _ = peer.np.loadtxt(Path(place) / "deck" / "contact.csv", delimiter=",", skiprows=1).T
+    count = round(peer.WIDTH / time[1])
+    peak = peer.np.convolve(force[1:], peer.np.full(count, 1 / count)).max()
+    values = {IMPULSE: force[1:].sum() * time[1] * (1 + found["impulse"]), PEAK: peak * (1 + found["peak"])}
+    seconds, nan = found["seconds"], float("nan")
+    return [
+        Row("tilted_flapper", CALCULIX, "one mesh", nan, seconds, key, float(value), nan)
+        for key, value in values.items()
+    ]
+
+
+def measure(scene: Judged) -> None:
+    """Measure what the table lacks of a scene."""
+    there = {(row.program, row.setting) for row in read_rows() if row.scene == scene.name}
+    targets = [target for target in TARGETS if (OURS, f"{100 * target:g} %") not in there]
+    if targets:
+        measure_ours(scene, TARGETS[0])  # not kept: it compiles what is not compiled yet
+    for target in targets:
+        keep(measure_ours(scene, target))
+    levels = [level for level in range(scene.finest + 1) if (scene.reference, f"level {level}") not in there]
+    if levels:
+        measure_other(scene, 0)
+    for level in levels:
+        keep(measure_other(scene, level))
+    if scene.reference == POINTS and (CALCULIX, "one mesh") not in there:
+        keep(measure_calculix())
+
+
+def main(words: Sequence[str]) -> None:
+    """Measure what is asked for."""
+    names = [word for word in words if not word.startswith("--")]
+    wanted = [scene for scene in SCENES if scene.name in names] if names else SCENES
+    for scene in wanted[: SHORT if "--short" in words else None]:
+        measure(scene)
+        print(scene.name, flush=True)  # noqa: T201
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,410 @@
+"""docs/trade_programs.md, its charts and the README's, from the table of `trade_of_programs.py`.
+
+python benchmarks/trade_of_programs_page.py
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from statistics import median
+from typing import Any, Final
+
+from matplotlib.patches import Patch
+from matplotlib.ticker import FixedLocator, NullLocator
+from peers.plain_program import STEP
+from points.flapper_landing import GAP, LANDING
+from table import RESULTS, machine
+from trade_of_programs import (
+    CALCULIX,
+    CONTACT_STRESS,
+    IMPULSE,
+    MARGIN,
+    MASS,
+    OURS,
+    PEAK,
+    PLAIN,
+    POINTS,
+    ROOT,
+    SCENES,
+    STRESS,
+    Judged,
+    Row,
+    read_rows,
+)
+
+from impact.files.atomic import whole_file
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, sheet
+
+DOCUMENT: Final = ROOT / "docs" / "trade_programs.md"
+IMAGES: Final = ROOT / "docs" / "images"
+SCIKIT: Final = "scikit-fem and SciPy"
+WORDS: Final = {
+    IMPULSE: "impulse",
+    PEAK: "peak force",
+    STRESS: "largest reed stress",
+    CONTACT_STRESS: "stress at the contact",
+    MARGIN: "fatigue margin",
+    MASS: "mass through the valve",
+}
+LOOKS: Final = {
+    OURS: (BLUE, "o"), PLAIN: (ORANGE, "s"), POINTS: (GREEN, "^"), CALCULIX: (PURPLE, "D"), SCIKIT: (GREY, "v"),
+}  # fmt: skip
+WIDE: Final = 8.0  # inch, from which on a legend is one line
+LEAST: Final = 1e-5  # relative, the smallest error or doubt that is drawn
+SHOWN: Final = ("beam_on_rod", "mass_on_lip", "tilted_flapper")
+TITLES: Final = {
+    "beam_on_rod": "Beam reed on a rod",
+    "mass_on_lip": "Rigid mass on the lip of a steel seat",
+    "tilted_flapper": "Flapper that lands tilted",
+    "repeated_landing": "Fatigue margin of a beam reed",
+    "gas_valve": "Suction reed, driven by the gas",
+    "film_landing": "Landing through a squeeze film",
+    "sprung_ring": "Ring valve with a spring",
+}
+
+
+@dataclass(frozen=True)
+class Point:
+    """A program at a setting: time [s], relative errors by key, its own bars over the reference's values."""
+
+    program: str
+    setting: str
+    wall: float
+    processor: float
+    errors: dict[str, float]
+    bars: dict[str, float]
+
+    @property
+    def worst(self) -> float:
+        """Return the largest error."""
+        return max(abs(error) for error in self.errors.values())
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A scene, the points of all programs but the reference itself, and the reference's doubts by key."""
+
+    scene: Judged
+    points: tuple[Point, ...]
+    doubts: dict[str, float]
+    seconds: float
+
+    @property
+    def floor(self) -> float:
+        """Return the largest doubt."""
+        return max(self.doubts.values())
+
+    def of(self, program: str) -> list[Point]:
+        """Return the points of a program."""
+        return [point for point in self.points if point.program == program]
+
+
+def is_complete(scene: Judged, rows: Sequence[Row]) -> bool:
+    """Return whether all points of a scene are on file."""
+    settings = {(row.program, row.setting) for row in rows if row.scene == scene.name}
+    return {(scene.reference, f"level {scene.finest}"), (OURS, "1 %")} <= settings
+
+
+def read_chart(scene: Judged, rows: Sequence[Row]) -> Chart:
+    """Return errors and doubts of a scene."""
+    grouped: dict[tuple[str, str], dict[str, Row]] = {}
+    for row in rows:
+        if row.scene == scene.name:
+            grouped.setdefault((row.program, row.setting), {})[row.key] = row
+    fine, coarser = (grouped[scene.reference, f"level {level}"] for level in (scene.finest, scene.finest - 1))
+    truth = {key: fine[key].value for key in scene.keys}
+    points = [
+        Point(
+            *name,
+            wall=one[scene.keys[0]].wall_s,
+            processor=one[scene.keys[0]].processor_s,
+            errors={key: one[key].value / truth[key] - 1 for key in scene.keys},
+            bars={key: one[key].bar / abs(truth[key]) for key in scene.keys if not math.isnan(one[key].bar)},
+        )
+        for name, one in grouped.items()
+        if name != (scene.reference, f"level {scene.finest}")
+    ]
+    doubts = {key: abs(coarser[key].value / truth[key] - 1) for key in scene.keys}
+    return Chart(
+        scene,
+        (*points, *(peers() if scene.name == "mass_on_lip" else ())),
+        doubts,
+        fine[scene.keys[0]].processor_s,
+    )
+
+
+def peers() -> Iterator[Point]:
+    """Yield what results/peers.json has of the same impact on a lip with round edges, beside its own mesh."""
+    table = json.loads((RESULTS / "peers.json").read_text(encoding="utf-8"))["tables"]["impact"]
+    for row in table["rows"]:
+        one = dict(zip(table["columns"], row, strict=True))
+        if one["program"] in (CALCULIX, SCIKIT):
+            seconds, peak, impulse = (float(one[name]) for name in ("first (s)", "peak (%)", "impulse (%)"))
+            errors = {IMPULSE: impulse / 100, PEAK: peak / 100}
+            yield Point(one["program"], f"steps of {one['step (ns)']} ns", math.nan, seconds, errors, {})
+
+
+HEAD: Final = """# Speed for accuracy, judged by other programs
+
+Written by `python benchmarks/trade_of_programs_page.py` from what `python benchmarks/trade_of_programs.py` measured on
+{machine}. Other programs were running, which is why the charts show processor time.
+
+In [Speed for accuracy](trade.md) the reference is this program itself, finer. Here it is a program that shares with
+it the scene files and the equations of these pages alone. One scene a section; every error is relative.
+
+- **seatfem**: `seatfem run SCENE --no-pictures`, a process with an empty store and one thread, for targets of 30, 10, 3
+  and 1 %: start, plan, mesh, rounds, error bars, spring baseline, files. Numba's compiled code is kept. A dash is the
+  error bar that the run states.
+- **plain program** (`benchmarks/peers/plain_program.py`, `benchmarks/peers/plain_bodies.py`; NumPy, SciPy, Numba, and
+  scikit-fem for an annular seat and a ring): what an engineer writes in an afternoon. Both bodies are sums of modes, of
+  the closed forms of cantilever and rod or of finite elements, up to one radian a step; what the others would yield is
+  a spring in series with the contact, their stress that of a force at rest. Time by Strang's splitting (velocity
+  Verlet), with steps of {step:g} us over 2^n on level n. Its time is that of its process; the afternoon is not in it,
+  and it states no error: the user finds it by a second level.
+- **plate on points** (`benchmarks/points`): Mindlin's plate and the seat by spectral elements, a law at each point.
+- **CalculiX**, **scikit-fem and SciPy**: the solver alone, on a mesh that is there, from [an earlier table](peers.md).
+- **Reference**: the finest level of the scene's independent program. Its doubt is the change from the next coarser
+  level, which a method of first order still lacks at half the step (Richardson). Below it, or below 0.001 %, nothing is
+  decided: the shaded part, at whose edge such errors are drawn.
+
+| scene | judged by | doubt | asked 1 %: largest error | time | as accurate by the other | bars that hold |
+|---|---|---|---|---|---|---|
+{rows}
+
+{bars}
+
+{findings}
+
+"""
+FINDINGS: Final = """What the charts say:
+
+- Where the two differ by more than bar and doubt, one of them is wrong, or they ask two questions. Three times the
+  plain program differed so, and it was wrong or had been asked something else. It first kept modes that turn by more
+  than pi in a step: its splitting resonates with them, the stress at the contact came out low, and its doubt did not
+  show it. It damped the ring on its valve springs, which have no damping. And a seat left open is divided into rings
+  for 1 %, each with its share of the spring, where the plain program pushes with the mean displacement: its scenes with
+  annular seats now state `rings = 1`.
+- Bars are {wide:.0f} times the error in the median.
+- For the error that seatfem reaches at 1 % the other program takes {cheap}, and seatfem {low:.1f} to {high:.1f} times
+  as long: it starts slower, plans, and repeats the contact for bars and baseline. Of the tilted flapper most goes into
+  plan, modes of the plate and error budget. CalculiX, given the mesh, takes longer than all. Who has written the
+  program for one scene is faster with it; seatfem takes any scene, chooses the model and knows the error.
+- A target of 30 % is hardly cheaper than one of 3 %: the time is not that of the contact.
+- **What `contact.gap` means depends on the parts across a tilted lip.** It is the smallest opening on the centre lines
+  of the parts: with one ring on that of the lip, with many at its edge. For the tilted flapper, whose rings the plan
+  chooses by the target, these are {shift:.1f} um apart. The reference takes the edge; by the lip's centre line the
+  impulse of its landing, which the run cuts off, would differ by more than our error. A landing that ends in flight
+  begins earlier or later, no more. The deck of CalculiX has two rings.
+- The tilted flapper misses 1 % by its own bar, and says so.
+"""
+ABOUT: Final = {
+    "beam_on_rod": """A steel reed, moving in its first mode, lands on a rod of PEEK with its waves; the law is a
+spring. The stress at the contact is a hot spot, for which runs state no bar.""",
+    "repeated_landing": """A steel reed lands on a rod of cast iron, again and again: rainflow, Goodman, a Basquin
+curve with Haibach's slope, Miner's sum. The strength is invented.""",
+    "gas_valve": """The cycle of [the gas page](gas.md) by the midpoint rule, on a beam reed between a seat and a
+stopper; impulse and peak are those of the whole run, with the gas that presses the reed shut.""",
+    "film_landing": """A rigid valve squeezes air out of the gap, N = -k/(g + f)^3 dg/dt ([methods](methods.md)), and
+lands on a bar of PEEK.""",
+    "mass_on_lip": """A rigid mass of 20 g strikes the sharp lip of an annular seat through a spring as stiff as the
+seat. CalculiX, scikit-fem and SciPy were given the same impact on a lip with edges of 0.1 mm: their errors are from the
+exact answer of their own mesh, whose error is not in them, as it is in the others.""",
+    "sprung_ring": """The ring of a ring valve, a Mindlin plate in both programs, closes under a valve spring on a lip
+of PEEK.""",
+    "tilted_flapper": """A flapper lands tilted by 0.2 degrees on the lip of a solid steel seat. CalculiX marched our
+mesh of plate and seat ([exchange](exchange.md)), coarse as it could afford; its time is that of the solver alone.""",
+}
+
+
+def draw_panel(axes: Any, chart: Chart, error_of: Callable[[Point], float], floor: float, key: str = "") -> None:
+    """Draw errors over processor time, those below the floor at its edge; of others the Pareto front; bars of a key."""
+    axes.set(xscale="log", yscale="log", xlabel="processor time [s]")
+    lowest, times = 100 * max(floor, LEAST), [point.processor for point in chart.points]
+    for program, (colour, mark) in LOOKS.items():
+        places = sorted((p.processor, max(100 * abs(error_of(p)), lowest)) for p in chart.of(program))
+        if not places:
+            continue
+        front = [place for n, place in enumerate(places) if all(place[1] < other[1] for other in places[:n])]
+        if program != OURS:
+            axes.plot(*zip(*front, strict=True), color=colour, lw=1, drawstyle="steps-post")
+        axes.plot(*zip(*places, strict=True), color=colour, marker=mark, ms=5, ls="none", label=program, clip_on=False)
+    bars = [(p.processor, 100 * p.bars[key]) for p in chart.of(OURS) if key in p.bars]
+    if bars:
+        axes.plot(
+            *zip(*bars, strict=True), ls="none", marker="_", ms=9, mew=1.5, color=BLUE, label="error bar of seatfem"
+        )
+    axes.axhspan(lowest / 3, lowest, color="#DDDDDD", lw=0, zorder=0)
+    axes.set(xlim=(min(times) / 1.4, max(10 * min(times), 1.4 * max(times))))
+    axes.set_ylim(bottom=lowest / 3)
+    axes.xaxis.set_major_locator(FixedLocator([a * 10.0**b for b in range(-1, 4) for a in (1, 2, 5)]))
+    axes.xaxis.set_minor_locator(NullLocator())
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
+
+
+def add_legend(figure: Any, panels: Sequence[Any]) -> None:
+    """Add one legend for all panels below them."""
+    named = {label: handle for a in panels for handle, label in zip(*a.get_legend_handles_labels(), strict=True)}
+    shade = Patch(color="#DDDDDD", label="nothing is decided below")
+    columns = 6 if figure.get_figwidth() > WIDE else 3
+    figure.legend([*named.values(), shade], [*named, shade.get_label()], loc="outside lower center", ncols=columns)
+
+
+def draw_scene(chart: Chart) -> None:
+    """Draw a panel for each key."""
+    keys = chart.scene.keys
+    path = IMAGES / f"trade_programs_{chart.scene.name}.png"
+    with sheet(path, max(5.6, 0.8 + 2.3 * len(keys)), 3.2) as figure:
+        panels = figure.subplots(1, len(keys), squeeze=False, sharex=True)[0]
+        for axes, key in zip(panels, keys, strict=True):
+            draw_panel(axes, chart, lambda point, key=key: point.errors[key], chart.doubts[key], key)
+            axes.set_title(WORDS[key].capitalize())
+        panels[0].set_ylabel("error [%]")
+        add_legend(figure, panels)
+
+
+def draw_readme(charts: Sequence[Chart]) -> None:
+    """Draw the largest error of three scenes in one picture."""
+    with sheet(IMAGES / "trade_programs.png", 8.4, 3.1) as figure:
+        panels = figure.subplots(1, len(charts), squeeze=False)[0]
+        for axes, chart in zip(panels, charts, strict=True):
+            draw_panel(axes, chart, lambda point: point.worst, chart.floor)
+            axes.set_title(TITLES[chart.scene.name])
+        panels[0].set_ylabel("largest error [%]")
+        add_legend(figure, panels)
+
+
+def percent(share: float) -> str:
+    """Return a share with two digits."""
+    return f"{100 * share:.2g} %"
+
+
+def cheapest(points: Sequence[Point], error: float) -> Point | None:
+    """Return the cheapest point that is at least as accurate."""
+    return min((p for p in points if p.worst <= error), key=lambda p: p.processor, default=None)
+
+
+def at_one_percent(chart: Chart) -> tuple[Point, Point | None]:
+    """Return our run for 1 % and the cheapest point of the reference's program that is as accurate."""
+    best = next(point for point in chart.of(OURS) if point.setting == "1 %")
+    return best, cheapest(chart.of(chart.scene.reference), max(best.worst, chart.floor))
+
+
+def inside(chart: Chart) -> list[bool]:
+    """Return, for each bar that our runs state, whether the error is within it and the doubt."""
+    return [
+        abs(point.errors[key]) <= bar + chart.doubts[key] for point in chart.of(OURS) for key, bar in point.bars.items()
+    ]
+
+
+def overview(chart: Chart) -> str:
+    """Return a scene's row."""
+    best, other = at_one_percent(chart)
+    held = inside(chart)
+    title = TITLES[chart.scene.name]
+    link = title.lower().replace(" ", "-").replace(",", "")
+    cells = [
+        f"[{title}](#{link})",
+        chart.scene.reference,
+        percent(chart.floor),
+        percent(best.worst),
+        f"{best.processor:.1f} s",
+        "none" if other is None else f"{other.processor:.1f} s ({other.setting})",
+        f"{sum(held)} of {len(held)}",
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def verdict(chart: Chart) -> str:
+    """Return what is decided and what is not, key by key, and which bars fail."""
+    sentences = []
+    for key in chart.scene.keys:
+        doubt = chart.doubts[key]
+        below = [p.setting for p in chart.of(OURS) if abs(p.errors[key]) < doubt]
+        if below:
+            sentences.append(
+                f"{WORDS[key].capitalize()}: nothing is decided below {percent(doubt)}, where the runs for "
+                f"{', '.join(below)} are."
+            )
+    fails = [
+        f"{WORDS[key]} for {p.setting} (error {percent(p.errors[key])}, bar {percent(bar)}, doubt "
+        f"{percent(chart.doubts[key])})"
+        for p in chart.of(OURS)
+        for key, bar in p.bars.items()
+        if abs(p.errors[key]) > bar + chart.doubts[key]
+    ]
+    if fails:
+        sentences.append(f"Beyond bar and doubt: {'; '.join(fails)}.")
+    return " ".join(sentences)
+
+
+def section(chart: Chart) -> str:
+    """Return a scene's chart, words and table."""
+    name, keys = chart.scene.name, chart.scene.keys
+    file = "benchmarks/points/flapper_landing.py" if name == "tilted_flapper" else f"benchmarks/programs/{name}.toml"
+    lines = [
+        f"## {TITLES[name]}",
+        "",
+        f"`{file}`. {ABOUT[name]}",
+        "",
+        f"![Error against time](images/trade_programs_{name}.png)",
+        "",
+    ]
+    if words := verdict(chart):
+        lines += [words, ""]
+    lines += [
+        f"| program | setting | wall | processor | {' | '.join(WORDS[key] for key in keys)} |",
+        "|---" * (4 + len(keys)) + "|",
+    ]
+    for point in sorted(chart.points, key=lambda point: list(LOOKS).index(point.program)):
+        cells = [
+            f"{100 * point.errors[key]:+.2g} %" + (f" (bar {percent(point.bars[key])})" if key in point.bars else "")
+            for key in keys
+        ]
+        wall = "" if math.isnan(point.wall) else f"{point.wall:.1f} s"
+        lines.append(f"| {point.program} | {point.setting} | {wall} | {point.processor:.3g} s | {' | '.join(cells)} |")
+    doubts = ", ".join(f"{WORDS[key]} {percent(chart.doubts[key])}" for key in keys)
+    lines += ["", f"Reference: level {chart.scene.finest}, {chart.seconds:.0f} s. Its doubt: {doubts}.", ""]
+    return "\n".join(lines)
+
+
+def describe_findings(charts: Sequence[Chart]) -> str:
+    """Return what all charts say together."""
+    ratios = [
+        bar / max(abs(point.errors[key]), LEAST)
+        for chart in charts
+        for point in chart.of(OURS)
+        for key, bar in point.bars.items()
+    ]
+    times = [(best.processor, other.processor) for best, other in map(at_one_percent, charts) if other]
+    low, high = (f(ours / other for ours, other in times) for f in (min, max))
+    cheap = f"{min(t for _, t in times):.1f} to {max(t for _, t in times):.1f} s"
+    return FINDINGS.format(wide=median(ratios), cheap=cheap, low=low, high=high, shift=1e6 * (LANDING.gap - GAP))
+
+
+def write_page() -> None:
+    """Draw the charts and write the page."""
+    rows = read_rows()
+    charts = [read_chart(scene, rows) for scene in SCENES if is_complete(scene, rows)]
+    for chart in charts:
+        draw_scene(chart)
+    if len(shown := [chart for chart in charts if chart.scene.name in SHOWN]) == len(SHOWN):
+        draw_readme(shown)
+    held = [each for chart in charts for each in inside(chart)]
+    bars = f"Of {len(held)} error bars of seatfem {sum(held)} hold, the doubt added."
+    head = HEAD.format(
+        machine="; ".join(f"{key} {value}" for key, value in machine().items()),
+        findings=describe_findings(charts),
+        step=1e6 * STEP,
+        rows="\n".join(map(overview, charts)),
+        bars=bars,
+    )
+    with whole_file(DOCUMENT) as temporary:
+        temporary.write_text(head + "\n".join(map(section, charts)), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write_page()
