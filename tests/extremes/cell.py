@@ -10,11 +10,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, Generic, Literal, TypeVar
 
+from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.reduction.modes import ConvergenceError
 
 Verdict = Literal["right", "advised", "barred", "warned", "refused", "slow", "wrong"]
 _PACKAGES = ("impact", "seatfem")
-_REFUSALS = (ValueError, ArithmeticError, ConvergenceError)
+_REFUSALS = (ValueError, ArithmeticError, ConvergenceError, MeshingError)
 TIMES: Final = 3.0  # of a price that was predicted: beyond it a run is called slow or large
 LITTLE_TIME, LITTLE_MEMORY = 5.0, 0.5e9  # s and bytes that it may take in addition: start of processes and libraries
 EXCUSED: Final = 0.5  # largest error that any advice excuses: beyond it not even the order of magnitude is known
