@@ -6,7 +6,6 @@ import contextlib
 import io
 import json
 import math
-import os
 import re
 from collections.abc import Iterator, Mapping
 from importlib.metadata import version
@@ -105,13 +104,8 @@ def help_of_verbs() -> dict[str, str]:
 
 
 def _help(verb: list[str]) -> str:
-    said, width = io.StringIO(), os.environ.get("COLUMNS")
-    os.environ["COLUMNS"] = "100"
-    try:
-        with contextlib.redirect_stdout(said), contextlib.suppress(SystemExit):
-            run_command([*verb, "--help"])
-    finally:
-        os.environ.pop("COLUMNS")
-        if width is not None:
-            os.environ["COLUMNS"] = width
-    return said.getvalue()
+    """Return the words of a help, however wide the terminal is."""
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said), contextlib.suppress(SystemExit):
+        run_command([*verb, "--help"])
+    return " ".join(re.sub(r"[\u2500-\u257f]", " ", said.getvalue()).split())
