@@ -12,11 +12,11 @@ SINGLE_THREAD := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMB
 TEST_WORKERS  ?= auto
 
 .DELETE_ON_ERROR:
-.PHONY: help demo test quick lint types unit installed lowest verify doctor docs extremes fuzz history clean distclean
+.PHONY: help demo test quick lint types unit installed lowest verify doctor docs extremes frozen fuzz history clean distclean
 
 help:
 	@sed -n 's/^# //p' Makefile
-	@echo "Also: lint, types, unit (pytest only), verify, doctor, docs (into build/docs), extremes, fuzz, history, clean, distclean."
+	@echo "Also: lint, types, unit (pytest only), verify, doctor, docs (into build/docs), extremes, frozen, fuzz, history, clean, distclean."
 
 demo: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem demo
@@ -58,6 +58,10 @@ docs: $(VENV)/installed-dev
 
 extremes: $(VENV)/installed-dev
 	$(SINGLE_THREAD) $(PY) -m tests.extremes
+
+# Numbers of all examples and a dozen further scenes against those on file, tests/frozen: some ten minutes.
+frozen: $(VENV)/installed-dev
+	$(SINGLE_THREAD) $(PY) -m tests.frozen
 
 fuzz: $(VENV)/installed-dev
 	$(SINGLE_THREAD) $(PY) -m tests.fuzz --write
