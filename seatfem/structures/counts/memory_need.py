@@ -1,4 +1,4 @@
-"""How much memory a three-dimensional seat takes, known before it is taken.
+"""The memory that a three-dimensional seat needs, known before it is taken.
 
 Two nodes are coupled where some element holds both. Each couple belongs to exactly one vertex, edge, face or element,
 the smallest that holds both, so the couples are counted without a matrix: with V, E, F, T vertices, edges, faces and

@@ -86,10 +86,10 @@ damping_ratio = 0.005
         number = spans.of_times(np.arange(len(force)))
 
         def largest(chosen: slice) -> PeakStress:
-            wanted = np.isin(number, np.arange(spans.count)[chosen])
-            if not (wanted.any() and pressed[wanted].any()):
+            in_spans = np.isin(number, np.arange(spans.count)[chosen])
+            if not pressed[in_spans].any():
                 return NO_STRESS
-            step = int(np.argmax(np.where(wanted, pressed, 0.0)))
+            step = int(np.argmax(np.where(in_spans, pressed, 0.0)))
             value = 2 * most.stress * pressed[step] / (math.pi * facet**2)
             return PeakStress(float(value), most.depth * facet, dt * step)
 

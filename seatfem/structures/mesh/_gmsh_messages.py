@@ -1,4 +1,4 @@
-"""What the gmsh process sends its parent: JSON lines on standard output."""
+"""Messages that the gmsh process sends its parent, as JSON lines on standard output."""
 
 from __future__ import annotations
 

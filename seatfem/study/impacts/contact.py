@@ -329,8 +329,8 @@ def record_of(
     stepper = marched(scene, problem, dt, flight, duration)
     landings = landings_of_march(stepper, scene.run.filter_width, None if like is None else like.static)
     others = None if like is None else like.seat
-    wanted = (look or bending_look(scene)) if stresses and scene.needs_stress else None
-    blow = blow_of_march(scene, stepper, landings.seat, others, stress=wanted)
+    stress_look = (look or bending_look(scene)) if stresses and scene.needs_stress else None
+    blow = blow_of_march(scene, stepper, landings.seat, others, stress=stress_look)
     return RunRecord(blow, landings, stopper_force_of(stepper))
 
 

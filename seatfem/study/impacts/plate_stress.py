@@ -211,7 +211,7 @@ class PlateLook:
         """Return the largest stresses, before and after the time ``since`` at which a landing begins, too [s]."""
         if not len(self.field.points):
             return None
-        forces, body = Forces.of(stepper), self.field.body
+        forces, body = Forces.from_march(stepper), self.field.body
         pushes = pushes_of(body.greens, forces.by(self.division), self.division, forces.stopper)
         field = struck_by(self.field, body, stepper.opening, pushes, forces.dt)
         return stresses_of_plate(self.scene, field, largest(field, pushes, forces.dt, since=since, workers=1))
@@ -234,7 +234,7 @@ class Forces:
     dt: float
 
     @staticmethod
-    def of(stepper: impact.ContactStepper) -> Forces:
+    def from_march(stepper: impact.ContactStepper) -> Forces:
         """Return those of a run that is over."""
         problem, parts = stepper.prepared.problem, parts_of(stepper)
         division = Division.of(problem.target.greens) if parts.shape[1] > 1 else Division()

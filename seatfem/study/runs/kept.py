@@ -14,12 +14,12 @@ from seatfem.machine.code import cache_folder, code_version
 from seatfem.structures.store import content_key
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import FIELDS
+from seatfem.study.runs.ended import UNSOUND
 from seatfem.study.runs.round import Round
 from seatfem.study.scene.parcel import by_content
 
 MOST: Final = 100_000  # bytes of a file
 OLDEST: Final = 2000  # files that are kept, the last written first
-UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 
 
 def kept_numbers(

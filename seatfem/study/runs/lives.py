@@ -18,7 +18,8 @@ from seatfem.structures.fields.recovery import StressField
 from seatfem.study.impacts.life import STRESS, Histories, Lasting, asked_keys, block_from, lasting, life_keys, of_beam
 from seatfem.study.impacts.life_json import as_json, from_json
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.runs.kept import UNSOUND, kept_numbers
+from seatfem.study.runs.ended import UNSOUND
+from seatfem.study.runs.kept import kept_numbers
 from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress, parts_of_plate, plate_pushes, struck_in
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_fields import force_by_port

@@ -52,7 +52,7 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
         return seat, reed
 
     def look(stepper: impact.ContactStepper) -> Values:
-        forces = Forces.of(stepper)
+        forces = Forces.from_march(stepper)
         return {name: value for each in looks.values() for name, value in each(forces).items()}
 
     own, finer = _told(seat), _told(None)
@@ -89,6 +89,7 @@ def _without_waves(plan: Plan) -> tuple[str, ...]:
 
 
 def _without_bar(seat: SeatStress) -> tuple[str, ...]:
+    """Return why a stress of the seat has no error bar; nothing where both have one."""
     if not (math.isnan(seat.bar) or math.isnan(seat.tension_bar)):
         return ()
     bars = {"peak_seat_stress_Pa": seat.bar, "peak_seat_principal_stress_Pa": seat.tension_bar}
