@@ -179,8 +179,7 @@ it the scene files and the equations of these pages alone. One scene a section; 
 FINDINGS: Final = """- Bars are {wide:.0f} times the error in the median.
 - For the error that seatfem reaches at 1 % the other program takes {cheap}, and seatfem {low:.1f} to {high:.1f} times
   as long: it starts slower, plans, and repeats the contact for bars and baseline. CalculiX, given the mesh, takes
-  longer than all. A program written for one scene is faster with it; seatfem takes any scene, chooses the model and
-  knows the error.
+  longer than all. seatfem takes any scene, chooses the model and knows the error.
 - A target of 30 % is hardly cheaper than one of 3 %: the time is not that of the contact.
 - `contact.gap` is the smallest opening on the centre lines of the parts across a lip: with one ring on that of the lip,
   with many at its edge. For the tilted flapper these are {shift:.1f} um apart; the reference takes the edge.

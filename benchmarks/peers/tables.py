@@ -97,11 +97,11 @@ def impact_table() -> Table:
         "peak; then of the filtered peak, of the impulse and of the duration of contact. From all modes of the same "
         f"matrices (LAPACK) and steps of {1e9 * FINE:g} ns. *Same mass*: CalculiX from ours with its mass of four "
         "points, that is the error of its step alone.\n\n"
-        "CalculiX: `*DYNAMIC, DIRECT` with the numerical damping that it takes unless told otherwise (ALPHA = -0.05), "
-        "`*CONTACT PAIR` of a node on a face with a linear penalty; the mass is a rigid brick. Its contact costs more "
-        "iterations, each with a new factorization. scikit-fem and SciPy: forms by `asm`, SuperLU, Newmark's "
-        "trapezoidal rule with one scalar equation of contact, forty lines (`benchmarks/peers/plain_impact.py`); or "
-        "the lowest modes by `eigsh`, steps of 20 ns, without what the others add." + left,
+        "CalculiX: `*DYNAMIC, DIRECT` with its default numerical damping (ALPHA = -0.05), `*CONTACT PAIR` of a node on "
+        "a face with a linear penalty; the mass is a rigid brick. scikit-fem and SciPy: forms by `asm`, SuperLU, "
+        "Newmark's trapezoidal rule with one scalar equation of contact, forty lines "
+        "(`benchmarks/peers/plain_impact.py`); or the lowest modes by `eigsh`, steps of 20 ns, without what the others "
+        "add." + left,
     )
     columns = ("program", "step (ns)", "first (s)", "further (s)", "apart (%)", "peak (%)", "impulse (%)")
     columns += ("duration (%)", "first, ratio", "further, ratio", "apart, same mass (%)")
