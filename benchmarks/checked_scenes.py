@@ -2,7 +2,7 @@
 
     python benchmarks/checked_scenes.py
 
-counts, for each kind of seat and of reed, the scenes of the tables that sections of docs/coverage.md tell of, their
+counts, for each kind of seat and of reed, the scenes of the tables that sections of docs/coverage.md describe, their
 numbers with a bar, and those of them that are inside; it writes these into the package. So does
 `coverage_of_scenes.py --document`.
 """
@@ -12,22 +12,17 @@ from __future__ import annotations
 import csv
 import io
 from collections import defaultdict
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from scenes_summary import TOLD
+from scenes_summary import WIDEST
+from table import RESULTS
 
 from impact.files.atomic import write_whole
 
-RESULTS: Final = Path(__file__).parent / "results"
 FILE: Final = Path(__file__).parents[1] / "seatfem" / "faces" / "report" / "checked_scenes.csv"
-SECTIONS: Final[Mapping[str, tuple[str, ...]]] = {
-    "The whole scene language": ("coverage_of_scenes.csv",),
-    "Runs: the error bars of the measures": ("coverage_of_runs.csv", "coverage_of_runs_held_out.csv"),
-    "Stress": ("coverage_of_stress.csv",),
-}
-"""Headings of docs/coverage.md, and the tables that they tell of."""
+SECTIONS: Final = {"The whole scene language": "coverage_of_scenes.csv", "Stress": "coverage_of_stress.csv"}
+"""Headings of docs/coverage.md, and the tables that they describe."""
 HEADS: Final = ("section", "seat", "reed", "scenes", "inside", "numbers")
 
 
@@ -36,15 +31,13 @@ def checked_scenes() -> str:
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
     writer.writerow(HEADS)
-    for section, files in SECTIONS.items():
-        scenes: dict[tuple[str, str], set[tuple[str, str, str]]] = defaultdict(set)
+    for section, name in SECTIONS.items():
+        scenes: dict[tuple[str, str], set[tuple[str, str]]] = defaultdict(set)
         inside: dict[tuple[str, str], list[bool]] = defaultdict(list)
-        for name in files:
-            for line in csv.DictReader((RESULTS / name).read_text(encoding="utf-8").splitlines()):
-                if not line["inside"] or float(line["bar"]) > TOLD * abs(float(line["value"])):
-                    continue
-                kinds = line["seat"], line.get("reed") or line["striker"]
-                scenes[kinds].add((name, line.get("seed", ""), line["index"]))
+        for line in csv.DictReader((RESULTS / name).read_text(encoding="utf-8").splitlines()):
+            if line["inside"] and float(line["bar"]) <= WIDEST * abs(float(line["value"])):
+                kinds = line["seat"], line["reed"]
+                scenes[kinds].add((line["seed"], line["index"]))
                 inside[kinds].append(line["inside"] == "True")
         for kinds in sorted(inside):
             writer.writerow((section, *kinds, len(scenes[kinds]), sum(inside[kinds]), len(inside[kinds])))

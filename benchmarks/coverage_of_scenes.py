@@ -12,23 +12,22 @@ holds and runs nothing, ``--document`` writes its table into docs/coverage.md, t
 from __future__ import annotations
 
 import argparse
-import csv
 import math
 import os
 import re
 import signal
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 from checked_scenes import write_checked_scenes
-from coverage_of_stress import told
 from drawn_scenes import DrawnScene, draw_scene
-from finer_scenes import REFUSALS, NoReference, Reference, finer_round, finest_reference
+from finer_scenes import REFUSALS, NoReference, Reference, finer_round, finest_reference, largest_stresses
 from scenes_summary import document, summary
+from table import append_rows, read_rows, spent
 
 from impact.progress import silent
 from seatfem.machine.stopwatch import Stopwatch
@@ -38,6 +37,7 @@ from seatfem.study.runs.rounds import Limits, Round, rounds
 from seatfem.study.scene import load_scene
 
 SEED, SCENES, SHORT = 61203, 150, 20
+Work = Callable[["Row", Path], Iterator["Row"]]
 FILE: Final = Path(__file__).parent / "results" / "coverage_of_scenes.csv"
 PAGE: Final = Path(__file__).parents[1] / "docs" / "coverage.md"
 RUN_SECONDS: Final = 120.0  # for the rounds of a run, as of ``--max-time``
@@ -94,22 +94,32 @@ class TooLong(BaseException):
 
 
 def judge(index: int, seed: int, longest: float = LONGEST) -> list[Row]:
-    """The rows of one scene: run as planned, and compared with its reference."""
-    start, drawn = spent(), draw_scene(index, seed)
+    """Return the rows of one scene: run as planned, and compared with its reference."""
+    drawn = draw_scene(index, seed)
     head = Row(seed, index, drawn.seat, drawn.reed, drawn.about, drawn.stated, "judged")
-    rows: list[Row]
+    return carry_out(head, lambda head, folder: _judged(head, drawn, folder), longest)
+
+
+def carry_out(head: Row, work: Work, longest: float) -> list[Row]:
+    """Return the rows that ``work`` yields within seconds of processor time, or one that says why there are none."""
+    start = spent()
     try:
         with limited(longest), stored() as folder:
-            rows = list(_judged(head, drawn, folder))
+            rows = list(work(head, folder))
     except TooLong:
         rows = [replace(head, outcome="stopped", reason=f"it or its reference takes more than {longest:g} s")]
     except NoReference as problem:
         rows = [replace(head, outcome="no reference", reason=str(problem))]
     except REFUSALS as problem:
-        rows = [replace(head, outcome="refused", reason=f"{type(problem).__name__}: {problem}".replace("\n", "; "))]
-    except Exception as problem:  # what is no refusal in words is a defect, told in the table
-        rows = [replace(head, outcome="failed", reason=f"{type(problem).__name__}: {problem}".replace("\n", "; "))]
+        rows = [replace(head, outcome="refused", reason=describe(problem))]
+    except Exception as problem:  # what is no refusal in words is a defect, and a row of the table
+        rows = [replace(head, outcome="failed", reason=describe(problem))]
     return [replace(row, seconds=spent() - start) for row in rows]
+
+
+def describe(problem: Exception) -> str:
+    """Return a problem on one line."""
+    return f"{type(problem).__name__}: {problem}".replace("\n", "; ")
 
 
 def _judged(head: Row, drawn: DrawnScene, folder: Path) -> Iterator[Row]:
@@ -127,12 +137,13 @@ def _judged(head: Row, drawn: DrawnScene, folder: Path) -> Iterator[Row]:
         if name in done.judged or not LEFT_OUT.match(name):
             bar = math.nan if name in done.without_bar else done.left.bar(name)
             asked = "measures" if name in done.judged else ""
-            yield _row(replace(head, measure=name, asked=asked), value, bar, reference.values.get(name, math.inf))
+            yield compare(replace(head, measure=name, asked=asked), value, bar, reference.values.get(name, math.inf))
     for name, (value, bar, exact) in _stresses(done, reference).items():
-        yield _row(replace(head, measure=name, asked="table"), value, bar, exact)
+        yield compare(replace(head, measure=name, asked="table"), value, bar, exact)
 
 
-def _row(head: Row, value: float, bar: float, exact: float) -> Row:
+def compare(head: Row, value: float, bar: float, exact: float) -> Row:
+    """Return the row of a measure with its true error."""
     true = abs(value - exact)  # infinite of a landing that the reference has not
     known = math.isfinite(bar)
     inside = str(true <= bar + ROUND_OFF * abs(value)) if known else ""
@@ -144,7 +155,7 @@ def _stresses(done: Round, reference: Reference) -> Mapping[str, tuple[float, fl
     scene = done.plan.scene
     if scene.stress is None and (scene.life is None or not scene.reed.has_surface_stress):
         return {}
-    (values, bars), (exact, _) = told(done), told(finer_round(done, reference), bare=True)
+    (values, bars), (exact, _) = largest_stresses(done), largest_stresses(finer_round(done, reference), bare=True)
     return {name: (value, bars[name], exact[name]) for name, value in values.items() if name not in done.left.values}
 
 
@@ -177,32 +188,6 @@ def limited(seconds: float) -> Iterator[None]:
         signal.setitimer(signal.ITIMER_PROF, 0)
 
 
-def spent() -> float:
-    """Processor time of this process and of those that it has waited for [s]."""
-    return sum(os.times()[:4])
-
-
-def read_rows(path: Path = FILE) -> list[Row]:
-    """The rows so far, by scene."""
-    if not path.exists():
-        return []
-    kinds = {"int": int, "float": float, "str": str, "bool": lambda text: text == "True"}
-    with path.open(newline="", encoding="utf-8") as file:
-        lines = list(csv.DictReader(file))
-    rows = [Row(**{each.name: kinds[str(each.type)](line[each.name]) for each in fields(Row)}) for line in lines]
-    return sorted(rows, key=lambda row: (row.seed, row.index))
-
-
-def append(rows: Sequence[Row], path: Path) -> None:
-    """Rows at the end of a table, its head where it is new."""
-    new = not path.exists()
-    with path.open("a", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        if new:
-            writer.writerow([each.name for each in fields(Row)])
-        writer.writerows([f"{v:.6g}" if isinstance(v, float) else v for v in astuple(row)] for row in rows)
-
-
 def line(rows: Sequence[Row]) -> str:
     """A scene for the log."""
     one = rows[0]
@@ -231,17 +216,23 @@ def main(given: Sequence[str] | None = None) -> None:
     parser.add_argument("--document", action="store_true", help="run nothing, write the table into docs/coverage.md")
     asked = parser.parse_args(given)
     count = 0 if asked.summary or asked.document else min(asked.scenes, SHORT) if asked.short else asked.scenes
-    there = {(row.seed, row.index) for row in read_rows(asked.file)}
-    for index in range(asked.first, asked.first + count):
-        if (asked.seed, index) not in there:
-            rows = judge(index, asked.seed, asked.longest)
-            append(rows, asked.file)
-            print(line(rows), flush=True)  # noqa: T201
-    rows = [row for row in read_rows(asked.file) if row.seed == asked.seed]
+    indices = range(asked.first, asked.first + count)
+    rows = cover(asked.file, asked.seed, indices, lambda index: judge(index, asked.seed, asked.longest))
     print(summary(rows))  # noqa: T201
     if asked.document:
         document(rows, PAGE)
         write_checked_scenes()
+
+
+def cover(path: Path, seed: int, indices: Sequence[int], judge: Callable[[int], list[Row]]) -> list[Row]:
+    """Judge the scenes of a seed that are not in a table, and return all rows of the seed."""
+    there = {(row.seed, row.index) for row in read_rows(Row, path)}
+    for index in indices:
+        if (seed, index) not in there:
+            rows = judge(index)
+            append_rows(rows, path)
+            print(line(rows), flush=True)  # noqa: T201
+    return sorted((row for row in read_rows(Row, path) if row.seed == seed), key=lambda row: row.index)
 
 
 if __name__ == "__main__":

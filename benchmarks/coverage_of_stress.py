@@ -2,37 +2,35 @@
 
     python benchmarks/coverage_of_stress.py [seed [first [last]]]
 
-appends a line per scene to results/coverage_of_stress.jsonl, leaving out those that are there, then writes
-results/coverage_of_stress.csv, a row per scene and measure. The reference is `finer_scenes.finest_reference`, finer in
-every key but one: the struck patch has as many parts as in the run, for how a face spreads its force is model. Its
-stress is recovered on its own meshes from its own force.
+appends the rows of each scene to results/coverage_of_stress.csv, leaving out scenes that are there. The reference is
+`finer_scenes.finest_reference`, finer in every key but one: the struck patch has as many parts as in the run, for how a
+face spreads its force is model. Its stress is recovered on its own meshes from its own force.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+import sys
+import tomllib
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from time import perf_counter
 
 import numpy as np
-from coverage_of_runs import Verdict, chosen, cover, written
-from coverage_of_seats import annular, bar, block, conical
-from finer_scenes import LADDER, finer_round, finest_reference
+from coverage_of_scenes import Row, carry_out, compare, cover
+from drawn_seats import GEOMETRY
+from finer_scenes import LADDER, finer_round, finest_reference, largest_stresses
+from scenes_summary import summary
+from table import RESULTS
 
 from impact.progress import silent
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.reed_stress import plate_reed_stress
-from seatfem.study.runs.rounds import Limits, Round, rounds
-from seatfem.study.runs.seat_stress import seat_stress
-from seatfem.study.runs.stresses import REED, SEAT, TENSION, stresses
+from seatfem.study.runs.rounds import Limits, rounds
+from seatfem.study.scene import load_scene
 
 SEED, SCENES = 602, 30
-FILE = Path(__file__).parent / "results" / "coverage_of_stress.jsonl"
+FILE = RESULTS / "coverage_of_stress.csv"
 SEATS = ("annular", "conical", "annular", "rod", "bar", "conical", "annular", "block")
-DRAW = {"annular": annular, "conical": conical, "bar": bar, "block": block}
 SOLIDS = ("bar", "block")
 SAME_PATCH = tuple(replace(by, divides=False) for by in LADDER)
 LONGEST = 240  # s for a scene and its reference
@@ -58,7 +56,7 @@ def _seat(kind: str, rng: np.random.Generator) -> str:
         size = f'length = "{rng.uniform(5, 30):.4f} mm"\narea = "{rng.uniform(1, 20):.4f} mm^2"\n'
         material = material.replace(", ", "\n")
         return f'[seat]\nkind = "rod"\n{size}{damping}{material}\n'
-    shape, length = DRAW[kind](rng)
+    shape, length = GEOMETRY[kind](rng)
     level = "sector" if kind in SOLIDS else "axisymmetric"
     mesh = ""
     if kind in SOLIDS:
@@ -109,35 +107,32 @@ release = {{ velocity = "-{rng.uniform(0.5, 4):.4f} m/s" }}
 {_run(rng)}"""
 
 
-def judge(index: int, seed: int) -> Verdict:
-    """One scene: run as planned, and its reference."""
-    start = perf_counter()
-    with written(draw_scene(index, seed)) as (scene, folder):
-        *_, done = rounds(plan_scene(scene), folder, Stopwatch(), silent, limits=Limits(rounds=1))
-        _, reference = finest_reference(done, ladder=SAME_PATCH)
-        (values, bars), (exact, _) = told(done), told(finer_round(done, reference), bare=True)
-    stated, seconds = scene.seat.kind in SOLIDS, perf_counter() - start
-    return Verdict.of(done, (seed, index), values, bars, exact, stated=stated, seconds=seconds)
+def judge(index: int, seed: int = SEED) -> list[Row]:
+    """Return the rows of one scene, run as planned in one round, against its reference."""
+    text = draw_scene(index, seed)
+    tables = tomllib.loads(text)
+    seat, reed = tables["seat"]["kind"], tables["reed"]["kind"]
+    head = Row(seed, index, seat, reed, "", stated=seat in SOLIDS, outcome="judged")
+    return carry_out(head, lambda head, folder: _judged(head, text, folder), LONGEST)
 
 
-def told(done: Round, *, bare: bool = False) -> tuple[Mapping[str, float], Mapping[str, float]]:
-    """By measure, the largest stresses of a round that have error bars, and these [Pa]; ``bare``: without what the
-    force leaves in them, whose runs take longest."""
-    values, bars = {}, {}
-    seat, plate = (seat_stress(done), plate_reed_stress(done)) if bare else stresses(done)
-    if seat is not None:
-        values[SEAT], bars[SEAT] = float(seat.peak.von_mises.max()), seat.bar
-        values[TENSION], bars[TENSION] = float(seat.peak.principal.max()), seat.tension_bar
-    if plate is not None and plate.found.after_contact is not None:
-        values[REED], bars[REED] = plate.found.after_contact.value, plate.bar
-    elif REED in done.left.values and done.stress is not None and done.stress.after_contact is not None:
-        values[REED], bars[REED] = done.stress.after_contact.value, done.left.bar(REED)
-    return {name: value for name, value in values.items() if not math.isnan(bars[name])}, bars
+def _judged(head: Row, text: str, folder: Path) -> Iterator[Row]:
+    path = folder / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    *_, done = rounds(plan_scene(load_scene(path)), folder, Stopwatch(), silent, limits=Limits(rounds=1))
+    rung, reference = finest_reference(done, ladder=SAME_PATCH)
+    values, bars = largest_stresses(done)
+    exact, _ = largest_stresses(finer_round(done, reference), bare=True)
+    target = done.plan.scene.accuracy.target
+    head = replace(head, level=done.plan.level, target=target, met=str(done.met), rounds=done.number, rung=rung)
+    for name, value in values.items():
+        yield compare(replace(head, measure=name, asked="table"), value, bars[name], exact[name])
 
 
 def main() -> None:
-    """Run what is missing, write the table, print the shares."""
-    cover(FILE, *chosen(SEED, SCENES), judge, LONGEST)
+    """Run what is missing, and print the shares."""
+    seed, first, last = (*map(int, sys.argv[1:]), *(SEED, 0, SCENES)[len(sys.argv) - 1 :])
+    print(summary(cover(FILE, seed, range(first, last), lambda index: judge(index, seed))))  # noqa: T201
 
 
 if __name__ == "__main__":

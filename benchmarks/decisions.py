@@ -25,12 +25,13 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
-from coverage_of_scenes import TooLong, limited, stored
+from coverage_of_scenes import TooLong, describe, limited, stored
 from decision_options import DECISIONS, Option, Question, Truth, find_truth, questions
 from decisions_page import document, is_courage, price, summary
 from drawn_scenes import DrawnScene, draw_scene
 from finer_scenes import REFUSALS, NoReference
-from fronts import Front, front_of, spent
+from fronts import Front, front_of
+from table import spent
 
 from impact.progress import silent
 from seatfem.machine.stopwatch import Stopwatch
@@ -156,9 +157,9 @@ def judge(
         except NoReference as problem:
             found = replace(head, outcome="no reference", reason=str(problem))
         except REFUSALS as problem:
-            found = replace(head, outcome="refused", reason=_in_words(problem))
+            found = replace(head, outcome="refused", reason=describe(problem))
         except Exception as problem:  # what is no refusal in words is a defect, told in the table
-            found = replace(head, outcome="failed", reason=_in_words(problem))
+            found = replace(head, outcome="failed", reason=describe(problem))
     return replace(found, seconds=spent() - start)
 
 
@@ -169,10 +170,6 @@ def _front(carried: _Carried, truth: Truth) -> Front | None:
             return front_of(carried.plan, truth, carried.all_seconds, folder)
     except TooLong:
         return None
-
-
-def _in_words(problem: Exception) -> str:
-    return f"{type(problem).__name__}: {problem}".replace("\n", "; ")
 
 
 def _judged(head: Record, scene: Scene, folder: Path, only: Sequence[str]) -> tuple[Record, Truth | None, _Carried]:

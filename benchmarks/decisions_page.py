@@ -11,12 +11,11 @@ from statistics import median
 from typing import TYPE_CHECKING, Final
 
 from decision_options import BY_USER, DECISIONS, LADDERS
+from table import write_between
 
 if TYPE_CHECKING:
     from decisions import Judged, Record
 
-BEGIN, END = "<!-- decisions -->\n", "<!-- end of decisions -->\n"
-"""Between these marks of docs/decisions.md stands what `document` writes."""
 PRICE: Final = 1.3  # of the time of the chosen option over that of the cheaper one that was enough, which is allowed
 CAUTIOUS: Final = 0.1  # of the scenes, in which more may be paid
 FRONT, WORST_FRONT = 1.3, 3.0  # of the plan's time over that of the cheapest point: median and worst that are aimed at
@@ -112,24 +111,13 @@ def users_table(records: Sequence[Record]) -> Iterator[str]:
 
 
 def wrong_ones(records: Sequence[Record]) -> Iterator[str]:
-    """Yield each wrong courage, and each wrong caution whose price is above `PRICE`, as a list."""
-    yield f"Wrong courage, by scene (seed {', '.join(str(seed) for seed in sorted({r.seed for r in records}))}):"
-    yield ""
-    none = True
-    for record in records:
-        for each in record.decisions:
-            if each.by_plan and is_courage(record, each):
-                none = False
-                yield f"- {_scene(record)}: {each.decision}, {_wrong_words(record, each)}"
-    if none:
-        yield "- none"
-    yield ""
-    yield f"Wrong caution that cost more than {PRICE:g} times, by scene:"
-    yield ""
-    for decision in DECISIONS:
-        for record, each in judged_pairs(records, decision):
-            if is_caution(record, each) and costs_more(each):
-                yield f"- {_scene(record)}: {decision}, {_caution_words(record, each)}"
+    """Yield each wrong courage as a list."""
+    wrong = [(record, each) for record in records for each in record.decisions if each.by_plan]
+    wrong = [(record, each) for record, each in wrong if is_courage(record, each)]
+    if not wrong:
+        yield "No scene has a wrong courage."
+    for record, each in wrong:
+        yield f"- {_scene(record)}: {each.decision}, {_wrong_words(record, each)}"
 
 
 def _scene(record: Record) -> str:
@@ -146,12 +134,6 @@ def _wrong_words(record: Record, each: Judged) -> str:
     if record.met is False:
         return f"{words}; the run states that it misses the target"
     return f"{words}; the run states that it meets the target"
-
-
-def _caution_words(record: Record, each: Judged) -> str:
-    cost = f"{price(each):.2g} times" if math.isfinite(price(each)) else "at a price that is not known"
-    seconds = f" ({each.seconds:.1f} s for {each.cheaper_seconds:.1f} s)" if math.isfinite(price(each)) else ""
-    return f"{each.chosen or 'the dearer one'} where {each.cheaper} changes {each.cheaper_change:.2g}, {cost}{seconds}"
 
 
 def fronts_table(records: Sequence[Record]) -> Iterator[str]:
@@ -223,12 +205,9 @@ def document(records: Sequence[Record], csv_file: Path, page: Path) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(HEADS)
         writer.writerows(_row(record, each) for record in records for each in record.decisions)
-    text = page.read_text(encoding="utf-8")
-    before, rest = text.split(BEGIN)
-    after = rest.split(END)[1]
-    parts = [ends(records), "", *table(records), "", *users_table(records), "", "### The wrong ones", ""]
-    parts += [*wrong_ones(records), "", "### Plan against front", "", *fronts_table(records)]
-    page.write_text(f"{before}{BEGIN}\n{chr(10).join(parts)}\n\n{END}{after}", encoding="utf-8")
+    parts = [ends(records), "", *table(records), "", *wrong_ones(records), "", *users_table(records), ""]
+    parts += ["### Plan against front", "", *fronts_table(records)]
+    write_between(page, "decisions", "\n".join(["", *parts, ""]))
 
 
 OF_THE_SCENE: Final = ("seed", "index", "seat", "reed", "about", "target", "promised", "met")

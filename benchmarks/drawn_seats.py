@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from coverage_of_seats import annular, bar, block, conical, plate, stopper
 from scipy import sparse
 
 import impact
@@ -16,16 +15,11 @@ from impact.storage.hdf5 import save_greens
 
 MESHES: Final = Path(__file__).parents[1] / "meshes"
 PARTS: Final = ("stopper", "conical_seat", "flat_seat", "bar")
-GEOMETRY: Final = {
-    "annular": annular, "conical": conical, "stopper": stopper, "plate": plate, "bar": bar, "block": block,
-}  # fmt: skip
 SOLIDS: Final = ("plate", "bar", "block")
 DEAR: Final = ("plate", "block")
 """Kinds that always state a mesh and a band: in space, wider ones take minutes."""
 LIPPED: Final = ("annular",)
 """Kinds whose struck face is a lip that a tilted reed meets in arcs, at a cost that many scenes can bear."""
-ELASTIC: Final = (*GEOMETRY, "cad", "mesh")
-"""Kinds of finite elements, in which stress can be asked for."""
 NODES: Final = 40  # of a seat given by matrices
 
 Write = Callable[[Path], None]
@@ -51,6 +45,70 @@ class Seat:
     width: float = 0.0
     stated: bool = False
     files: Mapping[str, Write] = field(default_factory=dict)
+
+
+def annular(rng: np.random.Generator) -> tuple[str, float]:
+    """Return the lines of an annular seat and a typical length [mm], as the other kinds below do."""
+    bore, lip = rng.uniform(2, 5), rng.uniform(0.8, 2)
+    edge = lip * rng.uniform(0.2, 0.35) if rng.random() < 0.5 else 0.0
+    height = edge + rng.uniform(0.2, 0.6)
+    outer, thickness = bore + lip + rng.uniform(2, 8), rng.uniform(3, 9)
+    lines = _lines(
+        bore_radius=bore, lip_width=lip, lip_height=height, lip_edge_radius=edge, outer_radius=outer,
+        thickness=thickness,
+    )  # fmt: skip
+    return lines, np.sqrt((outer - bore) * thickness)
+
+
+def conical(rng: np.random.Generator) -> tuple[str, float]:
+    bore, face = rng.uniform(2, 5), rng.uniform(1, 2.5)
+    outer, thickness = bore + face + rng.uniform(2, 8), face + rng.uniform(2, 6)
+    angle = f'half_angle = "{rng.uniform(25, 65):.6f} deg"\n'
+    lines = _lines(
+        bore_radius=bore, face_width=face, contact_width=face * rng.uniform(0.3, 1), outer_radius=outer,
+        thickness=thickness,
+    )  # fmt: skip
+    return angle + lines, np.sqrt((outer - bore) * thickness)
+
+
+def stopper(rng: np.random.Generator) -> tuple[str, float]:
+    radius, thickness = rng.uniform(3, 8), rng.uniform(3, 8)
+    lines = _lines(radius=radius, thickness=thickness, contact_radius=radius * rng.uniform(0.2, 0.8))
+    dome = _lines(dome_radius=radius * rng.uniform(4, 10)) if rng.random() < 0.5 else ""
+    return lines + dome, np.sqrt(radius * thickness)
+
+
+def bar(rng: np.random.Generator) -> tuple[str, float]:
+    length, width, height = rng.uniform(8, 20), rng.uniform(3, 6), rng.uniform(3, 6)
+    return _lines(length=length, width=width, height=height), np.cbrt(length * width * height / 4)
+
+
+def block(rng: np.random.Generator) -> tuple[str, float]:
+    width, depth, thickness = rng.uniform(6, 14), rng.uniform(6, 14), rng.uniform(4, 9)
+    patch = {"patch_width": width * rng.uniform(0.2, 0.6), "patch_depth": depth * rng.uniform(0.2, 0.6)}
+    lines = _lines(width=width, depth=depth, thickness=thickness, **patch)
+    return lines, np.cbrt(width * depth * thickness / 4)
+
+
+def plate(rng: np.random.Generator) -> tuple[str, float]:
+    ports = int(rng.integers(3, 7))
+    radius, land, thickness = rng.uniform(2, 3), rng.uniform(0.8, 1.2), rng.uniform(3, 5)
+    pitch, margin = 2 * (radius + land) + rng.uniform(1.5, 3), radius + land + rng.uniform(3, 5)
+    lines = _lines(
+        port_radius=radius, pitch=pitch, margin=margin, thickness=thickness, land_width=land, clamp_width=1.5
+    )
+    return f"ports = {ports}\n" + lines, thickness
+
+
+def _lines(**millimetres: float) -> str:
+    return "".join(f'{key} = "{value:.6f} mm"\n' for key, value in millimetres.items())
+
+
+GEOMETRY: Final = {
+    "annular": annular, "conical": conical, "stopper": stopper, "plate": plate, "bar": bar, "block": block,
+}  # fmt: skip
+ELASTIC: Final = (*GEOMETRY, "cad", "mesh")
+"""Kinds of finite elements, in which stress can be asked for."""
 
 
 def draw_seat(kind: str, rng: np.random.Generator, *, stated: bool) -> Seat:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -29,7 +30,10 @@ from seatfem.study.impacts.contact import (
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.method import RunMethod, as_stated
+from seatfem.study.runs.reed_stress import plate_reed_stress
 from seatfem.study.runs.rounds import Round
+from seatfem.study.runs.seat_stress import seat_stress
+from seatfem.study.runs.stresses import REED, SEAT, TENSION, stresses
 from seatfem.study.scene import Scene
 
 LEAST_MODES, MOST_MODES = 60, 400  # of a beam in a reference
@@ -217,3 +221,20 @@ def finer_round(done: Round, reference: Reference) -> Round:
     plan = replace(done.plan, scene=scene, method=reference.method)
     bodies = {"seat": reference.seat, "striker": reference.striker, "reed": reference.reed}
     return replace(done, plan=plan, touches=touches, stress=stress, **bodies)  # type: ignore[arg-type]
+
+
+def largest_stresses(done: Round, *, bare: bool = False) -> tuple[Mapping[str, float], Mapping[str, float]]:
+    """Return the largest stresses of a round that have error bars, by measure, and these bars [Pa].
+
+    ``bare``: without what the force leaves in the bars, whose runs take longest.
+    """
+    values, bars = dict[str, float](), dict[str, float]()
+    seat, plate = (seat_stress(done), plate_reed_stress(done)) if bare else stresses(done)
+    if seat is not None:
+        values[SEAT], bars[SEAT] = float(seat.peak.von_mises.max()), seat.bar
+        values[TENSION], bars[TENSION] = float(seat.peak.principal.max()), seat.tension_bar
+    if plate is not None and plate.found.after_contact is not None:
+        values[REED], bars[REED] = plate.found.after_contact.value, plate.bar
+    elif REED in done.left.values and done.stress is not None and done.stress.after_contact is not None:
+        values[REED], bars[REED] = done.stress.after_contact.value, done.left.bar(REED)
+    return {name: value for name, value in values.items() if not math.isnan(bars[name])}, bars

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +10,7 @@ from typing import Final
 
 from decision_options import Truth
 from finer_scenes import REFUSALS
+from table import spent
 
 from impact.bodies.body import Body
 from impact.progress import silent
@@ -27,11 +26,6 @@ from seatfem.study.scene import Scene
 RATIO: Final = 1.6  # between meshes, and between bands
 LONGER: Final = (1, 2, 4)  # steps over the plan's
 FEWER: Final = (1.0, 1.4, 2.0)  # the plan's modes of the reed over those of a point
-
-
-def spent() -> float:
-    """Return the processor time of this process and of those that it has waited for [s]."""
-    return time.process_time() + sum(os.times()[2:4])
 
 
 @dataclass(frozen=True)

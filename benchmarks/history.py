@@ -19,9 +19,8 @@ from time import process_time
 
 import numpy as np
 import scipy
-from factorization import SHIFT, block
-from scenes import DT, SLEEVE, throw, throw_on_ports
 from scipy import sparse
+from speed import DT, SLEEVE, block, throw
 from table import RESULTS, machine
 
 import impact
@@ -34,6 +33,7 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import load_scene
 
 ROUNDS = 6
+SHIFT = 2 * np.pi * 2e5
 FILE = RESULTS / "history.jsonl"
 PICTURE = Path(__file__).parents[1] / "docs" / "images" / "history.png"
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY)
@@ -53,7 +53,7 @@ def parts(folder: Path) -> dict[str, Work]:
     cells = 10
     model = block(cells)
     matrix = sparse.csr_matrix(model.K + SHIFT**2 * model.M)
-    alone, lip = impact.prepare(throw(100), DT, 0.4), impact.prepare(throw_on_ports(200, 64), DT, 2e-3)
+    alone, lip = impact.prepare(throw(100), DT, 0.4), impact.prepare(throw(200, 64), DT, 2e-3)
     speeds = -np.random.default_rng(0).uniform(0.1, 2.0, 320)
     scene, store, here = load_scene(SLEEVE), Store(folder / "none"), Machine()
     return {

@@ -10,27 +10,29 @@ from start to end of its process, so nothing else may run on the computer.
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import Final
 
+from table import RESULTS, append_rows, read_rows
+
 from seatfem.structures.store import VARIABLE
 from seatfem.study.scene import load_scene
 
-HERE: Final = Path(__file__).parent
-FILE: Final = HERE / "results" / "predicted.csv"
-PAGE: Final = HERE.parent / "docs" / "predicted.md"
-EXAMPLES: Final = HERE.parent / "examples"
+ROOT: Final = Path(__file__).parents[1]
+FILE: Final = RESULTS / "predicted.csv"
+PAGE: Final = ROOT / "docs" / "predicted.md"
+EXAMPLES: Final = ROOT / "examples"
 TARGET: Final = 0.1
 LONGEST: Final = 300  # s for a run
+SHOWN: Final = 4  # rows of the page at either end
 IN_TIME: Final = 2.0
 IN_MEMORY: Final = 1.5
 ONE_THREAD: Final = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -96,25 +98,6 @@ def measure(scene: str, target: float) -> Row:
     )
 
 
-def rows() -> list[Row]:
-    """Return what has been measured."""
-    if not FILE.is_file():
-        return []
-    kinds = {field.name: {"str": str, "int": int, "float": float}[str(field.type)] for field in fields(Row)}
-    with FILE.open(encoding="utf-8", newline="") as file:
-        return [Row(**{key: kinds[key](value) for key, value in row.items()}) for row in csv.DictReader(file)]
-
-
-def keep(row: Row) -> None:
-    """Append a row to the file."""
-    new = not FILE.is_file()
-    with FILE.open("a", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, [field.name for field in fields(Row)], lineterminator="\n")
-        if new:
-            writer.writeheader()
-        writer.writerow({key: f"{v:.4g}" if isinstance(v, float) else v for key, v in asdict(row).items()})
-
-
 def within(measured: Sequence[Row]) -> str:
     """Return how many rows are within the factors, in words."""
     in_time = sum(1 / IN_TIME <= row.time_ratio <= IN_TIME for row in measured)
@@ -124,10 +107,12 @@ def within(measured: Sequence[Row]) -> str:
 
 
 def write_page(measured: Sequence[Row]) -> None:
-    """Write docs/predicted.md."""
-    scenes, examples = {row.scene for row in measured}, {*EXAMPLES.glob("*.toml")} - {*EXAMPLES.glob("*_study.toml")}
-    left_out = ", ".join(sorted(path.stem for path in examples if path.stem not in scenes)).replace("_", " ") or "none"
+    """Write docs/predicted.md, with the scenes whose time or memory was predicted worst and best."""
+    scenes, examples = {row.scene for row in measured}, {path.stem for path in scene_files()}
+    left_out = ", ".join(sorted(examples - scenes)).replace("_", " ") or "none"
     once = [row for row in measured if row.rounds == 1]
+    by_ratio = sorted(measured, key=lambda row: row.time_ratio)
+    shown = [*by_ratio[:SHOWN], by_ratio[len(by_ratio) // 2], *by_ratio[-SHOWN:]]
     lines = [
         "# Predicted and measured cost",
         "",
@@ -135,37 +120,44 @@ def write_page(measured: Sequence[Row]) -> None:
         f"{100 * TARGET:g} %, each a process with an empty store, one thread of linear algebra and default rates, on a",
         "quiet computer (`benchmarks/predicted.py`). Measured is the whole run: start, plan, seat, contact, error,",
         "stress, life and pictures. A plan predicts the first round; a run that misses its target takes further ones.",
-        f"The last columns are predicted over measured. Runs of more than {LONGEST} s are left out: {left_out}.",
+        f"Runs of more than {LONGEST} s are left out: {left_out}.",
         "",
         f"Of runs that took one round: {within(once)}. Of all: {within(measured)}.",
         "",
-        "| scene | target | model | unknowns | steps | rounds | predicted (s) | measured (s) | predicted (MB) "
-        "| measured (MB) | time | memory |",
-        "| --- | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |",
+        f"The {SHOWN} scenes whose time was predicted lowest and highest, and the median; the last columns are",
+        "predicted over measured. All scenes: `benchmarks/results/predicted.csv`.",
+        "",
+        "| scene | rounds | predicted (s) | measured (s) | predicted (MB) | measured (MB) | time | memory |",
+        "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |",
         *(
-            f"| {r.scene.replace('_', ' ')} | {100 * r.target:g} % | {r.level} | {r.unknowns or ''} | {r.steps} "
-            f"| {r.rounds} | {r.predicted_s:.3g} | {r.measured_s:.3g} | {r.predicted_bytes / 1e6:.0f} "
-            f"| {r.measured_bytes / 1e6:.0f} | {r.time_ratio:.2f} | {r.memory_ratio:.2f} |"
-            for r in measured
+            f"| {r.scene.replace('_', ' ')} | {r.rounds} | {r.predicted_s:.3g} | {r.measured_s:.3g} "
+            f"| {r.predicted_bytes / 1e6:.0f} | {r.measured_bytes / 1e6:.0f} | {r.time_ratio:.2f} "
+            f"| {r.memory_ratio:.2f} |"
+            for r in shown
         ),
         "",
     ]
     PAGE.write_text("\n".join(lines), encoding="utf-8")
 
 
+def scene_files() -> list[Path]:
+    """Return the examples that are scenes."""
+    return sorted({*EXAMPLES.glob("*.toml")} - {*EXAMPLES.glob("*_study.toml")})
+
+
 def main() -> None:
     """Measure what is missing, then write the page."""
-    there = {row.scene for row in rows()}
-    for path in () if "--table" in sys.argv else sorted({*EXAMPLES.glob("*.toml")} - {*EXAMPLES.glob("*_study.toml")}):
+    there = {row.scene for row in read_rows(Row, FILE)}
+    for path in () if "--table" in sys.argv else scene_files():
         if path.stem in there:
             continue
         try:
-            keep(row := measure(path.stem, TARGET))
+            append_rows([row := measure(path.stem, TARGET)], FILE, digits=4)
         except subprocess.TimeoutExpired as problem:
             print(path.stem, problem, flush=True)  # noqa: T201
         else:
             print(path.stem, f"{row.time_ratio:.2f} {row.memory_ratio:.2f}", flush=True)  # noqa: T201
-    write_page(rows())
+    write_page(read_rows(Row, FILE))
 
 
 if __name__ == "__main__":

@@ -9,12 +9,12 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Final
 
+from table import write_between
+
 if TYPE_CHECKING:
     from coverage_of_scenes import Row
 
-BEGIN, END = "<!-- coverage_of_scenes -->\n", "<!-- end of coverage_of_scenes -->\n"
-"""Between these marks of docs/coverage.md stands what `document` writes."""
-TOLD: Final = 0.5  # of the value: a wider bar is shown as not known
+WIDEST: Final = 0.5  # of the value: a wider bar is shown as not known
 NUMBERED: Final = {
     "impulse_Ns": "impulse", "filtered_peak_force_N": "filtered_peak", "duration_s": "contact_duration",
 }  # fmt: skip
@@ -22,39 +22,39 @@ NUMBERED: Final = {
 
 
 def share(rows: Sequence[Row], good: Callable[[Row], bool]) -> float:
-    """Of the rows, how many are good; nan of none."""
+    """Return the share of the rows that are good; nan of none."""
     return sum(map(good, rows)) / len(rows) if rows else math.nan
 
 
 def is_inside(row: Row) -> bool:
-    """Whether the true error is within the bar."""
+    """Return whether the true error is within the bar."""
     return row.inside == "True"
 
 
 def is_known(row: Row) -> bool:
-    """Whether there is a bar that is told."""
-    return row.inside != "" and row.bar <= TOLD * abs(row.value)
+    """Return whether there is a bar that a run shows."""
+    return row.inside != "" and row.bar <= WIDEST * abs(row.value)
 
 
 def kind_of(row: Row) -> str:
-    """What is measured, whatever landing it is asked of."""
+    """Return what is measured, whatever landing it is asked of."""
     last = row.measure.rpartition(" ")[2].removeprefix("first_").removeprefix("landing_")
     return NUMBERED.get(last, last)
 
 
 def in_target(row: Row) -> bool:
-    """Whether the bar is within the target of the scene."""
+    """Return whether the bar is within the target of the scene."""
     return row.bar <= row.target * abs(row.value)
 
 
 def width(rows: Sequence[Row]) -> float:
-    """Median of the bars over the true errors, of those that have an error; nan of none."""
+    """Return the median of the bars over the true errors, of those that have an error; nan of none."""
     ratios = [row.bar / row.true for row in rows if is_known(row) and row.true > 0]
     return median(ratios) if ratios else math.nan
 
 
 def table(rows: Sequence[Row]) -> list[str]:
-    """In Markdown, of measures asked for and of all: with a bar, inside, how wide, and within the target."""
+    """Return a table in Markdown, of measures asked for and of all: with a bar, inside, how wide, within the target."""
     judged = [row for row in rows if row.outcome == "judged"]
     lines = [
         "| measures | with a bar | inside | median of bar over error | bar within the target |",
@@ -63,7 +63,7 @@ def table(rows: Sequence[Row]) -> list[str]:
     for wanted, words in ((True, "asked for"), (False, "all")):
         chosen = [row for row in judged if row.asked or not wanted]
         groups = {words: chosen, f"{words}, all left to the plan": [row for row in chosen if not row.stated]}
-        for name in sorted({kind_of(row) for row in chosen}):
+        for name in sorted({kind_of(row) for row in chosen if wanted}):
             groups[f"{name.replace('_', ' ')}, {words}"] = [row for row in chosen if kind_of(row) == name]
         for name, group in groups.items():
             known = [row for row in group if is_known(row)]
@@ -75,14 +75,14 @@ def table(rows: Sequence[Row]) -> list[str]:
 
 
 def ends(rows: Sequence[Row]) -> str:
-    """How the scenes ended, in words."""
+    """Return how the scenes ended, in words."""
     scenes = {(row.seed, row.index): row for row in rows}
     counts = Counter(row.outcome for row in scenes.values())
     return f"{len(scenes)} scenes: {', '.join(f'{number} {outcome}' for outcome, number in counts.most_common())}."
 
 
 def outside(rows: Sequence[Row]) -> list[str]:
-    """What is outside its bar, row by row."""
+    """Return what is outside its bar, row by row."""
     return [
         f"- {row.seed}/{row.index} {row.seat}/{row.level}, {row.reed} ({row.about}): {row.measure}"
         f"{' (asked for)' if row.asked else ''} by {row.true / row.bar if row.bar else math.inf:.2g} bars, "
@@ -93,7 +93,7 @@ def outside(rows: Sequence[Row]) -> list[str]:
 
 
 def unjudged(rows: Sequence[Row]) -> list[str]:
-    """Scenes that were not judged, and why."""
+    """Return the scenes that were not judged, and why."""
     return [
         f"- {row.seed}/{row.index} {row.seat}, {row.reed} ({row.about}): {row.outcome}, {row.reason}"
         for row in rows
@@ -102,7 +102,7 @@ def unjudged(rows: Sequence[Row]) -> list[str]:
 
 
 def summary(rows: Sequence[Row]) -> str:
-    """All of it."""
+    """Return all of it."""
     spent = sum({(row.seed, row.index): row.seconds for row in rows}.values())
     parts = [f"{ends(rows)} {spent / 60:.0f} min of processor time.", "", *table(rows)]
     return "\n".join([*parts, "", "Outside:", *outside(rows), "", "Not judged:", *unjudged(rows)])
@@ -110,8 +110,4 @@ def summary(rows: Sequence[Row]) -> str:
 
 def document(rows: Sequence[Row], page: Path) -> None:
     """Put how the scenes ended, and the table, between the marks of a page."""
-    text = page.read_text(encoding="utf-8")
-    before, rest = text.split(BEGIN)
-    after = rest.split(END)[1]
-    inner = "\n".join(["", ends(rows), "", *table(rows), ""])
-    page.write_text(f"{before}{BEGIN}{inner}{END}{after}", encoding="utf-8")
+    write_between(page, "coverage_of_scenes", "\n".join(["", ends(rows), "", *table(rows)]))

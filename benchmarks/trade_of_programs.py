@@ -8,7 +8,6 @@ rows of results/trade_of_programs.csv. `--short` takes three scenes. `trade_of_p
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import resource
@@ -16,19 +15,20 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import Final
 
-from plate_on_points_product import write_scene
-from points.flapper_landing import GAP, GRIDS, LANDING
+from points.flapper_landing import GRIDS
+from table import RESULTS, append_rows, read_rows
 
 from seatfem.structures.store import VARIABLE
 
 HERE: Final = Path(__file__).parent
 ROOT: Final = HERE.parent
-FILE: Final = HERE / "results" / "trade_of_programs.csv"
+FILE: Final = RESULTS / "trade_of_programs.csv"
+DIGITS: Final = 9
 TARGETS: Final = (0.3, 0.1, 0.03, 0.01)
 LONGEST: Final = 600  # s for a point
 ONE_THREAD: Final = dict.fromkeys(
@@ -78,30 +78,8 @@ class Row:
     bar: float
 
 
-def read_rows() -> list[Row]:
-    """Return what has been measured."""
-    if not FILE.is_file():
-        return []
-    kinds = {field.name: {"str": str, "float": float}[str(field.type)] for field in fields(Row)}
-    with FILE.open(encoding="utf-8", newline="") as file:
-        return [Row(**{key: kinds[key](value) for key, value in row.items()}) for row in csv.DictReader(file)]
-
-
-def keep(rows: Sequence[Row]) -> None:
-    """Append the rows of a point to the file."""
-    new = not FILE.is_file()
-    with FILE.open("a", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, [field.name for field in fields(Row)], lineterminator="\n")
-        if new:
-            writer.writeheader()
-        for row in rows:
-            writer.writerow({key: f"{v:.9g}" if isinstance(v, float) else v for key, v in asdict(row).items()})
-
-
 def scene_text(name: str) -> str:
     """Return a scene as a file, with the strengths that it names by their whole path."""
-    if name == "tilted_flapper":
-        return write_scene(replace(LANDING, gap=GAP), LANDING.duration)
     text = (HERE / "programs" / f"{name}.toml").read_text(encoding="utf-8")
     return text.replace('"../../', f'"{ROOT.as_posix()}/')
 
@@ -181,19 +159,19 @@ def measure_calculix() -> list[Row]:
 
 def measure(scene: Judged) -> None:
     """Measure what the table lacks of a scene."""
-    there = {(row.program, row.setting) for row in read_rows() if row.scene == scene.name}
+    there = {(row.program, row.setting) for row in read_rows(Row, FILE) if row.scene == scene.name}
     targets = [target for target in TARGETS if (OURS, f"{100 * target:g} %") not in there]
     if targets:
         measure_ours(scene, TARGETS[0])  # not kept: it compiles what is not compiled yet
     for target in targets:
-        keep(measure_ours(scene, target))
+        append_rows(measure_ours(scene, target), FILE, DIGITS)
     levels = [level for level in range(scene.finest + 1) if (scene.reference, f"level {level}") not in there]
     if levels:
         measure_other(scene, 0)
     for level in levels:
-        keep(measure_other(scene, level))
+        append_rows(measure_other(scene, level), FILE, DIGITS)
     if scene.reference == POINTS and (CALCULIX, "one mesh") not in there:
-        keep(measure_calculix())
+        append_rows(measure_calculix(), FILE, DIGITS)
 
 
 def main(words: Sequence[str]) -> None:

@@ -16,10 +16,11 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, NullLocator
 from peers.plain_program import STEP
 from points.flapper_landing import GAP, LANDING
-from table import RESULTS, machine
+from table import RESULTS, in_words, machine, read_rows
 from trade_of_programs import (
     CALCULIX,
     CONTACT_STRESS,
+    FILE,
     IMPULSE,
     MARGIN,
     MASS,
@@ -32,7 +33,6 @@ from trade_of_programs import (
     STRESS,
     Judged,
     Row,
-    read_rows,
 )
 
 from impact.files.atomic import whole_file
@@ -54,6 +54,7 @@ LOOKS: Final = {
 }  # fmt: skip
 WIDE: Final = 8.0  # inch, from which on a legend is one line
 LEAST: Final = 1e-5  # relative, the smallest error or doubt that is drawn
+TARGETS: Final = ("30 %", "1 %")  # whose runs are in the tables
 SHOWN: Final = ("beam_on_rod", "mass_on_lip", "tilted_flapper")
 TITLES: Final = {
     "beam_on_rod": "Beam reed on a rod",
@@ -156,19 +157,16 @@ In [Speed for accuracy](trade.md) the reference is this program itself, finer. H
 it the scene files and the equations of these pages alone. One scene a section; every error is relative.
 
 - **seatfem**: `seatfem run SCENE --no-pictures`, a process with an empty store and one thread, for targets of 30, 10, 3
-  and 1 %: start, plan, mesh, rounds, error bars, spring baseline, files. Numba's compiled code is kept. A dash is the
-  error bar that the run states.
+  and 1 %: start, plan, mesh, rounds, error bars, spring baseline, files. A dash is the error bar that the run states.
 - **plain program** (`benchmarks/peers/plain_program.py`, `benchmarks/peers/plain_bodies.py`; NumPy, SciPy, Numba, and
   scikit-fem for an annular seat and a ring): what an engineer writes in an afternoon. Both bodies are sums of modes, of
-  the closed forms of cantilever and rod or of finite elements, up to one radian a step; what the others would yield is
-  a spring in series with the contact, their stress that of a force at rest. Time by Strang's splitting (velocity
-  Verlet), with steps of {step:g} us over 2^n on level n. Its time is that of its process; the afternoon is not in it,
-  and it states no error: the user finds it by a second level.
+  the closed forms of cantilever and rod or of finite elements, with a spring for the modes left out; Strang's splitting
+  (velocity Verlet) with steps of {step:g} us over 2^n on level n. It states no error.
 - **plate on points** (`benchmarks/points`): Mindlin's plate and the seat by spectral elements, a law at each point.
-- **CalculiX**, **scikit-fem and SciPy**: the solver alone, on a mesh that is there, from [an earlier table](peers.md).
+- **CalculiX**, **scikit-fem and SciPy**: the solver alone, on a mesh that is there, from [peers](peers.md).
 - **Reference**: the finest level of the scene's independent program. Its doubt is the change from the next coarser
-  level, which a method of first order still lacks at half the step (Richardson). Below it, or below 0.001 %, nothing is
-  decided: the shaded part, at whose edge such errors are drawn.
+  level, which a method of first order still lacks at half the step (Richardson). Errors below it, or below 0.001 %, are
+  drawn at the edge of the shaded part.
 
 | scene | judged by | doubt | asked 1 %: largest error | time | as accurate by the other | bars that hold |
 |---|---|---|---|---|---|---|
@@ -177,28 +175,18 @@ it the scene files and the equations of these pages alone. One scene a section; 
 {bars}
 
 {findings}
-
 """
-FINDINGS: Final = """What the charts say:
-
-- Where the two differ by more than bar and doubt, one of them is wrong, or they ask two questions. Three times the
-  plain program differed so, and it was wrong or had been asked something else. It first kept modes that turn by more
-  than pi in a step: its splitting resonates with them, the stress at the contact came out low, and its doubt did not
-  show it. It damped the ring on its valve springs, which have no damping. And a seat left open is divided into rings
-  for 1 %, each with its share of the spring, where the plain program pushes with the mean displacement: its scenes with
-  annular seats now state `rings = 1`.
-- Bars are {wide:.0f} times the error in the median.
+FINDINGS: Final = """- Bars are {wide:.0f} times the error in the median.
 - For the error that seatfem reaches at 1 % the other program takes {cheap}, and seatfem {low:.1f} to {high:.1f} times
-  as long: it starts slower, plans, and repeats the contact for bars and baseline. Of the tilted flapper most goes into
-  plan, modes of the plate and error budget. CalculiX, given the mesh, takes longer than all. Who has written the
-  program for one scene is faster with it; seatfem takes any scene, chooses the model and knows the error.
+  as long: it starts slower, plans, and repeats the contact for bars and baseline. CalculiX, given the mesh, takes
+  longer than all. seatfem takes any scene, chooses the model and knows the error.
 - A target of 30 % is hardly cheaper than one of 3 %: the time is not that of the contact.
-- **What `contact.gap` means depends on the parts across a tilted lip.** It is the smallest opening on the centre lines
-  of the parts: with one ring on that of the lip, with many at its edge. For the tilted flapper, whose rings the plan
-  chooses by the target, these are {shift:.1f} um apart. The reference takes the edge; by the lip's centre line the
-  impulse of its landing, which the run cuts off, would differ by more than our error. A landing that ends in flight
-  begins earlier or later, no more. The deck of CalculiX has two rings.
+- `contact.gap` is the smallest opening on the centre lines of the parts across a lip: with one ring on that of the lip,
+  with many at its edge. For the tilted flapper these are {shift:.1f} um apart; the reference takes the edge.
 - The tilted flapper misses 1 % by its own bar, and says so.
+
+Tables hold two runs of seatfem and, of the other programs, the cheapest point that is as accurate as the run for
+1 %, or their most accurate one. All points: `benchmarks/results/trade_of_programs.csv`.
 """
 ABOUT: Final = {
     "beam_on_rod": """A steel reed, moving in its first mode, lands on a rod of PEEK with its waves; the law is a
@@ -318,17 +306,8 @@ def overview(chart: Chart) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def verdict(chart: Chart) -> str:
-    """Return what is decided and what is not, key by key, and which bars fail."""
-    sentences = []
-    for key in chart.scene.keys:
-        doubt = chart.doubts[key]
-        below = [p.setting for p in chart.of(OURS) if abs(p.errors[key]) < doubt]
-        if below:
-            sentences.append(
-                f"{WORDS[key].capitalize()}: nothing is decided below {percent(doubt)}, where the runs for "
-                f"{', '.join(below)} are."
-            )
+def failing(chart: Chart) -> str:
+    """Return the bars that do not hold, in words."""
     fails = [
         f"{WORDS[key]} for {p.setting} (error {percent(p.errors[key])}, bar {percent(bar)}, doubt "
         f"{percent(chart.doubts[key])})"
@@ -336,39 +315,36 @@ def verdict(chart: Chart) -> str:
         for key, bar in p.bars.items()
         if abs(p.errors[key]) > bar + chart.doubts[key]
     ]
-    if fails:
-        sentences.append(f"Beyond bar and doubt: {'; '.join(fails)}.")
-    return " ".join(sentences)
+    return f"Beyond bar and doubt: {'; '.join(fails)}." if fails else ""
+
+
+def shown(chart: Chart) -> Iterator[Point]:
+    """Yield the points of a scene's table."""
+    yield from (point for point in chart.of(OURS) if point.setting in TARGETS)
+    best, _ = at_one_percent(chart)
+    for program in LOOKS:
+        if program != OURS and (points := chart.of(program)):
+            yield cheapest(points, max(best.worst, chart.floor)) or min(points, key=lambda point: point.worst)
 
 
 def section(chart: Chart) -> str:
     """Return a scene's chart, words and table."""
     name, keys = chart.scene.name, chart.scene.keys
-    file = "benchmarks/points/flapper_landing.py" if name == "tilted_flapper" else f"benchmarks/programs/{name}.toml"
+    words = [f"## {TITLES[name]}", f"`benchmarks/programs/{name}.toml`. {ABOUT[name]}"]
+    words += [f"![Error against time](images/trade_programs_{name}.png)", *filter(None, [failing(chart)])]
     lines = [
-        f"## {TITLES[name]}",
-        "",
-        f"`{file}`. {ABOUT[name]}",
-        "",
-        f"![Error against time](images/trade_programs_{name}.png)",
-        "",
+        f"| program | setting | processor | {' | '.join(WORDS[key] for key in keys)} |",
+        "|---" * (3 + len(keys)) + "|",
     ]
-    if words := verdict(chart):
-        lines += [words, ""]
-    lines += [
-        f"| program | setting | wall | processor | {' | '.join(WORDS[key] for key in keys)} |",
-        "|---" * (4 + len(keys)) + "|",
-    ]
-    for point in sorted(chart.points, key=lambda point: list(LOOKS).index(point.program)):
+    for point in shown(chart):
         cells = [
             f"{100 * point.errors[key]:+.2g} %" + (f" (bar {percent(point.bars[key])})" if key in point.bars else "")
             for key in keys
         ]
-        wall = "" if math.isnan(point.wall) else f"{point.wall:.1f} s"
-        lines.append(f"| {point.program} | {point.setting} | {wall} | {point.processor:.3g} s | {' | '.join(cells)} |")
+        lines.append(f"| {point.program} | {point.setting} | {point.processor:.3g} s | {' | '.join(cells)} |")
     doubts = ", ".join(f"{WORDS[key]} {percent(chart.doubts[key])}" for key in keys)
-    lines += ["", f"Reference: level {chart.scene.finest}, {chart.seconds:.0f} s. Its doubt: {doubts}.", ""]
-    return "\n".join(lines)
+    reference = f"Reference: level {chart.scene.finest}, {chart.seconds:.0f} s. Its doubt: {doubts}."
+    return "\n\n".join([*words, "\n".join(lines), reference]) + "\n"
 
 
 def describe_findings(charts: Sequence[Chart]) -> str:
@@ -387,23 +363,23 @@ def describe_findings(charts: Sequence[Chart]) -> str:
 
 def write_page() -> None:
     """Draw the charts and write the page."""
-    rows = read_rows()
+    rows = read_rows(Row, FILE)
     charts = [read_chart(scene, rows) for scene in SCENES if is_complete(scene, rows)]
     for chart in charts:
         draw_scene(chart)
-    if len(shown := [chart for chart in charts if chart.scene.name in SHOWN]) == len(SHOWN):
-        draw_readme(shown)
+    if len(panels := [chart for chart in charts if chart.scene.name in SHOWN]) == len(SHOWN):
+        draw_readme(panels)
     held = [each for chart in charts for each in inside(chart)]
     bars = f"Of {len(held)} error bars of seatfem {sum(held)} hold, the doubt added."
     head = HEAD.format(
-        machine="; ".join(f"{key} {value}" for key, value in machine().items()),
+        machine=in_words(machine()),
         findings=describe_findings(charts),
         step=1e6 * STEP,
         rows="\n".join(map(overview, charts)),
         bars=bars,
     )
     with whole_file(DOCUMENT) as temporary:
-        temporary.write_text(head + "\n".join(map(section, charts)), encoding="utf-8")
+        temporary.write_text("\n".join([head, *map(section, charts)]), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ sys.path.insert(0, str(ROOT))
 
 project, author, copyright = "seatfem", "the seatfem authors", "GPL-2.0-or-later"
 root_doc = "docs/index"
-include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/**.md", "benchmarks/results/*.md"]
+include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/**.md"]
 include_patterns += ["docs/gallery/*.rst", "docs/generated/*.rst"]  # made by the build
 exclude_patterns = [".*", "build", "dist", "tests", "impact", "seatfem", "docs/gallery/sg_execution_times.rst"]
 extensions = [

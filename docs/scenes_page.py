@@ -26,7 +26,7 @@ PICTURES: Final = {
 HEAD: Final = """\
 # Scenes
 
-The scenes of `examples/`, with the comments of their files; made from them by `make docs`.
+The scenes of `examples/`, made from them by `make docs`; the comments of the files say more.
 """
 README: Final = "The README's program\n\nA reed strikes a rod, and a spring of the same stiffness, in twenty lines."
 """Of the script that stands in README.md without a docstring."""
@@ -47,8 +47,8 @@ class Example:
 
     @property
     def sentence(self) -> str:
-        """The first one of its words, on one line."""
-        return re.split(r"(?<=[.?])\s", " ".join(self.words.split()), maxsplit=1)[0].replace("`", "")
+        """Return the first one of its words."""
+        return re.split(r"(?<=[.?])\s", self.words, maxsplit=1)[0]
 
     @property
     def entry(self) -> str:
@@ -96,8 +96,7 @@ def scripts() -> list[Example]:
 
 def _cards(examples: list[Example]) -> str:
     cards = "\n".join(
-        f"- [![{each.title}](images/scenes/{each.path.stem}.png)]({each.entry})\n"
-        f"  **[{each.title}]({each.entry})**\n  {each.sentence}"
+        f"- [![{each.title}](images/scenes/{each.path.stem}.png)]({each.entry})\n  **[{each.title}]({each.entry})**"
         for each in examples
     )
     return f'<div class="cards">\n\n{cards}\n\n</div>\n'
@@ -107,7 +106,7 @@ def _section(example: Example) -> str:
     name, picture = example.path.name, PICTURES.get(example.path.stem)
     shown = f"\n![{example.title}](images/{picture})\n" if picture else ""
     command = f"[`seatfem {example.verb} examples/{name}`](../examples/{name})"
-    return f"\n## {example.title}\n\n{example.words}\n\n{command}\n{shown}"
+    return f"\n## {example.title}\n\n{example.sentence}\n\n{command}\n{shown}"
 
 
 if __name__ == "__main__":

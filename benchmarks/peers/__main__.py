@@ -3,7 +3,6 @@
 Run: OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1 python -m benchmarks.peers [table ...]
 
 Without names all tables are made; with names these alone, the others stay as they were found. ``page``: the page alone.
-SFEPY_PYTHON names the Python of an environment that has SfePy.
 """
 
 from __future__ import annotations
@@ -17,8 +16,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
-from benchmarks.peers import bodies, calculix, impact_tables, larger_meshes, sfepy_modes, siconos_impact
-from benchmarks.table import RESULTS, Table, machine
+from benchmarks.peers import calculix, impact_scene, siconos_impact, tables
+from benchmarks.table import RESULTS, Table, machine, timed
 from impact.files.atomic import write_whole
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes
@@ -30,68 +29,57 @@ HEAD = """# Peers
 
 Written by `python -m benchmarks.peers` from `benchmarks/results/peers.json`: other programs on the same mesh, or on the
 same reduced system. CalculiX gets a deck that is written from our own model (nodes, elements, held components, nodal
-forces of the port: `seatfem export --to calculix`). A peer that is not installed is left out, with the reason. A body
-of steel of the demo's shape, clamped below, in tetrahedra of ten nodes.
+forces of the port: `seatfem export --to calculix`). A body of steel of an annular seat's shape, clamped below, in
+tetrahedra of ten nodes.
 
-{peers}; seatfem with {versions}, on {processor}, one thread each. Times are processor seconds
-with other programs running beside: read ratios, which are theirs over ours.
+{peers}; seatfem with {versions}, on {processor}, one thread each. Times are processor seconds with other programs
+running beside: read ratios, which are theirs over ours.
 """
 
 LIMITS = """## Who is better at what
 
-- For us: what is timed is what we are made for. A response by direct dynamics is that of one load, and ccx factors
-  anew, twice, in every step; our Green's function is computed once and used again for every reed, law and speed of
-  impact. Our error is estimated; that of a step or of modes left out is not.
-- For CalculiX: it is a whole program, its times hold reading the deck and writing the results. It starts at once,
-  we load Python and its libraries for {start:.1f} s of processor time, not counted above: with them, it is
-  done first with the modes of the smallest mesh. It needs no band: its steps hold whatever the mesh does.
-  It has many more elements, materials that yield, large displacements, heat and flow, of
-  which we have nothing.
+- For us: direct dynamics gives the response to one load, and ccx factors anew, twice, in every step; our Green's
+  function is computed once and used again for every reed, law and speed. Our error is estimated; that of a step or of
+  modes left out is not.
+- For CalculiX: its times hold reading the deck and writing the results, and it starts at once, where we load Python and
+  its libraries for {start:.1f} s of processor time, not counted above. It needs no band. It has many more elements,
+  materials that yield, large displacements, friction, heat and flow, of which we have nothing.
 - Debian's ccx solves by SPOOLES; builds with PARDISO or PaStiX, which its manual calls faster, were not measured.
-- Hexahedra are not compared: ours of second order have 27 nodes, CalculiX's C3D20 have 20.
-- CalculiX's impact: one deck holds the body, the contact and the step; with more bodies, friction or large slip the
-  same deck would do, of which we do a part. Ours must be told a band and a tolerance.
+  Hexahedra are not compared: ours of second order have 27 nodes, CalculiX's C3D20 have 20.
 - Siconos solves any number of contacts with friction, and takes bodies that are not linear; it marches by Python calls,
-  a part of its time. Its mark is the step, ours a recursion that is exact between steps, for linear bodies alone.
-- The aims against CalculiX were 100 times for a first scene, reduction included, and 10,000 times for a further one.
-  On the smallest mesh the first is missed, the second is met by its finest step alone; on the largest the first is met
-  by its steps of 200 ns and less, as far as they are extrapolated, but not yet at the same error of 1 %.
+  a part of its time. Our march is exact between steps, for linear bodies alone.
 - scikit-fem and SciPy need forty lines and no reduction, and for one scene on a mesh this small they are nearly as fast
   as we are, at a larger error; each step is a solution with the factor, in each further scene anew.
-- SfePy's assembly is meant for any equation; its time does not hold its start.
 """
 
 
 def start() -> float:
-    """Processor seconds until our functions can be called."""
-    return bodies.timed(lambda: subprocess.run([sys.executable, "-c", START], check=True))[1]
+    """Return the processor seconds until our functions can be called."""
+    return timed(lambda: subprocess.run([sys.executable, "-c", START], check=True))[1]
 
 
 def peers() -> list[str]:
-    """Versions of those that are here."""
-    here = [peer.version() for peer in (calculix, siconos_impact, sfepy_modes) if not peer.absent()]
+    """Return the versions of those that are installed."""
+    here = [peer.version() for peer in (calculix, siconos_impact) if not peer.absent()]
     return [*here, *(f"{name} {version(name)}" for name in ("scikit-fem", "scipy"))]
 
 
 def warm() -> None:
-    """Kernels are compiled, libraries loaded."""
-    model = bodies.model_of(bodies.SMALL)
+    """Compile kernels and load libraries."""
+    model = impact_scene.seat(impact_scene.mesh())
     solve_modes(model, 2)
     greens_function(model, bandwidth=1e5, duration=1e-5, tolerance=0.1)
 
 
 TABLES: Final[dict[str, tuple[str, Callable[[], Table], Callable[[], str]]]] = {
-    "modes": ("Natural modes", bodies.modes_table, calculix.absent),
-    "sfepy": ("Natural modes by SfePy", bodies.sfepy_table, sfepy_modes.absent),
-    "response": ("Response of the struck patch", bodies.response_table, calculix.absent),
-    "impact": ("The impact", impact_tables.impact_table, str),
-    "meshes": ("The impact on finer meshes", larger_meshes.meshes_table, calculix.absent),
-    "reduced": ("One reduced system", impact_tables.siconos_table, str),
+    "modes": ("Natural modes", tables.modes_table, calculix.absent),
+    "impact": ("The impact", tables.impact_table, str),
+    "reduced": ("One reduced system", tables.siconos_table, str),
 }
 
 
 def measured(name: str) -> dict[str, Any]:
-    """One table, or why it is left out."""
+    """Return one table, or why it is left out."""
     title, make, absent = TABLES[name]
     if reason := absent():
         return asdict(Table(title, (f"Left out: {reason}.",), (), ()))
@@ -99,21 +87,21 @@ def measured(name: str) -> dict[str, Any]:
 
 
 def page(found: dict[str, Any]) -> str:
-    """The page of what was found."""
+    """Return the page of what was found."""
     about = found["machine"]
     versions = f"Python {about['python']}, NumPy {about['numpy']} and Numba {about['numba']}"
     head = HEAD.format(peers=", ".join(found["peers"]), versions=versions, processor=about["processor"])
-    tables = []
+    parts = []
     for name in TABLES:
         if name in found["tables"]:
             table = Table(**found["tables"][name])
             text = table.markdown() if table.rows else "\n".join([f"## {table.title}", "", *table.notes, ""])
-            tables.append(text + ("\n![Error against time](images/peers.png)\n" if name == "reduced" else ""))
-    return "\n".join([head, *tables, LIMITS.format(start=found["start"])])
+            parts.append(text + ("\n![Error against time](images/peers.png)\n" if name == "reduced" else ""))
+    return "\n".join([head, *parts, LIMITS.format(start=found["start"])])
 
 
 def main(names: list[str]) -> None:
-    """The tables asked for, then the page of all."""
+    """Make the tables asked for, then the page of all."""
     if unknown := sorted({*names} - {*TABLES, "page"}):
         raise SystemExit(f"no table {', '.join(unknown)}; there are {', '.join(TABLES)} and page")
     found = json.loads(FOUND.read_text(encoding="utf-8")) if FOUND.exists() else {"tables": {}}

@@ -36,11 +36,10 @@ class PeerError(RuntimeError):
 
 @dataclass(frozen=True)
 class Answer:
-    """What a peer gives: ``values``, at ``times`` [s] where it is a course, and its processor seconds."""
+    """What a peer gives: its values, and its processor seconds."""
 
     values: Array
     seconds: float
-    times: Array | None = None
 
 
 def absent() -> str:
@@ -68,28 +67,6 @@ def frequencies_in(text: str, count: int) -> Array:
     if len(found) < count:
         raise PeerError(f"{NAME} finds {len(found)} of {count} modes")
     return np.array(found[:count])
-
-
-def response(
-    model: SecondOrderModel,
-    material: Material,
-    *,
-    width: float,
-    duration: float,
-    steps_per_width: int,
-    modes: int | None = None,
-) -> Answer:
-    """Mean displacement [m/(N s)] of the model's one port under the unit Hann pulse of ``width`` [s] on it.
-
-    Direct dynamics, implicit, without numerical damping (*DYNAMIC, DIRECT, ALPHA=0: Newmark's trapezoidal rule), or the
-    sum of the lowest ``modes``, each exact under a force that is linear from step to step (*MODAL DYNAMIC).
-    """
-    deck = calculix_body(tetrahedra(model), material)
-    text, seconds = run([*deck.lines, *deck.transient(width, duration, width / steps_per_width, modes)])
-    times, moved = course_in(text, "displacements", "PATCH")
-    if len(times) < int(np.ceil(duration * steps_per_width / width)):
-        raise PeerError(f"{NAME} ends after {len(times)} steps")
-    return Answer(moved[:, deck.axis - 1], seconds, times)
 
 
 def course_in(text: str, quantity: str, node: str) -> tuple[Array, Array]:

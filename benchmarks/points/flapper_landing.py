@@ -22,7 +22,7 @@ TILT, WIDTH = math.radians(0.2), 1e-3
 LANDING = Landing(
     Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3), Material(206e9, 0.3, 7800.0), 0.3e-3, 4.5e-3, WIDTH,
     Seat(4e-3, WIDTH, 0.5e-3, 8e-3, 3e-3, Material(200e9, 0.3, 7850.0), 0.0),
-    "spring", 20e6, GAP + WIDTH / 2 * math.tan(TILT), TILT, 0.0, 2.0, 35e-6, 5e-6,
+    20e6, GAP + WIDTH / 2 * math.tan(TILT), TILT, 0.0, 2.0, 35e-6, 5e-6,
 )  # fmt: skip
 GRIDS = (
     Grid(24, 2, 4, 3e-3, 150e3, 2, 2.5e-3, 200e3, 100e-9),

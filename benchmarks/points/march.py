@@ -3,14 +3,13 @@
 Of N points the openings are g = gap + B q, with B q the motion apart of all modes of both bodies, less what the seat
 yields beyond its modes, R N. The force at a point is that of its law at the penetration x that the point itself has,
 
-    x + R N(x) = -(gap + B q),    N_i = k_i max(x_i, 0)^p.
+    x + R N(x) = -(gap + B q),    N_i = k_i max(x_i, 0).
 
 It is the slope of a convex energy of q, so that the march is symplectic where nothing damps, and of second order.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +18,6 @@ from scipy.linalg import cho_factor, cho_solve
 from points.gll import Array
 
 ITERATIONS = 40
-CONVERGED = 1e-9  # relative change of forces of a law that is not linear
 
 
 @dataclass(frozen=True)
@@ -38,86 +36,51 @@ class Modes:
         return cosine + decay * sine, sine, -(self.omega**2) * sine, cosine - decay * sine
 
 
-@dataclass(frozen=True)
-class Law:
-    """Force k x^power at each point, with stiffness (points,) [N/m^power]."""
-
-    stiffness: Array
-    power: float = 1.0
-
-
 class PointForces:
-    """Forces at the points from the openings of the modes, with the last ones as the first guess."""
+    """Forces at the points from the openings of the modes, with the last closed points as the first guess."""
 
-    def __init__(self, law: Law, residual: Array | None) -> None:
-        """Take a law and the compliance (points, points) beyond the modes [m/N], ``None`` of a rigid seat."""
-        self._law, self._residual = law, residual
-        self._local = np.zeros(len(law.stiffness))
+    def __init__(self, stiffness: Array, residual: Array) -> None:
+        """Take the stiffness (points,) of the law [N/m] and the compliance (points, points) beyond the modes [m/N]."""
+        self._stiffness, self._residual = stiffness, residual
+        self._closed = np.zeros(len(stiffness), dtype=bool)
         self._factored: tuple[bytes, tuple[Array, bool]] | None = None
 
     def solve(self, openings: Array) -> Array:
         """Return the forces (points,) [N]."""
-        law = self._law
-        if self._residual is None or openings.min() > 0:
-            self._local = -openings
-            return np.asarray(law.stiffness * np.maximum(-openings, 0.0) ** law.power)
         forces = np.zeros(len(openings))
-        local = np.where(self._local > 0, self._local, -openings)
-        closed = local > 0
+        if openings.min() > 0:
+            self._closed = forces > 0
+            return forces
+        closed = self._closed | (openings < 0)
         for _ in range(ITERATIONS):
-            before, was_closed = forces, closed
-            forces = np.zeros(len(openings))
-            forces[closed] = self._on_closed(openings, local, closed)
-            local = -openings - self._residual @ forces
-            if law.power != 1.0:
-                own = (np.maximum(forces, 0.0) / law.stiffness) ** (1 / law.power)
-                local = np.where(forces > 0, own, local)
-            closed = local > 0
-            same = bool(np.array_equal(closed, was_closed))
-            if same and (law.power == 1.0 or np.abs(forces - before).max() <= CONVERGED * forces.max()):
+            before, forces = closed, np.zeros(len(openings))
+            forces[closed] = self._on_closed(openings, closed)
+            closed = openings + self._residual @ forces < 0
+            if np.array_equal(closed, before):
                 break
-        self._local = local
+        self._closed = closed
         return np.asarray(np.maximum(forces, 0.0))
 
-    def _on_closed(self, openings: Array, local: Array, closed: Array) -> Array:
-        """Return the forces of closed points, with the law's tangent at the penetrations ``local``."""
-        assert self._residual is not None
-        law, x = self._law, local[closed]
-        tangent = law.power * law.stiffness[closed] * x ** (law.power - 1)
-        right = -openings[closed] - x * (1 - 1 / law.power)
+    def _on_closed(self, openings: Array, closed: Array) -> Array:
+        """Return the forces of closed points."""
         key = closed.tobytes()
-        if law.power == 1.0 and self._factored is not None and self._factored[0] == key:
-            return np.asarray(cho_solve(self._factored[1], right))
-        factor = cho_factor(self._residual[np.ix_(closed, closed)] + np.diag(1 / tangent))
-        self._factored = (key, factor)
-        return np.asarray(cho_solve(factor, right))
+        if self._factored is None or self._factored[0] != key:
+            yielding = self._residual[np.ix_(closed, closed)] + np.diag(1 / self._stiffness[closed])
+            self._factored = (key, cho_factor(yielding))
+        return np.asarray(cho_solve(self._factored[1], -openings[closed]))
 
 
-def march_landing(
-    modes: Modes,
-    gaps: Array,
-    rates: Array,
-    forces: PointForces,
-    dt: float,
-    duration: float,
-    flight: float = math.inf,
-) -> Array:
-    """Return the total force (steps,) [N] at times 0, dt, ... of modes that start undeformed with rates (m,).
-
-    The march ends after a duration, or when nothing has touched for as long as ``flight`` after a contact [s].
-    """
+def march_landing(modes: Modes, gaps: Array, rates: Array, forces: PointForces, dt: float, duration: float) -> Array:
+    """Return the total force (steps,) [N] at times 0, dt, ... of modes that start undeformed with rates (m,)."""
     keep, gain, pull, hold = modes.flight(dt)
     place, rate = np.zeros_like(rates), rates.copy()
     total = np.zeros(round(duration / dt) + 1)
     transposed = np.ascontiguousarray(modes.shapes.T)
-    last = math.inf
     for step in range(len(total)):
         kick = forces.solve(gaps + modes.shapes @ place)
         total[step] = kick.sum()
         if total[step] > 0:
-            rate, last = rate + dt * (transposed @ kick), step
-        elif (step - last) * dt >= flight:
-            return total[: step + 1]
+            rate = rate + dt * (transposed @ kick)
         place, rate = keep * place + gain * rate, pull * place + hold * rate
     return total
 

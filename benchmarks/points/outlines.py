@@ -1,4 +1,4 @@
-"""Reeds as blocks of mapped quadrilaterals: a sheet, a flapper and a ring plate, all symmetric about the x axis."""
+"""Reeds as blocks of mapped quadrilaterals: a sheet and a flapper, both symmetric about the x axis."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ class Sheet:
     length: float
     width: float
     contact_at: float
-    clamped = True
 
     @property
     def centre(self) -> tuple[float, float]:
@@ -45,7 +44,6 @@ class Flapper:
     neck_width: float
     neck_length: float
     paddle_diameter: float
-    clamped = True
 
     @property
     def centre(self) -> tuple[float, float]:
@@ -94,33 +92,4 @@ class Flapper:
         ]
 
 
-@dataclass(frozen=True)
-class RingPlate:
-    """A free annulus about the origin [m]."""
-
-    outer_diameter: float
-    inner_diameter: float
-    clamped = False
-
-    @property
-    def centre(self) -> tuple[float, float]:
-        """Middle of its contact [m]."""
-        return 0.0, 0.0
-
-    def blocks(self, size: float) -> list[Block]:
-        """Return two halves of the annulus."""
-        inner, outer = self.inner_diameter / 2, self.outer_diameter / 2
-        across = equal_parts(outer - inner, size)
-        around = equal_parts(math.pi * outer, 1.25 * size, least=4)
-
-        def half(start: float) -> Block:
-            def place(s: Array, t: Array) -> Array:
-                r, angle = inner + s * (outer - inner), start + math.pi * t
-                return np.stack([r * np.cos(angle), r * np.sin(angle)], axis=-1)
-
-            return Block(place, across, around)
-
-        return [half(0.0), half(math.pi)]
-
-
-Outline = Sheet | Flapper | RingPlate
+Outline = Sheet | Flapper

@@ -88,13 +88,9 @@ class Plate:
         density = self.material.density * h * np.array([1, h**2 / 12, h**2 / 12])
         return csc_matrix((values, (i, j)), shape=(size, size)), np.outer(area, density).ravel()
 
-    def modes(self, count: int, *, below: float = 0.0) -> tuple[Array, Array]:
+    def modes(self, count: int) -> tuple[Array, Array]:
         """Return the lowest ``count`` circular frequencies [rad/s] and deflections (n, count) of unit modal mass, those
-        symmetric about the x axis and the others apart.
-
-        Args:
-            below: shift under the spectrum [rad/s]; positive for a plate that is free to move.
-        """
+        symmetric about the x axis and the others apart."""
         stiffness, mass = self.matrices()
         free = np.setdiff1d(np.arange(len(mass)), self.held)
         families = []
@@ -103,7 +99,7 @@ class Plate:
             basis = basis[:, np.diff(basis.indptr) > 0]
             half = csc_matrix(basis.T @ stiffness[free][:, free] @ basis)
             lumped = basis.multiply(basis).T @ mass[free]
-            squares, vectors = lowest_modes(half, lumped, math.ceil(0.54 * count) + 4, below**2)
+            squares, vectors = lowest_modes(half, lumped, math.ceil(0.54 * count) + 4)
             shapes = np.zeros((len(mass), len(squares)))
             shapes[free] = basis @ vectors
             families.append((squares, shapes[::3]))
@@ -141,15 +137,13 @@ class Plate:
         return math.ceil(MORE_MODES * weights.sum() * frequency * number / 2) + 10
 
 
-def lowest_modes(stiffness: csc_matrix, mass: Array, count: int, below: float) -> tuple[Array, Array]:
-    """Return the lowest eigenvalues of K - x M, M diagonal, and vectors of unit modal mass, by shift and inversion at
-    ``-below``."""
+def lowest_modes(stiffness: csc_matrix, mass: Array, count: int) -> tuple[Array, Array]:
+    """Return the lowest eigenvalues of K - x M, M diagonal, and vectors of unit modal mass, by inversion of K."""
     roots = 1 / np.sqrt(mass)
     scaled = (diags(roots) @ stiffness @ diags(roots)).tocsc()
-    shifted = (scaled + below * diags(np.ones(len(mass)))).tocsc()
-    factor = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    factor = splu(scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     inverse = LinearOperator(scaled.shape, matvec=factor.solve, dtype=float)
-    vectors_kept = min(len(mass) - 1, math.ceil(1.4 * count) + 20)
-    values, vectors = eigsh(scaled, count, sigma=-below, OPinv=inverse, v0=np.ones(len(mass)), ncv=vectors_kept)
+    kept = min(len(mass) - 1, math.ceil(1.4 * count) + 20)
+    values, vectors = eigsh(scaled, count, sigma=0.0, OPinv=inverse, v0=np.ones(len(mass)), ncv=kept)
     order = np.argsort(values)
     return values[order], roots[:, None] * vectors[:, order]

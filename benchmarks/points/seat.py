@@ -193,7 +193,7 @@ def modes_below(stiffness: csc_matrix, mass: Array, omega: float) -> tuple[Array
     """Return all eigenvalues of K - x M below omega^2 and vectors of unit modal mass."""
     count = 16
     while True:
-        squares, vectors = lowest_modes(stiffness, mass, min(count, len(mass) - 2), 0.0)
+        squares, vectors = lowest_modes(stiffness, mass, min(count, len(mass) - 2))
         if squares[-1] > omega**2:
             inside = squares <= omega**2
             return squares[inside], vectors[:, inside]

@@ -80,9 +80,7 @@ def test_every_example_has_a_card_and_a_picture() -> None:
     """On the first page, before all other pages are listed; the pictures are small, and no other ones lie there."""
     examples = {path.stem for suffix in ("toml", "py") for path in (ROOT / "examples").glob(f"*.{suffix}")}
     before, _, _ = (ROOT / "docs" / "index.md").read_text(encoding="utf-8").partition("## Pages")
-    cards = re.findall(
-        r"^- \[!\[.+\]\(images/scenes/(\w+)\.png\)\]\(.+\)\n  \*\*.+\*\*\n  \w.+[.?]$", before, re.MULTILINE
-    )
+    cards = re.findall(r"^- \[!\[.+\]\(images/scenes/(\w+)\.png\)\]\(.+\)\n  \*\*.+\*\*$", before, re.MULTILINE)
     assert sorted(cards) == sorted(examples)
     pictures = {path.stem: path.stat().st_size for path in (ROOT / "docs" / "images" / "scenes").iterdir()}
     assert {*pictures} == examples, "run: .venv/bin/python docs/scene_pictures.py"

@@ -14,6 +14,7 @@ import pytest
 from drawn_scenes import SEATS, STRIKERS, draw_scene
 from finer_scenes import FINEST, LADDER, Finer, finer_in_every_key
 from scenes_summary import ends, in_target, is_inside, is_known, kind_of, share, table, width
+from table import read_rows
 
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.drawn import Drawn
@@ -22,7 +23,7 @@ from seatfem.study import method as keys
 from seatfem.study.method import RunMethod, stated_method
 from seatfem.study.scene import Scene, load_scene
 
-ROWS = coverage_of_scenes.read_rows()
+ROWS = read_rows(coverage_of_scenes.Row, coverage_of_scenes.FILE)
 JUDGED = [row for row in ROWS if row.outcome == "judged"]
 of_the_table = pytest.mark.skipif(not ROWS, reason="the table is being made: benchmarks/coverage_of_scenes.py")
 TRIED = 4  # a seed that nothing was held out of
@@ -190,11 +191,11 @@ def test_the_package_has_the_counts_of_the_tables() -> None:
 
 def test_numbers_with_a_bar_that_is_shown_are_counted_by_kind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a scene one inside and one outside, of another one inside; a bar above half of its value does not count."""
-    lines = ("seed,index,seat,striker,value,bar,inside", "1,0,rod,ball,2,1,True", "1,0,rod,ball,-2,0.5,False")
+    lines = ("seed,index,seat,reed,value,bar,inside", "1,0,rod,ball,2,1,True", "1,0,rod,ball,-2,0.5,False")
     more = ("1,1,rod,ball,2,0.1,True", "1,2,rod,ball,2,1.1,True", "1,3,rod,ball,2,nan,", "1,4,rod,disc,2,0.1,True")
     (tmp_path / "made_up.csv").write_text("\n".join((*lines, *more)) + "\n", encoding="utf-8")
     monkeypatch.setattr(checked_scenes, "RESULTS", tmp_path)
-    monkeypatch.setattr(checked_scenes, "SECTIONS", {"Made up": ("made_up.csv",)})
+    monkeypatch.setattr(checked_scenes, "SECTIONS", {"Made up": "made_up.csv"})
     assert checked_scenes.checked_scenes().splitlines()[1:] == ["Made up,rod,ball,2,2,3", "Made up,rod,disc,1,1,1"]
 
 

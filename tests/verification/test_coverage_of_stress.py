@@ -3,35 +3,37 @@
 Two cheap scenes are run here; those of the committed table are only read.
 """
 
-import coverage_of_runs
+import tomllib
+
 import coverage_of_stress
 import pytest
+from coverage_of_scenes import Row
+from scenes_summary import is_inside, share
+from table import read_rows
 
-from seatfem.structures.store import VARIABLE
-
-VERDICTS = coverage_of_runs.read(coverage_of_stress.FILE)
+ROWS = read_rows(Row, coverage_of_stress.FILE)
 
 
 @pytest.mark.parametrize("index", [3, 0])  # a beam on a rod, and on an annular seat
-def test_the_true_error_is_inside_the_bar(index: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(VARIABLE, "restored afterwards")
-    verdict = coverage_of_stress.judge(index, coverage_of_stress.SEED)
-    assert verdict.values
-    assert [name for name in verdict.values if not verdict.inside(name)] == []
-    (kept,) = [each for each in VERDICTS if each.index == index]
-    assert (verdict.seat, verdict.striker, verdict.target) == (kept.seat, kept.striker, kept.target)
-    assert verdict.values["stress"] == pytest.approx(kept.values["stress"], rel=2 * kept.target)
+def test_the_true_error_is_inside_the_bar(index: int) -> None:
+    rows = coverage_of_stress.judge(index)
+    assert {row.outcome for row in rows} == {"judged"}
+    assert [row.measure for row in rows if not is_inside(row)] == []
+    on_file = {row.measure: row for row in ROWS if row.index == index}
+    assert {row.measure for row in rows} == {*on_file}
+    [stress] = [row for row in rows if row.measure == "stress"]
+    assert (stress.seat, stress.reed) == (on_file["stress"].seat, on_file["stress"].reed)
+    assert stress.value == pytest.approx(on_file["stress"].value, rel=2 * stress.target)
 
 
 def test_true_errors_are_inside_the_bars() -> None:
-    assert len(VERDICTS) >= 20
-    assert coverage_of_runs.coverage(VERDICTS)[0] >= coverage_of_runs.COVERED
+    assert len({row.index for row in ROWS}) >= 20
+    assert share(ROWS, is_inside) >= 0.95
 
 
 def test_the_table_is_of_the_scenes_drawn_today() -> None:
     """A change of the draw without new runs must not pass."""
-    for verdict in VERDICTS:
-        text = coverage_of_stress.draw_scene(verdict.index, verdict.seed)
-        assert f'kind = "{verdict.seat}"' in text
-        assert f'kind = "{verdict.striker}"' in text
-        assert f"target = {verdict.target:.5f}" in text
+    for row in ROWS:
+        tables = tomllib.loads(coverage_of_stress.draw_scene(row.index, row.seed))
+        assert (tables["seat"]["kind"], tables["reed"]["kind"]) == (row.seat, row.reed)
+        assert tables["accuracy"]["target"] == pytest.approx(row.target, abs=1e-5)

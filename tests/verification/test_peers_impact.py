@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.peers import calculix, calculix_impact, plain_impact, sfepy_modes, siconos_impact, switching
+from benchmarks.peers import calculix, calculix_impact, plain_impact, siconos_impact, switching
 from benchmarks.peers import impact_scene as scene
 from impact import ModalGreens, Residual
 from seatfem.structures.reduction.modes import solve_modes
@@ -66,11 +66,3 @@ def test_the_contact_of_calculix_finds_the_same():
     right, wrong = (scene.of_points(plain_impact.by_modes(f * squares, shares, dt), dt, 0.0) for f in (1.0, 1.03))
     assert scene.apart(theirs, right)[0] < 0.2
     assert scene.apart(theirs, wrong)[0] > 1.0
-
-
-@pytest.mark.skipif(bool(sfepy_modes.absent()), reason=sfepy_modes.absent())
-def test_sfepy_finds_the_same_modes():
-    """Both integrate exactly: what is left is round-off."""
-    model = block()
-    theirs = sfepy_modes.frequencies(model, STEEL, 5).values
-    assert np.abs(theirs / solve_modes(model, 5).frequencies_hz - 1).max() < 1e-8

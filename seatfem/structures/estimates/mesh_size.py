@@ -3,7 +3,7 @@
     error of g = PATCH (contact_size/width)^1.5 + size (WAVE band/c_s + BODY/depth)
 
 width: of the struck face, c_s/band: the shear wavelength at the band edge, depth: of the body behind the face; elements
-of order 2. The constants bound what benchmarks/mesh_error.py finds on seats of every kind but the finest plates.
+of order 2. The constants bound what was measured on seats of every kind but the finest plates.
 """
 
 from __future__ import annotations

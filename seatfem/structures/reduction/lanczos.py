@@ -37,7 +37,7 @@ from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
 from seatfem.structures.reduction.ritz import RitzSpace
 
 _CEILING = 12.0  # bandwidths; nodes above follow the pulse as a spring, to 1/144
-_PRODUCT = 1.2e-9  # s for each entry of K in a product (benchmarks/cost_vs_dof.py)
+_PRODUCT = 1.2e-9  # s for each entry of K in a product, measured
 _ROW = 3e-8  # s for each unknown in a step, beside the product
 
 

@@ -26,7 +26,7 @@ from seatfem.structures.reduction.rigid import default_shift
 if TYPE_CHECKING:
     from seatfem.structures.reduction.slepc import Ranks
 
-ALL_MODES: Final = 200  # unknowns up to which all modes cost less than a Krylov space (benchmarks/small_seats.py)
+ALL_MODES: Final = 200  # unknowns up to which all modes cost less than a Krylov space (measured)
 _FREE: Final = 0.03  # s over the last mode of a free body: what the others add to g is 0.1 % off
 MODES_ARE_CHEAP: Final = 3000  # unknowns up to which they cost little all the same
 
@@ -62,7 +62,7 @@ class Modal(Reducer):
             return ""
         return (
             "modes cost far more than the Green's function needs: method='krylov' reaches the same error with one "
-            "factorization and a tenth of the vectors (benchmarks/demo_greens.py)"
+            "factorization and a tenth of the vectors"
         )
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:

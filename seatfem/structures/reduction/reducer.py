@@ -36,7 +36,7 @@ class Cost:
     """Predicted effort of a reduction.
 
     Attributes:
-        seconds: on the machine of the cost model (benchmarks/cost_vs_dof.py); only ratios are used.
+        seconds: on one machine of reference; only ratios are used.
         effort: what takes them, in a few words.
     """
 

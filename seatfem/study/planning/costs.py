@@ -44,7 +44,7 @@ COARSE_STRESS: Final = 0.4  # of the search for the stress, where only its size 
 ARRAYS: Final = 44  # histories that live at once
 SAVED: Final = 22  # histories written to the file
 OF_A_PORT: Final = CONTACT_BYTES / 8  # histories more with each port of a lip
-PORT: Final = 0.5  # time of a pole's step with each further port, over that with one (benchmarks/lips.py)
+PORT: Final = 0.5  # time of a pole's step with each further port, over that with one, measured
 WEIGHTS: Final = 30  # poles that take as long as exact step weights
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,6 @@ from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
-from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.materials import Material
 
 
@@ -54,16 +52,3 @@ def dense_modes(K: Any, M: Any, b: Any) -> tuple[Any, Any, float]:
     )
     shares = b @ vectors
     return square, shares, float(np.sum(shares**2 / square))
-
-
-def modal(square: Any, shares: Any, static: float, zeta: float) -> ModalGreens:
-    """Modes and a spring for those left out (static correction)."""
-    omega, shapes = np.sqrt(square), shares[:, None]
-    rest = Residual.spring([[max(0.0, static - float(np.sum(shares**2 / square)))]])
-    return ModalGreens(omega, np.full(len(omega), zeta), shapes, rest, ("contact",))
-
-
-def fewer(square: Any, shares: Any, static: float, zeta: float, counts: Any) -> Iterator[tuple[int, ModalGreens]]:
-    """The Green's functions of the lowest ``counts`` modes."""
-    for n in counts:
-        yield n, modal(square[:n], shares[:n], static, zeta)
