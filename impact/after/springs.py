@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +10,7 @@ from impact.bodies.body import Body, Load, ModalState
 from impact.bodies.springs import SPRINGS, SprungBody
 from impact.greens.base import Array, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
+from impact.march.followed import held_course
 from impact.march.motion import Discrete
 
 
@@ -67,10 +67,7 @@ def without_springs(body: Body, force: Array, dt: float) -> Body:
     greens = replace(modal, origin=origin, omega=springs.omega, zeta=springs.zeta, shapes=springs.basis @ modal.shapes)
     state = body.state and ModalState(springs.basis @ body.state.displacement, springs.basis @ body.state.velocity)
     loads = [replace(load, shape=springs.basis @ load.shape) for load in body.loads]
-    loads += [Load(springs.basis @ shape, _held(pull, dt)) for shape, pull in zip(springs.shapes.T, pulls, strict=True)]
+    loads += [
+        Load(springs.basis @ shape, held_course(pull, dt)) for shape, pull in zip(springs.shapes.T, pulls, strict=True)
+    ]
     return Body(greens, state=state, loads=tuple(loads), base=body.base)
-
-
-def _held(values: Array, dt: float) -> Callable[[Array], Array]:
-    """Return the course that keeps each of the values for a step [s]."""
-    return lambda t: values[np.clip((np.asarray(t) / dt).astype(np.int64), 0, len(values) - 1)]

@@ -101,10 +101,8 @@ class Discrete:
         return _modal_motion(self, self.kernel.modal, force, energies=False).displacement
 
     def stored_after(self, force: Array, steps: Sequence[int]) -> Array | None:
-        """Return the energy stored after each of the numbers of ``steps``, increasing, under port forces (P, n) [J].
-
-        ``None`` of a body that is not all made of modes: its energy is known by work alone.
-        """
+        """Return the energy stored after each of some steps, increasing, under port forces (P, n) [J]; ``None``
+        without modes."""
         if self.kernel.modal is None or self.kernel.weights is not None:
             return None
         replay, stored, now = _replay(self, self.kernel.modal), [], 0
@@ -128,11 +126,10 @@ class Discrete:
 
 
 def mean_displacement(discrete: Discrete, force: Array, shares: Array) -> Array:
-    """Return the (n + 1,) mean displacement [m] of the ports of a held body at rest, each with its share, under
-    ``force`` (P, n).
+    """Return the (n + 1,) mean displacement [m] of the ports under ``force`` (P, n), each with its share.
 
-    Equal to ``shares @ discrete.motion(force).displacement``, which is for every other body; without the energies, and
-    by those modes alone that the mean shows, it is several times cheaper.
+    Equal to ``shares @ discrete.motion(force).displacement``; of a held body at rest, without the energies and by those
+    modes alone that the mean shows, it is several times cheaper.
     """
     kernel = discrete.kernel
     if discrete.moves_by_itself or (kernel.modal is not None and not np.all(kernel.modal.omega)):
@@ -152,12 +149,9 @@ def _shown(modal: ModalGreens, shares: Array) -> ModalGreens:
     def kept(shapes: Array) -> Array:
         return np.asarray(np.abs(shapes @ shares) > 16 * np.finfo(float).eps * (np.abs(shapes) @ np.abs(shares)))
 
-    rest, modes = modal.residual, kept(modal.shapes)
-    relaxations = kept(rest.shapes)
-    residual = replace(rest, shapes=rest.shapes[relaxations], rates=rest.rates[relaxations])
-    return replace(
-        modal, omega=modal.omega[modes], zeta=modal.zeta[modes], shapes=modal.shapes[modes], residual=residual
-    )
+    rest, relaxing = modal.residual, kept(modal.residual.shapes)
+    seen = replace(rest, shapes=rest.shapes[relaxing], rates=rest.rates[relaxing])
+    return modal.of_modes(kept(modal.shapes), seen)
 
 
 def _mean_of_modes(modal: ModalGreens, dt: float, force: Array, shares: Array) -> Array:
@@ -174,17 +168,10 @@ def _mean_of_modes(modal: ModalGreens, dt: float, force: Array, shares: Array) -
 
 
 def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array:
-    """Return the (n // stride + 1, M) modal coordinates q of a body [m sqrt(kg)]: at t = 0, and after every
-    ``stride``-th step.
+    """Return the (n // stride + 1, M) modal coordinates q of a body of modes [m sqrt(kg)], at every ``stride``-th step.
 
-    The motion of any point whose mode shapes are known is their sum, u = sum_k phi_k q_k, without what the modes leave
-    out.
-
-    Args:
-        body: of modes; without a preload.
-        force: (P, n) on its ports along the normal, constant over each step [N].
-        dt: step [s].
-        stride: 1 <= stride <= n.
+    The motion of any point is u = sum_k phi_k q_k, without what the modes leave out. ``force`` (P, n) acts on its ports
+    along the normal, constant over each step ``dt`` [N, s]; there is no preload.
 
     Raises:
         GreensFunctionError: a body that is no sum of modes, a load that is not finite.
@@ -292,18 +279,14 @@ def _translation(discrete: Discrete) -> Array:
 
 
 def _wave_energy(rod: Rod, force: Array, dt: float, steps: int) -> tuple[Array, Array]:
-    """Return the energies by the outgoing wave a = f/Z + R a(t - T); each carries Z a^2 per unit time, R^2 of it after
-    the far end."""
+    """Return the energies by the outgoing wave a = f/Z + R a(t - T), Z a^2 per unit time, R^2 of it from the far end
+    on."""
     n, r = len(force), rod.reflection
     a = reflected(force / rod.impedance, r, steps)
     power = np.concatenate([[0.0], np.cumsum(rod.impedance * a**2 * dt)])
     now = np.arange(n + 1, dtype=np.float64)
-    at_far_end, back = _at(power, now - np.float64(steps / 2)), _at(power, now - np.float64(steps))
+    at_far_end, back = (np.interp(now - np.float64(ago), now, power) for ago in (steps / 2, steps))
     return (power - at_far_end) + r**2 * (at_far_end - back), (1 - r**2) * at_far_end
-
-
-def _at(cumulative: Array, index: Array) -> Array:
-    return np.interp(index, np.arange(len(cumulative)), cumulative)
 
 
 @njit(cache=True)
