@@ -233,10 +233,8 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind 
         )
     said = {k: _said(head.name) for k, head in enumerate(table.heads)}
     names = {role: [table.heads[k].name.lower() for k, (_, part) in said.items() if part == role] for role in _ROLES}
-    places = {}
-    for role in _ROLES:
-        if (place := table.column_of(role, names[role], columns)) is not None:
-            places[role] = place
+    every = {role: table.column_of(role, names[role], columns) for role in _ROLES}
+    places = {role: place for role, place in every.items() if place is not None}
     pairs = [pair for pair in (("real", "imag"), ("magnitude", "phase")) if set(pair) <= set(places)]
     if "frequency" not in places or not pairs:
         raise TimeSeriesError(f"{table.path}, line {table.head_line}: header {table.header!r} {_LIKE}")

@@ -26,8 +26,7 @@ def deviation_by_coherence(values: ArrayLike, coherence: ArrayLike, averages: in
     """Return the standard deviation of a complex response, whose squared magnitude is E|error|^2, from its coherence.
 
     The variance of |H| over |H|^2 is (1 - g2)/(2 g2 n); real and imaginary part together have twice that. It is taken
-    over
-    neighbouring lines: where noise outweighs a response, lines that it happens to make small would seem exact.
+    over neighbouring lines: where noise outweighs a response, lines that it happens to make small would seem exact.
     """
     share = np.clip(np.asarray(coherence, dtype=float), _LEAST_COHERENCE, 1.0)
     variance = np.abs(np.asarray(values)) ** 2 * (1 - share) / (share * averages)
