@@ -155,8 +155,7 @@ def pressed_on(record: ContactRecord, landings: Sequence[Landing]) -> tuple[floa
 
 
 def closing_speeds(problem: ContactProblem, dt: float) -> Array:
-    """Return the (p,) speeds at which the contacts close at t = 0, -d(gap)/dt [m/s]: of the bodies' own motion, and of
-    their bases' over the first step ``dt`` [s]."""
+    """Return the (p,) speeds at which the contacts close at t = 0 [m/s], moving bases over the first step included."""
     opening = np.zeros(len(problem.contacts))
     for body in problem.bodies:
         ports = np.zeros(len(body.greens.ports))
@@ -197,10 +196,7 @@ def _first_touch(record: ContactRecord, first: int) -> tuple[int, float]:
 
 
 def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last: int) -> Landing | None:
-    """Return the landing of one contact, which begins with the step ``first`` and ends before the step ``last``.
-
-    ``mean``, ``static``: (n + 1,) force and quasi-static load averaged over the filter [N].
-    """
+    """Return the landing of one contact from step ``first`` to before ``last``; means over the filter (n + 1,) [N]."""
     dt, reach = record.dt, max(1, round(record.width / (2 * record.dt)))
     above = mean - static
     peak = first + int(np.argmax(above[first : last + 1]))
@@ -236,10 +232,7 @@ def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last
 
 
 def _calm_from(mean: Array, static: Array, peak: int, reach: int, band: float) -> int | None:
-    """Return the step from which on the averaged force stays within a ``band`` of the load for one contact time.
-
-    ``None`` where it never does.
-    """
+    """Return the step from which on the mean stays within a ``band`` of the load for one contact time, if any."""
     if not np.any(static > 0):
         return None
     above = mean > (1 + BAND) * static

@@ -36,11 +36,9 @@ class Work:
 
 
 def of_contact(result: ImpactResult, contact: int | None) -> ImpactResult:
-    """Return the force, gap and displacements of one of several contacts, (n + 1,) each; the energies stay those of
-    all.
+    """Return the force, gap and displacements (n + 1,) of one of several contacts; the energies stay those of all.
 
-    Raises:
-        MeasureError: no contact of that number; ``None`` where there are several.
+    Raises `MeasureError`: no contact of that number; ``None`` where there are several.
     """
     count = _contacts(result)
     if contact is None and count > 1:
@@ -160,16 +158,14 @@ def contact_intervals(result: ImpactResult, *, contact: int | None = None) -> Ar
 
 
 def closed_steps(force: Array | NDArray[np.bool_]) -> Array:
-    """Return the (n, 2) first step and step after the last of each maximal run of steps that are closed.
-
-    ``force``: (steps,) [N], closed where it is > 0; or flags.
-    """
+    """Return the (n, 2) first step and step after the last of each run of steps with ``force`` > 0 [N], or with a
+    flag."""
     closed = np.concatenate([[False], force > 0, [False]])
     return np.asarray(np.flatnonzero(np.diff(closed.astype(np.int8))).reshape(-1, 2))
 
 
 def contact_groups(result: ImpactResult, *, contact: int | None = None, merge: float = MERGE) -> Array:
-    """Return the (n, 2) contact intervals [s] with openings shorter than ``merge`` [s] closed: what a user calls one
+    """Return the (n, 2) contact intervals [s] with openings shorter than ``merge`` [s] closed: what users call an
     impact."""
     return merged(contact_intervals(result, contact=contact), merge)
 
@@ -184,9 +180,10 @@ def merged(raw: Array, merge: float = MERGE) -> Array:
 
 
 def hardest_group(result: ImpactResult, width: float = 1e-6) -> tuple[int, Array]:
-    """Return the number, from 0 on, and start and end (2,) [s] of the group of contacts that holds the largest mean
-    force over ``width`` [s], at least a step; that of all contacts together where there are several. 0 and nan without
-    contact.
+    """Return number, from 0 on, and start and end (2,) [s] of the group that holds the largest mean force over
+    ``width`` [s].
+
+    Of all contacts together, the width at least a step; 0 and nan without contact.
     """
     force, solid = (values.reshape(len(values), -1).sum(axis=1)[1:] for values in (result.force, result.solid))
     groups = merged(result.dt * closed_steps(solid))

@@ -25,21 +25,13 @@ def restitutions(
     *,
     side: int = 1,
 ) -> tuple[float | None, ...]:
-    """Return the coefficient of restitution of each landing on the contacts of one ``side``.
+    """Return the coefficient of restitution of each landing, in order of time, on the contacts of one ``side``.
 
-    Of a striker that is held: sqrt(E'/E) of its energy after and before; other contacts and loads at work meanwhile
-    count. Of one free to translate: the speed at which the bodies' translations part over that at which they closed,
-    the mean of the contacts, motion of bases included. ``None`` of a landing that does not end apart, and where the
-    energy is not known.
-
-    Args:
-        problem: that was marched.
-        force: (n, p) of its contacts [N].
-        dt: step [s].
-        landings: in order of time.
-        stored: energy of the striker.
-        loads: (L, n) amplitudes of the striker's loads [N].
-        side: +1 for seats, -1 for stoppers.
+    Of a striker that is held: sqrt(E'/E) of its energy after and before, by ``stored``; other contacts and loads at
+    work meanwhile count. Of one free to translate: the speed at which the bodies' translations part over that at which
+    they closed, the mean of the contacts, motion of bases included. ``None`` of a landing that does not end apart, and
+    where the energy is not known. ``force`` (n, p) of all contacts [N], ``loads`` (L, n) amplitudes of the striker's
+    [N].
     """
     apart = [not (landing.pressed_on or landing.cut_off) for landing in landings]
     if not any(apart):

@@ -61,20 +61,15 @@ class EnergyLedger:
 
     @property
     def residual(self) -> float:
-        """Return max |input - stored - dissipated| / largest energy stored; 0 for a system that never holds any.
-
-        The parts are counted by their size: what is known by work only may be negative, and cancel.
-        """
+        """Return max |input - stored - dissipated| over the largest sum of the sizes of what is stored; 0 without
+        any."""
         largest = float(np.max(np.abs(self.striker) + np.abs(self.target) + np.abs(self.contact)))
         error = float(np.max(np.abs(self.input - self.stored - self.dissipated)))
         return error / largest if largest > NO_ENERGY else 0.0
 
 
 def pressed_in(problem: ContactProblem, force: Array, gap: Array) -> Array:
-    """Return the (n + 1,) work put in by an overlap of rigid bodies at t = 0, which the first step drives apart [J].
-
-    No law stores it: the force of that step does N times the overlap on bodies that come from nowhere.
-    """
+    """Return the (n + 1,) work of the first step on rigid bodies that overlap at t = 0, which no law stores [J]."""
     out = np.zeros(len(gap))
     if len(force) and not problem.preload:
         rigid = np.array([isinstance(c.law, Signorini) for c in problem.contacts])
@@ -190,8 +185,8 @@ class ImpactResult:
         return f"closed once, {first}" if count == 1 else f"closed {count} times, first {first}"
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Return the force, gap, displacements and energies by time [SI], a row a step, "force_N[k]" where there are
-        several contacts; raises `impact.after.frame.FrameError` where pandas is missing."""
+        """Return the histories by time [SI], a row a step; raises `impact.after.frame.FrameError` where pandas is
+        missing."""
         of_contacts = {"force_N": self.force, **{f"{name}_m": getattr(self, name) for name in _WAYS}}
         energies = {f"energy_{name}_J": getattr(self.energy, name) for name in _TERMS}
         return frame_of({"time_s": self.time, **of_contacts, **energies}, "time_s")
@@ -204,12 +199,7 @@ def of_contacts(result: ImpactResult, which: int | slice) -> ImpactResult:
 
 
 def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
-    """Return several contacts of one face as one: the sum of the forces, the mean of the displacements and gaps.
-
-    Args:
-        result: of p contacts that one port of the striker presses.
-        shares: (p,) of the face's area, which sum to 1.
-    """
+    """Return p contacts of one face as one: the sum of the forces, the means by the (p,) ``shares`` of its area."""
     if result.force.ndim == 1:
         return result
     means = {name: getattr(result, name) @ shares for name in _WAYS}

@@ -15,16 +15,11 @@ from impact.march.motion import Discrete
 
 
 def spring_displacements(body: Body, force: Array, dt: float, weights: Array | None = None) -> Array:
-    """Return the (S, n + 1) displacements of a body at its springs [m].
+    """Return the (S, n + 1) displacements of a body at its springs [m], as marched
+    (`impact.march.followed.as_marched`).
 
-    Args:
-        body: as it was marched (`impact.march.followed.as_marched`).
-        force: (n + 1,) or (n + 1, ports) on its ports along the normal [N]; ``force[0]`` since ever, a preload.
-        dt: step [s].
-        weights: (S, q) of sums over the springs, which then are given in their place, (q, n + 1).
-
-    Raises:
-        GreensFunctionError: a body without springs.
+    ``force``: (n + 1,) or (n + 1, ports) on its ports [N], ``force[0]`` since ever; ``weights``: (S, q) of sums over
+    the springs, which then are given in their place, (q, n + 1). Raises `GreensFunctionError` without springs.
     """
     if not isinstance(body, SprungBody):
         raise GreensFunctionError("the body has no springs: give the one that impact.bodies.springs.on_springs returns")
@@ -54,8 +49,7 @@ def spring_displacements(body: Body, force: Array, dt: float, weights: Array | N
 def without_springs(body: Body, force: Array, dt: float) -> Body:
     """Return the body in its own modes, those without springs, under what its springs did in a run; itself without any.
 
-    Stress and pictures know a body by its own modes. The springs' forces are loads that are constant over each step,
-    their mean in it. Arguments as of `spring_displacements`.
+    The springs' forces are loads that are constant over each step. Arguments as of `spring_displacements`.
     """
     if not isinstance(body, SprungBody):
         return body

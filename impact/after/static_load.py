@@ -32,13 +32,8 @@ ROUND_OFF: Final = 1e-12
 
 @dataclass(frozen=True)
 class StaticLoad:
-    """The quasi-static forces of a problem.
-
-    Attributes:
-        time: (m,) instants, increasing from 0 [s].
-        seat: (m,) total of the contacts with seats [N].
-        stopper: (m,) total of those with stoppers [N].
-    """
+    """The quasi-static forces at m instants ``time`` [s]: totals of the contacts with seats and with stoppers (m,)
+    [N]."""
 
     time: Array
     seat: Array
@@ -109,8 +104,8 @@ def _openings(problem: ContactProblem, time: Array) -> tuple[Array, Array]:
 def _statics(body: Body, pushed: Array, reach: float) -> tuple[Array, Array]:
     """Return the (ports, m) displacements under load amplitudes [m] and the (ports, ports) compliance [m/N].
 
-    ``reach``: the opening that a free body's spring must let it cross [m]. A body of infinite compliance that is no
-    translation (a dashpot) stands still.
+    ``reach``: opening that a free body's spring must let it cross [m]. One that neither yields nor translates stands
+    still.
     """
     modal, ports = body.greens.modal, len(body.greens.ports)
     none = np.zeros((ports, pushed.shape[1]))

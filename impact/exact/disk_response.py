@@ -27,10 +27,10 @@ _NEARLY_DOUBLE = 1e-3  # roots closer than this lose digits in partial fractions
 
 @dataclass(frozen=True)
 class PointLoad:
-    """Terms of h = f/f(inf), f the `point_step_response`:
+    """Terms of h = f/f(inf), f the `point_step_response`; h = 0 before kappa, 1 beyond gamma, between them
 
     h = 1/2 + Re sum_j strength_j/sqrt(tau^2 - pole_j) - (rayleigh/2)/sqrt(gamma^2 - tau^2),  kappa < tau < 1
-    h = 1 - rayleigh/sqrt(gamma^2 - tau^2),  1 < tau < gamma;   h = 1 beyond, 0 before kappa.
+    h = 1 - rayleigh/sqrt(gamma^2 - tau^2),  1 < tau < gamma.
     """
 
     kappa: float

@@ -98,10 +98,9 @@ class CsvTable:
         return value
 
     def column_of(self, role: str, names: Sequence[str], stated: Mapping[str, str]) -> int | None:
-        """Return the number of the column with a role: that which ``stated`` names, else that of one of the ``names``.
+        """Return the number of the column that ``stated`` names for a role, else that of one of the ``names``, if any.
 
-        ``None`` where there is none, and none is stated. Raises ``error`` of a stated name that no head has, and of
-        several.
+        Raises ``error`` of a stated name that no head has, and of several.
         """
         if role in stated:
             wanted = stated[role].strip().lower()
@@ -119,9 +118,8 @@ class CsvTable:
         return numbers[0] if numbers else None
 
     def factor_of(self, column: int, role: str, units: Mapping[str, float], stated: Mapping[str, str]) -> float:
-        """Return the factor of a column to SI, by its head or by the unit that is ``stated``.
-
-        A stated unit stands in place of one in the head that is unknown, as in "p [Bar]".
+        """Return the factor of a column to SI, by its head or by the unit ``stated`` in place of an unknown one, as "p
+        [Bar]".
 
         Raises ``error``: no unit, one that is unknown, another known one in the head than stated.
         """
@@ -144,13 +142,10 @@ class CsvTable:
 def read_csv(
     path: Path, error: type[Exception], *, delimiter: str | None = None, most: int = CSV_LIMIT
 ) -> CsvTable | None:
-    """Return the table in a file; ``None`` of one without a line that holds something. Lines that begin with # are
-    left out.
+    """Return the table in a file, but for lines that begin with #; ``None`` of one without a line that holds something.
 
-    ``delimiter``: between the columns; ``None``: as the lines show.
-
-    Raises ``error``: no regular file, larger than ``most`` bytes, no text, too many columns or lines, commas that
-    divide columns and stand in numbers at once, both decimal points and commas.
+    ``delimiter``: between the columns; ``None``: as the lines show. Raises ``error``: no regular file, larger than
+    ``most`` bytes, no text, too many columns or lines, numbers whose commas or points say two things at once.
     """
     with opened_file(path, most, error) as file:
         first = file.read(1 << 20)

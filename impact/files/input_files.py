@@ -48,8 +48,7 @@ def check_file(path: Path, most: int, error: type[Exception]) -> None:
 
 
 def read_bytes(path: Path, most: int, error: type[Exception]) -> bytes:
-    """Return all bytes of a file; raises as `opened_file`, also where the file grows beyond ``most`` while it is
-    read."""
+    """Return all bytes of a file; raises as `opened_file`, also where it grows beyond ``most`` while it is read."""
     with opened_file(path, most, error) as file:
         data = file.read(os.fstat(file.fileno()).st_size)
         while more := file.read(MB):

@@ -138,11 +138,8 @@ class GreensFunction(ABC):
         return self
 
     def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> GreensFunction:
-        """Return the same function with another error estimate (and provenance).
-
-        Raises:
-            GreensFunctionError: a closed form, whose error and provenance are not stated but known.
-        """
+        """Return the same function with another error (and provenance); raises `GreensFunctionError` of a closed
+        form."""
         raise GreensFunctionError(f"the error and the origin of a {type(self).__name__} are known: state neither")
 
     def stored(self) -> Stored | None:
@@ -152,8 +149,7 @@ class GreensFunction(ABC):
     def transfer(self, s: ComplexArray) -> ComplexArray:
         """Return the (n, p, p) Laplace transform of g at ``s`` (n,) [1/s], bare compliance included [m/N].
 
-        Raises:
-            GreensFunctionError: a representation whose transform is not known in closed form.
+        Raises `GreensFunctionError` for a representation whose transform is not known in closed form.
         """
         raise GreensFunctionError(
             f"the transform of a {type(self).__name__} is not known in closed form: take a sum of modes or of poles"

@@ -94,16 +94,12 @@ class SampledGreens(StatedGreens):
         static: Array | None = None,
         origin: Mapping[str, object] | None = None,
     ) -> SampledGreens:
-        """Return a measured function: ``values`` (n,) or (p, p, n) [m/(N s)] at ``time`` (n,) or (p, p, n) [s]; the
-        blow is at t = 0.
+        """Return a measured function: ``values`` (n,) or (p, p, n) [m/(N s)] at ``time`` (n,) or (p, p, n) [s], the
+        blow at 0.
 
         The times must be equally spaced to 1 % of the spacing, the same for all records, with a sample at t = 0.
-        Samples before it must be zero, or are dropped under ``pretrigger="drop"``; ``origin["pretrigger"]`` then
-        says how many, and their share of the sum of g^2.
-
-        Raises:
-            GreensFunctionError: irregular or unequal times, no sample at t = 0, motion before t = 0 under "refuse";
-                whatever the class itself refuses.
+        Samples before it must be zero, or are dropped under ``pretrigger="drop"``; ``origin["pretrigger"]`` then says
+        how many, and their share of the sum of g^2. Raises `GreensFunctionError` for all else, and as the class itself.
         """
         g = np.asarray(values, dtype=float)
         t, dt = _uniform(_common_time(np.asarray(time, dtype=float), g.shape))

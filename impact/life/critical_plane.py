@@ -19,21 +19,13 @@ _HELD: Final = 16  # planes at once
 
 
 def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
-    """Yield a place with the normal stress n' sigma n in time on each plane that may be critical.
+    """Yield a place with the (n,) normal stress n' sigma n in time on each plane that may be critical, > 0 in tension
+    [Pa].
 
     The normals are spread over half the sphere, from the principal axes of the stress that is furthest from the mean:
     proportional stress is judged along its own axes, exactly. Planes are passed over on which neither the range nor
-    twice the largest tension reaches `SHARE` of the largest of all planes.
-
-    Args:
-        name: of the place.
-        stress: (n, 6) of one block, xx, yy, zz, yz, xz, xy [Pa].
-
-    Yields:
-        The name and (n,) stress of one axis, > 0 in tension [Pa].
-
-    Raises:
-        LifeError: another shape, values that are not finite.
+    twice the largest tension reaches `SHARE` of the largest of all planes. ``stress``: (n, 6) of one block, xx, yy, zz,
+    yz, xz, xy [Pa]; raises `LifeError` for another shape and for values that are not finite.
     """
     if stress.ndim != 2 or stress.shape[1] != 6 or not len(stress):
         raise LifeError(f"{name}: a history of stress tensors must be (n, 6), not {stress.shape}")

@@ -162,9 +162,6 @@ class SmithWatsonTopper(_Power):
 
 
 def mean_stress(name: str, strength: Strength) -> MeanStress:
-    """Return the criterion of that name: goodman, gerber, swt, walker, morrow.
-
-    Raises:
-        LifeError: another name, or a constant that the strength lacks.
-    """
+    """Return the criterion goodman, gerber, swt, walker or morrow; raises `LifeError` for others, or a missing
+    constant."""
     return criterion(MeanStress, name, strength)  # type: ignore[type-abstract]

@@ -27,14 +27,10 @@ _ROUND_OFF = 1e-13  # relative, of a difference of inverse masses
 
 @dataclass(frozen=True)
 class Motion:
-    """One body over time.
+    """One body over time: (P, n + 1) ``displacement`` of its ports [m], and energies (n + 1,) [J].
 
-    Attributes:
-        displacement: (P, n + 1) of the ports [m].
-        stored: (n + 1,) elastic and kinetic energy [J]; for ``by_work`` that of its translation and all work received.
-        dissipated: (n + 1,) lost in the body's damping so far [J].
-        load_work: (n + 1,) work of the prescribed loads so far [J].
-        by_work: known only by the work done on it.
+    ``stored`` is elastic and kinetic (``by_work``: of its translation, and all work received), ``dissipated`` lost in
+    its damping so far, ``load_work`` of the prescribed loads so far.
     """
 
     displacement: Array
@@ -53,15 +49,12 @@ def mid_steps(dt: float, n: int) -> Array:
 
 @dataclass(frozen=True)
 class Discrete:
-    """A body at a fixed step, with what it carried before t = 0.
+    """A body at a fixed step ``dt`` [s], with what it carried before t = 0.
 
     Attributes:
-        body: the body.
         kernel: its memory at this step.
-        dt: step [s].
         loads: (L, n) amplitudes of the body's loads, constant over each step [N].
-        rest: (P,) port forces carried since ever: the preload [N].
-        rest_loads: (L,) load amplitudes carried since ever [N].
+        rest, rest_loads: (P,) port forces and (L,) load amplitudes carried since ever: the preload [N].
         free: (P, n + 1) displacement without contact [m], where it is known.
     """
 
@@ -301,12 +294,9 @@ def reflected(f, r, steps):  # type: ignore[no-untyped-def]  # pragma: no cover 
 class LiveLoads:
     """Motion of the striker under load amplitudes given step by step, superposed on everything else.
 
-    Attributes:
-        amplitudes: (L, n) given so far, beyond the loads' own courses [N].
-        state: (2, M) modal coordinates and rates due to them.
-        awake: whether any amplitude was ever not zero.
-        follows: whether any load depends on how far the contacts are open.
-        fed: for each load with feedback, one after the other, its amplitude [N] and the state behind it.
+    ``amplitudes`` (L, n): given so far, beyond the loads' own [N]; ``state`` (2, M): modal coordinates and rates due to
+    them; ``awake``: whether any was ever not zero; ``follows``: whether any load depends on the opening; ``fed``: for
+    each load with feedback, one after the other, its amplitude [N] and the state behind it.
     """
 
     def __init__(self, striker: Discrete, directions: Array, steps: int) -> None:

@@ -26,19 +26,16 @@ MOST_STEPS = 2e8  # histories of a run: some 10 arrays of this length
 
 @dataclass(frozen=True)
 class Prepared:
-    """A contact problem at a fixed step, ready to march.
+    """A contact problem at a fixed step ``dt`` [s], ready to march.
 
     Attributes:
-        problem, dt, steps: what is solved, the step [s] and their number.
         bodies: the discretised bodies, striker first.
         free: (n + 1, p) gaps without contact forces beyond the preload [m].
         rest: (p,) contact forces carried since ever [N].
-        poles: the poles that are marched, seen from the contacts.
-        weights: (p, p, n) step weights of the gaps, or (p, p, 0) without.
+        poles, weights: the poles that are marched, and the (p, p, n) step weights of the rest, (p, p, 0) of nothing.
         own: (p, p) W_0 [m/N].
         rules: (p,) codes of the contacts' step rules.
-        plan: which engine remembers what.
-        flight: free bodies under loads, if there are any.
+        plan, flight: which engine remembers what; free bodies under loads, if there are any.
     """
 
     problem: ContactProblem

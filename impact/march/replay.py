@@ -27,11 +27,8 @@ NEAR, LEAST = 2**17, 64  # coordinates of some steps that stay near the processo
 class Block:
     """The results of m steps of a replay.
 
-    Attributes:
-        displacement: (P, m) of the ports at the end of each step [m].
-        stored: (m,) elastic and kinetic energy at the end of each step [J]; (0,) where not asked for.
-        lost: (m,) what damping took during each step [J]; likewise.
-        load_work: (m,) work of the prescribed loads during each step [J].
+    ``displacement`` (P, m) of the ports and ``stored`` energy (m,) at the end of each step [m, J]; ``lost`` in damping
+    and ``load_work`` of the loads during each step (m,) [J]. Energies are (0,) where not asked for.
     """
 
     displacement: Array

@@ -114,10 +114,7 @@ class ContactStepper:
         """Take one step, during which ``loads`` (L,) [N] act beside the striker's own loads, constant over the step.
 
         ``loads[i]`` is added to the amplitude of ``striker.loads[i]``; for a force known only here, give the body
-        ``Load(shape, numpy.zeros_like)``. The result's energy ledger counts its work.
-
-        Raises:
-            ContactError: the run is over; loads that are not L finite numbers.
+        ``Load(shape, numpy.zeros_like)``. Raises `ContactError`: the run is over; loads that are not L finite numbers.
         """
         if self.done == self.prepared.steps:
             raise ContactError(f"the run is over after {self.done} steps; prepare it with a longer duration")

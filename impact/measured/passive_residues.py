@@ -19,13 +19,9 @@ _MARGIN = 1e-4  # of the sum of the sizes of the terms: what each violation is l
 
 @dataclass(frozen=True)
 class Residues:
-    """G(s) = sum_k R_k/(s - p_k) + conjugates + sum_m A_m/(s + rate_m) + c + b/s^2.
+    """G(s) = sum_k R_k/(s - p_k) + conjugates + sum_m A_m/(s + rate_m) + c + b/s^2, with p_k and rates the ``poles``.
 
-    Attributes:
-        poles: p_k and rates.
-        pairs: (K, p, p) complex symmetric R_k.
-        real: (R, p, p) symmetric A_m.
-        compliance, rigid: (p, p) positive semidefinite.
+    ``pairs`` (K, p, p) complex symmetric R_k, ``real`` (R, p, p) A_m, ``compliance`` and ``rigid`` (p, p) semidefinite.
     """
 
     poles: Poles

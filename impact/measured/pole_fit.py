@@ -51,12 +51,9 @@ _RANGES: Final = 5  # of lines that are named at most
 class PoleFit:
     """Poles through a measured response, and what its noise leaves open.
 
-    Attributes:
-        greens: the passive fit.
-        draws: the same fit, of the same order, to records that differ by their noise; behind them fits to the record
-            itself with other modes beyond the band, which it does not refute.
-        deviation: (n,) standard deviation of the noise, from the file or from the lines [m/N].
-        tried: poles of each order that the search for their number looked at.
+    ``greens``: the passive fit; ``draws``: the same, of the same order, to records that differ by their noise, and
+    behind them with other modes beyond the band that the record does not refute; ``deviation``: (n,) of the noise, from
+    the file or from the lines [m/N]; ``tried``: poles of each order that were looked at.
     """
 
     greens: Fitted

@@ -58,10 +58,7 @@ class PictureError(RuntimeError):
 
 
 def gap_of(draw: Callable[[Path], object], path: Path) -> str:
-    """Draw ``path``; return what kept it from being drawn, "" if nothing did.
-
-    A picture shows numbers that are known already: whatever its libraries raise, it must not end what made them.
-    """
+    """Draw ``path``; return what kept it from being drawn, whatever its libraries raise, or ""."""
     try:
         draw(path)
     except PictureError as gap:

@@ -56,16 +56,10 @@ def budget_of(
     """Return what the time step and the ``sources`` leave in ``values``, the measures of ``problem`` at the step ``dt``
     [s].
 
-    The step's share is `left_by_step`, or ``finer`` where that is more. Times of contacts are known to a step at
-    best. The sources are compared at the doubled step, if it resolves the filter.
-
-    Args:
-        run: marches a problem for the same measures; one that is missing counts as infinitely far off.
-        problem, values, dt: what was run.
-        sources: variations by source; none for one that cannot err, ``None`` for one of which nothing is known.
-        filter_width: of the filtered peak [s]; ``None``: no measure has one.
-        finer: what shorter steps are known to change.
-        threads: runs at once; the compiled march holds no interpreter lock, and each run is what it is alone.
+    The step's share is `left_by_step`, or ``finer`` where that is more. Times of contacts are known to a step at best.
+    The sources are compared at the doubled step, if it resolves the filter of ``filter_width`` [s]; a source is
+    ``None`` where nothing is known of it. ``run`` marches a problem for the same measures; one that is missing counts
+    as infinitely far off. ``threads``: runs at once; the compiled march holds no interpreter lock.
     """
     step = 2 * dt if _may_double(dt, filter_width) else dt
     variations = [one for terms in sources.values() for term in terms or () for one in term]
@@ -150,8 +144,7 @@ def of_g(problem: ContactProblem, body: Body, error: float | None) -> Terms | No
 
 
 def enlarged(body: Body, factor: float) -> Body:
-    """Return the body with ``factor`` times its g, but for the mass of a modal one; it moves without contact as
-    before."""
+    """Return the body with ``factor`` times its g, but for the mass of a modal one, and its motion without contact."""
     g = body.greens.modal
     if g is None:
         return replace(body, greens=body.greens.scaled(factor))
@@ -183,9 +176,8 @@ def ringing_on(body: Body, ratio: float = 1.0) -> Body | None:
     """Return the body with what lies above its modes as modes at ``ratio`` times the highest, one for each way it
     yields.
 
-    A residual yields and does not ring; what it stands for rings, at the highest frequency or anywhere above. A part of
-    it, `AT_ONCE`, stays as it was, so that rigid contacts meet what yields at once. ``None`` where a body has no modes,
-    or nothing above them but mass.
+    A residual yields and does not ring; what it stands for rings, anywhere above. A part of it, `AT_ONCE`, stays, so
+    that rigid contacts meet what yields at once. ``None`` where a body has no modes, or nothing above them but mass.
     """
     g = body.greens.modal
     if g is None or not np.any(g.omega):
@@ -213,8 +205,7 @@ def ringing_on(body: Body, ratio: float = 1.0) -> Body | None:
 
 
 def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:
-    """Return ``greens`` with the modes above ``bandwidth`` [Hz] moved into the residual: the same statics, the same
-    g(0+)."""
+    """Return ``greens`` with the modes above ``bandwidth`` [Hz] in the residual: the same statics, the same g(0+)."""
     kept = _below(greens, bandwidth)
     dropped = greens.shapes[~kept] / greens.omega[~kept, None]
     flexible, start = dropped.T @ dropped + greens.residual.static(), greens.initial_value()
