@@ -42,20 +42,16 @@ def restitutions(
         numbers = sorted({step for pair in steps for step in pair})
         if (energies := stored(numbers)) is None:
             return (None,) * len(landings)
-        energy = dict(zip(numbers, energies.tolist(), strict=True))
-        each = [_energetic(energy[first], energy[second]) for first, second in steps]
+        known = np.zeros(last + 1)
+        known[numbers] = energies
     else:
-        speeds = _closing_speeds(problem, force, dt, loads, side)
-        each = [_kinematic(float(speeds[first]), float(speeds[second])) for first, second in steps]
-    return tuple(value if parts else None for value, parts in zip(each, apart, strict=True))
-
-
-def _energetic(before: float, after: float) -> float | None:
-    return math.sqrt(max(after, 0.0) / before) if before > 0 else None
-
-
-def _kinematic(before: float, after: float) -> float | None:
-    return -after / before if before > 0 else None
+        known = _closing_speeds(problem, force, dt, loads, side)
+    each: list[float | None] = []
+    for (first, second), parts in zip(steps, apart, strict=True):
+        ratio = float(known[second] / known[first]) if parts and known[first] > 0 else None
+        held = math.isinf(problem.striker.mass)
+        each.append(None if ratio is None else math.sqrt(max(ratio, 0.0)) if held else -ratio)
+    return tuple(each)
 
 
 def _closing_speeds(problem: ContactProblem, force: Array, dt: float, loads: Array, side: int) -> Array:

@@ -160,6 +160,8 @@ class ImpactResult:
 
     def __str__(self) -> str:
         """Return what the run did in four lines: its size, the force, the contacts, how far energy is balanced."""
+        from impact.after.measures import closed_steps, merged  # which reads results
+
         parts = 1 if self.force.ndim == 1 else self.force.shape[1]
         total = self.force.reshape(len(self.force), -1).sum(axis=1)
         peak, when = (
@@ -167,22 +169,18 @@ class ImpactResult:
         )
         size = f"{parts} contact{'s'[: parts > 1]}, {len(self.time) - 1} steps of {in_units(self.dt, 's', 4)}"
         advice_names = some([advice.name for advice in self.advice]) or "no advice"
+        groups = merged(self.dt * closed_steps(self.solid.reshape(len(self.force), -1).sum(axis=1)[1:]))
+        touches = "no contact"
+        if len(groups):
+            first = " to ".join(in_units(time, "s", 4) for time in groups[0])
+            touches = f"closed once, from {first}"
+            if len(groups) > 1:
+                touches = f"closed {len(groups)} times, first from {first}"
         return (
             f"ImpactResult, {size}\n  peak force {peak} at {when}, impulse "
-            f"{in_units(float(total[1:].sum()) * self.dt, 'N s', 4)}\n  {self._touches()}\n  "
+            f"{in_units(float(total[1:].sum()) * self.dt, 'N s', 4)}\n  {touches}\n  "
             f"energy balance error {percent(self.energy.residual)}; {cut(self.engine, 160)}; {advice_names}"
         )
-
-    def _touches(self) -> str:
-        from impact.after.measures import closed_steps, merged  # which reads results
-
-        solid = self.solid.reshape(len(self.force), -1).sum(axis=1)
-        groups = merged(self.dt * closed_steps(solid[1:]))
-        if not len(groups):
-            return "no contact"
-        (start, end), count = groups[0], len(groups)
-        first = f"from {in_units(start, 's', 4)} to {in_units(end, 's', 4)}"
-        return f"closed once, {first}" if count == 1 else f"closed {count} times, first {first}"
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return the histories by time [SI], a row a step; raises `impact.after.frame.FrameError` where pandas is
@@ -204,4 +202,4 @@ def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
         return result
     means = {name: getattr(result, name) @ shares for name in _WAYS}
     film = None if result.film is None else result.film.sum(axis=1)
-    return replace(replace(result, **means), force=result.force.sum(axis=1), film=film)
+    return replace(result, **means, force=result.force.sum(axis=1), film=film)

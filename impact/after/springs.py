@@ -40,7 +40,7 @@ def spring_displacements(body: Body, force: Array, dt: float, weights: Array | N
     start, n = replace(Body(body.greens, state=body.state, loads=body.loads), greens=wider), pushes.shape[1] - 1
     discrete = Discrete.of(start, dt, n)
     if np.any(pushes[:, 0]):
-        held = np.array([float(load.amplitude(np.zeros(1))[0]) for load in body.loads])
+        held = body.load_amplitudes(np.zeros(1))[:, 0]
         discrete = replace(discrete, rest=np.append(pushes[:, 0], np.zeros(places)), rest_loads=held)
     padded = np.concatenate([pushes[:, 1:], np.zeros((places, n))])
     return np.asarray(discrete.motion(padded).displacement[ports:])

@@ -65,7 +65,9 @@ def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
     count = INSTANTS if len(problem.contacts) <= FEW else INSTANTS_OF_MANY
     time = np.asarray(np.linspace(0.0, duration, count + 1), dtype=np.float64)
     opening, compliance = _openings(problem, time)
-    if np.all(opening >= 0) or not _is_held(problem.striker, time):
+    modal = problem.striker.greens.modal
+    held = modal is None or bool(np.all(modal.omega)) or bool(np.any(problem.striker.load_amplitudes(time)))
+    if np.all(opening >= 0) or not held:
         return no_load()
     force, seats = np.zeros(opening.shape), np.array([contact.side > 0 for contact in problem.contacts])
     pressed = np.zeros(len(seats))
@@ -76,13 +78,6 @@ def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
         pressed = _pressing(problem.contacts, compliance, gap, pressed)
         force[row] = pressed
     return StaticLoad(time, force[:, seats].sum(axis=1), force[:, ~seats].sum(axis=1))
-
-
-def _is_held(body: Body, time: Array) -> bool:
-    """Return whether a support or a load keeps a body where it is."""
-    modal = body.greens.modal
-    free = modal is not None and bool(np.any(modal.omega == 0))
-    return not free or bool(np.any(body.load_amplitudes(time)))
 
 
 def _openings(problem: ContactProblem, time: Array) -> tuple[Array, Array]:

@@ -145,7 +145,9 @@ class DiskResponse:
             GreensFunctionError: Poisson ratio outside, or an error above 1e-9 (none is known).
         """
         load = PointLoad.of(poisson)
-        breaks = _breaks(load.kappa, load.gamma)
+        # where g(T) is not smooth; of a very fast pressure wave, steps of 8 towards T = 0, where T log T rules
+        towards_zero = [x for x in (1 / 512, 1 / 64, 1 / 8) if x > 2 * load.kappa]
+        breaks = np.array(sorted({0.0, load.kappa, *towards_zero, 1.0, load.gamma}))
         low, width = breaks[:-1, None], np.diff(breaks)[:, None]
         nodes = chebyshev.chebpts1(_DEGREE + 1)
         values = _disk_speed(low + width * _clustered(nodes), load)
@@ -174,7 +176,7 @@ class DiskResponse:
         for n, series in enumerate(self.rise if integrated else self.speed):
             inside = piece == n
             part = (time[inside] - self.breaks[n]) / (self.breaks[n + 1] - self.breaks[n])
-            out[inside] = chebyshev.chebval(_unclustered(part), series)
+            out[inside] = chebyshev.chebval(np.asarray(2 * np.sin(np.arcsin(2 * part - 1) / 3)), series)
         return np.where(time > 0, out, 0.0) if integrated else out
 
 
@@ -214,17 +216,6 @@ def _graded_rule() -> tuple[Array, Array]:
     return (edges[:-1, None] + width * (1 + nodes)).ravel(), (width * gauss).ravel()
 
 
-def _breaks(kappa: float, gamma: float) -> Array:
-    """Return where g(T) is not smooth; and, for a very fast pressure wave, steps of 8 towards T = 0, where T log T
-    rules."""
-    towards_zero = [x for x in (1 / 512, 1 / 64, 1 / 8) if x > 2 * kappa]
-    return np.array(sorted({0.0, kappa, *towards_zero, 1.0, gamma}))
-
-
 def _clustered(v: Array) -> Array:
     """Map [-1, 1] onto [0, 1], quadratic at both ends: half-integer powers there become whole."""
     return (2 + 3 * v - v**3) / 4
-
-
-def _unclustered(u: Array) -> Array:
-    return np.asarray(2 * np.sin(np.arcsin(2 * u - 1) / 3))

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from impact.bodies.body import Body, ModalState
@@ -163,8 +162,8 @@ def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
     if g is None or not np.any(g.omega):
         return None
     highest = float(g.omega.max()) / (2 * np.pi) / ratio
-    kept, state = _below(g, highest), body.state
-    if not len(g.omega[kept]):
+    kept, state = g.omega <= 2 * np.pi * highest, body.state
+    if not np.any(kept):
         return None
     if state is not None:
         state = ModalState(state.displacement[kept], state.velocity[kept])
@@ -206,24 +205,14 @@ def ringing_on(body: Body, ratio: float = 1.0) -> Body | None:
 
 def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:
     """Return ``greens`` with the modes above ``bandwidth`` [Hz] in the residual: the same statics, the same g(0+)."""
-    kept = _below(greens, bandwidth)
+    kept = greens.omega <= 2 * np.pi * bandwidth
     dropped = greens.shapes[~kept] / greens.omega[~kept, None]
     flexible, start = dropped.T @ dropped + greens.residual.static(), greens.initial_value()
     if not np.all(np.isfinite(flexible)):  # a dashpot stays what it is
         relaxing = Residual.relaxing(dropped.T @ dropped, 2 * np.pi * bandwidth)
         rest = Residual.together([greens.residual, relaxing])
-    elif np.all(np.isfinite(start)) and _is_definite(start):
+    elif np.all(np.isfinite(start)) and (sizes := np.linalg.eigvalsh(start))[0] > ROUND_OFF * abs(sizes[-1]):
         rest = Residual.exponential(flexible, start)
     else:
         rest = Residual.spring(flexible)
-    return replace(greens, omega=greens.omega[kept], zeta=greens.zeta[kept], shapes=greens.shapes[kept], residual=rest)
-
-
-def _is_definite(matrix: NDArray[np.float64]) -> bool:
-    """Return whether the least eigenvalue of a symmetric matrix is positive beyond round-off."""
-    values = np.linalg.eigvalsh(matrix)
-    return bool(values[0] > ROUND_OFF * abs(values[-1]))
-
-
-def _below(greens: ModalGreens, bandwidth: float) -> NDArray[np.bool_]:
-    return np.asarray(greens.omega <= 2 * np.pi * bandwidth)
+    return greens.of_modes(kept, rest)
