@@ -58,8 +58,7 @@ def total_impulse(result: ImpactResult) -> float:
     """Return the momentum that all contacts gave the striker along the normal [N s]: seats push it up (+), stoppers
     down (-).
 
-    Raises:
-        MeasureError: a contact that pressed without the bodies ever moving there, so that its side is unknown.
+    Raises `MeasureError`: a contact that pressed without the bodies ever moving there, so that its side is unknown.
     """
     total = 0.0
     for contact in range(_contacts(result)):
@@ -97,10 +96,8 @@ def filtered_force(
         "moving average":  h = 1/width                             (-3 dB at 0.443/width, first zero at 1/width),
         "hann":            h = (1 + cos(2 pi s/width))/width       (-3 dB at 0.720/width, first zero at 2/width),
 
-    for |s| <= width/2, both without phase shift. Source: Harris, Proc. IEEE 66 (1978) 51.
-
-    Raises:
-        MeasureError: ``width`` below two steps, which the record does not resolve; another window.
+    for |s| <= width/2, both without phase shift. Source: Harris, Proc. IEEE 66 (1978) 51. Raises `MeasureError`:
+    ``width`` below two steps, which the record does not resolve; another window.
     """
     force = _resolved(result, width, contact)
     if window not in ("moving average", "hann"):
@@ -138,10 +135,8 @@ def spectrum(
         N(f) = integral of N(t) exp(-2 pi i f t) dt = dt sinc(f dt) sum_m N_m exp(-2 pi i f (t_m - dt/2)),
 
     exact for the stepwise force, sinc(x) = sin(pi x)/(pi x). |N(0)| is the impulse. Frequencies run from 0 to half the
-    sampling rate, 1/(n dt) apart, or closer: at most ``resolution`` [Hz], by zero force after the record.
-
-    Raises:
-        MeasureError: a resolution that is not positive; a record without steps.
+    sampling rate, 1/(n dt) apart, or closer: at most ``resolution`` [Hz], by zero force after the record. Raises
+    `MeasureError`: a resolution that is not positive; a record without steps.
     """
     force = of_contact(result, contact).force[1:]
     if resolution is not None and not (resolution > 0 and math.isfinite(resolution)):
@@ -239,11 +234,8 @@ def rebound_velocity(result: ImpactResult, *, contact: int | None = None, merge:
     """Return the opening speed d(gap)/dt of the contact over the first step after its first group [m/s], the
     counterpart of `impact_velocity`; ``nan`` without contact.
 
-    It is that of the two points in contact, vibration included; that of the centres of mass is `restitution` times
-    the closing speed.
-
-    Raises:
-        MeasureError: contact not over before the last step of the record.
+    It is that of the two points in contact, vibration included; that of the centres of mass is `restitution` times the
+    closing speed. Raises `MeasureError`: contact not over before the last step of the record.
     """
     groups = contact_groups(result, contact=contact, merge=merge)
     if len(groups) == 0:
@@ -260,13 +252,10 @@ def restitution(result: ImpactResult, *, contact: int | None = None, group: int 
 
     With a striker free to translate: ratio of the relative centre-of-mass velocities of the bodies after and before,
     (V_s' - V_t')/(V_t - V_s), from the impulse (a held target has V = 0). With a held striker (a reed): the energetic
-    coefficient sqrt(E'/E) of the striker's energy just after and just before that group of the contact; other
-    contacts and loads at work meanwhile count in it.
-
-    Raises:
-        MeasureError: no contact, no such group, contact not over at the end of the record, or no approach, as from a
-            preload; several contacts of a free striker, whose impulses on each target the record does not hold apart,
-            or a later group of one, whose coefficient is that of all groups together.
+    coefficient sqrt(E'/E) of the striker's energy just after and just before that group of the contact; other contacts
+    and loads at work meanwhile count in it. Raises `MeasureError`: no contact, no such group, contact not over at the
+    end of the record, or no approach, as from a preload; several contacts of a free striker, whose impulses on each
+    target the record does not hold apart, or a later group of one, whose coefficient is that of all groups together.
     """
     one = of_contact(result, contact)
     groups = contact_groups(result, contact=contact)
@@ -301,10 +290,8 @@ def work(result: ImpactResult, *, contact: int | None = None) -> Work:
     """Return the work of the contact force on each body [J], exact for the stepwise force; zero without contact.
 
     W_s = side sum_m N_m (u_s[m] - u_s[m-1]) and W_t = -side sum_m N_m (u_t[m] - u_t[m-1]); W_s + W_t is minus what the
-    contact itself stores and loses.
-
-    Raises:
-        MeasureError: a contact that pressed without the bodies ever moving there, so that its side is unknown.
+    contact itself stores and loses. Raises `MeasureError`: a contact that pressed without the bodies ever moving there,
+    so that its side is unknown.
     """
     one = of_contact(result, contact)
     if not np.any(one.force[1:]):

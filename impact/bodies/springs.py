@@ -56,8 +56,7 @@ def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
         shapes: B (M, S) [1/sqrt(kg)].
         stiffness: (S,), or one for all [N/m].
 
-    Raises:
-        GreensFunctionError: a body without modes, shapes that do not fit them, a stiffness that is not positive.
+    Raises `GreensFunctionError`: a body without modes, shapes that do not fit them, a stiffness that is not positive.
     """
     modal = body.greens.modal
     if modal is None or not len(modal.omega):

@@ -141,8 +141,7 @@ class DiskResponse:
     def of(poisson: float) -> DiskResponse:
         """Return the response for a Poisson ratio in [0, 0.5]; about 0.1 s.
 
-        Raises:
-            GreensFunctionError: Poisson ratio outside, or an error above 1e-9 (none is known).
+        Raises `GreensFunctionError`: Poisson ratio outside, or an error above 1e-9 (none is known).
         """
         load = PointLoad.of(poisson)
         # where g(T) is not smooth; of a very fast pressure wave, steps of 8 towards T = 0, where T log T rules

@@ -108,8 +108,7 @@ class GreensFunction(ABC):
     def inverse_mass(self) -> Array:
         """Return the (p, p) lim g_ij(t)/t, t -> inf: final velocity of port i per impulse on port j; 0 if held [1/kg].
 
-        Raises:
-            GreensFunctionError: a representation that moves without limit and does not say how.
+        Raises `GreensFunctionError`: a representation that moves without limit and does not say how.
         """
         if np.all(np.isfinite(static := self.static_compliance())):
             return np.zeros_like(static)

@@ -176,8 +176,7 @@ class ModalGreens(PoleSums):
             residual: what these modes leave out; nothing where absent.
             port_names: p names; "contact" of one port, "port_1", ... of several where absent.
 
-        Raises:
-            GreensFunctionError: numbers of modes or ports that differ, values that are negative or not finite.
+        Raises `GreensFunctionError`: numbers of modes or ports that differ, values that are negative or not finite.
         """
         hertz, shapes = (np.atleast_1d(np.asarray(values, dtype=float)) for values in (frequencies, amplitudes))
         shapes = shapes[:, None] if shapes.ndim == 1 else shapes

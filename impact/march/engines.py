@@ -92,8 +92,7 @@ def choose(
 ) -> Plan:
     """Return the plan for the bodies' ``kernels`` (striker first); a given ``block`` is kept.
 
-    Raises:
-        ContactError: unknown engine; "poles" where a body has none; a block below one step.
+    Raises `ContactError`: unknown engine; "poles" where a body has none; a block below one step.
     """
     if engine not in get_args(Engine):
         raise ContactError(f"engine {engine!r} is unknown; choose from {', '.join(get_args(Engine))}")

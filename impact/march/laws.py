@@ -146,10 +146,8 @@ class Hertz(_PowerLaw):
     ) -> Hertz:
         """Return the law of a sphere of this ``radius`` [m] on a flat face; moduli [Pa] and Poisson's ratios of both.
 
-        The second body is rigid unless given. Two spheres have the radius R_1 R_2/(R_1 + R_2).
-
-        Raises:
-            ContactStressError: a radius or a modulus that is not positive.
+        The second body is rigid unless given. Two spheres have the radius R_1 R_2/(R_1 + R_2). Raises
+        `ContactStressError`: a radius or a modulus that is not positive.
         """
         from impact.exact.contact_stress import hertz_stiffness, reduced_modulus  # which loads scipy.special
 

@@ -164,10 +164,8 @@ def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array
     """Return the (n // stride + 1, M) modal coordinates q of a body of modes [m sqrt(kg)], at every ``stride``-th step.
 
     The motion of any point is u = sum_k phi_k q_k, without what the modes leave out. ``force`` (P, n) acts on its ports
-    along the normal, constant over each step ``dt`` [N, s]; there is no preload.
-
-    Raises:
-        GreensFunctionError: a body that is no sum of modes, a load that is not finite.
+    along the normal, constant over each step ``dt`` [N, s]; there is no preload. Raises `GreensFunctionError`: a body
+    that is no sum of modes, a load that is not finite.
     """
     if (modal := body.greens.modal) is None:
         raise GreensFunctionError(

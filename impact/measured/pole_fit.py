@@ -112,9 +112,8 @@ def fit_response(
         draws: of records with other noise, `DRAWS` over the number of ports if absent; of a seed that is always the
         same.
 
-    Raises:
-        FrequencyResponseError: not causal, lines that hold nothing but noise, a misfit beyond the noise of more than
-            half of the response, a "complex" fit that cannot be made passive.
+    Raises `FrequencyResponseError`: not causal, lines that hold nothing but noise, a misfit beyond the noise of more
+    than half of the response, a "complex" fit that cannot be made passive.
     """
     if form not in get_args(Form):
         raise FrequencyResponseError(f"form {form!r} is unknown; choose from {', '.join(get_args(Form))}")

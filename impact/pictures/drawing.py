@@ -74,10 +74,8 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
     well.
 
     The suffix of ``path`` decides the format (.png, .pdf, .svg); without one nothing is written, and the figure is for
-    the caller to show. No global state: neither pyplot nor rcParams.
-
-    Raises:
-        PictureError: matplotlib is missing, or cannot write this format.
+    the caller to show. No global state: neither pyplot nor rcParams. Raises `PictureError`: matplotlib is missing, or
+    cannot write this format.
     """
     try:
         import matplotlib
