@@ -268,7 +268,15 @@ def restitution(result: ImpactResult, *, contact: int | None = None, group: int 
             "a preload presses the bodies on each other, so that nothing comes in; run it without preload"
         )
     if math.isinf(result.striker_mass):
-        return _energetic_restitution(result, groups[group])
+        start, end = groups[group]
+        if end >= result.time[-1]:
+            raise MeasureError("the bodies are still in contact at the end of the record; run longer")
+        energy, before, after = result.energy.striker, _step(result, start), _step(result, end) + 1
+        if not energy[before] > 0:
+            raise MeasureError(
+                "the held striker has no energy before the contact: let the body that moves be the striker"
+            )
+        return math.sqrt(max(energy[min(after, len(energy) - 1)], 0.0) / energy[before])
     if group > 0:
         raise MeasureError("of a free striker restitution is that of all groups together; ask for group = 0")
     if _contacts(result) > 1:
@@ -298,17 +306,6 @@ def work(result: ImpactResult, *, contact: int | None = None) -> Work:
         return Work(0.0, 0.0)
     push = _told_side(one) * one.force[1:]
     return Work(float(push @ np.diff(one.striker_displacement)), -float(push @ np.diff(one.target_displacement)))
-
-
-def _energetic_restitution(result: ImpactResult, group: Array) -> float:
-    start, end = group
-    if end >= result.time[-1]:
-        raise MeasureError("the bodies are still in contact at the end of the record; run longer")
-    before = _step(result, start)
-    after = min(_step(result, end) + 1, len(result.time) - 1)
-    if not result.energy.striker[before] > 0:
-        raise MeasureError("the held striker has no energy before the contact: let the body that moves be the striker")
-    return math.sqrt(max(result.energy.striker[after], 0.0) / result.energy.striker[before])
 
 
 def _step(result: ImpactResult, time: float) -> int:

@@ -194,7 +194,12 @@ def _disk_speed(time: Array, load: PointLoad) -> Array:
     offset = (poles(np.ones(1)) + pulse / 2 / math.sqrt(load.gamma**2 - 1))[0]  # Q is continuous at the shear wave
     with np.errstate(divide="ignore"):
         r, s, p = (np.arcsin(np.minimum(t / c, 1.0)) for c in (load.gamma, 1.0, np.float64(load.kappa)))
-    w, weight = _graded_rule()
+    # Gauss panels on [0, 1], each 1/4 of its neighbour towards both ends: end singularities converge too
+    half = np.concatenate([[0.0], 0.5 * 0.25 ** np.arange(14, -1, -1)])
+    edges = np.concatenate([half, 1 - half[-2::-1]])
+    nodes, gauss = np.polynomial.legendre.leggauss(14)
+    width = np.diff(edges)[:, None] / 2
+    w, weight = (edges[:-1, None] + width * (1 + nodes)).ravel(), (width * gauss).ravel()
     # the squared map cancels the inverse root at the Rayleigh wave; (gamma y)^2 - 1 ~ sin(theta - r) sin(theta + r)
     shift = (s - r) * w**2
     root = np.sqrt(np.sin(shift) * np.sin(2 * r + shift))
@@ -204,15 +209,6 @@ def _disk_speed(time: Array, load: PointLoad) -> Array:
     if load.kappa > 0:  # before the pressure wave Q is constant
         total += (early(np.array([[1 / load.kappa]])) * (math.pi / 4 - p / 2 - np.sin(2 * p) / 4))[:, 0]
     return np.asarray(3 * total).reshape(time.shape)
-
-
-def _graded_rule() -> tuple[Array, Array]:
-    """Return Gauss panels on [0, 1], each 1/4 of its neighbour towards both ends: end singularities converge too."""
-    half = np.concatenate([[0.0], 0.5 * 0.25 ** np.arange(14, -1, -1)])
-    edges = np.concatenate([half, 1 - half[-2::-1]])
-    nodes, gauss = np.polynomial.legendre.leggauss(14)
-    width = np.diff(edges)[:, None] / 2
-    return (edges[:-1, None] + width * (1 + nodes)).ravel(), (width * gauss).ravel()
 
 
 def _clustered(v: Array) -> Array:

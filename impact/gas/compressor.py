@@ -76,7 +76,9 @@ class Compressor:
         squeeze(self.gas, state, before, now)
         first = float(state[PRESSURE])
         self._through_the_reed(state, now, opening, span / 2)
-        self._through_the_other(state, now, span)
+        other, inward = (self.discharge, -1) if self.side == "suction" else (self.suction, 1)
+        if inward * (other.pressure - state[PRESSURE]) > 0:
+            state[OTHER] += abs(let_in(self.gas, state, now, other, self.other_area, span))
         self._through_the_reed(state, now, opening, span / 2)
         pressure = (first + float(state[PRESSURE])) / 2
         squeeze(self.gas, state, now, after)
@@ -88,12 +90,6 @@ class Compressor:
         gained = let_in(self.gas, state, volume, plenum, area, span)
         forward = gained if self.side == "suction" else -gained
         state[FORWARD if forward > 0 else BACK] += abs(forward)
-
-    def _through_the_other(self, state: Array, volume: float, span: float) -> None:
-        plenum = self.discharge if self.side == "suction" else self.suction
-        lifts = state[PRESSURE] > plenum.pressure if self.side == "suction" else state[PRESSURE] < plenum.pressure
-        if lifts:
-            state[OTHER] += abs(let_in(self.gas, state, volume, plenum, self.other_area, span))
 
 
 @dataclass(frozen=True)

@@ -201,7 +201,11 @@ def _modal_motion(discrete: Discrete, modal: ModalGreens, force: Array, *, energ
     """Return the motion by modes; without ``energies`` its energies are zero."""
     n, replay = force.shape[1], _replay(discrete, modal)
     u, stored, lost, work = np.zeros((len(force), n + 1)), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1)
-    u[:, 0], stored[0] = _first(discrete, modal)
+    start, relaxed, rest = _start(discrete, modal), _relaxed(discrete, modal), modal.residual
+    spring = rest.compliance @ discrete.rest
+    u[:, 0] = modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + spring
+    swinging = start.velocity @ start.velocity + np.sum((modal.omega * start.displacement) ** 2)
+    stored[0] = 0.5 * float(swinging + rest.rates @ relaxed**2 + discrete.rest @ spring)
     for part in blocks(n):
         now = slice(part.start + 1, part.stop + 1)
         block = replay.advance(force[:, part], discrete.loads[:, part], energies=energies)
@@ -225,15 +229,6 @@ def _relaxed(discrete: Discrete, modal: ModalGreens) -> Array:
     return np.asarray(held / np.where(rates == 0, 1.0, rates))
 
 
-def _first(discrete: Discrete, modal: ModalGreens) -> tuple[Array, float]:
-    """Return the displacement (P,) and stored energy at t = 0."""
-    start, relaxed, rest = _start(discrete, modal), _relaxed(discrete, modal), modal.residual
-    spring = rest.compliance @ discrete.rest
-    u = modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + spring
-    swinging = start.velocity @ start.velocity + np.sum((modal.omega * start.displacement) ** 2)
-    return u, 0.5 * float(swinging + rest.rates @ relaxed**2 + discrete.rest @ spring)
-
-
 def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Motion) -> Motion:
     """Add the part known by step weights; its energy from waves where possible, else as work."""
     body, dt = discrete.body, discrete.dt
@@ -244,7 +239,11 @@ def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Moti
             u[i, 1:] += history.convolve(weights[i, j], force[j] - discrete.rest[j])
     if np.any(discrete.rest):
         u += (body.greens.static_compliance() @ discrete.rest)[:, None]
-    drift = _translation(discrete)
+    drift, modal = np.zeros(ports), discrete.kernel.modal  # the initial translation, of the part known by weights
+    if body.velocity != 0.0:
+        whole = body.greens.inverse_mass()[:, 0]
+        part = whole if modal is None else whole - modal.inverse_mass()[:, 0]
+        drift = body.momentum * np.where(np.abs(part) > _ROUND_OFF * np.abs(whole).max(), part, 0.0)
     u += drift[:, None] * (dt * np.arange(n + 1))
     kinetic = 0.5 * body.momentum * float(drift[0])
     rod = body.greens.rod
@@ -257,16 +256,6 @@ def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Moti
             return Motion(u, base.stored + stored, base.dissipated + lost, base.load_work)
     work = np.concatenate([[0.0], np.cumsum(np.sum(force * np.diff(u - base.displacement, axis=1), axis=0))])
     return Motion(u, base.stored + work + kinetic, base.dissipated, base.load_work, by_work=True)
-
-
-def _translation(discrete: Discrete) -> Array:
-    """Return the (P,) velocity of the ports in the initial translation, of the part known by step weights [m/s]."""
-    body, modal = discrete.body, discrete.kernel.modal
-    if body.velocity == 0.0:
-        return np.zeros(len(body.greens.ports))
-    whole = body.greens.inverse_mass()[:, 0]
-    part = whole if modal is None else whole - modal.inverse_mass()[:, 0]
-    return body.momentum * np.where(np.abs(part) > _ROUND_OFF * np.abs(whole).max(), part, 0.0)
 
 
 def _wave_energy(rod: Rod, force: Array, dt: float, steps: int) -> tuple[Array, Array]:

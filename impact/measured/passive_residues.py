@@ -84,7 +84,10 @@ def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
         greens = residues.greens(port_names)
         if pole_passivity(greens).passive:
             return residues
-        for w in _worst(greens):
+        grid = passivity_grid(greens)
+        margins = passivity_margins(greens, grid)
+        beside = np.concatenate([[np.inf], margins, [np.inf]])
+        for w in grid[(margins < 0) & (margins <= beside[:-2]) & (margins <= beside[2:])]:  # local minima
             mobility, size = real_mobility(greens, np.array([w]))
             values, vectors = np.linalg.eigh(mobility[0])
             for value, v in zip(values, vectors.T, strict=True):
@@ -108,14 +111,6 @@ def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
         residues = _moved(residues, np.einsum("env,v->en", inverse, multipliers), pairs_of_ports)
         goals = list(b - np.einsum("ven,en->v", a, np.einsum("env,v->en", inverse, multipliers)))
     return None
-
-
-def _worst(greens: PoleGreens) -> Array:
-    """Return the angular frequencies of the local minima below zero."""
-    w = passivity_grid(greens)
-    margins = passivity_margins(greens, w)
-    beside = np.concatenate([[np.inf], margins, [np.inf]])
-    return w[(margins < 0) & (margins <= beside[:-2]) & (margins <= beside[2:])]
 
 
 def _row(poles: Poles, w: float) -> Array:

@@ -7,7 +7,7 @@ from typing import Final, Literal, get_args
 
 import numpy as np
 
-from impact.greens.base import Array, ComplexArray, ErrorEstimate, GreensFunction
+from impact.greens.base import Array, ComplexArray, ErrorEstimate
 from impact.greens.modal import ModalGreens
 from impact.greens.poles import PoleGreens
 from impact.greens.pulse import hann
@@ -178,7 +178,11 @@ def fit_impulse_response(
     free = greens.tail == "rigid" if free is None else free
     response = of_impulse_response(greens, highest=highest)
     fit = fit_poles(response, tolerance=tolerance, form=form, free=free, most_pairs=most_pairs)
-    error = _sampled_error(greens, fit, float(2 / response.frequency[-1]))
+    n, width = greens.values.shape[2], float(2 / response.frequency[-1])
+    t: Array = greens.dt * np.arange(n, dtype=np.float64)
+    pulse = hann(t[t <= width], width) * greens.dt
+    filtered = np.array([[np.convolve(row, pulse)[:n] for row in rows] for rows in greens.values])
+    error = float(np.abs(filtered - fit.filtered_matrix(t, width)).max() / np.abs(filtered).max())
     return fit.with_error(ErrorEstimate(error, None))
 
 
@@ -393,11 +397,3 @@ def _pulse_error(greens: Fitted, draws: tuple[Fitted, ...], data: FitData, unexp
     changes = [float(np.abs(draw.filtered_matrix(t, width) - own).max()) for draw in draws]
     beyond = greens.above(float(w[-1])).filtered_matrix(width * np.linspace(1, 6, 200), width)
     return (_MARGIN * max(changes, default=0.0) + float(np.abs(beyond).max(initial=0.0))) / peak + unexplained
-
-
-def _sampled_error(greens: SampledGreens, fit: GreensFunction, width: float) -> float:
-    n = greens.values.shape[2]
-    t: Array = greens.dt * np.arange(n, dtype=np.float64)
-    pulse = hann(t[t <= width], width) * greens.dt
-    filtered = np.array([[np.convolve(row, pulse)[:n] for row in rows] for rows in greens.values])
-    return float(np.abs(filtered - fit.filtered_matrix(t, width)).max() / np.abs(filtered).max())

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from impact.extras import how_to_mend
 from impact.files.atomic import whole_file
+from impact.quantities import scaled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -113,6 +114,13 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
                 figure.dpi = usual
             else:
                 figure.savefig(temporary, dpi=DPI)
+
+
+def time_axis(axes: Axes, window: tuple[float, float]) -> float:
+    """Show a time window [s] along x, in a unit that fits; return its factor."""
+    rate, unit = scaled(window[1], "s")
+    axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{unit}]")
+    return rate
 
 
 def zero_line(axes: Axes) -> None:

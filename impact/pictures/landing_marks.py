@@ -47,16 +47,13 @@ class LandingMark:
 def landing_marks(records: Sequence[Mapping[str, object]], body: Body = "seat") -> tuple[LandingMark, ...]:
     """Return the marks of the hardest landings on a body, the hardest first, by complete records as in summary.json."""
     keys = ("excess_peak_force_N", "number", "time_s", "duration_s", "peak_time_s", "filtered_peak_force_N")
-    rows = [tuple(_number(each.get(key)) for key in keys) for each in records if each.get("body") == body]
-    complete = sorted((row for row in rows if not np.isnan(row).any()), key=lambda row: -row[0])
+    rows = [[each.get(key) for key in keys] for each in records if each.get("body") == body]
+    known = [[float(v) for v in row if isinstance(v, int | float) and not math.isnan(v)] for row in rows]
+    complete = sorted((row for row in known if len(row) == len(keys)), key=lambda row: -row[0])
     return tuple(
         LandingMark(body, int(number), start, start + lasting, peak_time, peak, rank == 0)
         for rank, (_, number, start, lasting, peak_time, peak) in enumerate(complete[:MOST])
     )
-
-
-def _number(value: object) -> float:
-    return float(value) if isinstance(value, int | float) else float("nan")
 
 
 def shown_contact(
