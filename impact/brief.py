@@ -38,7 +38,9 @@ def _cells(line: str) -> str:
 def brief_value(value: object) -> str:
     """Return one value in at most `WIDTH` characters."""
     if isinstance(value, np.ndarray):
-        return _array(value)
+        if value.size <= 1 or value.dtype.kind not in "fiu":
+            return f"array {value.shape}" + (f" {value.ravel()[0]}" if value.size == 1 else "")
+        return f"array {value.shape} {np.min(value):.4g} ... {np.max(value):.4g}"
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, str):
@@ -60,10 +62,3 @@ def cut(text: str, width: int = WIDTH) -> str:
     """Return one line of at most ``width`` characters."""
     line = " ".join(text.split())
     return line if len(line) <= width else f"{line[: width - 4]} ..."
-
-
-def _array(values: np.ndarray) -> str:
-    if values.size <= 1 or values.dtype.kind not in "fiu":
-        inside = f" {values.ravel()[0]}" if values.size == 1 else ""
-        return f"array {values.shape}{inside}"
-    return f"array {values.shape} {np.min(values):.4g} ... {np.max(values):.4g}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -9,6 +10,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -36,9 +38,26 @@ def lazy_names(
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         home = import_module(homes[name])
-        return home if homes[name].endswith(f".{name}") and not hasattr(home, name) else getattr(home, name)
+        if hasattr(home, name):
+            return getattr(home, name)
+        return home if homes[name].endswith(f".{name}") else import_module(f"{homes[name]}.{name}")
 
     return load_name
+
+
+def public_names(
+    package: str, file: str, former: Mapping[str, str] | None = None
+) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a package, whose names are the imports of its stub.
+
+    The stub, `__init__.pyi` beside ``file``, is what type checkers read too, as SPEC 1 of Scientific Python has it.
+    ``former`` is that of `lazy_names`.
+    """
+    stub = ast.parse(Path(file).with_suffix(".pyi").read_text("utf-8"))
+    places = {n.module or "": [each.name for each in n.names] for n in stub.body if isinstance(n, ast.ImportFrom)}
+    names = sorted(name for names in places.values() for name in names)
+    load = lazy_names(package, {module: " ".join(held) for module, held in places.items()}, former)
+    return load, names.copy, names
 
 
 @dataclass(frozen=True)

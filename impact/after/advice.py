@@ -20,10 +20,9 @@ GAIN_LIMIT = 1e-6  # of the energy that a law took: what round-off of the gap ma
 
 
 def contact_advice(force: Array, dt: float) -> Iterator[Advice]:
-    """Yield advice on the share of the impulse of ``force`` (n, p) [N] that contacts of fewer than `FEWEST_STEPS` steps
-    carry.
+    """Yield advice on the share of the impulse of ``force`` (n, p) [N] in contacts of fewer than `FEWEST_STEPS` steps.
 
-    A contact that the record's end cuts counts by its steps so far: where a force rises over n steps, 1/n of it is the
+    One that the record's end cuts counts by its steps so far: where a force rises over n steps, 1/n of it is the
     step's.
     """
     total = float(force.sum())
@@ -46,11 +45,9 @@ def contact_advice(force: Array, dt: float) -> Iterator[Advice]:
 
 
 def gain_advice(problem: ContactProblem, force: Array, gap: Array) -> Iterator[Advice]:
-    """Yield advice on contact laws that give back more work than they took while they were closed; force (n, p), gap (n
-    + 1, p).
+    """Yield advice on contact laws that give back more work than they took; force (n, p), gap (n + 1, p).
 
-    A contact that is closed at the start or at the end of the record is left out, as part of its work is not in it. So
-    is a rigid one, which bears its force at gap 0 alone and does no work there.
+    Left out are contacts closed at the start or at the end, of whose work a part is not in the record, and rigid ones.
     """
     for number, contact in enumerate(problem.contacts):
         if isinstance(contact.law, Signorini):
@@ -75,8 +72,7 @@ def gain_advice(problem: ContactProblem, force: Array, gap: Array) -> Iterator[A
 
 
 def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float) -> Iterator[Advice]:
-    """Yield advice on rigid contacts closed by more than round-off at t = 0, without a preload; force (n, p), gap (n +
-    1, p)."""
+    """Yield advice on rigid contacts closed at t = 0 without a preload; force (n, p), gap (n + 1, p)."""
     if problem.preload:
         return
     rigid = np.array([isinstance(c.law, Signorini) for c in problem.contacts])
@@ -95,11 +91,10 @@ def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float)
 
 
 def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> Iterator[Advice]:
-    """Yield advice on what round-off of the bodies' ``deflection`` [m] at t = 0 leaves of a gap, force (n, p), gap (n +
-    1, p), W_0.
+    """Yield advice on what round-off of the bodies' ``deflection`` [m] at t = 0 leaves of a gap; W_0 is ``own``.
 
-    A gap is the difference of displacements: it is known to eps times the largest of them. What it must resolve is the
-    way that a contact yields under its largest force, W_0 N and the penetration; without contact, the gap itself.
+    A gap is known to eps times the largest displacement. What it must resolve is the way that a contact yields under
+    its largest force, W_0 N and the penetration; without contact, the gap itself.
     """
     yields = np.diag(own) * force.max(axis=0, initial=0.0) + np.maximum(-gap, 0.0).max(axis=0)
     touched = force.any(axis=0)
@@ -117,8 +112,7 @@ def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> It
 
 
 def direction_advice(problem: ContactProblem, force: Array) -> Iterator[Advice]:
-    """Yield advice on bodies that fly apart and never touch, ``force`` (n + 1, p) [N], perhaps because of a velocity's
-    sign."""
+    """Yield advice on bodies that fly apart and never touch, ``force`` (n + 1, p) [N], as by a velocity's sign."""
     striker = problem.striker
     pushed = striker.state is not None or striker.loads or any(t.state is not None or t.loads for t in problem.targets)
     if pushed or force.any():

@@ -51,16 +51,11 @@ class ClosedLine:
 
 def over_arcs(force: Array, share: float, length: float | Array | None = None, pieces: Pieces = ()) -> Array:
     """Turn (n, N) forces of N arcs [N] into the (n, N) mean force per length over a part of the line that begins at
-    each arc.
+    each.
 
-    On an open piece parts that would reach beyond its end are moved back to it.
-
-    Args:
-        force: (n, N), arc by arc along the line.
-        share: of the whole line, up to 1, at least the longest arc's, at most a whole piece; an arc that lies in it in
-            part counts by that part.
-        length: by default 1 m of each arc: the mean force of an arc.
-        pieces: of the line; none: it is closed.
+    On an open piece parts that would reach beyond its end are moved back to it. ``share``: of the whole line, up to 1,
+    at least the longest arc's, at most a whole piece; an arc that lies in it in part counts by that part. ``length``:
+    by default 1 m of each arc, for the mean force of an arc.
     """
     lengths = lengths_of(float(force.shape[1]) if length is None else length, force.shape[1])
     weights = np.zeros((len(lengths), len(lengths)))
@@ -75,8 +70,8 @@ def over_arcs(force: Array, share: float, length: float | Array | None = None, p
 
 
 def _parts(share: float, lengths: Array, pieces: Pieces) -> Iterator[tuple[slice, Array, float, bool]]:
-    """Yield for each piece its arcs, where on it the parts of `over_arcs` begin and how long they are [m], and whether
-    it is closed."""
+    """Yield for each piece its arcs, where on it the parts of `over_arcs` begin and how long they are [m], and if
+    closed."""
     width, first = widest(share, lengths) * lengths.sum(), 0
     for number, closed in pieces or ((len(lengths), True),):
         arcs = slice(first, first + number)
@@ -99,11 +94,7 @@ def widest(share: float, lengths: Array) -> float:
 def per_length(force: Array, dt: float, width: float, length: float | Array) -> Array:
     """Return the (n + 1, N) force per length of each arc, averaged over ``width`` [s] around each recorded time [N/m].
 
-    Args:
-        force: (n + 1, N) of N arcs, as in `impact.ImpactResult` [N].
-        dt: step [s].
-        width: of the average in time, zero force outside the record [s].
-        length: of the line, or (N,) [m].
+    ``force``: (n + 1, N) [N] at steps ``dt`` [s], zero outside the record; ``length``: of the line, or (N,) [m].
     """
     means = [averaged(each, dt, width, "moving average") for each in force[1:].T]
     return np.asarray(np.stack(means, axis=1) / lengths_of(length, force.shape[1]))
@@ -112,9 +103,7 @@ def per_length(force: Array, dt: float, width: float, length: float | Array) -> 
 def best_plane(gaps: Array, line: float | ClosedLine) -> Array:
     """Return the (n, 3) mean [m] and slopes along x and y of the plane a + b x + c y next to the gaps along a line.
 
-    Args:
-        gaps: (n, N) mean gap of each of N >= 3 arcs [m].
-        line: or the radius of a circle, in equal arcs that begin on the x axis [m].
+    ``gaps``: (n, N) of N >= 3 arcs [m]; ``line``: or the radius of a circle in equal arcs from the x axis on [m].
     """
     line = line if isinstance(line, ClosedLine) else ClosedLine.circle(line, gaps.shape[1])
     plane = np.column_stack([np.ones(len(line.places)), line.places])
@@ -124,19 +113,11 @@ def best_plane(gaps: Array, line: float | ClosedLine) -> Array:
 def line_force_peak(
     force: Array, dt: float, width: float, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[float, float]:
-    """Return the largest force per length [N/m] averaged over any span of ``width`` [s] and a ``share`` of the line,
-    and where.
+    """Return the largest force per length, averaged over any ``width`` [s] and a ``share`` of the line, and where [N/m,
+    1].
 
-    Args:
-        force: (n, N) of N arcs, constant over each step [N].
-        dt: step [s].
-        width: of the average in time [s].
-        length: of the line, or (N,) [m].
-        share: of the line that is averaged over.
-        pieces: of the line; none: it is closed.
-
-    Returns:
-        The peak and the middle of its part of the line, as a share of the line from the first arc's beginning.
+    ``force``: (n, N) of N arcs, constant over each step ``dt`` [N, s]; ``length``: of the line, or (N,) [m]. The place
+    is the middle of its part, as a share of the line from the first arc's beginning.
     """
     lengths, when = lengths_of(length, force.shape[1]), np.flatnonzero(np.any(force, axis=1))
     first, last = (when[0], when[-1]) if when.size else (0, 0)  # there is no force before and after
@@ -148,8 +129,11 @@ def line_force_peak(
 def line_impulse(
     force: Array, dt: float, length: float | Array, share: float, pieces: Pieces = ()
 ) -> tuple[Array, Array]:
-    """Return the impulse per length averaged over a ``share`` of the line around it, (N,) [N s/m], and where, (N,):
-    shares of the line from the first arc's beginning. The arguments are those of `line_impulse_peak`."""
+    """Return the (N,) impulses per length averaged over a ``share`` of the line [N s/m], and the shares of the line
+    where.
+
+    The arguments are those of `line_force_peak`.
+    """
     lengths = lengths_of(length, force.shape[1])
     impulses = over_arcs(force.sum(axis=0, keepdims=True), share, lengths, pieces)[0] * dt
     places = _middles(lengths, share, pieces)

@@ -18,10 +18,7 @@ class FrameError(ImportError):
 def frame_of(columns: Mapping[str, Any], index: str = "") -> pandas.DataFrame:
     """Return the ``columns`` as a `pandas.DataFrame`, with that named ``index`` as its index.
 
-    Arrays (n, p) become p columns, "name[0]" to "name[p - 1]".
-
-    Raises:
-        FrameError: pandas is not installed.
+    Arrays (n, p) become p columns, "name[0]" to "name[p - 1]". Raises `FrameError` without pandas.
     """
     try:
         import pandas

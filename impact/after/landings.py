@@ -121,17 +121,14 @@ def pair_landings(landings: Sequence[Landing], others: Sequence[Landing]) -> tup
     """
     if not others:
         return (None,) * len(landings)
-    apart = np.abs(np.subtract.outer([one.start for one in landings], [other.start for other in others]))
-    return tuple(_pair(number, landings, others, apart) for number in range(len(landings)))
-
-
-def _pair(number: int, landings: Sequence[Landing], others: Sequence[Landing], apart: Array) -> Landing | None:
-    nearest = int(apart[number].argmin())
-    one, other = landings[number], others[nearest]
-    if int(apart[:, nearest].argmin()) != number:
-        return None
-    beside = min((abs(each.start - one.start) for each in landings if each is not one), default=0.0)
-    return other if apart[number, nearest] <= max(MERGE, one.duration, other.duration, NEAR * beside) else None
+    apart, pairs = np.abs(np.subtract.outer([one.start for one in landings], [other.start for other in others])), []
+    for number, one in enumerate(landings):
+        nearest = int(apart[number].argmin())
+        other, mutual = others[nearest], int(apart[:, nearest].argmin()) == number
+        beside = min((abs(each.start - one.start) for each in landings if each is not one), default=0.0)
+        near = apart[number, nearest] <= max(MERGE, one.duration, other.duration, NEAR * beside)
+        pairs.append(other if mutual and near else None)
+    return tuple(pairs)
 
 
 def pressed_on(record: ContactRecord, landings: Sequence[Landing]) -> tuple[float, float]:
@@ -155,8 +152,7 @@ def pressed_on(record: ContactRecord, landings: Sequence[Landing]) -> tuple[floa
 
 
 def closing_speeds(problem: ContactProblem, dt: float) -> Array:
-    """Return the (p,) speeds at which the contacts close at t = 0, -d(gap)/dt [m/s]: of the bodies' own motion, and of
-    their bases' over the first step ``dt`` [s]."""
+    """Return the (p,) speeds at which the contacts close at t = 0 [m/s], moving bases over the first step included."""
     opening = np.zeros(len(problem.contacts))
     for body in problem.bodies:
         ports = np.zeros(len(body.greens.ports))
@@ -176,13 +172,9 @@ def _groups(record: ContactRecord) -> Array:
     if not len(steps):
         return steps
     groups = np.rint(merged(record.dt * steps) / record.dt).astype(np.int64)
-    return np.array([group for group in groups if _approaches(record, int(group[0]))]).reshape(-1, 2)
-
-
-def _approaches(record: ContactRecord, first: int) -> bool:
-    if np.any(record.solid[0] > 0) and first == 0:
-        return False
-    return _first_touch(record, first)[1] > 0
+    preloaded = bool(np.any(record.solid[0] > 0))
+    approached = [not (preloaded and first == 0) and _first_touch(record, int(first))[1] > 0 for first, _ in groups]
+    return groups[approached]
 
 
 def _first_touch(record: ContactRecord, first: int) -> tuple[int, float]:
@@ -197,10 +189,7 @@ def _first_touch(record: ContactRecord, first: int) -> tuple[int, float]:
 
 
 def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last: int) -> Landing | None:
-    """Return the landing of one contact, which begins with the step ``first`` and ends before the step ``last``.
-
-    ``mean``, ``static``: (n + 1,) force and quasi-static load averaged over the filter [N].
-    """
+    """Return the landing of one contact from step ``first`` to before ``last``; means over the filter (n + 1,) [N]."""
     dt, reach = record.dt, max(1, round(record.width / (2 * record.dt)))
     above = mean - static
     peak = first + int(np.argmax(above[first : last + 1]))
@@ -236,10 +225,7 @@ def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last
 
 
 def _calm_from(mean: Array, static: Array, peak: int, reach: int, band: float) -> int | None:
-    """Return the step from which on the averaged force stays within a ``band`` of the load for one contact time.
-
-    ``None`` where it never does.
-    """
+    """Return the step from which on the mean stays within a ``band`` of the load for one contact time, if any."""
     if not np.any(static > 0):
         return None
     above = mean > (1 + BAND) * static

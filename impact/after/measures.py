@@ -36,11 +36,9 @@ class Work:
 
 
 def of_contact(result: ImpactResult, contact: int | None) -> ImpactResult:
-    """Return the force, gap and displacements of one of several contacts, (n + 1,) each; the energies stay those of
-    all.
+    """Return the force, gap and displacements (n + 1,) of one of several contacts; the energies stay those of all.
 
-    Raises:
-        MeasureError: no contact of that number; ``None`` where there are several.
+    Raises `MeasureError`: no contact of that number; ``None`` where there are several.
     """
     count = _contacts(result)
     if contact is None and count > 1:
@@ -60,8 +58,7 @@ def total_impulse(result: ImpactResult) -> float:
     """Return the momentum that all contacts gave the striker along the normal [N s]: seats push it up (+), stoppers
     down (-).
 
-    Raises:
-        MeasureError: a contact that pressed without the bodies ever moving there, so that its side is unknown.
+    Raises `MeasureError`: a contact that pressed without the bodies ever moving there, so that its side is unknown.
     """
     total = 0.0
     for contact in range(_contacts(result)):
@@ -99,10 +96,8 @@ def filtered_force(
         "moving average":  h = 1/width                             (-3 dB at 0.443/width, first zero at 1/width),
         "hann":            h = (1 + cos(2 pi s/width))/width       (-3 dB at 0.720/width, first zero at 2/width),
 
-    for |s| <= width/2, both without phase shift. Source: Harris, Proc. IEEE 66 (1978) 51.
-
-    Raises:
-        MeasureError: ``width`` below two steps, which the record does not resolve; another window.
+    for |s| <= width/2, both without phase shift. Source: Harris, Proc. IEEE 66 (1978) 51. Raises `MeasureError`:
+    ``width`` below two steps, which the record does not resolve; another window.
     """
     force = _resolved(result, width, contact)
     if window not in ("moving average", "hann"):
@@ -140,10 +135,8 @@ def spectrum(
         N(f) = integral of N(t) exp(-2 pi i f t) dt = dt sinc(f dt) sum_m N_m exp(-2 pi i f (t_m - dt/2)),
 
     exact for the stepwise force, sinc(x) = sin(pi x)/(pi x). |N(0)| is the impulse. Frequencies run from 0 to half the
-    sampling rate, 1/(n dt) apart, or closer: at most ``resolution`` [Hz], by zero force after the record.
-
-    Raises:
-        MeasureError: a resolution that is not positive; a record without steps.
+    sampling rate, 1/(n dt) apart, or closer: at most ``resolution`` [Hz], by zero force after the record. Raises
+    `MeasureError`: a resolution that is not positive; a record without steps.
     """
     force = of_contact(result, contact).force[1:]
     if resolution is not None and not (resolution > 0 and math.isfinite(resolution)):
@@ -160,16 +153,14 @@ def contact_intervals(result: ImpactResult, *, contact: int | None = None) -> Ar
 
 
 def closed_steps(force: Array | NDArray[np.bool_]) -> Array:
-    """Return the (n, 2) first step and step after the last of each maximal run of steps that are closed.
-
-    ``force``: (steps,) [N], closed where it is > 0; or flags.
-    """
+    """Return the (n, 2) first step and step after the last of each run of steps with ``force`` > 0 [N], or with a
+    flag."""
     closed = np.concatenate([[False], force > 0, [False]])
     return np.asarray(np.flatnonzero(np.diff(closed.astype(np.int8))).reshape(-1, 2))
 
 
 def contact_groups(result: ImpactResult, *, contact: int | None = None, merge: float = MERGE) -> Array:
-    """Return the (n, 2) contact intervals [s] with openings shorter than ``merge`` [s] closed: what a user calls one
+    """Return the (n, 2) contact intervals [s] with openings shorter than ``merge`` [s] closed: what users call an
     impact."""
     return merged(contact_intervals(result, contact=contact), merge)
 
@@ -184,9 +175,10 @@ def merged(raw: Array, merge: float = MERGE) -> Array:
 
 
 def hardest_group(result: ImpactResult, width: float = 1e-6) -> tuple[int, Array]:
-    """Return the number, from 0 on, and start and end (2,) [s] of the group of contacts that holds the largest mean
-    force over ``width`` [s], at least a step; that of all contacts together where there are several. 0 and nan without
-    contact.
+    """Return number, from 0 on, and start and end (2,) [s] of the group that holds the largest mean force over
+    ``width`` [s].
+
+    Of all contacts together, the width at least a step; 0 and nan without contact.
     """
     force, solid = (values.reshape(len(values), -1).sum(axis=1)[1:] for values in (result.force, result.solid))
     groups = merged(result.dt * closed_steps(solid))
@@ -242,11 +234,8 @@ def rebound_velocity(result: ImpactResult, *, contact: int | None = None, merge:
     """Return the opening speed d(gap)/dt of the contact over the first step after its first group [m/s], the
     counterpart of `impact_velocity`; ``nan`` without contact.
 
-    It is that of the two points in contact, vibration included; that of the centres of mass is `restitution` times
-    the closing speed.
-
-    Raises:
-        MeasureError: contact not over before the last step of the record.
+    It is that of the two points in contact, vibration included; that of the centres of mass is `restitution` times the
+    closing speed. Raises `MeasureError`: contact not over before the last step of the record.
     """
     groups = contact_groups(result, contact=contact, merge=merge)
     if len(groups) == 0:
@@ -263,13 +252,10 @@ def restitution(result: ImpactResult, *, contact: int | None = None, group: int 
 
     With a striker free to translate: ratio of the relative centre-of-mass velocities of the bodies after and before,
     (V_s' - V_t')/(V_t - V_s), from the impulse (a held target has V = 0). With a held striker (a reed): the energetic
-    coefficient sqrt(E'/E) of the striker's energy just after and just before that group of the contact; other
-    contacts and loads at work meanwhile count in it.
-
-    Raises:
-        MeasureError: no contact, no such group, contact not over at the end of the record, or no approach, as from a
-            preload; several contacts of a free striker, whose impulses on each target the record does not hold apart,
-            or a later group of one, whose coefficient is that of all groups together.
+    coefficient sqrt(E'/E) of the striker's energy just after and just before that group of the contact; other contacts
+    and loads at work meanwhile count in it. Raises `MeasureError`: no contact, no such group, contact not over at the
+    end of the record, or no approach, as from a preload; several contacts of a free striker, whose impulses on each
+    target the record does not hold apart, or a later group of one, whose coefficient is that of all groups together.
     """
     one = of_contact(result, contact)
     groups = contact_groups(result, contact=contact)
@@ -282,7 +268,15 @@ def restitution(result: ImpactResult, *, contact: int | None = None, group: int 
             "a preload presses the bodies on each other, so that nothing comes in; run it without preload"
         )
     if math.isinf(result.striker_mass):
-        return _energetic_restitution(result, groups[group])
+        start, end = groups[group]
+        if end >= result.time[-1]:
+            raise MeasureError("the bodies are still in contact at the end of the record; run longer")
+        energy, before, after = result.energy.striker, _step(result, start), _step(result, end) + 1
+        if not energy[before] > 0:
+            raise MeasureError(
+                "the held striker has no energy before the contact: let the body that moves be the striker"
+            )
+        return math.sqrt(max(energy[min(after, len(energy) - 1)], 0.0) / energy[before])
     if group > 0:
         raise MeasureError("of a free striker restitution is that of all groups together; ask for group = 0")
     if _contacts(result) > 1:
@@ -304,27 +298,14 @@ def work(result: ImpactResult, *, contact: int | None = None) -> Work:
     """Return the work of the contact force on each body [J], exact for the stepwise force; zero without contact.
 
     W_s = side sum_m N_m (u_s[m] - u_s[m-1]) and W_t = -side sum_m N_m (u_t[m] - u_t[m-1]); W_s + W_t is minus what the
-    contact itself stores and loses.
-
-    Raises:
-        MeasureError: a contact that pressed without the bodies ever moving there, so that its side is unknown.
+    contact itself stores and loses. Raises `MeasureError`: a contact that pressed without the bodies ever moving there,
+    so that its side is unknown.
     """
     one = of_contact(result, contact)
     if not np.any(one.force[1:]):
         return Work(0.0, 0.0)
     push = _told_side(one) * one.force[1:]
     return Work(float(push @ np.diff(one.striker_displacement)), -float(push @ np.diff(one.target_displacement)))
-
-
-def _energetic_restitution(result: ImpactResult, group: Array) -> float:
-    start, end = group
-    if end >= result.time[-1]:
-        raise MeasureError("the bodies are still in contact at the end of the record; run longer")
-    before = _step(result, start)
-    after = min(_step(result, end) + 1, len(result.time) - 1)
-    if not result.energy.striker[before] > 0:
-        raise MeasureError("the held striker has no energy before the contact: let the body that moves be the striker")
-    return math.sqrt(max(result.energy.striker[after], 0.0) / result.energy.striker[before])
 
 
 def _step(result: ImpactResult, time: float) -> int:

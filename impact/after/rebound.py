@@ -25,21 +25,13 @@ def restitutions(
     *,
     side: int = 1,
 ) -> tuple[float | None, ...]:
-    """Return the coefficient of restitution of each landing on the contacts of one ``side``.
+    """Return the coefficient of restitution of each landing, in order of time, on the contacts of one ``side``.
 
-    Of a striker that is held: sqrt(E'/E) of its energy after and before; other contacts and loads at work meanwhile
-    count. Of one free to translate: the speed at which the bodies' translations part over that at which they closed,
-    the mean of the contacts, motion of bases included. ``None`` of a landing that does not end apart, and where the
-    energy is not known.
-
-    Args:
-        problem: that was marched.
-        force: (n, p) of its contacts [N].
-        dt: step [s].
-        landings: in order of time.
-        stored: energy of the striker.
-        loads: (L, n) amplitudes of the striker's loads [N].
-        side: +1 for seats, -1 for stoppers.
+    Of a striker that is held: sqrt(E'/E) of its energy after and before, by ``stored``; other contacts and loads at
+    work meanwhile count. Of one free to translate: the speed at which the bodies' translations part over that at which
+    they closed, the mean of the contacts, motion of bases included. ``None`` of a landing that does not end apart, and
+    where the energy is not known. ``force`` (n, p) of all contacts [N], ``loads`` (L, n) amplitudes of the striker's
+    [N].
     """
     apart = [not (landing.pressed_on or landing.cut_off) for landing in landings]
     if not any(apart):
@@ -50,20 +42,16 @@ def restitutions(
         numbers = sorted({step for pair in steps for step in pair})
         if (energies := stored(numbers)) is None:
             return (None,) * len(landings)
-        energy = dict(zip(numbers, energies.tolist(), strict=True))
-        each = [_energetic(energy[first], energy[second]) for first, second in steps]
+        known = np.zeros(last + 1)
+        known[numbers] = energies
     else:
-        speeds = _closing_speeds(problem, force, dt, loads, side)
-        each = [_kinematic(float(speeds[first]), float(speeds[second])) for first, second in steps]
-    return tuple(value if parts else None for value, parts in zip(each, apart, strict=True))
-
-
-def _energetic(before: float, after: float) -> float | None:
-    return math.sqrt(max(after, 0.0) / before) if before > 0 else None
-
-
-def _kinematic(before: float, after: float) -> float | None:
-    return -after / before if before > 0 else None
+        known = _closing_speeds(problem, force, dt, loads, side)
+    each: list[float | None] = []
+    for (first, second), parts in zip(steps, apart, strict=True):
+        ratio = float(known[second] / known[first]) if parts and known[first] > 0 else None
+        held = math.isinf(problem.striker.mass)
+        each.append(None if ratio is None else math.sqrt(max(ratio, 0.0)) if held else -ratio)
+    return tuple(each)
 
 
 def _closing_speeds(problem: ContactProblem, force: Array, dt: float, loads: Array, side: int) -> Array:

@@ -65,11 +65,25 @@ def regime(striker: Body | GreensFunction, target: Body | GreensFunction, result
     Source: Zener, Phys. Rev. 59 (1941) 669, for lambda.
     """
     striker, target = as_body(striker), as_body(target)
-    stiffness, impedance, reflection = _equivalent_rod(target.greens)
-    mass, omega = _striker(striker)
+    seat, rod, held = target.greens, target.greens.rod, striker.greens.modal
+    if rod is not None:
+        stiffness, impedance, reflection = rod.impedance / rod.transit, rod.impedance, rod.reflection
+        trip = 2 * rod.transit
+    else:
+        try:
+            compliance = float(seat.static_compliance()[0, 0])
+        except GreensFunctionError:  # sampled without a rest
+            compliance = math.nan
+        stiffness, reflection = _ratio(1.0, compliance), -1.0
+        impedance = _ratio(1.0, float(seat.initial_value()[0, 0]))
+        elastic = np.zeros(0) if seat.modal is None else seat.modal.omega[seat.modal.omega > 0]
+        trip = math.pi / float(elastic.min()) if elastic.size else math.nan
+    mass, omega = striker.mass, math.nan  # of a held body 1/phi^2 of its first mode
+    if math.isinf(mass) and held is not None and len(held.omega):
+        first = int(np.argmin(held.omega))
+        mass, omega = _ratio(1.0, float(held.shapes[first, 0]) ** 2), float(held.omega[first])
     groups = contact_groups(result) if result.force.ndim == 1 else np.zeros((0, 2))
     duration = float(groups[0, 1] - groups[0, 0]) if len(groups) else math.nan
-    trip = _round_trip(target.greens)
     ratio = _ratio(impedance * impedance, stiffness * mass)
     if math.isfinite(striker.mass):
         errors = _nearest("regime_rigid.csv", {"alpha": ratio}, {"reflection": reflection})
@@ -108,35 +122,6 @@ def in_words(found: Regime) -> str:
         f"K stiffness), round trips of the seat's wave in the first contact {_number(found.round_trips_per_contact)}, "
         f"Zener lambda {_number(found.zener_lambda)} (peak force on a spring over that of the first wave)"
     )
-
-
-def _equivalent_rod(seat: GreensFunction) -> tuple[float, float, float]:
-    """Return (K [N/m], Z [N s/m], reflection at the far end); ``nan`` where the seat has none."""
-    if (rod := seat.rod) is not None:
-        return rod.impedance / rod.transit, rod.impedance, rod.reflection
-    try:
-        compliance = float(seat.static_compliance()[0, 0])
-    except GreensFunctionError:  # sampled without a rest
-        compliance = math.nan
-    return _ratio(1.0, compliance), _ratio(1.0, float(seat.initial_value()[0, 0])), -1.0
-
-
-def _striker(striker: Body) -> tuple[float, float]:
-    """Return (mass [kg], lowest angular frequency [rad/s]); of a held body 1/phi^2 of its first mode, of a free one
-    all."""
-    g = striker.greens.modal
-    if math.isfinite(striker.mass) or g is None or not len(g.omega):
-        return striker.mass, math.nan
-    first = int(np.argmin(g.omega))
-    return _ratio(1.0, float(g.shapes[first, 0]) ** 2), float(g.omega[first])
-
-
-def _round_trip(seat: GreensFunction) -> float:
-    if (rod := seat.rod) is not None:
-        return 2 * rod.transit
-    if (modal := seat.modal) is not None and np.any(modal.omega > 0):
-        return math.pi / float(modal.omega[modal.omega > 0].min())
-    return math.nan
 
 
 def _nearest(name: str, scales: dict[str, float], plain: dict[str, float]) -> tuple[float, float]:

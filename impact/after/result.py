@@ -61,20 +61,15 @@ class EnergyLedger:
 
     @property
     def residual(self) -> float:
-        """Return max |input - stored - dissipated| / largest energy stored; 0 for a system that never holds any.
-
-        The parts are counted by their size: what is known by work only may be negative, and cancel.
-        """
+        """Return max |input - stored - dissipated| over the largest sum of the sizes of what is stored; 0 without
+        any."""
         largest = float(np.max(np.abs(self.striker) + np.abs(self.target) + np.abs(self.contact)))
         error = float(np.max(np.abs(self.input - self.stored - self.dissipated)))
         return error / largest if largest > NO_ENERGY else 0.0
 
 
 def pressed_in(problem: ContactProblem, force: Array, gap: Array) -> Array:
-    """Return the (n + 1,) work put in by an overlap of rigid bodies at t = 0, which the first step drives apart [J].
-
-    No law stores it: the force of that step does N times the overlap on bodies that come from nowhere.
-    """
+    """Return the (n + 1,) work of the first step on rigid bodies that overlap at t = 0, which no law stores [J]."""
     out = np.zeros(len(gap))
     if len(force) and not problem.preload:
         rigid = np.array([isinstance(c.law, Signorini) for c in problem.contacts])
@@ -165,6 +160,8 @@ class ImpactResult:
 
     def __str__(self) -> str:
         """Return what the run did in four lines: its size, the force, the contacts, how far energy is balanced."""
+        from impact.after.measures import closed_steps, merged  # which reads results
+
         parts = 1 if self.force.ndim == 1 else self.force.shape[1]
         total = self.force.reshape(len(self.force), -1).sum(axis=1)
         peak, when = (
@@ -172,26 +169,22 @@ class ImpactResult:
         )
         size = f"{parts} contact{'s'[: parts > 1]}, {len(self.time) - 1} steps of {in_units(self.dt, 's', 4)}"
         advice_names = some([advice.name for advice in self.advice]) or "no advice"
+        groups = merged(self.dt * closed_steps(self.solid.reshape(len(self.force), -1).sum(axis=1)[1:]))
+        touches = "no contact"
+        if len(groups):
+            first = " to ".join(in_units(time, "s", 4) for time in groups[0])
+            touches = f"closed once, from {first}"
+            if len(groups) > 1:
+                touches = f"closed {len(groups)} times, first from {first}"
         return (
             f"ImpactResult, {size}\n  peak force {peak} at {when}, impulse "
-            f"{in_units(float(total[1:].sum()) * self.dt, 'N s', 4)}\n  {self._touches()}\n  "
+            f"{in_units(float(total[1:].sum()) * self.dt, 'N s', 4)}\n  {touches}\n  "
             f"energy balance error {percent(self.energy.residual)}; {cut(self.engine, 160)}; {advice_names}"
         )
 
-    def _touches(self) -> str:
-        from impact.after.measures import closed_steps, merged  # which reads results
-
-        solid = self.solid.reshape(len(self.force), -1).sum(axis=1)
-        groups = merged(self.dt * closed_steps(solid[1:]))
-        if not len(groups):
-            return "no contact"
-        (start, end), count = groups[0], len(groups)
-        first = f"from {in_units(start, 's', 4)} to {in_units(end, 's', 4)}"
-        return f"closed once, {first}" if count == 1 else f"closed {count} times, first {first}"
-
     def to_dataframe(self) -> pandas.DataFrame:
-        """Return the force, gap, displacements and energies by time [SI], a row a step, "force_N[k]" where there are
-        several contacts; raises `impact.after.frame.FrameError` where pandas is missing."""
+        """Return the histories by time [SI], a row a step; raises `impact.after.frame.FrameError` where pandas is
+        missing."""
         of_contacts = {"force_N": self.force, **{f"{name}_m": getattr(self, name) for name in _WAYS}}
         energies = {f"energy_{name}_J": getattr(self.energy, name) for name in _TERMS}
         return frame_of({"time_s": self.time, **of_contacts, **energies}, "time_s")
@@ -204,14 +197,9 @@ def of_contacts(result: ImpactResult, which: int | slice) -> ImpactResult:
 
 
 def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
-    """Return several contacts of one face as one: the sum of the forces, the mean of the displacements and gaps.
-
-    Args:
-        result: of p contacts that one port of the striker presses.
-        shares: (p,) of the face's area, which sum to 1.
-    """
+    """Return p contacts of one face as one: the sum of the forces, the means by the (p,) ``shares`` of its area."""
     if result.force.ndim == 1:
         return result
     means = {name: getattr(result, name) @ shares for name in _WAYS}
     film = None if result.film is None else result.film.sum(axis=1)
-    return replace(replace(result, **means), force=result.force.sum(axis=1), film=film)
+    return replace(result, **means, force=result.force.sum(axis=1), film=film)

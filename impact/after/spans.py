@@ -14,11 +14,10 @@ ON_A_STEP = 1e-6  # of a step: a landing that begins so little before a time beg
 
 @dataclass(frozen=True)
 class Spans:
-    """The spans of time whose largest values are looked for, each of them after one cut up to the next, with that.
+    """Spans of time whose largest values are looked for, each after one cut up to the next, with that.
 
-    Attributes:
-        touch: number of the recorded time at which the first contact begins; -1 under a preload, inf without contact.
-        landing: number of the recorded time at which a landing begins; inf where none is stated.
+    ``touch``: number of the recorded time at which the first contact begins; -1 under a preload, inf without contact.
+    ``landing``: likewise of a landing; inf where none is stated.
     """
 
     touch: float
@@ -26,8 +25,8 @@ class Spans:
 
     @classmethod
     def of_run(cls, force: Array, dt: float, since: float | None = None) -> Spans:
-        """Return the spans of a run with contact forces (n + 1,) or (n + 1, ports) at the step ``dt`` [s], whose
-        landing begins at the time ``since`` [s]; ``None``: no landing."""
+        """Return the spans of a run with contact forces (n + 1, ...) at the step ``dt``, a landing ``since`` that time
+        [s]."""
         return cls(first_touch(force), np.inf if since is None else float(np.floor(since / dt + ON_A_STEP)))
 
     @property
@@ -63,9 +62,7 @@ class Spans:
 
 
 def first_touch(force: Array) -> float:
-    """Return the recorded time, as its number, from which on contact bends the reed; beyond all where there is none.
-
-    ``force[m]`` acts from time m - 1 on; a preload, ``force[0]``, since ever.
-    """
+    """Return the number of the time from which on contact bends the reed, inf without; ``force[m]`` acts from m - 1
+    on."""
     touching = np.flatnonzero(force if force.ndim == 1 else np.any(force, axis=1))
     return float(touching[0]) - 1 if touching.size else np.inf

@@ -13,10 +13,7 @@ MOVING_AVERAGE: Window = "moving average"
 
 
 def averaged(force: Array, dt: float, width: float, window: Window) -> Array:
-    """Return the (n + 1,) average over ``width`` [s] around t = 0, dt ... n dt of ``force`` (n,) [N], zero outside.
-
-    A step of force from a to b adds N (H(t - a) - H(t - b)), H the integral of the window.
-    """
+    """Return the (n + 1,) average over ``width`` [s] around t = 0, dt ... n dt of ``force`` (n,) [N], zero outside."""
     n = len(force)
     if window == MOVING_AVERAGE:
         time = dt * np.arange(n + 1)
@@ -32,10 +29,7 @@ def averaged(force: Array, dt: float, width: float, window: Window) -> Array:
 
 
 def largest_average(force: Array, dt: float, width: float) -> float:
-    """Return the largest average over any span of ``width`` [s] of ``force`` (n,) [N], zero outside.
-
-    As the span moves, its average changes linearly between places where it begins or ends with a step: these count.
-    """
+    """Return the largest average of ``force`` (n,) over ``width`` [s]: its span begins or ends with a step [N]."""
     return float(largest_averages(force[:, None], dt, width)[0])
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,20 +10,16 @@ from impact.bodies.body import Body, Load, ModalState
 from impact.bodies.springs import SPRINGS, SprungBody
 from impact.greens.base import Array, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
+from impact.march.followed import held_course
 from impact.march.motion import Discrete
 
 
 def spring_displacements(body: Body, force: Array, dt: float, weights: Array | None = None) -> Array:
-    """Return the (S, n + 1) displacements of a body at its springs [m].
+    """Return the (S, n + 1) displacements of a body at its springs [m], as marched
+    (`impact.march.followed.as_marched`).
 
-    Args:
-        body: as it was marched (`impact.march.followed.as_marched`).
-        force: (n + 1,) or (n + 1, ports) on its ports along the normal [N]; ``force[0]`` since ever, a preload.
-        dt: step [s].
-        weights: (S, q) of sums over the springs, which then are given in their place, (q, n + 1).
-
-    Raises:
-        GreensFunctionError: a body without springs.
+    ``force``: (n + 1,) or (n + 1, ports) on its ports [N], ``force[0]`` since ever; ``weights``: (S, q) of sums over
+    the springs, which then are given in their place, (q, n + 1). Raises `GreensFunctionError` without springs.
     """
     if not isinstance(body, SprungBody):
         raise GreensFunctionError("the body has no springs: give the one that impact.bodies.springs.on_springs returns")
@@ -45,7 +40,7 @@ def spring_displacements(body: Body, force: Array, dt: float, weights: Array | N
     start, n = replace(Body(body.greens, state=body.state, loads=body.loads), greens=wider), pushes.shape[1] - 1
     discrete = Discrete.of(start, dt, n)
     if np.any(pushes[:, 0]):
-        held = np.array([float(load.amplitude(np.zeros(1))[0]) for load in body.loads])
+        held = body.load_amplitudes(np.zeros(1))[:, 0]
         discrete = replace(discrete, rest=np.append(pushes[:, 0], np.zeros(places)), rest_loads=held)
     padded = np.concatenate([pushes[:, 1:], np.zeros((places, n))])
     return np.asarray(discrete.motion(padded).displacement[ports:])
@@ -54,8 +49,7 @@ def spring_displacements(body: Body, force: Array, dt: float, weights: Array | N
 def without_springs(body: Body, force: Array, dt: float) -> Body:
     """Return the body in its own modes, those without springs, under what its springs did in a run; itself without any.
 
-    Stress and pictures know a body by its own modes. The springs' forces are loads that are constant over each step,
-    their mean in it. Arguments as of `spring_displacements`.
+    The springs' forces are loads that are constant over each step. Arguments as of `spring_displacements`.
     """
     if not isinstance(body, SprungBody):
         return body
@@ -67,10 +61,7 @@ def without_springs(body: Body, force: Array, dt: float) -> Body:
     greens = replace(modal, origin=origin, omega=springs.omega, zeta=springs.zeta, shapes=springs.basis @ modal.shapes)
     state = body.state and ModalState(springs.basis @ body.state.displacement, springs.basis @ body.state.velocity)
     loads = [replace(load, shape=springs.basis @ load.shape) for load in body.loads]
-    loads += [Load(springs.basis @ shape, _held(pull, dt)) for shape, pull in zip(springs.shapes.T, pulls, strict=True)]
+    loads += [
+        Load(springs.basis @ shape, held_course(pull, dt)) for shape, pull in zip(springs.shapes.T, pulls, strict=True)
+    ]
     return Body(greens, state=state, loads=tuple(loads), base=body.base)
-
-
-def _held(values: Array, dt: float) -> Callable[[Array], Array]:
-    """Return the course that keeps each of the values for a step [s]."""
-    return lambda t: values[np.clip((np.asarray(t) / dt).astype(np.int64), 0, len(values) - 1)]

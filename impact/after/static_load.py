@@ -32,13 +32,8 @@ ROUND_OFF: Final = 1e-12
 
 @dataclass(frozen=True)
 class StaticLoad:
-    """The quasi-static forces of a problem.
-
-    Attributes:
-        time: (m,) instants, increasing from 0 [s].
-        seat: (m,) total of the contacts with seats [N].
-        stopper: (m,) total of those with stoppers [N].
-    """
+    """The quasi-static forces at m instants ``time`` [s]: totals of the contacts with seats and with stoppers (m,)
+    [N]."""
 
     time: Array
     seat: Array
@@ -70,7 +65,9 @@ def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
     count = INSTANTS if len(problem.contacts) <= FEW else INSTANTS_OF_MANY
     time = np.asarray(np.linspace(0.0, duration, count + 1), dtype=np.float64)
     opening, compliance = _openings(problem, time)
-    if np.all(opening >= 0) or not _is_held(problem.striker, time):
+    modal = problem.striker.greens.modal
+    held = modal is None or bool(np.all(modal.omega)) or bool(np.any(problem.striker.load_amplitudes(time)))
+    if np.all(opening >= 0) or not held:
         return no_load()
     force, seats = np.zeros(opening.shape), np.array([contact.side > 0 for contact in problem.contacts])
     pressed = np.zeros(len(seats))
@@ -81,13 +78,6 @@ def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
         pressed = _pressing(problem.contacts, compliance, gap, pressed)
         force[row] = pressed
     return StaticLoad(time, force[:, seats].sum(axis=1), force[:, ~seats].sum(axis=1))
-
-
-def _is_held(body: Body, time: Array) -> bool:
-    """Return whether a support or a load keeps a body where it is."""
-    modal = body.greens.modal
-    free = modal is not None and bool(np.any(modal.omega == 0))
-    return not free or bool(np.any(body.load_amplitudes(time)))
 
 
 def _openings(problem: ContactProblem, time: Array) -> tuple[Array, Array]:
@@ -109,8 +99,8 @@ def _openings(problem: ContactProblem, time: Array) -> tuple[Array, Array]:
 def _statics(body: Body, pushed: Array, reach: float) -> tuple[Array, Array]:
     """Return the (ports, m) displacements under load amplitudes [m] and the (ports, ports) compliance [m/N].
 
-    ``reach``: the opening that a free body's spring must let it cross [m]. A body of infinite compliance that is no
-    translation (a dashpot) stands still.
+    ``reach``: opening that a free body's spring must let it cross [m]. One that neither yields nor translates stands
+    still.
     """
     modal, ports = body.greens.modal, len(body.greens.ports)
     none = np.zeros((ports, pushed.shape[1]))

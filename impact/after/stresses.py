@@ -204,22 +204,21 @@ def _by_port(force: Array, reed: Body) -> Array:
 def coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[Array]:
     """Yield (..., M + p) blocks of modal coordinates and p followed forces, at every ``stride``-th time from t = 0
     on."""
-    greens, ports = _modal(reed), len(pushes)
-    rate = _following(greens)
+    greens, ports, rates = _modal(reed), len(pushes), _modal(reed).residual.rates
+    rate = float(rates[0] if rates.size else 2 * greens.omega.max())  # at which the residual follows the force
     followed = replace(greens, residual=Residual(rate * np.eye(ports), np.full(ports, rate), np.zeros((ports, ports))))
-    start = reed.modal_start()
-    pull = greens.shapes @ pushes[:, 0]
-    if np.any(pushes[:, 0]):  # a preload: the loads were carried since ever, as the contact force was
-        pull = pull + sum(load.shape * float(load.amplitude(np.zeros(1))[0]) for load in reed.loads)
+    start, first, at_ports = reed.modal_start(), pushes[:, 0], _at_ports(reed)
+    pull = greens.shapes @ first
+    if np.any(first):  # a preload: the loads were carried since ever, as the contact force was
+        held = reed.load_amplitudes(np.zeros(1))[:, 0]
+        pull = pull + sum(load.shape * amplitude for load, amplitude in zip(reed.loads, held, strict=True))
+        first = first + at_ports @ held
     start = replace(start, displacement=start.displacement + pull / greens.omega**2)
     replay = Replay(followed, dt, start, pushes[:, 0], pushes[:, 0], [load.shape for load in reed.loads])
-    at_ports, first = _at_ports(reed), pushes[:, 0]
-    if np.any(first):
-        first = first + at_ports @ np.array([float(load.amplitude(np.zeros(1))[0]) for load in reed.loads])
     yield np.append(start.displacement, first)[None, :]
     for part in blocks(pushes.shape[1] - 1, _BLOCK * stride):
         middle = np.asarray(dt * (np.arange(part.start, part.stop) + 0.5), dtype=np.float64)
-        amplitudes = np.array([load.amplitude(middle) for load in reed.loads]).reshape(-1, len(middle))
+        amplitudes = reed.load_amplitudes(middle)
         block = replay.coordinates(pushes[:, 1:][:, part], amplitudes, stride)
         block[:, -ports:] += (at_ports @ amplitudes[:, stride - 1 :: stride]).T
         yield block
@@ -234,12 +233,6 @@ def _at_ports(reed: Body) -> Array:
         if np.linalg.norm(shapes @ share - load.shape) < SAME * np.linalg.norm(load.shape):
             shares[:, number] = share
     return shares
-
-
-def _following(greens: ModalGreens) -> float:
-    """Return the rate at which the reed's residual compliance follows the force [1/s]."""
-    rates = greens.residual.rates
-    return float(rates[0] if rates.size else 2 * greens.omega.max())
 
 
 def _modal(reed: Body) -> ModalGreens:
@@ -283,12 +276,9 @@ def rod_stress(result: ImpactResult, rod: GreensFunction, *, area: float, at: fl
     trip = _steps(2 * uniform.transit, result.dt)
     delay = _steps(at * uniform.transit, result.dt)
     outgoing = reflected(result.force / uniform.impedance, uniform.reflection, trip)
-    force = _delayed(outgoing, delay) - uniform.reflection * _delayed(outgoing, trip - delay)
+    away, back = (np.concatenate([np.zeros(steps), outgoing])[: len(outgoing)] for steps in (delay, trip - delay))
+    force = away - uniform.reflection * back
     return np.asarray(uniform.impedance / area * force)
-
-
-def _delayed(values: Array, steps: int) -> Array:
-    return np.concatenate([np.zeros(steps), values])[: len(values)]
 
 
 def _steps(delay: float, dt: float) -> int:

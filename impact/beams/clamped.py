@@ -41,11 +41,7 @@ class ClampedClamped(EulerBernoulliBeam):
         return np.asarray((np.cos(k) - np.sin(k) - growth) / denominator)
 
     def compliance(self, x: float, load: float) -> float:
-        """Return the static deflection at ``x`` per unit force at ``load`` [m/N]:  a^2 c^2 (3 b L - a (3 b + c))/(6 EI
-        L^3).
-
-        a <= b the two distances from the clamp, c = L - b.
-        """
+        """Return a^2 c^2 (3 b L - a (3 b + c))/(6 EI L^3) [m/N], a <= b the distances from the clamp, c = L - b."""
         a, b = sorted((x, load))
         c = max(self.length - b, 0.0)
         return a**2 * c**2 * (3 * b * self.length - a * (3 * b + c)) / (6 * self.rigidity * self.length**3)

@@ -69,7 +69,6 @@ class EulerBernoulliBeam(RectangularBeam, ABC):
         """Return the exponential that relaxes within half a radian of the highest mode retained, tau = 1/(2 highest).
 
         The continuum has no finite impedance at t = 0 (g starts like t^(1/2)); the higher modes carry energy away. A
-        bare spring in their place would ring against the contact at the highest of them (docs/methods.md).
-        At a tip mass the residual is small, for g starts there like t/tip_mass.
+        bare spring in their place would ring against the contact (docs/methods.md). At a tip mass it is small.
         """
         return Residual.relaxing(compliance, 2 * highest)

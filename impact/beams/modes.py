@@ -109,8 +109,7 @@ class BeamModes:
     breaks: tuple[float, ...] = ()
 
     def quadrature(self, start: float, end: float, extra: int = 4) -> tuple[Array, Array]:
-        """Return the nodes (G,) and weights (G,) [m] from start to end for products of the modes, times the relative
-        width."""
+        """Return nodes and weights (G,) [m] from start to end for products of the modes, times the relative width."""
         edges = [start, *(x for x in self.breaks if start < x < end), end]
         panels = (len(self.omega) + extra) / (end - start)
         parts = [gauss(low, high, math.ceil(panels * (high - low) - 1e-9)) for low, high in pairwise(edges)]
@@ -118,13 +117,10 @@ class BeamModes:
         return x, weights if self.relative_width is None else weights * self.relative_width(x)
 
     def project(self, shape: Callable[[Array], ArrayLike]) -> Array:
-        """Return the (n,) modal coordinates of the deflection (or velocity) ``shape``, x (G,) m -> (G,), by Gauss
-        quadrature.
+        """Return the (n,) modal coordinates of a deflection or velocity ``shape``, x (G,) m -> (G,), sections normal to
+        the axis.
 
-        q_k = integral of (rho A w_k w + rho I psi_k w') dx + m w_k(L) w(L), sections normal to the axis (no shear).
-
-        Raises:
-            GreensFunctionError: a value that is not finite.
+        q_k = integral of (rho A w_k w + rho I psi_k w') dx + m w_k(L) w(L). Raises `GreensFunctionError` unless finite.
         """
         x, weights = self.quadrature(0.0, self.length)
         w = np.broadcast_to(np.asarray(shape(x), dtype=float), x.shape)
@@ -151,8 +147,8 @@ def gauss(start: float, end: float, panels: int) -> tuple[Array, Array]:
 
 
 def clamped_shape(k: Array, delta: Array, ratio: Array, xi: Array) -> Array:
-    """Return the (n, ...) values of cosh z - cos z - s (sinh z - sin z), z = k xi, s = 1 - delta, delta = ratio
-    exp(-k), for any k.
+    """Return the (n, ...) cosh z - cos z - s (sinh z - sin z), z = k xi, s = 1 - delta, delta = ratio exp(-k), for any
+    k.
 
     Clamped at xi = 0; the far end chooses s. cosh z - s sinh z = exp(-z) + delta sinh z has no growing exponential.
     """

@@ -206,9 +206,7 @@ def eigen(beam: SteppedCantilever, elements: Elements, n_modes: int) -> tuple[Ar
 
     Of M y = (K + s M) y/(w^2 + s) with s between the lowest and the highest; w^2 is the quotient of the energies of y,
     summed over the elements: K itself has lost the digits that its condition takes, 1e-9 of the lowest of 100 modes.
-
-    Raises:
-        GreensFunctionError: more modes than unknowns.
+    Raises `GreensFunctionError`: more modes than unknowns.
     """
     places = elements.places
     size = int(places.max()) + 1

@@ -134,11 +134,8 @@ class TimoshenkoCantilever(RectangularBeam):
 class Waves:
     """The two wave families at n frequencies: cos, sin of beta x/L and cosh, sinh of alpha x/L (cos, sin above cutoff).
 
-    Attributes:
-        frequency: (n,) b = omega/sqrt(EI/(rho A L^4)).
-        alpha, beta: (n,) wave numbers.
-        p, q: (n,) |psi|/|w| of the two families.
-        above: (n,) whether the frequency lies above the cutoff.
+    All (n,): ``frequency`` omega/sqrt(EI/(rho A L^4)), wave numbers ``alpha`` and ``beta``, the families' |psi|/|w|
+    ``p`` and ``q``, and whether it lies ``above`` the cutoff.
     """
 
     frequency: Array
@@ -231,8 +228,7 @@ def _above(a: Array, b: Array, p: Array, q: Array, x: Array) -> Pair:
 
 
 def _null_vector(m1: Array, m2: Array, q1: Array, q2: Array) -> tuple[Array, Array]:
-    """Return the factors of two motions without moment and shear force at the end, from the larger row; the first is >=
-    0."""
+    """Return the factors of two motions without moment and shear force at the end, the first >= 0."""
     by_moment = np.hypot(m1, m2) / (np.abs(m1).max() + np.abs(m2).max()) >= np.hypot(q1, q2) / (
         np.abs(q1).max() + np.abs(q2).max()
     )

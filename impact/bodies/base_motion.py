@@ -44,10 +44,8 @@ class BaseMotion:
         piecewise polynomial.
 
         An acceleration or velocity is linear between its samples, a displacement a cubic spline (not-a-knot). The base
-        moves from s = 0 at t = 0; an acceleration starts it from rest.
-
-        Raises:
-            TimeSeriesError: another kind; later, times that the record does not cover.
+        moves from s = 0 at t = 0; an acceleration starts it from rest. Raises `TimeSeriesError`: another kind; later,
+        times that the record does not cover.
         """
         from scipy.interpolate import CubicSpline, PPoly  # here, for its import takes longer than a small impact
 

@@ -115,8 +115,8 @@ class Body:
     _repr_html_ = as_html
 
     def carried(self, time: Array) -> Array:
-        """Return the (n,) displacement of its base at the times (n,) [m]; raises `GreensFunctionError` for other
-        numbers."""
+        """Return the (n,) displacement of its base [m]; raises `GreensFunctionError` unless one finite number a
+        time."""
         if self.base is None:
             return np.zeros(len(time))
         displacement = np.asarray(self.base(time), dtype=float)
@@ -145,8 +145,7 @@ class Body:
         return self.state is not None and bool(np.any(self.state.displacement) or np.any(self.state.velocity))
 
     def velocity_of(self, port: str | int) -> float:
-        """Return a port's velocity in the initial translation [m/s]: that of the rigid body pushed at its first
-        port."""
+        """Return a port's velocity in the initial translation of the rigid body pushed at its first port [m/s]."""
         if self.velocity == 0.0:
             return 0.0
         i = self.greens.port_index(port)
@@ -158,10 +157,8 @@ class Body:
         return self.velocity * self.mass if self.velocity else 0.0
 
     def modal_start(self, modal: ModalGreens | None = None) -> ModalState:
-        """Return the initial modal state of a modal body, its translation included.
-
-        ``modal``: the oscillators among its parts, where not all of it is made of such; by default, all of it.
-        """
+        """Return the initial modal state with the translation; ``modal``: the oscillators among the parts, all by
+        default."""
         g = self.greens.modal if modal is None else modal
         if g is None:
             raise GreensFunctionError(
@@ -176,11 +173,7 @@ class Body:
 
 
 def as_body(partner: Body | GreensFunction) -> Body:
-    """Return a partner of an impact; a Green's function is taken as a body at rest.
-
-    Raises:
-        GreensFunctionError: anything else, naming what it is.
-    """
+    """Return a partner of an impact; a Green's function is a body at rest. Raises `GreensFunctionError` for others."""
     if isinstance(partner, Body):
         return partner
     if is_greens(partner):

@@ -192,10 +192,7 @@ def _on_reed(what: str, x: float, beam: Beam) -> None:
 
 
 def _left_out(beam: Beam, at: tuple[float, ...], scaled: Array) -> Array:
-    """Return the (p, p) static compliance minus that of the modes, symmetric and positive semidefinite [m/N].
-
-    Eigenvalues below round-off are clipped; `GreensFunctionError` if the modes are more compliant than the beam.
-    """
+    """Return the (p, p) static compliance minus the modes', without negative eigenvalues of round-off [m/N]."""
     total = np.array([[beam.compliance(x, y) for y in at] for x in at])
     kept = np.array([[math.fsum(scaled[:, i] * scaled[:, j]) for j in range(len(at))] for i in range(len(at))])
     values, vectors = np.linalg.eigh(total - kept)

@@ -38,11 +38,7 @@ class Suspension:
 
 @dataclass(frozen=True, repr=False)
 class SprungBody(Body):
-    """A body on springs: its Green's function, state and loads are in the modes that it has with them.
-
-    Attributes:
-        springs: what holds it.
-    """
+    """A body on ``springs``: its Green's function, state and loads are in the modes that it has with them."""
 
     springs: Suspension = field(kw_only=True)
 
@@ -60,8 +56,7 @@ def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
         shapes: B (M, S) [1/sqrt(kg)].
         stiffness: (S,), or one for all [N/m].
 
-    Raises:
-        GreensFunctionError: a body without modes, shapes that do not fit them, a stiffness that is not positive.
+    Raises `GreensFunctionError`: a body without modes, shapes that do not fit them, a stiffness that is not positive.
     """
     modal = body.greens.modal
     if modal is None or not len(modal.omega):
@@ -102,10 +97,7 @@ def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
 
 
 def own_coordinates(body: Body, coordinates: Array) -> Array:
-    """Return the (n, M) modal coordinates of a body in its modes without its springs [m sqrt(kg)].
-
-    ``coordinates``: (n, M) in the modes that it has with them; of a body without springs they are both.
-    """
+    """Return the (n, M) ``coordinates`` of a body in its modes without its springs [m sqrt(kg)]."""
     return coordinates @ body.springs.basis.T if isinstance(body, SprungBody) else coordinates
 
 

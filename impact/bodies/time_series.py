@@ -179,18 +179,14 @@ def _columns_of(
                     f"{table.path}, line {table.head_line}: the header has {len(table.heads)} columns, 2 are needed: "
                     f"{wanted[0][0]} and {quantity}"
                 )
+            name, other = head.name.lower(), ""  # times where angles are expected, or the other way round
+            if rpm is None and name not in ("time", *_UNITS):
+                other = "; of a record in crank angle, 'angle [deg]', state rpm, too"
+            if rpm is not None and name == "time":
+                other = "; rpm is for records in crank angle: remove it"
             raise table.error(
                 f"{table.path}, line {table.head_line}, column {place + 1}: header {head.text!r} must be '{word} "
-                f"[unit]' "
-                f"with the unit {', '.join(known)}, or be named by columns = {{ {word} = ... }}"
-                + _in_the_other(head.name.lower(), rpm)
+                f"[unit]' with the unit {', '.join(known)}, or be named by columns = {{ {word} = ... }}{other}"
             )
         pairs.append((column, table.factor_of(column, word, known, units)))
     return table.numbers([column for column, _ in pairs]), np.array([factor for _, factor in pairs])
-
-
-def _in_the_other(name: str, rpm: float | None) -> str:
-    """Return what to do about times where angles are expected, and the other way round."""
-    if rpm is None and name not in ("time", *_UNITS):
-        return "; of a record in crank angle, 'angle [deg]', state rpm, too"
-    return "; rpm is for records in crank angle: remove it" if rpm is not None and name == "time" else ""

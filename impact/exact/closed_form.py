@@ -71,8 +71,7 @@ def infinite_plate(*, young: float, poisson: float, density: float, thickness: f
 def infinite_beam(*, young: float, density: float, area: float, second_moment: float) -> PowerLaw:
     """Return an infinite Euler-Bernoulli beam struck at a point: g = C t^(1/2)/Gamma(3/2), C = (4EI/rho A)^(3/4)/(8EI).
 
-    From EI u'''' + rho A s^2 u = F delta(x) in the Laplace domain, u(0) = F/(8 EI b^3), 4 b^4 = rho A s^2/EI.
-    E [Pa], rho [kg/m^3], A [m^2], I [m^4].
+    E [Pa], rho [kg/m^3], A [m^2], I [m^4]; from u(0) = F/(8 EI b^3), 4 b^4 = rho A s^2/EI, in the Laplace domain.
     """
     check_positive(young=young, density=density, area=area, second_moment=second_moment)
     ei = young * second_moment
@@ -154,25 +153,20 @@ class PowerLaw(ExactPort):
         return np.array([[self.coefficient if self.exponent == 1 else 0.0 if self.exponent < 1 else math.inf]])
 
     def scaled(self, factor: float) -> PowerLaw:
-        """Return the coefficient times ``factor``."""
         return replace(self, coefficient=check_factor(factor) * self.coefficient)
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return coefficient * t^exponent [m/(N s)]."""
         time: Array = np.asarray(t, dtype=float)
         return np.where(time < 0, 0.0, self.coefficient * np.maximum(time, 0.0) ** self.exponent)
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return coefficient * t^(exponent + 1)/(exponent + 1) [m/N]."""
         time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
         return np.asarray(self.coefficient * time ** (self.exponent + 1) / (self.exponent + 1))
 
     def static_compliance(self) -> Array:
-        """Return infinity: it is unbounded."""
         return np.array([[np.inf]])
 
     def initial_value(self) -> Array:
-        """Return g(0+), 0 for a positive exponent."""
         return np.array([[0.0 if self.exponent > 0 else self.coefficient if self.exponent == 0 else np.inf]])
 
 

@@ -36,16 +36,13 @@ class DampedRod(ExactPort):
 
     @property
     def rod(self) -> Rod:
-        """Return itself."""
         return Rod(self.impedance, self.transit, self.reflection, self.damping_ratio)
 
     @property
     def highest_rate(self) -> float:
-        """Return ten radians per transit [rad/s]."""
         return 10 / self.transit
 
     def scaled(self, factor: float) -> Self:
-        """Return a rod of 1/``factor`` the section."""
         return replace(self, impedance=self.impedance / check_factor(factor))
 
     def initial_value(self) -> Array:
@@ -53,7 +50,6 @@ class DampedRod(ExactPort):
         return np.array([[damped_start(self.damping_ratio) / self.impedance]])
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return g(t) [m/(N s)]; at t = 0 its limit from the right."""
         time: Array = np.asarray(t, dtype=float)
         values = self._after_start(np.where(time > 0, time, 1.0))
         return np.where(time > 0, values, np.where(time == 0, self.initial_value()[0, 0], 0.0))
@@ -77,7 +73,6 @@ class DampedFixedRod(DampedRod, ExactRod):
     """Poles, and poles times steps, up to which it is marched by poles: these tell the energy stored from that lost."""
 
     def forces_only(self) -> BareFixedRod:
-        """Return the function by step weights as soon as these are faster."""
         return BareFixedRod(self.impedance, self.transit, self.damping_ratio)
 
     @property
@@ -96,7 +91,6 @@ class DampedFixedRod(DampedRod, ExactRod):
         return self._over_exponents(lambda rate: np.arctanh(np.exp(rate * time)))
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return S(t) [m/N]."""
         time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
         moving = time < _AT_REST / self.slowest_decay
         now, out = time[moving], np.full(time.shape, self.transit / self.impedance)
@@ -104,11 +98,7 @@ class DampedFixedRod(DampedRod, ExactRod):
         return out
 
     def displacement_at(self, time: Array, at: float) -> Array:
-        """Return S = (l - x)/(EA) + 2/(pi Z sqrt(1 - zeta^2)) Im [(chi_2(q e^(i theta)) + chi_2(q e^(-i
-        theta)))/lambda].
-
-        q = exp(lambda t), theta = pi x/(2l), chi_2 Legendre's function; from the modal sum, as g is.
-        """
+        """Return the sum of chi_2 that `impact.after.rods.displacement_response` states."""
         turn = 0.5j * math.pi * at
 
         def term(rate: complex) -> ComplexArray:
@@ -137,8 +127,7 @@ class DampedFixedRod(DampedRod, ExactRod):
         return np.array([[self.transit / self.impedance]])
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """Return the modes that outlive a step and the compliance of those that do not: exact to round-off at this
-        step.
+        """Return the modes that outlive a step and the compliance of those that do not: exact at this step.
 
         A mode with decay * dt > 36.7 follows a stepwise force like a spring. With too many that do not, exact weights.
         """
@@ -161,7 +150,6 @@ class DampedFixedRod(DampedRod, ExactRod):
         return count <= most and count * float(n_steps) <= most_in_all
 
     def marched_poles(self, dt: float, n_steps: float) -> int | None:
-        """Return the modes that outlive a step, where they are marched."""
         return self.lasting_modes(dt) if self.marches(dt, n_steps) else None
 
     def lasting_modes(self, dt: float) -> int:
@@ -195,7 +183,6 @@ class DampedFreeRod(DampedRod):
         return np.asarray(time * self.inverse_mass()[0, 0] + elastic)
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return S(t) [m/N]."""
         time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
         elastic = self._elastic(lambda rate: (dilogarithm(np.exp(rate * time)) - math.pi**2 / 6) / rate)
         return np.asarray(time**2 / 2 * self.inverse_mass()[0, 0] + elastic)
@@ -205,5 +192,4 @@ class DampedFreeRod(DampedRod):
         return 2 / (math.pi * self.impedance) * divided_difference(term, self.damping_ratio, omega_1)
 
     def static_compliance(self) -> Array:
-        """Return infinity: it is unbounded."""
         return np.array([[np.inf]])

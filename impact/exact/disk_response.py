@@ -27,10 +27,10 @@ _NEARLY_DOUBLE = 1e-3  # roots closer than this lose digits in partial fractions
 
 @dataclass(frozen=True)
 class PointLoad:
-    """Terms of h = f/f(inf), f the `point_step_response`:
+    """Terms of h = f/f(inf), f the `point_step_response`; h = 0 before kappa, 1 beyond gamma, between them
 
     h = 1/2 + Re sum_j strength_j/sqrt(tau^2 - pole_j) - (rayleigh/2)/sqrt(gamma^2 - tau^2),  kappa < tau < 1
-    h = 1 - rayleigh/sqrt(gamma^2 - tau^2),  1 < tau < gamma;   h = 1 beyond, 0 before kappa.
+    h = 1 - rayleigh/sqrt(gamma^2 - tau^2),  1 < tau < gamma.
     """
 
     kappa: float
@@ -141,11 +141,12 @@ class DiskResponse:
     def of(poisson: float) -> DiskResponse:
         """Return the response for a Poisson ratio in [0, 0.5]; about 0.1 s.
 
-        Raises:
-            GreensFunctionError: Poisson ratio outside, or an error above 1e-9 (none is known).
+        Raises `GreensFunctionError`: Poisson ratio outside, or an error above 1e-9 (none is known).
         """
         load = PointLoad.of(poisson)
-        breaks = _breaks(load.kappa, load.gamma)
+        # where g(T) is not smooth; of a very fast pressure wave, steps of 8 towards T = 0, where T log T rules
+        towards_zero = [x for x in (1 / 512, 1 / 64, 1 / 8) if x > 2 * load.kappa]
+        breaks = np.array(sorted({0.0, load.kappa, *towards_zero, 1.0, load.gamma}))
         low, width = breaks[:-1, None], np.diff(breaks)[:, None]
         nodes = chebyshev.chebpts1(_DEGREE + 1)
         values = _disk_speed(low + width * _clustered(nodes), load)
@@ -174,7 +175,7 @@ class DiskResponse:
         for n, series in enumerate(self.rise if integrated else self.speed):
             inside = piece == n
             part = (time[inside] - self.breaks[n]) / (self.breaks[n + 1] - self.breaks[n])
-            out[inside] = chebyshev.chebval(_unclustered(part), series)
+            out[inside] = chebyshev.chebval(np.asarray(2 * np.sin(np.arcsin(2 * part - 1) / 3)), series)
         return np.where(time > 0, out, 0.0) if integrated else out
 
 
@@ -193,7 +194,12 @@ def _disk_speed(time: Array, load: PointLoad) -> Array:
     offset = (poles(np.ones(1)) + pulse / 2 / math.sqrt(load.gamma**2 - 1))[0]  # Q is continuous at the shear wave
     with np.errstate(divide="ignore"):
         r, s, p = (np.arcsin(np.minimum(t / c, 1.0)) for c in (load.gamma, 1.0, np.float64(load.kappa)))
-    w, weight = _graded_rule()
+    # Gauss panels on [0, 1], each 1/4 of its neighbour towards both ends: end singularities converge too
+    half = np.concatenate([[0.0], 0.5 * 0.25 ** np.arange(14, -1, -1)])
+    edges = np.concatenate([half, 1 - half[-2::-1]])
+    nodes, gauss = np.polynomial.legendre.leggauss(14)
+    width = np.diff(edges)[:, None] / 2
+    w, weight = (edges[:-1, None] + width * (1 + nodes)).ravel(), (width * gauss).ravel()
     # the squared map cancels the inverse root at the Rayleigh wave; (gamma y)^2 - 1 ~ sin(theta - r) sin(theta + r)
     shift = (s - r) * w**2
     root = np.sqrt(np.sin(shift) * np.sin(2 * r + shift))
@@ -205,26 +211,6 @@ def _disk_speed(time: Array, load: PointLoad) -> Array:
     return np.asarray(3 * total).reshape(time.shape)
 
 
-def _graded_rule() -> tuple[Array, Array]:
-    """Return Gauss panels on [0, 1], each 1/4 of its neighbour towards both ends: end singularities converge too."""
-    half = np.concatenate([[0.0], 0.5 * 0.25 ** np.arange(14, -1, -1)])
-    edges = np.concatenate([half, 1 - half[-2::-1]])
-    nodes, gauss = np.polynomial.legendre.leggauss(14)
-    width = np.diff(edges)[:, None] / 2
-    return (edges[:-1, None] + width * (1 + nodes)).ravel(), (width * gauss).ravel()
-
-
-def _breaks(kappa: float, gamma: float) -> Array:
-    """Return where g(T) is not smooth; and, for a very fast pressure wave, steps of 8 towards T = 0, where T log T
-    rules."""
-    towards_zero = [x for x in (1 / 512, 1 / 64, 1 / 8) if x > 2 * kappa]
-    return np.array(sorted({0.0, kappa, *towards_zero, 1.0, gamma}))
-
-
 def _clustered(v: Array) -> Array:
     """Map [-1, 1] onto [0, 1], quadratic at both ends: half-integer powers there become whole."""
     return (2 + 3 * v - v**3) / 4
-
-
-def _unclustered(u: Array) -> Array:
-    return np.asarray(2 * np.sin(np.arcsin(2 * u - 1) / 3))

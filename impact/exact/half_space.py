@@ -86,7 +86,6 @@ class HalfSpacePatch(ExactPort):
 
     @property
     def highest_rate(self) -> float:
-        """Return ten radians per crossing time [rad/s]."""
         return 10 / self.crossing_time
 
     def scaled(self, factor: float) -> HalfSpacePatch:
@@ -107,14 +106,12 @@ class HalfSpacePatch(ExactPort):
         return disk_compliance(young=self.young, poisson=self.poisson, radius=self.radius)
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return g(t) [m/(N s)]; at t = 0 its limit from the right."""
         time: Array = np.asarray(t, dtype=float)
         scale = self._static / self._unit_time
         values = scale * self.response(np.maximum(time, 0.0) / self._unit_time, integrated=False)
         return np.where(time < 0, 0.0, values)
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return S(t) [m/N]."""
         time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
         return np.asarray(self._static * self.response(time / self._unit_time, integrated=True))
 
@@ -128,7 +125,6 @@ class HalfSpacePatch(ExactPort):
         return np.array([[slowness / (math.sqrt(self.density) * math.pi * self.radius**2)]])
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """Return exact step weights; zero beyond the crossing time."""
         alive = min(n_steps, math.ceil(self.crossing_time / dt))
         weights = np.zeros((1, 1, n_steps))
         weights[:, :, :alive] = step_weights(self, dt, alive)
@@ -206,18 +202,11 @@ def _quasi_static_removed(greens: ModalGreens, amount: float, band_hz: float) ->
     of_relaxed, of_modes = np.split(kept[1:], [len(residual.rates)])
     touched = speed[taken > 0]
     lowest = None if np.all(np.isinf(touched)) else float(touched.min() / (2 * np.pi))
-    return replace(
-        greens,
-        omega=greens.omega[of_modes > 0],
-        zeta=greens.zeta[of_modes > 0],
-        shapes=(greens.shapes * np.sqrt(of_modes)[:, None])[of_modes > 0],
-        residual=Residual(
-            (residual.shapes * np.sqrt(of_relaxed)[:, None])[of_relaxed > 0],
-            residual.rates[of_relaxed > 0],
-            residual.compliance * kept[0],
-        ),
-        origin={**greens.origin, "without_patch": {"compliance": amount, "band_hz": band_hz, "lowest_hz": lowest}},
-    )
+    relaxing = (residual.shapes * np.sqrt(of_relaxed)[:, None])[of_relaxed > 0]
+    rest = Residual(relaxing, residual.rates[of_relaxed > 0], residual.compliance * kept[0])
+    report = {"compliance": amount, "band_hz": band_hz, "lowest_hz": lowest}
+    seen = replace(greens, shapes=greens.shapes * np.sqrt(of_modes)[:, None])
+    return replace(seen.of_modes(of_modes > 0, rest), origin={**greens.origin, "without_patch": report})
 
 
 def _unit_compliance(young: float, poisson: float, size: float, name: str = "radius") -> float:

@@ -57,12 +57,10 @@ class DelayRod(ExactRod):
 
     @property
     def rod(self) -> Rod:
-        """Return itself."""
         return Rod(self.impedance, self.round_trip / 2, self.reflection)
 
     @property
     def highest_rate(self) -> float:
-        """Return ten radians per transit [rad/s]: its waves have fronts."""
         return 20 / self.round_trip
 
     def inverse_mass(self) -> Array:
@@ -70,25 +68,22 @@ class DelayRod(ExactRod):
         return np.array([[2 / (self.impedance * self.round_trip) if self.reflection == 1.0 else 0.0]])
 
     def scaled(self, factor: float) -> DelayRod:
-        """Return a rod of 1/``factor`` the section."""
         return replace(self, impedance=self.impedance / check_factor(factor))
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return g(t) [m/(N s)], right-continuous at its jumps."""
         time: Array = np.asarray(t, dtype=float)
         n = np.floor(np.maximum(time, 0.0) / self.round_trip)
         return np.where(time < 0, 0.0, (1.0 + 2.0 * self._geometric(n)) / self.impedance)
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return S(t) [m/N]; the triangle wave for a fixed end."""
         time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
         n, r = np.floor(time / self.round_trip), self.reflection
-        if r == -1.0:
+        if r == -1.0:  # a triangle wave
             phase = np.mod(time, 2 * self.round_trip)
             return np.asarray((self.round_trip - np.abs(phase - self.round_trip)) / self.impedance)
         if r == 1.0:
             return np.asarray((time + 2 * n * time - self.round_trip * n * (n + 1)) / self.impedance)
-        delays = r * (1 - (n + 1) * r**n + n * r ** (n + 1)) / (1 - r) ** 2  # sum of k r^k
+        delays = _sum_of_k_powers(r, n)
         return np.asarray((time + 2 * (time * self._geometric(n) - self.round_trip * delays)) / self.impedance)
 
     def _geometric(self, n: Array) -> Array:
@@ -101,7 +96,6 @@ class DelayRod(ExactRod):
         return np.array([[value]])
 
     def initial_value(self) -> Array:
-        """Return 1/Z."""
         return np.array([[1.0 / self.impedance]])
 
     def displacement_at(self, time: Array, at: float) -> Array:
@@ -131,8 +125,13 @@ class DelayRod(ExactRod):
         n = np.floor(s / self.round_trip)
         if r == 1.0:
             return np.asarray((n + 1) * (s - self.round_trip * n / 2))
-        delays = r * (1 - (n + 1) * r**n + n * r ** (n + 1)) / (1 - r) ** 2  # sum of k r^k
+        delays = _sum_of_k_powers(r, n)
         return np.asarray(s * (1 - r ** (n + 1)) / (1 - r) - self.round_trip * delays)
+
+
+def _sum_of_k_powers(r: float, n: Array) -> Array:
+    """Return the sum of k r^k, k = 1 ... n."""
+    return np.asarray(r * (1 - (n + 1) * r**n + n * r ** (n + 1)) / (1 - r) ** 2)
 
 
 Term = Callable[[complex], ComplexArray]
@@ -155,8 +154,7 @@ def divided_difference(term: Term, zeta: float, omega: float) -> Array:
 
 
 def damped_start(zeta: float) -> float:
-    """Return the factor by which uniform modal damping lowers g(0+): (2/pi) acos(zeta)/sqrt(1 - zeta^2), acosh above
-    1."""
+    """Return the factor of uniform modal damping on g(0+): (2/pi) acos(zeta)/sqrt(1 - zeta^2), acosh above 1."""
     if zeta < 0:
         raise GreensFunctionError(f"damping ratio {zeta:g} must be >= 0")
     if abs(zeta - 1) < 1e-6:
@@ -172,22 +170,17 @@ def legendre_chi2(q: ComplexArray) -> ComplexArray:
 
 
 def dilogarithm(q: ComplexArray) -> ComplexArray:
-    """Return Li_2(q) = sum q^k/k^2, complex |q| <= 1; by this sum where it is short, as it is once a rod is nearly at
-    rest."""
+    """Return Li_2(q) = sum q^k/k^2, complex |q| <= 1; by this sum where it is short, as for a rod nearly at rest."""
     from scipy.special import spence  # here, as it would be a third of the time to import this package
 
     q = np.asarray(q)
     size, out = np.abs(q), np.empty_like(q)
     parts = ((size <= _TINY, 4), ((size > _TINY) & (size <= _SMALL), 36))  # the term left out is below 1e-17 of the sum
     for chosen, terms in parts:
-        out[chosen] = _power_sum(q[chosen], terms)
+        total, few = np.zeros_like(q[chosen]), q[chosen]
+        for k in range(terms, 0, -1):
+            total = few * (1 / k**2 + total)
+        out[chosen] = total
     large = ~(size <= _SMALL)
     out[large] = spence(1 - q[large])
     return out
-
-
-def _power_sum(q: ComplexArray, terms: int) -> ComplexArray:
-    total = np.zeros_like(q)
-    for k in range(terms, 0, -1):
-        total = q * (1 / k**2 + total)
-    return total

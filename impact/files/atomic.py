@@ -59,10 +59,8 @@ def write_whole(path: str | os.PathLike[str], *parts: bytes) -> None:
 def check_writable(*paths: str | os.PathLike[str]) -> None:
     """Try, before anything expensive, whether files could be written at ``paths``; nothing is left behind.
 
-    A file of a few kilobytes is written to the folder of each, or to the nearest one above it that is there.
-
-    Raises:
-        OutputError: no file can be written there: it says which, why and what to do.
+    A few kilobytes are written to the folder of each, or to the nearest one above it that is there. Raises
+    `OutputError`.
     """
     for path in map(Path, paths):
         folder = path.absolute().parent

@@ -98,10 +98,9 @@ class CsvTable:
         return value
 
     def column_of(self, role: str, names: Sequence[str], stated: Mapping[str, str]) -> int | None:
-        """Return the number of the column with a role: that which ``stated`` names, else that of one of the ``names``.
+        """Return the number of the column that ``stated`` names for a role, else that of one of the ``names``, if any.
 
-        ``None`` where there is none, and none is stated. Raises ``error`` of a stated name that no head has, and of
-        several.
+        Raises ``error`` of a stated name that no head has, and of several.
         """
         if role in stated:
             wanted = stated[role].strip().lower()
@@ -119,9 +118,8 @@ class CsvTable:
         return numbers[0] if numbers else None
 
     def factor_of(self, column: int, role: str, units: Mapping[str, float], stated: Mapping[str, str]) -> float:
-        """Return the factor of a column to SI, by its head or by the unit that is ``stated``.
-
-        A stated unit stands in place of one in the head that is unknown, as in "p [Bar]".
+        """Return the factor of a column to SI, by its head or by the unit ``stated`` in place of an unknown one, as "p
+        [Bar]".
 
         Raises ``error``: no unit, one that is unknown, another known one in the head than stated.
         """
@@ -144,13 +142,10 @@ class CsvTable:
 def read_csv(
     path: Path, error: type[Exception], *, delimiter: str | None = None, most: int = CSV_LIMIT
 ) -> CsvTable | None:
-    """Return the table in a file; ``None`` of one without a line that holds something. Lines that begin with # are
-    left out.
+    """Return the table in a file, but for lines that begin with #; ``None`` of one without a line that holds something.
 
-    ``delimiter``: between the columns; ``None``: as the lines show.
-
-    Raises ``error``: no regular file, larger than ``most`` bytes, no text, too many columns or lines, commas that
-    divide columns and stand in numbers at once, both decimal points and commas.
+    ``delimiter``: between the columns; ``None``: as the lines show. Raises ``error``: no regular file, larger than
+    ``most`` bytes, no text, too many columns or lines, numbers whose commas or points say two things at once.
     """
     with opened_file(path, most, error) as file:
         first = file.read(1 << 20)
@@ -174,7 +169,8 @@ def read_csv(
             raise error(f"{path}: is no CSV text in UTF-8 ({problem}); save it as such") from problem
     if not rows:
         return None
-    rows = _without_trailing(rows)
+    if len(rows[0]) > 1 and all(len(row) == len(rows[0]) and not row[-1].strip() for row in rows):
+        rows = [row[:-1] for row in rows]  # a last column that is empty, as a separator at the end of lines leaves
     heads = tuple(head_of(cell) for cell in rows[0])
     table = CsvTable(path, error, heads, lines[0], tuple(lines[1:]), rows[1:], separator)
     return _with_decimal(table)
@@ -182,28 +178,19 @@ def read_csv(
 
 def head_of(cell: str) -> Head:
     """Return name and unit of a head, the unit in the last pair of brackets of either kind."""
-    text = cell.strip()
-    if (start := _opening(text)) is None:
-        return Head(text, text, "")
-    return Head(text, text[:start].strip(), text[start + 1 : -1].strip())
+    text, pairs = cell.strip(), {"]": "[", ")": "("}
+    if text and (opening := pairs.get(closing := text[-1])):
+        depth = 0
+        for start in range(len(text) - 1, -1, -1):
+            depth += (text[start] == closing) - (text[start] == opening)
+            if depth == 0:
+                return Head(text, text[:start].strip(), text[start + 1 : -1].strip())
+    return Head(text, text, "")
 
 
 def normal_unit(unit: str) -> str:
     """Return a unit as tables of units have it: u for micro, ^2 for a raised 2, one space for a product."""
     return " ".join(unit.translate(_SAME).split())
-
-
-def _opening(text: str) -> int | None:
-    """Return where the bracket opens that closes at the end of the text; ``None`` without one."""
-    pairs = {"]": "[", ")": "("}
-    if not text or text[-1] not in pairs:
-        return None
-    closing, opening, depth = text[-1], pairs[text[-1]], 0
-    for place in range(len(text) - 1, -1, -1):
-        depth += (text[place] == closing) - (text[place] == opening)
-        if depth == 0:
-            return place
-    return None
 
 
 def _encoding_of(first: bytes) -> str:
@@ -221,13 +208,6 @@ def _separator_of(first: str) -> str:
     lines = [line for line in first.splitlines() if line.strip() and line.lstrip()[:1] != "#"][:_LOOKED_AT]
     whole = lines[:-1] if len(lines) > 2 else lines  # the last one may be cut off
     return next((mark for mark in SEPARATORS if whole and all(mark in line for line in whole)), ",")
-
-
-def _without_trailing(rows: list[list[str]]) -> list[list[str]]:
-    """Return the rows without a last column that is empty in all of them, as a separator at the end of lines leaves."""
-    if len(rows[0]) > 1 and all(len(row) == len(rows[0]) and not row[-1].strip() for row in rows):
-        return [row[:-1] for row in rows]
-    return rows
 
 
 def _with_decimal(table: CsvTable) -> CsvTable:

@@ -10,6 +10,7 @@ is in HDF5's user block, 512 bytes that the format leaves to the application: ot
 from __future__ import annotations
 
 import hashlib
+import math
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -58,7 +59,7 @@ def check_structure(path: Path, error: type[Exception], most_packed: float = 100
             if problem := _not_plain(dataset):
                 raise error(f"{path}: {key} {problem}: refused; write it as a plain dataset")
             entry = size if dataset.dtype.hasobject else int(dataset.dtype.itemsize)
-            claimed += entry * max(_count(dataset.shape or ()), _count(dataset.chunks or (0,)))
+            claimed += entry * max(math.prod(dataset.shape or ()), math.prod(dataset.chunks or (0,)))
             if claimed > limit:
                 raise error(
                     f"{path}: {key} of {dataset.shape} {dataset.dtype}, in chunks of {dataset.chunks}, with those "
@@ -108,7 +109,7 @@ def _address(group: Any) -> tuple[int, int]:
 def _bytes_of_attribute(found: Any, name: str, size: int, most: int) -> int:
     """Return the bytes of an attribute's value, read to be sure; its claim alone where that is larger than ``most``."""
     attribute = found.attrs.get_id(name)
-    count = _count(attribute.shape or ())
+    count = math.prod(attribute.shape or ())
     claim = count * (size if attribute.dtype.hasobject else int(attribute.dtype.itemsize))
     if claim > most:
         return claim
@@ -136,13 +137,6 @@ def _not_plain(dataset: Any) -> str:
     if foreign := [str(code) for code in codes if code not in OWN_FILTERS]:
         return f"is packed by a plug-in (filter {', '.join(foreign)})"
     return ""
-
-
-def _count(shape: tuple[int, ...]) -> int:
-    count = 1
-    for length in shape:
-        count *= int(length)
-    return count
 
 
 USER_BLOCK = 512

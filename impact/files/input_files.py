@@ -35,7 +35,15 @@ def opened_file(path: Path, most: int, error: type[Exception]) -> BinaryIO:
     except (OSError, ValueError) as problem:
         raise error(f"{path}: cannot be read: {getattr(problem, 'strerror', None) or problem}") from None
     try:
-        _check(path, os.fstat(handle), most, error)
+        found = os.fstat(handle)
+        if not stat.S_ISREG(found.st_mode):
+            kind = next((name for test, name in _KINDS if test(found.st_mode)), "something else")
+            raise error(f"{path}: is {kind}; a regular file is needed")
+        if found.st_size > most:
+            raise error(
+                f"{path}: has {found.st_size / MB:.7g} MB; such a file is read up to {most / MB:g} MB. "
+                "Is it the right file? If so, make it coarser, or leave out what is not needed"
+            )
         return os.fdopen(handle, "rb")
     except BaseException:
         os.close(handle)
@@ -48,8 +56,7 @@ def check_file(path: Path, most: int, error: type[Exception]) -> None:
 
 
 def read_bytes(path: Path, most: int, error: type[Exception]) -> bytes:
-    """Return all bytes of a file; raises as `opened_file`, also where the file grows beyond ``most`` while it is
-    read."""
+    """Return all bytes of a file; raises as `opened_file`, also where it grows beyond ``most`` while it is read."""
     with opened_file(path, most, error) as file:
         data = file.read(os.fstat(file.fileno()).st_size)
         while more := file.read(MB):
@@ -63,14 +70,3 @@ def read_text(path: Path, most: int, error: type[Exception], encoding: str = "ut
     """Return the text of a file, line ends as ``\\n``; raises as `read_bytes`, and `UnicodeDecodeError`."""
     text = read_bytes(path, most, error).decode(encoding, errors)
     return text.replace("\r\n", "\n").replace("\r", "\n")
-
-
-def _check(path: Path, found: os.stat_result, most: int, error: type[Exception]) -> None:
-    if not stat.S_ISREG(found.st_mode):
-        kind = next((name for test, name in _KINDS if test(found.st_mode)), "something else")
-        raise error(f"{path}: is {kind}; a regular file is needed")
-    if found.st_size > most:
-        raise error(
-            f"{path}: has {found.st_size / MB:.7g} MB; such a file is read up to {most / MB:g} MB. "
-            "Is it the right file? If so, make it coarser, or leave out what is not needed"
-        )

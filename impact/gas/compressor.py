@@ -76,28 +76,20 @@ class Compressor:
         squeeze(self.gas, state, before, now)
         first = float(state[PRESSURE])
         self._through_the_reed(state, now, opening, span / 2)
-        self._through_the_other(state, now, span)
+        other, inward = (self.discharge, -1) if self.side == "suction" else (self.suction, 1)
+        if inward * (other.pressure - state[PRESSURE]) > 0:
+            state[OTHER] += abs(let_in(self.gas, state, now, other, self.other_area, span))
         self._through_the_reed(state, now, opening, span / 2)
         pressure = (first + float(state[PRESSURE])) / 2
         squeeze(self.gas, state, now, after)
-        return self.valve.push(opening, self.drop(pressure))
-
-    def drop(self, pressure: float) -> float:
-        """Return dp over the reed, forward, at a pressure in the cylinder [Pa]."""
-        return drop(self, pressure)
+        return self.valve.push(opening, drop(self, pressure))
 
     def _through_the_reed(self, state: Array, volume: float, lift: float, span: float) -> None:
-        area = self.valve.flow_area(lift, self.drop(float(state[PRESSURE])))
+        area = self.valve.flow_area(lift, drop(self, float(state[PRESSURE])))
         plenum = self.suction if self.side == "suction" else self.discharge
         gained = let_in(self.gas, state, volume, plenum, area, span)
         forward = gained if self.side == "suction" else -gained
         state[FORWARD if forward > 0 else BACK] += abs(forward)
-
-    def _through_the_other(self, state: Array, volume: float, span: float) -> None:
-        plenum = self.discharge if self.side == "suction" else self.suction
-        lifts = state[PRESSURE] > plenum.pressure if self.side == "suction" else state[PRESSURE] < plenum.pressure
-        if lifts:
-            state[OTHER] += abs(let_in(self.gas, state, volume, plenum, self.other_area, span))
 
 
 @dataclass(frozen=True)
@@ -129,7 +121,7 @@ class Prescribed:
     def advance(self, state: Array, time: float, span: float, opening: float) -> float:
         """Advance as `Feedback` says, by the midpoint rule."""
         middle, end = (float(p) for p in self.pressure(np.array([time + span / 2, time + span])))
-        over = self.drop(middle)
+        over = drop(self, middle)
         known = self.suction if self.side == "suction" else self.discharge
         warm = isentropic(self.gas, self.suction, middle)
         from_known = (over > 0) == (self.side == "suction")
@@ -138,10 +130,6 @@ class Prescribed:
         state[PRESSURE] = end
         state[FORWARD if over > 0 else BACK] += passed
         return self.valve.push(opening, over)
-
-    def drop(self, pressure: float) -> float:
-        """Return dp over the reed, forward, at a pressure in the cylinder [Pa]."""
-        return drop(self, pressure)
 
 
 def isentropic(gas: PerfectGas, plenum: Plenum, pressure: float) -> float:

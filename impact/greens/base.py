@@ -77,8 +77,7 @@ class GreensFunction(ABC):
 
     @property
     def highest_rate(self) -> float:
-        """Return the highest angular frequency in it, which a time step should resolve [rad/s]; 0 where it states
-        none."""
+        """Return the highest angular frequency in it, for a step to resolve [rad/s]; 0 where it states none."""
         return 0.0
 
     @property
@@ -107,13 +106,9 @@ class GreensFunction(ABC):
         return ()
 
     def inverse_mass(self) -> Array:
-        """Return the (p, p) lim g_ij(t)/t for t -> inf: velocity of port i per impulse on port j once it has come to
-        rest within.
+        """Return the (p, p) lim g_ij(t)/t, t -> inf: final velocity of port i per impulse on port j; 0 if held [1/kg].
 
-        Zero where the body is held [1/kg].
-
-        Raises:
-            GreensFunctionError: a representation that moves without limit and does not say how.
+        Raises `GreensFunctionError`: a representation that moves without limit and does not say how.
         """
         if np.all(np.isfinite(static := self.static_compliance())):
             return np.zeros_like(static)
@@ -128,8 +123,7 @@ class GreensFunction(ABC):
         return 1.0 / inverse if inverse > 0 else math.inf
 
     def marched_poles(self, dt: float, n_steps: float) -> int | None:
-        """Return how many poles `step_kernel` marches by their recursion; ``None`` where it has step weights to
-        convolve."""
+        """Return how many poles `step_kernel` marches; ``None`` where it has step weights to convolve."""
         return None
 
     def scaled(self, factor: float) -> GreensFunction:
@@ -143,11 +137,8 @@ class GreensFunction(ABC):
         return self
 
     def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> GreensFunction:
-        """Return the same function with another error estimate (and provenance).
-
-        Raises:
-            GreensFunctionError: a closed form, whose error and provenance are not stated but known.
-        """
+        """Return the same function with another error (and provenance); raises `GreensFunctionError` of a closed
+        form."""
         raise GreensFunctionError(f"the error and the origin of a {type(self).__name__} are known: state neither")
 
     def stored(self) -> Stored | None:
@@ -157,8 +148,7 @@ class GreensFunction(ABC):
     def transfer(self, s: ComplexArray) -> ComplexArray:
         """Return the (n, p, p) Laplace transform of g at ``s`` (n,) [1/s], bare compliance included [m/N].
 
-        Raises:
-            GreensFunctionError: a representation whose transform is not known in closed form.
+        Raises `GreensFunctionError` for a representation whose transform is not known in closed form.
         """
         raise GreensFunctionError(
             f"the transform of a {type(self).__name__} is not known in closed form: take a sum of modes or of poles"
@@ -166,8 +156,7 @@ class GreensFunction(ABC):
 
     @abstractmethod
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return g_ij(t) [m/(N s)], shape of ``t`` [s]; a bare compliance (a Dirac pulse at t = 0) is not part of
-        it."""
+        """Return g_ij(t) [m/(N s)], shape of ``t`` [s], without the Dirac pulse of a bare compliance."""
 
     @abstractmethod
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
@@ -186,15 +175,9 @@ class GreensFunction(ABC):
         """Return the representation used by the contact solver for ``n_steps`` steps of ``dt`` [s]."""
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> GreensFunction:
-        """Return the function W' g W of new ports: a load on one is spread over the old ones by its column of
-        ``weights``.
+        """Return W' g W of new ports: a load on one is spread over the old ones by its column of ``weights`` (p, q).
 
-        Args:
-            weights: W (p, q); with columns that sum to 1 the displacements are means.
-            port_names: q names.
-
-        Raises:
-            GreensFunctionError: of a function whose ports cannot be combined.
+        Columns that sum to 1 make displacements means. Raises `GreensFunctionError` where ports cannot be combined.
         """
         raise GreensFunctionError(
             f"the ports of a {type(self).__name__} cannot be combined: take a sum of modes or of poles"
@@ -233,25 +216,20 @@ class GreensFunction(ABC):
         return np.array([[self.filtered(t, width, i, j) for j in pushed] for i in range(p)])
 
     def __str__(self) -> str:
-        return "\n  ".join([f"{type(self).__name__}, {self._ports_in_words()}", *self._in_words(), *self._quality()])
+        """Return what it is made of, its error, time limit and origin, a line each."""
+        names, error = self.ports, vars(self.error_estimate)
+        ports = f"port {names[0]}" if len(names) == 1 else f"{len(names)} ports {some(names)}"
+        parts = [f"{n} {'unknown' if e is None else f'{e:.2g}'}" for n, e in error.items()]
+        limit = "any time" if math.isinf(self.valid_for) else f"{self.valid_for:.4g} s"
+        origin = some([f"{key} = {brief_value(value)}" for key, value in self.provenance.items()], most=6)
+        quality = (f"error: {', '.join(parts)}; valid for {limit}", f"origin: {origin or 'not stated'}")
+        return "\n  ".join([f"{type(self).__name__}, {ports}", *self._in_words(), *quality])
 
     _repr_html_ = as_html
 
     def _in_words(self) -> tuple[str, ...]:
         """Return what the function is made of, a line each."""
         return ()
-
-    def _ports_in_words(self) -> str:
-        names = self.ports
-        return f"port {names[0]}" if len(names) == 1 else f"{len(names)} ports {some(names)}"
-
-    def _quality(self) -> tuple[str, ...]:
-        """Return the error, time limit and origin in words."""
-        error = self.error_estimate
-        parts = [f"{n} {'unknown' if e is None else f'{e:.2g}'}" for n, e in vars(error).items()]
-        limit = "any time" if math.isinf(self.valid_for) else f"{self.valid_for:.4g} s"
-        origin = some([f"{key} = {brief_value(value)}" for key, value in self.provenance.items()], most=6)
-        return (f"error: {', '.join(parts)}; valid for {limit}", f"origin: {origin or 'not stated'}")
 
 
 def is_greens(thing: object) -> TypeGuard[GreensFunction]:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from impact.brief import brief
 from impact.greens import oscillator
@@ -107,11 +106,10 @@ class Residual:
         """Return the (p, p) static compliance [m/N]; ``inf`` for a dashpot (rate 0)."""
         loose = self.rates == 0
         bent = self.shapes[~loose] / np.sqrt(self.rates[~loose])[:, None]
-        return np.asarray(bent.T @ bent + _endless(self.shapes[loose]) + self.compliance)
+        return np.asarray(bent.T @ bent + endless(self.shapes[loose]) + self.compliance)
 
     def filtered(self, t: Array, width: float, rows: Ports = ALL, columns: Ports = ALL) -> Array:
-        """Return its (p, p, nt) part of g after a unit Hann pulse of ``width`` [m/(N s)]; or ``rows``, ``columns`` of
-        it."""
+        """Return its (p, p, nt) part of g after a unit Hann pulse of ``width`` [m/(N s)]; or some of its ports."""
         decays = combine(self.shapes[:, rows], decay_responses(self.rates, t, width), self.shapes[:, columns])
         return decays + self.compliance[rows][:, columns, None] * hann(t, width)
 
@@ -178,8 +176,7 @@ class ModalGreens(PoleSums):
             residual: what these modes leave out; nothing where absent.
             port_names: p names; "contact" of one port, "port_1", ... of several where absent.
 
-        Raises:
-            GreensFunctionError: numbers of modes or ports that differ, values that are negative or not finite.
+        Raises `GreensFunctionError`: numbers of modes or ports that differ, values that are negative or not finite.
         """
         hertz, shapes = (np.atleast_1d(np.asarray(values, dtype=float)) for values in (frequencies, amplitudes))
         shapes = shapes[:, None] if shapes.ndim == 1 else shapes
@@ -196,16 +193,13 @@ class ModalGreens(PoleSums):
 
     @property
     def modal(self) -> ModalGreens:
-        """Return itself."""
         return self
 
     @property
     def highest_rate(self) -> float:
-        """Return the highest w_k [rad/s]."""
         return float(self.omega.max(initial=0.0))
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> ModalGreens:
-        """Return the same modes and relaxations, seen through ``weights`` (p, q)."""
         rest = self.residual
         seen = Residual(rest.shapes @ weights, rest.rates, weights.T @ rest.compliance @ weights)
         return replace(self, shapes=self.shapes @ weights, residual=seen, port_names=port_names)
@@ -216,31 +210,23 @@ class ModalGreens(PoleSums):
         return self.omega / (2 * np.pi)
 
     def _in_words(self) -> tuple[str, ...]:
-        rigid, elastic = int(np.sum(self.omega == 0)), self.frequencies_hz[self.omega > 0]
-        parts = [f"{rigid} rigid-body modes"] if rigid else []
-        if elastic.size:
-            span = f"{elastic.min():.5g} ... {elastic.max():.5g} Hz"
-            parts.append(f"{elastic.size} modes, {span}, damping ratio {self.zeta.min():.3g} ... {self.zeta.max():.3g}")
-        parts += [f"{self.residual.rates.size} relaxations"] if self.residual.rates.size else []
-        parts += ["bare compliance"] if np.any(self.residual.compliance) else []
-        return ("; ".join(parts) or "rigid and held",)
-
-    @cached_property
-    def _factors(self) -> Array:
-        return np.asarray(np.einsum("ki,kj->ijk", self.shapes, self.shapes))
+        counts = {"rigid-body modes": int(np.sum(self.omega == 0)), "relaxations": self.residual.rates.size}
+        return self._terms(counts, "modes", self.frequencies_hz[self.omega > 0], self.zeta, self.residual.compliance)
 
     def _values(self, t: Array, i: int, j: int, integrated: bool) -> Array:
         function = oscillator.step_response if integrated else oscillator.impulse_response
         relax = self.residual.shapes[:, i] * self.residual.shapes[:, j]
         decay = -self.residual.rates * t[:, None]
         kernel = oscillator.expm1_over(decay) * t[:, None] if integrated else np.exp(decay)
-        return np.asarray(function(t[:, None], self.omega, self.zeta) @ self._factors[i, j] + kernel @ relax)
+        return np.asarray(
+            function(t[:, None], self.omega, self.zeta) @ (self.shapes[:, i] * self.shapes[:, j]) + kernel @ relax
+        )
 
     def _compliance(self, i: int, j: int) -> float:
         return float(self.residual.compliance[i, j])
 
     def transfer(self, s: ComplexArray) -> ComplexArray:
-        """Return (n, p, p) Laplace transform [m/N]: sum of phi phi'/(s^2 + 2 zeta w s + w^2) + a a'/(s + rate) + c."""
+        """Return the (n, p, p) sum of phi phi'/(s^2 + 2 zeta w s + w^2) + a a'/(s + rate) + c [m/N]."""
         rest, w, column = self.residual, self.omega, s[:, None]
         parts = (
             (1 / (column**2 + 2 * self.zeta * w * column + w**2), self.shapes),
@@ -249,14 +235,16 @@ class ModalGreens(PoleSums):
         sums = [np.einsum("nk,ki,kj->nij", f, phi, phi, optimize=True) for f, phi in parts]
         return np.asarray(sums[0] + sums[1] + rest.compliance, dtype=complex)
 
+    def of_modes(self, kept: NDArray[np.bool_], residual: Residual | None = None) -> ModalGreens:
+        """Return the function of the ``kept`` (M,) modes alone, with another ``residual`` where one is given."""
+        rest = self.residual if residual is None else residual
+        return replace(self, omega=self.omega[kept], zeta=self.zeta[kept], shapes=self.shapes[kept], residual=rest)
+
     def above(self, omega: float) -> ModalGreens:
         """Return the oscillations above ``omega`` [rad/s] alone."""
-        high = self.omega > omega
-        rest = Residual.none(len(self.port_names))
-        return ModalGreens(self.omega[high], self.zeta[high], self.shapes[high], rest, self.port_names)
+        return self.of_modes(self.omega > omega, Residual.none(len(self.port_names)))
 
     def stored(self) -> Stored:
-        """Return its modes and its residual."""
         arrays = {name: getattr(self, name) for name in ("omega", "zeta", "shapes")}
         arrays |= {f"residual/{name}": getattr(self.residual, name) for name in ("shapes", "rates", "compliance")}
         return Stored("modal", arrays=arrays)
@@ -265,10 +253,9 @@ class ModalGreens(PoleSums):
         """Return (p, p) sum of phi phi'/w^2 plus the residual's; ``inf`` with a rigid-body mode at the port [m/N]."""
         rigid = self.omega == 0
         bent = self.shapes[~rigid] / self.omega[~rigid, None]
-        return np.asarray(bent.T @ bent + _endless(self.shapes[rigid]) + self.residual.static())
+        return np.asarray(bent.T @ bent + endless(self.shapes[rigid]) + self.residual.static())
 
     def initial_value(self) -> Array:
-        """Return the (p, p) g(0+): the relaxations' sum; ``inf`` where a bare compliance stands; 0 for modes alone."""
         start = np.einsum("ri,rj->ij", self.residual.shapes, self.residual.shapes)
         return np.asarray(start + np.where(self.residual.compliance != 0, np.inf, 0.0))
 
@@ -281,10 +268,7 @@ class ModalGreens(PoleSums):
         return rest
 
     def step_matrix(self, dt: float) -> Array:
-        """Return W_0 (p, p): displacement at the end of a step of ``dt`` [s] per unit force during it [m/N].
-
-        Each mode is evaluated once, phi' S(dt) phi for all pairs of ports.
-        """
+        """Return W_0 (p, p): displacement at the end of a step of ``dt`` [s] per unit force during it [m/N]."""
         gains = oscillator.step_response(np.full(self.omega.shape, dt), self.omega, self.zeta)
         rest = self.residual
         eased = dt * oscillator.expm1_over(-rest.rates * dt)
@@ -296,23 +280,19 @@ class ModalGreens(PoleSums):
         return StepKernel(self, None, f"pole recursion, {self.marched_poles(dt, n_steps)} poles")
 
     def marched_poles(self, dt: float, n_steps: float) -> int:
-        """Return the number of oscillators and relaxations."""
         return len(self.omega) + len(self.residual.rates)
 
     def inverse_mass(self) -> Array:
-        """Return the (p, p) inverse mass of the rigid-body modes [1/kg]."""
         rigid = self.shapes[self.omega == 0]
         return np.asarray(rigid.T @ rigid)
 
     def scaled(self, factor: float) -> ModalGreens:
-        """Return every shape times the root of ``factor``."""
         rest = self.residual.scaled(check_factor(factor))
         return replace(self, shapes=math.sqrt(factor) * self.shapes, residual=rest)
 
 
 def _symmetric_psd(values: ArrayLike, name: str) -> Array:
-    """Return ``values`` as a symmetric (p, p) matrix with round-off negative eigenvalues clipped; error beyond
-    1e-10."""
+    """Return a (p, p) matrix without the negative eigenvalues of round-off; raises for those beyond 1e-10."""
     matrix = np.atleast_2d(np.asarray(values, dtype=float))
     if matrix.shape[0] != matrix.shape[1] or not np.all(np.isfinite(matrix)):
         raise GreensFunctionError(f"{name} must be a finite square matrix, got shape {matrix.shape}")
@@ -326,7 +306,7 @@ def _symmetric_psd(values: ArrayLike, name: str) -> Array:
     return matrix if eigenvalues[0] >= 0 else np.asarray(vectors * np.maximum(eigenvalues, 0.0) @ vectors.T)
 
 
-def _endless(shapes: Array) -> Array:
+def endless(shapes: Array) -> Array:
     """Return the (p, p) compliance of motions (r, p) that nothing holds: infinite where both ports share one."""
     shared = shapes.T @ shapes
     return np.where(shared != 0, np.copysign(np.inf, shared), 0.0)

@@ -44,8 +44,7 @@ def decaying_pair(t: Array, omega: Array, zeta: Array) -> tuple[Array, Array]:
 
 def impulse_response(t: Array, omega: Array, zeta: Array) -> Array:
     """Return h(t) = exp(-zeta w t) sin(wd t)/wd [s]."""
-    sine: Array = decaying_pair(t, omega, zeta)[1]
-    return sine
+    return decaying_pair(t, omega, zeta)[1]
 
 
 def step_response(t: Array, omega: Array, zeta: Array) -> Array:
@@ -57,9 +56,11 @@ def step_response(t: Array, omega: Array, zeta: Array) -> Array:
     safe = np.where(short, 1.0, omega)
     closed: Array = (1.0 - cosine - zeta * omega * sine) / safe**2
     heavy = (zeta > 2) & ~short
-    if np.any(heavy):
-        closed = np.array(closed)
-        closed[heavy] = _creep(t[heavy], omega[heavy], zeta[heavy])
+    if np.any(heavy):  # t [E(s t) - E(f t)]/(f - s), E(x) = (1 - exp(-x))/x, slow and fast rates
+        closed, (time, w, z) = np.array(closed), (each[heavy] for each in (t, omega, zeta))
+        wd = w * np.sqrt((z - 1) * (z + 1))
+        fast = z * w + wd
+        closed[heavy] = time * (expm1_over(-(w * (w / fast)) * time) - expm1_over(-fast * time)) / (2 * wd)
     if not np.any(short):
         return closed
     out = np.array(closed)
@@ -67,15 +68,6 @@ def step_response(t: Array, omega: Array, zeta: Array) -> Array:
     s = ts[:, None] * (1 + _NODES) / 2
     out[short] = ts / 2 * (impulse_response(s, ws[:, None], zs[:, None]) @ _WEIGHTS)
     return out
-
-
-def _creep(t: Array, omega: Array, zeta: Array) -> Array:
-    """Return the step response for heavy damping: t [E(s t) - E(f t)]/(f - s), E(x) = (1 - exp(-x))/x, slow and fast
-    rates."""
-    wd = omega * np.sqrt((zeta - 1) * (zeta + 1))
-    fast = zeta * omega + wd
-    slow = omega * (omega / fast)
-    return np.asarray(t * (expm1_over(-slow * t) - expm1_over(-fast * t)) / (2 * wd))
 
 
 def transition(dt: float, omega: Array, zeta: Array) -> tuple[Array, Array]:

@@ -19,15 +19,11 @@ from impact.greens.answers import (
     check_factor,
     check_valid_for,
 )
-from impact.greens.modal import ModalGreens, Residual
+from impact.greens.modal import ModalGreens, Residual, endless
 from impact.greens.oscillator import expm1_over
 from impact.greens.stated import PoleSums
 
 _BLOCK = 4096  # poles at once
-
-
-def _nothing() -> Array:
-    return np.zeros((0, 0))
 
 
 @dataclass(frozen=True)
@@ -63,11 +59,11 @@ class PoleGreens(PoleSums):
 
     poles: ComplexArray
     shapes: ComplexArray
-    rates: Array = field(default_factory=_nothing)
-    real_shapes: Array = field(default_factory=_nothing)
-    signs: Array = field(default_factory=_nothing)
-    rigid: Array = field(default_factory=_nothing)
-    compliance: Array = field(default_factory=_nothing)
+    rates: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    real_shapes: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    signs: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    rigid: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    compliance: Array = field(default_factory=lambda: np.zeros((0, 0)))
     port_names: tuple[str, ...] = ("contact",)
     error: ErrorEstimate = field(default_factory=ErrorEstimate)
     origin: Mapping[str, object] = field(default_factory=dict)
@@ -92,15 +88,12 @@ class PoleGreens(PoleSums):
 
     @property
     def highest_rate(self) -> float:
-        """Return the largest |s_k| [rad/s]."""
         return float(np.abs(self.poles).max(initial=0.0))
 
     def inverse_mass(self) -> Array:
-        """Return the (p, p) inverse mass of the rigid bodies [1/kg]."""
         return np.asarray(self.rigid.T @ self.rigid)
 
     def scaled(self, factor: float) -> PoleGreens:
-        """Return every shape times the root of ``factor``."""
         root = math.sqrt(check_factor(factor))
         return replace(
             self,
@@ -111,17 +104,10 @@ class PoleGreens(PoleSums):
         )
 
     def _in_words(self) -> tuple[str, ...]:
-        parts = [f"{len(self.rigid)} rigid bodies"] if len(self.rigid) else []
-        if self.poles.size:
-            f, d = self.frequencies_hz, self.damping_ratios
-            span = f"{f.min():.5g} ... {f.max():.5g} Hz"
-            parts.append(f"{f.size} pole pairs, {span}, damping ratio {d.min():.3g} ... {d.max():.3g}")
-        parts += [f"{self.rates.size} real poles"] if self.rates.size else []
-        parts += ["bare compliance"] if np.any(self.compliance) else []
-        return ("; ".join(parts) or "rigid and held",)
+        counts = {"rigid bodies": len(self.rigid), "real poles": self.rates.size}
+        return self._terms(counts, "pole pairs", self.frequencies_hz, self.damping_ratios, self.compliance)
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> PoleGreens:
-        """Return the same poles, seen through ``weights`` (p, q)."""
         shapes = {name: getattr(self, name) @ weights for name in ("shapes", "real_shapes", "rigid")}
         return replace(self, compliance=weights.T @ self.compliance @ weights, port_names=port_names, **shapes)
 
@@ -178,11 +164,10 @@ class PoleGreens(PoleSums):
 
     @property
     def pole_sum(self) -> PoleGreens:
-        """Return itself."""
         return self
 
     def transfer(self, s: ComplexArray) -> ComplexArray:
-        """Return (n, p, p) Laplace transform [m/N]: the residues over the distances from the poles, b b'/s^2 and c."""
+        """Return the (n, p, p) residues over the distances from the poles, b b'/s^2 and c [m/N]."""
         column = s[:, None]
         parts = (
             (1 / (column - self.poles), self.shapes),
@@ -199,31 +184,22 @@ class PoleGreens(PoleSums):
         return PoleGreens(self.poles[high], self.shapes[high], port_names=self.port_names)
 
     def stored(self) -> Stored:
-        """Return its poles, residues and rigid bodies."""
         names = ("poles", "shapes", "rates", "real_shapes", "signs", "rigid", "compliance")
         return Stored("poles", arrays={name: getattr(self, name) for name in names})
 
     def static_compliance(self) -> Array:
-        """Return the (p, p) static compliance [m/N]; ``inf`` where a rigid-body motion or a dashpot (rate 0) stands at
-        the port."""
         free = self.rates == 0
         rates = np.where(free, 1.0, self.rates)
         pairs = -2 * np.einsum("ki,kj,k->ij", self.shapes, self.shapes, 1 / self.poles).real
         real = np.einsum("m,mi,mj->ij", np.where(free, 0.0, self.signs / rates), self.real_shapes, self.real_shapes)
-        endless = [np.einsum("ni,nj->ij", rows, rows) for rows in (self.rigid, self.real_shapes[free])]
-        total = pairs + real + self.compliance
-        for matrix in endless:
-            total = total + np.where(matrix != 0, np.copysign(np.inf, matrix), 0.0)
-        return np.asarray(total)
+        return np.asarray(pairs + real + self.compliance + endless(self.rigid) + endless(self.real_shapes[free]))
 
     def initial_value(self) -> Array:
-        """Return the (p, p) g(0+) [m/(N s)]; ``inf`` where a bare compliance stands."""
         pairs = 2 * np.einsum("ki,kj->ij", self.shapes, self.shapes).real
         real = np.einsum("m,mi,mj->ij", self.signs, self.real_shapes, self.real_shapes)
         return np.asarray(pairs + real + np.where(self.compliance != 0, np.inf, 0.0))
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """Return W_m = S((m + 1) dt) - S(m dt), S(0-) = 0, each to round-off."""
         count = len(self.poles) + len(self.rates)
         return StepKernel(None, self.step_weights(dt, n_steps), f"convolution of {count} poles, {n_steps} weights")
 
@@ -252,9 +228,8 @@ class PoleGreens(PoleSums):
         free = self.rigid.T @ self.rigid
         out += free[:, :, None] * dt**2 * (np.arange(n_steps) + 0.5)
         out[:, :, 0] += self.compliance
-        for i in range(p):
-            for j in range(i):
-                out[j, i] = out[i, j]
+        rows, columns = np.tril_indices(p, -1)
+        out[columns, rows] = out[rows, columns]
         return np.ascontiguousarray(out)
 
     def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:

@@ -24,9 +24,10 @@ def error_times(duration: float, width: float, limit: int = 4000) -> Array:
 
 def mode_responses(omega: Array, zeta: Array, t: Array, width: float) -> Array:
     """Return the (M, nt) displacement of each oscillator of unit mass after the pulse [s]."""
-    rigid = omega == 0
+    rigid, late = omega == 0, np.maximum(t, 0.0)
     out = np.zeros((len(omega), len(t)))
-    out[rigid] = _rigid(t, width)
+    early = late**2 / 2 - (1 - np.cos(2 * np.pi * late / width)) * (width / (2 * np.pi)) ** 2
+    out[rigid] = np.where(late < width, early / width, late - width / 2)
     out[~rigid] = _oscillators(t, width, omega[~rigid], zeta[~rigid])
     return out
 
@@ -35,17 +36,6 @@ def combine(rows: Array, responses: Array, columns: Array | None = None) -> Arra
     """Return the (p, q, nt) sum over modes of rows_ki columns_kj responses_kt; ``columns`` as ``rows`` by default."""
     columns = rows if columns is None else columns
     return np.stack([(columns * row[:, None]).T @ responses for row in rows.T])
-
-
-def decay_responses(rates: Array, t: Array, width: float) -> Array:
-    """Return the (R, nt) responses, each exp(-rate t) after the pulse."""
-    return exponentials(-rates.astype(complex), t, width).real
-
-
-def _rigid(t: Array, width: float) -> Array:
-    t = np.maximum(t, 0.0)
-    early = t**2 / 2 - (1 - np.cos(2 * np.pi * t / width)) * (width / (2 * np.pi)) ** 2
-    return np.where(t < width, early / width, t - width / 2)
 
 
 def _oscillators(t: Array, width: float, omega: Array, zeta: Array) -> Array:
@@ -62,6 +52,11 @@ def _oscillators(t: Array, width: float, omega: Array, zeta: Array) -> Array:
         pair = [decay_responses(rate, t, width) for rate in (slow, fast)]
         out[~under] = (pair[0] - pair[1]) / (2 * gap[:, None])
     return out
+
+
+def decay_responses(rates: Array, t: Array, width: float) -> Array:
+    """Return the (R, nt) responses, each exp(-rate t) after the pulse."""
+    return exponentials(-rates.astype(complex), t, width).real
 
 
 def exponentials(poles: ComplexArray, t: Array, width: float) -> ComplexArray:

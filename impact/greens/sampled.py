@@ -94,16 +94,12 @@ class SampledGreens(StatedGreens):
         static: Array | None = None,
         origin: Mapping[str, object] | None = None,
     ) -> SampledGreens:
-        """Return a measured function: ``values`` (n,) or (p, p, n) [m/(N s)] at ``time`` (n,) or (p, p, n) [s]; the
-        blow is at t = 0.
+        """Return a measured function: ``values`` (n,) or (p, p, n) [m/(N s)] at ``time`` (n,) or (p, p, n) [s], the
+        blow at 0.
 
         The times must be equally spaced to 1 % of the spacing, the same for all records, with a sample at t = 0.
-        Samples before it must be zero, or are dropped under ``pretrigger="drop"``; ``origin["pretrigger"]`` then
-        says how many, and their share of the sum of g^2.
-
-        Raises:
-            GreensFunctionError: irregular or unequal times, no sample at t = 0, motion before t = 0 under "refuse";
-                whatever the class itself refuses.
+        Samples before it must be zero, or are dropped under ``pretrigger="drop"``; ``origin["pretrigger"]`` then says
+        how many, and their share of the sum of g^2. Raises `GreensFunctionError` for all else, and as the class itself.
         """
         g = np.asarray(values, dtype=float)
         t, dt = _uniform(_common_time(np.asarray(time, dtype=float), g.shape))
@@ -132,7 +128,6 @@ class SampledGreens(StatedGreens):
         return cls(kept, dt, tail, port_names, static, origin=provenance)
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> SampledGreens:
-        """Return the same samples, seen through ``weights`` (p, q)."""
         values = np.einsum("ia,ijn,jb->abn", weights, self.values, weights, optimize=True)
         static = None if self.static is None else weights.T @ self.static @ weights
         values = (values + values.transpose(1, 0, 2)) / 2  # to round-off
@@ -149,12 +144,10 @@ class SampledGreens(StatedGreens):
         return self.end if self.tail == "forbid" else math.inf
 
     def known_for(self, time: float) -> Self:
-        """Return itself: samples are known as far as they go."""
         return self
 
     @property
     def sampled_parts(self) -> tuple[SampledGreens, ...]:
-        """Return itself."""
         return (self,)
 
     def inverse_mass(self) -> Array:
@@ -164,12 +157,10 @@ class SampledGreens(StatedGreens):
         return np.asarray((self.values[:, :, -1] - self.values[:, :, -2]) / self.dt)
 
     def scaled(self, factor: float) -> SampledGreens:
-        """Return every sample times ``factor``."""
         static = None if self.static is None else factor * self.static
         return replace(self, values=check_factor(factor) * self.values, static=static)
 
     def stored(self) -> Stored:
-        """Return its samples and what is said beyond them."""
         known = {"values": self.values} | ({} if self.static is None else {"static": self.static})
         return Stored("sampled", {"dt": self.dt, "tail": self.tail}, known)
 
@@ -199,21 +190,15 @@ class SampledGreens(StatedGreens):
         return t, index, np.maximum(t, 0.0) - index * self.dt, start, slopes[index]
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return g_ij(t) [m/(N s)]."""
         t, _, since, start, slope = self._pieces(t, i, j)
         return np.asarray(np.where(t < 0, 0.0, start + slope * since))
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return S_ij(t), exact for the piecewise-linear g [m/N]."""
         t, index, since, start, slope = self._pieces(t, i, j)
         return np.asarray(np.where(t < 0, 0.0, self._integral[i, j][index] + since * (start + slope * since / 2)))
 
     def static_compliance(self) -> Array:
-        """Return the (p, p) ``static`` if given, else what the tail rule implies [m/N].
-
-        Raises:
-            GreensFunctionError: tail "forbid" and no ``static``: unknown.
-        """
+        """Return the (p, p) ``static`` if given, else what the tail rule implies; raises under "forbid" [m/N]."""
         if self.static is not None:
             return self.static
         if self.tail == "forbid":
@@ -229,11 +214,9 @@ class SampledGreens(StatedGreens):
         return np.where(last != 0, np.copysign(np.inf, last), self._integral[:, :, -1])
 
     def initial_value(self) -> Array:
-        """Return the (p, p) g(0+), the first sample [m/(N s)]."""
         return np.asarray(self.values[:, :, 0])
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """Return W_m = S((m+1) dt) - S(m dt) for m < n_steps, to be convolved."""
         self.check_length(dt, n_steps)
         return StepKernel(None, step_weights(self, dt, n_steps), f"convolution of a sampled g, {n_steps} weights")
 

@@ -25,21 +25,17 @@ class StatedGreens(GreensFunction):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """Return the names of the ports."""
         return self.port_names
 
     @property
     def error_estimate(self) -> ErrorEstimate:
-        """Return the estimated error of g."""
         return self.error
 
     @property
     def provenance(self) -> Mapping[str, object]:
-        """Return where this function came from."""
         return self.origin
 
     def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> Self:
-        """Return the same function with another error estimate (and provenance)."""
         assert is_dataclass(self)
         changed: Self = replace(self, error=error, origin=self.origin if origin is None else origin)
         return changed
@@ -66,6 +62,15 @@ class PoleSums(StatedGreens):
     def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
         """Return the (rows, columns, n) g after a unit Hann pulse of ``width`` [s]."""
 
+    def _terms(self, counts: Mapping[str, int], noun: str, hertz: Array, ratios: Array, spring: Array) -> tuple[str]:
+        """Return the terms in words: ``counts`` of rigid motions and of real poles, and the oscillations between."""
+        (rigid, real), span = (f"{n} {name}" if n else "" for name, n in counts.items()), ""
+        if hertz.size:
+            span = f"{hertz.size} {noun}, {hertz.min():.5g} ... {hertz.max():.5g} Hz, damping ratio "
+            span += f"{ratios.min():.3g} ... {ratios.max():.3g}"
+        parts = (rigid, span, real, "bare compliance" if np.any(spring) else "")
+        return ("; ".join(filter(None, parts)) or "rigid and held",)
+
     def _sum(self, t: ArrayLike, i: int, j: int, integrated: bool) -> Array:
         t = np.asarray(t, dtype=float)
         flat = np.ravel(t)
@@ -76,20 +81,16 @@ class PoleSums(StatedGreens):
         return np.where(flat < 0, 0.0, out).reshape(t.shape)
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
         return self._sum(t, i, j, integrated=False)
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return S_ij(t) = integral of g_ij from 0 to t [m/N]."""
         return self._sum(t, i, j, integrated=True)
 
     def filtered(self, t: ArrayLike, width: float, i: int = 0, j: int = 0) -> Array:
-        """Return the same as `GreensFunction.filtered`, in closed form."""
         t = np.asarray(t, dtype=float)
         return np.asarray(self._filtered(np.ravel(t), width, [i], [j])[0, 0].reshape(t.shape))
 
     def filtered_matrix(self, t: ArrayLike, width: float, columns: Sequence[int] | None = None) -> Array:
-        """Return the same as `GreensFunction.filtered_matrix`, in closed form."""
         every = list(range(len(self.ports)))
         pushed = every if columns is None else list(columns)
         return self._filtered(np.asarray(t, dtype=float), width, every, pushed)
@@ -111,7 +112,6 @@ class ExactPort(GreensFunction):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """Return the struck point."""
         return ("contact",)
 
     @property
@@ -121,14 +121,11 @@ class ExactPort(GreensFunction):
 
     @property
     def provenance(self) -> Mapping[str, object]:
-        """Return the kind and its parameters."""
         assert is_dataclass(self)
         return {"kind": self.kind} | {f.name: getattr(self, f.name) for f in fields(self) if f.repr}
 
     def stored(self) -> Stored:
-        """Return its provenance alone: the kind and its parameters."""
         return Stored(str(self.provenance.get("kind", "")))
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """Return exact step weights."""
         return StepKernel(None, step_weights(self, dt, n_steps), f"{self.memory}, exact step weights")

@@ -44,7 +44,6 @@ class Combination(GreensFunction):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """Return the names of the ports."""
         return self.parts[0].ports
 
     @property
@@ -55,68 +54,53 @@ class Combination(GreensFunction):
 
     @property
     def valid_for(self) -> float:
-        """Return the shortest of the parts' [s]."""
         return min(part.valid_for for part in self.parts)
 
     @property
     def highest_rate(self) -> float:
-        """Return the highest of the parts' [rad/s]."""
         return max(part.highest_rate for part in self.parts)
 
     @property
     def modal(self) -> ModalGreens | None:
-        """Return all oscillators side by side, if every part is a sum of oscillators."""
         modal_parts = tuple(modal for part in self.parts if (modal := part.modal) is not None)
         return merged(modal_parts, self.factor) if len(modal_parts) == len(self.parts) else None
 
     @property
     def sampled_parts(self) -> tuple[SampledGreens, ...]:
-        """Return the sampled parts of all parts, times the factor."""
         samples = [sampled for part in self.parts for sampled in part.sampled_parts]
         return tuple(samples if self.factor == 1.0 else [sampled.scaled(self.factor) for sampled in samples])
 
     def inverse_mass(self) -> Array:
-        """Return the (p, p) sum of the parts' inverse masses [1/kg]: the velocities add."""
         return self._sum([part.inverse_mass() for part in self.parts])
 
     def marched_poles(self, dt: float, n_steps: float) -> int | None:
-        """Return the number of poles of all parts; ``None`` if one has step weights."""
         counts = [part.marched_poles(dt, n_steps) for part in self.parts]
         known = [count for count in counts if count is not None]
         return sum(known) if len(known) == len(counts) else None
 
     def forces_only(self) -> Self:
-        """Return the sum of every part in that form."""
         return self._with(tuple(part.forces_only() for part in self.parts))
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> Self:
-        """Return the sum of every part, combined."""
         return self._with(tuple(part.combined(weights, port_names) for part in self.parts))
 
     def transfer(self, s: ComplexArray) -> ComplexArray:
-        """Return the (n, p, p) Laplace transform [m/N]; raises `GreensFunctionError` for a part without one in closed
-        form."""
         return np.asarray(self.factor * sum(part.transfer(s) for part in self.parts), dtype=complex)
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
         return self._sum([part.impulse_response(t, i, j) for part in self.parts])
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """Return S_ij(t) [m/N]."""
         return self._sum([part.step_response(t, i, j) for part in self.parts])
 
     def static_compliance(self) -> Array:
-        """Return the (p, p) static compliance [m/N]; ``inf`` where a part can move as a rigid body."""
         return self._sum([part.static_compliance() for part in self.parts])
 
     def initial_value(self) -> Array:
-        """Return the (p, p) g(0+) [m/(N s)]; ``inf`` where a bare compliance stands."""
         return self._sum([part.initial_value() for part in self.parts])
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """Return all poles in one recursion, all weights in one convolution, every residue and weight times the
-        factor."""
+        """Return all poles in one recursion and all weights in one convolution."""
         kernels = [part.step_kernel(dt, n_steps) for part in self.parts]
         modal = tuple(kernel.modal for kernel in kernels if kernel.modal is not None)
         weights = [kernel.weights for kernel in kernels if kernel.weights is not None]
@@ -161,28 +145,20 @@ class SumGreens(Combination):
 
     @property
     def summands(self) -> tuple[GreensFunction, ...]:
-        """Return the parts."""
         return self.parts
 
     @property
     def provenance(self) -> dict[str, object]:
-        """Return the parts' provenances."""
         return {"kind": "sum", "parts": [dict(part.provenance) for part in self.parts]}
 
     def stored(self) -> Stored:
-        """Return its parts."""
         return Stored("sum", parts=self.parts)
 
     def scaled(self, factor: float) -> SumGreens:
-        """Return the sum of the parts, scaled."""
         return SumGreens(tuple(part.scaled(factor) for part in self.parts))
 
     def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> SumGreens:
-        """Return the parts with this error, relative to each; their origins are their own.
-
-        Raises:
-            GreensFunctionError: an ``origin``; a part in closed form.
-        """
+        """Return the parts with this error, relative to each; raises `GreensFunctionError` for an ``origin``."""
         if origin is not None:
             raise GreensFunctionError("a sum has the origins of its parts: state them there")
         return SumGreens(tuple(part.with_error(error) for part in self.parts))
@@ -221,31 +197,25 @@ class ScaledGreens(Combination):
 
     @property
     def provenance(self) -> dict[str, object]:
-        """Return the factor and the part's provenance."""
         return {"kind": "scaled", "factor": self.factor, "part": dict(self.part.provenance)}
 
     @property
     def rod(self) -> Rod | None:
-        """Return the part's rod, of another section."""
         rod = self.part.rod
         return None if rod is None else replace(rod, impedance=rod.impedance / self.factor)
 
     def stored(self) -> Stored:
-        """Return its factor and its part."""
         return Stored("scaled", {"factor": self.factor}, parts=(self.part,))
 
     def scaled(self, factor: float) -> ScaledGreens:
-        """Return the part, by the product of both factors."""
         return ScaledGreens(self.part, self.factor * factor)
 
     def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> ScaledGreens:
-        """Return the part with this error and origin, scaled; raises `GreensFunctionError` where the part does."""
         return replace(self, part=self.part.with_error(error, origin))
 
 
 def merged(parts: tuple[ModalGreens, ...], factor: float = 1.0) -> ModalGreens:
-    """Return ``factor`` times the sum of modal functions as one: their poles side by side, their bare compliances
-    added."""
+    """Return ``factor`` times the sum of modal functions as one: their poles side by side."""
     together = SumGreens(parts)
     whole = ModalGreens(
         np.concatenate([part.omega for part in parts]),

@@ -19,21 +19,13 @@ _HELD: Final = 16  # planes at once
 
 
 def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
-    """Yield a place with the normal stress n' sigma n in time on each plane that may be critical.
+    """Yield a place with the (n,) normal stress n' sigma n in time on each plane that may be critical, > 0 in tension
+    [Pa].
 
     The normals are spread over half the sphere, from the principal axes of the stress that is furthest from the mean:
     proportional stress is judged along its own axes, exactly. Planes are passed over on which neither the range nor
-    twice the largest tension reaches `SHARE` of the largest of all planes.
-
-    Args:
-        name: of the place.
-        stress: (n, 6) of one block, xx, yy, zz, yz, xz, xy [Pa].
-
-    Yields:
-        The name and (n,) stress of one axis, > 0 in tension [Pa].
-
-    Raises:
-        LifeError: another shape, values that are not finite.
+    twice the largest tension reaches `SHARE` of the largest of all planes. ``stress``: (n, 6) of one block, xx, yy, zz,
+    yz, xz, xy [Pa]; raises `LifeError` for another shape and for values that are not finite.
     """
     if stress.ndim != 2 or stress.shape[1] != 6 or not len(stress):
         raise LifeError(f"{name}: a history of stress tensors must be (n, 6), not {stress.shape}")
@@ -45,7 +37,12 @@ def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
     x, y, z = (_normals() @ axes.T).T
     across = np.stack([x * x, y * y, z * z, 2 * y * z, 2 * x * z, 2 * x * y])
     parts = [np.arange(first, min(first + _HELD, len(x))) for first in range(0, len(x), _HELD)]
-    reach = np.concatenate([_reach(stress @ across[:, part]) for part in parts], axis=1)
+    tops, spans = [], []
+    for part in parts:
+        projected = stress @ across[:, part]
+        tops.append(projected.max(axis=0))
+        spans.append(tops[-1] - projected.min(axis=0))
+    reach = np.stack([np.concatenate(spans), np.maximum(2 * np.concatenate(tops), 0.0)])  # range, twice the tension
     near = (reach >= SHARE * reach.max(axis=1, keepdims=True)).any(axis=0)
     for plane in np.flatnonzero(near):
         yield name, stress @ across[:, plane]
@@ -60,12 +57,6 @@ def on_planes(histories: Iterable[tuple[str, Array]], *, tensors: bool = False) 
         else:
             yield from normal_stresses(name, history)
             yield from [(name, history)] if tensors else []
-
-
-def _reach(stress: Array) -> Array:
-    """Return the (2, p) range and twice the largest tension of (n, p) histories."""
-    top = stress.max(axis=0)
-    return np.stack([top - stress.min(axis=0), np.maximum(2 * top, 0.0)])
 
 
 @cache

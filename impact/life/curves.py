@@ -66,9 +66,8 @@ class Curve:
     def life(self, amplitude: ArrayLike, survival: float | None = None) -> Array:
         """Return the cycles to failure of (...,) amplitudes >= 0 [Pa] for a share of survivors; 0 Pa: ``inf``.
 
-        Raises:
-            LifeError: a ``survival`` other than the curve's own where its scatter is not known; an amplitude that is
-                no number >= 0.
+        Raises `LifeError`: a ``survival`` other than the curve's own where its scatter is not known; an amplitude that
+        is no number >= 0.
         """
         stress = np.asarray(amplitude, dtype=float)
         if not np.all(stress >= 0):

@@ -40,17 +40,9 @@ class Life:
 def damage(cycles: Cycles, strength: Strength, judge: MeanStress, *, survival: float | None = None) -> float:
     """Return the damage of one block, D = sum n_i / N(S_i); ``inf`` where a mean stress breaks the part.
 
-    S_i is the amplitude that is as damaging at the loading ratio of the S-N curve as the cycle is at its mean; at the
-    curve's own ratio -1 it is the criterion's fully reversed amplitude itself.
-
-    Args:
-        cycles: of the block (`impact.life.cycles.rainflow`).
-        strength: with its ``curve``.
-        judge: of mean stresses (`impact.life.mean_stress.mean_stress`).
-        survival: share of the parts that lives on; ``None``: that of the curve.
-
-    Raises:
-        LifeError: no curve, a survival that the curve cannot give.
+    S_i is the amplitude that is as damaging at the loading ratio of the S-N curve as the cycle is at its mean, by the
+    criterion ``judge`` of mean stresses. ``survival``: share of the parts that lives on; ``None``: that of the curve.
+    Raises `LifeError` without a curve, or for a survival that it cannot give.
 
     Source: M. A. Miner, J. Appl. Mech. 12 (1945) A159.
     """

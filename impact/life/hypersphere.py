@@ -19,10 +19,8 @@ def enclosing_sphere(points: Array) -> tuple[Array, float]:
 
     The sphere is determined by at most d + 1 of the points. Beginning with two, the point furthest outside joins them,
     and the smallest sphere around these few, found among the circumscribed spheres of their subsets, replaces the last
-    one: its radius grows, so that no set returns, and the work ends with the exact sphere.
-
-    Raises:
-        LifeError: points that are not finite.
+    one: its radius grows, so that no set returns, and the work ends with the exact sphere. Raises `LifeError`: points
+    that are not finite.
 
     Source: E. Welzl, LNCS 555 (1991) 359; B. Gaertner, LNCS 1643 (1999) 325, for the exchange of the furthest point.
     """

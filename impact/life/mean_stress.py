@@ -48,13 +48,11 @@ class _Straight(MeanStress):
     compression: bool
 
     def equivalent(self, amplitude: Array, mean: Array) -> Array:
-        divisor = 1 - (mean if self.compression else np.maximum(mean, 0.0)) / self.breaks_at
-        return _over(amplitude, divisor)
+        return _over(amplitude, 1 - (mean if self.compression else np.maximum(mean, 0.0)) / self.breaks_at)
 
     def at_ratio(self, equivalent: Array, slant: float) -> Array:
         pull = slant if self.compression else max(slant, 0.0)
-        divisor = 1 + equivalent * pull / self.breaks_at
-        return _over(equivalent, divisor)
+        return _over(equivalent, 1 + equivalent * pull / self.breaks_at)
 
 
 @dataclass(frozen=True)
@@ -109,8 +107,7 @@ class Gerber(MeanStress):
     ultimate: float
 
     def equivalent(self, amplitude: Array, mean: Array) -> Array:
-        divisor = 1 - (np.maximum(mean, 0.0) / self.ultimate) ** 2
-        return _over(amplitude, divisor)
+        return _over(amplitude, 1 - (np.maximum(mean, 0.0) / self.ultimate) ** 2)
 
     def at_ratio(self, equivalent: Array, slant: float) -> Array:
         """Return the positive root of S = e (1 - (slant S/UTS)^2)."""
@@ -162,9 +159,6 @@ class SmithWatsonTopper(_Power):
 
 
 def mean_stress(name: str, strength: Strength) -> MeanStress:
-    """Return the criterion of that name: goodman, gerber, swt, walker, morrow.
-
-    Raises:
-        LifeError: another name, or a constant that the strength lacks.
-    """
+    """Return the criterion goodman, gerber, swt, walker or morrow; raises `LifeError` for others, or a missing
+    constant."""
     return criterion(MeanStress, name, strength)  # type: ignore[type-abstract]

@@ -130,11 +130,7 @@ class Papadopoulos(Multiaxial):
 
 
 def multiaxial(name: str, strength: Strength) -> Multiaxial:
-    """Return the criterion of that name: crossland, dang_van, papadopoulos.
-
-    Raises:
-        LifeError: another name, limits that the strength lacks or that the criterion cannot use.
-    """
+    """Return the criterion crossland, dang_van or papadopoulos; raises `LifeError` for others, or unfit limits."""
     return criterion(Multiaxial, name, strength)  # type: ignore[type-abstract]
 
 

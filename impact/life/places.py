@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
 from impact.greens.base import Array
 from impact.life.curves import LifeError
 from impact.life.cycles import Cycles, rainflow
@@ -72,7 +74,8 @@ def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
     for name, history in histories:
         if history.ndim == 1 and demand.judge is not None:
             cycles = rainflow(history)
-            if (reach := _reach(cycles)) > most:
+            tops = np.concatenate([cycles.ranges, 2 * cycles.means + cycles.ranges])  # ranges, twice the tensions
+            if (reach := float(tops.max(initial=0.0))) > most:
                 most = reach
                 counted = [each for each in counted if each[0] >= SHARE * most]
             if reach >= SHARE * most:
@@ -95,13 +98,6 @@ def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
         margin, name = min(tensors)
         judgement = Judged(judgement.at, judgement.life, name, margin)
     return judgement
-
-
-def _reach(cycles: Cycles) -> float:
-    """Return the larger of the largest range and twice the largest tension that a cycle has [Pa]."""
-    if not cycles.ranges.size:
-        return 0.0
-    return max(float(cycles.ranges.max()), float((2 * cycles.means + cycles.ranges).max()), 0.0)
 
 
 def left_of(margin: float, bar: float) -> float:

@@ -15,23 +15,15 @@ _FEW = 64  # points that are sorted as they are
 
 
 def mean_square_shear(stress: Array, tolerance: float = 1e-6) -> float:
-    """Return <Ta^2> [Pa^2], Ta half the range of the shear stress on a plane with the normal n along a direction m in
-    it.
+    """Return <Ta^2> [Pa^2], Ta half the range of the shear stress on a plane with normal n along a direction m in it.
 
         <Ta^2> = 1/(8 pi^2) int int int Ta^2(theta, phi, chi) dchi sin(theta) dtheta dphi
 
     Over chi it is exact: the shear vectors on a plane lie in a polygon, their convex hull, of which Ta is half the
     width. Over the normals, Gauss-Legendre in cos(theta), equal steps in phi: exact from the first number on where the
-    stress path is a segment or an ellipse (proportional, or harmonic at one frequency), of third order where the path
-    has corners. The number is doubled until a quarter of the last change and of an eighth of the one before, lest two
-    agree by chance, meet the tolerance.
-
-    Args:
-        stress: (n, 6), one block, in Voigt order xx, yy, zz, yz, xz, xy [Pa].
-        tolerance: of the mean, relative. With many corners each factor of 10 takes five times the time.
-
-    Raises:
-        LifeError: the value does not settle to the tolerance.
+    stress path is a segment or an ellipse, of third order where it has corners. The number is doubled until a quarter
+    of the last change and of an eighth of the one before, lest two agree by chance, meet the relative ``tolerance``.
+    ``stress``: (n, 6) [Pa], one block in Voigt order; raises `LifeError` where the value does not settle.
     """
     turns = stress - stress.mean(axis=0)
     scale = float(np.abs(turns).max())

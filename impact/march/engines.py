@@ -89,12 +89,10 @@ def choose(
     steps: int,
     engine: Engine = "auto",
     block: int | None = None,
-    costs: CostModel = MEASURED,
 ) -> Plan:
     """Return the plan for the bodies' ``kernels`` (striker first); a given ``block`` is kept.
 
-    Raises:
-        ContactError: unknown engine; "poles" where a body has none; a block below one step.
+    Raises `ContactError`: unknown engine; "poles" where a body has none; a block below one step.
     """
     if engine not in get_args(Engine):
         raise ContactError(f"engine {engine!r} is unknown; choose from {', '.join(get_args(Engine))}")
@@ -105,66 +103,42 @@ def choose(
         raise ContactError(
             f"engine 'poles' is impossible: {without[0]} has step weights and no poles; use 'fft', 'direct' or 'auto'"
         )
+    modal = [kernel.modal is not None and engine in ("auto", "poles") for kernel in kernels]
+    candidates = [tuple(modal)]  # all poles marched, then without the largest body's, the two largest bodies', ...
+    for number in sorted(range(len(kernels)), key=lambda i: -_count(kernels[i])) if engine == "auto" else ():
+        modal[number] = False
+        candidates.append(tuple(modal))
+    blocks = (min(block or BLOCK, steps),)
+    if engine == "direct" or (block is None and engine != "fft"):
+        blocks = (steps,) if engine == "direct" else (min(BLOCK, steps), steps)
     plans = [
-        _plan(kernels, by_poles, contacts, steps, block_now, costs, engine)
-        for by_poles in _candidates(kernels, engine)
-        for block_now in _blocks(engine, block, steps)
+        _plan(kernels, each, contacts, steps, size, engine) for each in dict.fromkeys(candidates) for size in blocks
     ]
     best = min(plans, key=lambda plan: plan.seconds)
     first = min((plan for plan in plans if plan.by_poles == plans[0].by_poles), key=lambda plan: plan.seconds)
     return best if best.seconds < MARGIN * first.seconds else first
 
 
-def _candidates(kernels: Sequence[StepKernel], engine: Engine) -> list[tuple[bool, ...]]:
-    """Return all poles marched, then without the largest body's, the two largest bodies', ...; fewer where forced."""
-    modal = [kernel.modal is not None for kernel in kernels]
-    if engine in ("fft", "direct"):
-        return [(False,) * len(kernels)]
-    candidates = [tuple(modal)]
-    if engine == "auto":
-        for number in sorted(range(len(kernels)), key=lambda i: -_count(kernels[i])):
-            modal[number] = False
-            candidates.append(tuple(modal))
-    return list(dict.fromkeys(candidates))
-
-
-def _blocks(engine: Engine, block: int | None, steps: int) -> tuple[int, ...]:
-    if engine == "direct":
-        return (steps,)
-    if block is not None or engine == "fft":
-        return (min(block or BLOCK, steps),)
-    return (min(BLOCK, steps), steps)
-
-
 def _plan(
-    kernels: Sequence[StepKernel],
-    by_poles: tuple[bool, ...],
-    contacts: int,
-    steps: int,
-    block: int,
-    costs: CostModel,
-    engine: Engine,
+    kernels: Sequence[StepKernel], by_poles: tuple[bool, ...], contacts: int, steps: int, block: int, engine: Engine
 ) -> Plan:
     marched = sum(_count(k) for k, poles in zip(kernels, by_poles, strict=True) if poles)
     turned = sum(_count(k) for k, poles in zip(kernels, by_poles, strict=True) if not poles)
     weights = turned > 0 or any(k.weights is not None for k in kernels)
     weights = weights or not all(poles or k.modal is None for k, poles in zip(kernels, by_poles, strict=True))
-    seconds = costs.poles(steps, marched, contacts) + costs.forming(steps, turned, contacts)
+    seconds = MEASURED.poles(steps, marched, contacts) + MEASURED.forming(steps, turned, contacts)
     if weights:
-        seconds += costs.fft(steps, contacts, block)
+        seconds += MEASURED.fft(steps, contacts, block)
     names = ("striker", *["target"] * (len(kernels) - 1))
-    parts = [_words(name, k, poles) for name, k, poles in zip(names, kernels, by_poles, strict=True)]
+    parts = [
+        f"{name}: {k.engine if k.modal is None or poles else f'step weights of {_count(k)} poles'}"
+        for name, k, poles in zip(names, kernels, by_poles, strict=True)
+    ]
     if weights:
         parts.append("direct sum" if block >= steps else f"FFT in blocks of {block} steps")
     choice = "chosen by the cost model" if engine == "auto" else "as asked"
     parts.append(f"{choice}, {seconds:.2g} s predicted")
     return Plan(by_poles, block, seconds, "; ".join(parts))
-
-
-def _words(name: str, kernel: StepKernel, by_poles: bool) -> str:
-    if kernel.modal is None or by_poles:
-        return f"{name}: {kernel.engine}"
-    return f"{name}: step weights of {_count(kernel)} poles"
 
 
 def _count(kernel: StepKernel) -> int:

@@ -22,7 +22,7 @@ BLOCK = 512  # steps
 
 @dataclass(frozen=True)
 class Flight:
-    """The loaded translations (rigid-body modes) of all bodies.
+    """The loaded translations (rigid-body modes) of all bodies that a contact sees.
 
     Attributes:
         psi: (p, R) what each adds to the gaps, per unit of its modal coordinate; these are the march's last R poles.
@@ -39,14 +39,7 @@ class Flight:
 
 @dataclass(frozen=True)
 class Flying:
-    """The loaded translations of one body: as a Green's function, seen by the contacts, from a start, under a drive.
-
-    Attributes:
-        free: the translations alone.
-        turn: (P, p) how the contacts act on its ports.
-        start: (2, R) modal coordinates and rates at t = 0.
-        drive: (R, n) modal forces of the loads, constant over each step.
-    """
+    """The same of one body: ``free``, the translations alone, on whose ports the contacts act by ``turn`` (P, p)."""
 
     free: ModalGreens
     turn: Array
@@ -57,38 +50,23 @@ class Flying:
 def parted(bodies: tuple[Discrete, ...], turns: list[Array]) -> tuple[tuple[Discrete, ...], list[Flying]]:
     """Return the bodies without their loaded translations, and these; ``turns``: (P, p) of each body."""
     parts, flying = list(bodies), []
-    for number, (body, turn) in enumerate(zip(bodies, turns, strict=True)):
-        if flies(body):
-            parts[number], translations = _split(body, turn)
-            flying.append(translations)
+    for number, (discrete, turn) in enumerate(zip(bodies, turns, strict=True)):
+        body, g = discrete.body, discrete.body.greens.modal if discrete.body.loads else None
+        if g is None or not any(np.any(load.shape[g.omega == 0]) for load in body.loads):
+            continue  # no load acts on a translation
+        rigid, start = g.omega == 0, body.modal_start()
+        held, free = g.of_modes(~rigid), g.of_modes(rigid, Residual.none(len(g.ports)))
+        bends = bool(np.any(~rigid))
+        state = ModalState(start.displacement[~rigid], start.velocity[~rigid]) if bends else None
+        loads = tuple(replace(load, shape=load.shape[~rigid]) for load in body.loads if bends)
+        kernel, amplitudes = held.step_kernel(discrete.dt, discrete.loads.shape[1]), discrete.loads[: len(loads)]
+        rest_loads, still = np.zeros(len(loads)), Body(held, 0.0, state, loads)
+        parts[number] = Discrete(still, kernel, discrete.dt, amplitudes, discrete.rest, rest_loads)
+        drive = np.stack([load.shape[rigid] for load in body.loads], axis=1) @ discrete.loads
+        if np.any(seen := np.any(free.shapes @ turn != 0, axis=1)):
+            now = np.array([start.displacement[rigid], start.velocity[rigid]])
+            flying.append(Flying(free.of_modes(seen), turn, now[:, seen], drive[seen]))
     return tuple(parts), flying
-
-
-def flies(discrete: Discrete) -> bool:
-    """Return whether loads act on a translation of the body."""
-    g = discrete.body.greens.modal if discrete.body.loads else None
-    if g is None:
-        return False
-    rigid = g.omega == 0
-    return any(bool(np.any(load.shape[rigid])) for load in discrete.body.loads)
-
-
-def _split(discrete: Discrete, turn: Array) -> tuple[Discrete, Flying]:
-    """Return the body without its translations, and these."""
-    body, g = discrete.body, discrete.body.greens.modal
-    assert g is not None
-    rigid, start = g.omega == 0, body.modal_start()
-    held = replace(g, omega=g.omega[~rigid], zeta=g.zeta[~rigid], shapes=g.shapes[~rigid])
-    free = replace(held, omega=g.omega[rigid], zeta=g.zeta[rigid], shapes=g.shapes[rigid])
-    free = replace(free, residual=Residual.none(len(g.ports)))
-    bends = bool(np.any(~rigid))
-    state = ModalState(start.displacement[~rigid], start.velocity[~rigid]) if bends else None
-    loads = tuple(replace(load, shape=load.shape[~rigid]) for load in body.loads if bends)
-    amplitudes = discrete.loads[: len(loads)]
-    kernel = held.step_kernel(discrete.dt, discrete.loads.shape[1])
-    rest = Discrete(Body(held, 0.0, state, loads), kernel, discrete.dt, amplitudes, discrete.rest, np.zeros(len(loads)))
-    drive = np.stack([load.shape[rigid] for load in body.loads], axis=1) @ discrete.loads
-    return rest, Flying(free, turn, np.array([start.displacement[rigid], start.velocity[rigid]]), drive)
 
 
 class Pilot:

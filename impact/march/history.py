@@ -156,11 +156,8 @@ def _powers(a: Array, c: Array, d: Array, q: Array, p: Array, count: int, b: Arr
 class BlockedSum:
     """The effect of finished blocks of force on later steps, folded in by FFT.
 
-    Attributes:
-        weights: (p, p, n) step weights.
-        block: steps per block.
-        memory: (p, n) displacement that finished blocks have added so far.
-        recent: (p, p, block) the first weights, last one first, for the sum inside a block.
+    ``weights``: (p, p, n) step weights; ``memory``: (p, n) displacement that finished blocks have added so far;
+    ``recent``: (p, p, block) the first weights, last one first, for the sum inside a block.
     """
 
     def __init__(self, weights: Array, block: int) -> None:

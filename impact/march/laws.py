@@ -70,8 +70,19 @@ class Law(Protocol):
         """Return the stored energy Psi [J]; zero for a law that stores none."""
 
 
+class _NoPotential:
+    """A law of which the march knows no potential."""
+
+    elastic: ClassVar[bool] = False
+    parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
+
+    def potential(self, penetration: Array) -> Array:
+        """Return zero, as none is declared."""
+        return np.zeros_like(penetration)
+
+
 @dataclass(frozen=True)
-class Signorini:
+class Signorini(_NoPotential):
     """Rigid unilateral contact: gap >= 0, N >= 0, N gap = 0. Source: Signorini 1933.
 
     Passive rule only, N = max(0, pen_free)/W0: the force acts only at gap_end = 0, from a gap_start >= 0, so that its
@@ -80,12 +91,6 @@ class Signorini:
     """
 
     code: ClassVar[int] = SIGNORINI
-    elastic: ClassVar[bool] = False
-    parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
-
-    def potential(self, penetration: Array) -> Array:
-        """Return zero."""
-        return np.zeros_like(penetration)
 
 
 class _PowerLaw:
@@ -141,10 +146,8 @@ class Hertz(_PowerLaw):
     ) -> Hertz:
         """Return the law of a sphere of this ``radius`` [m] on a flat face; moduli [Pa] and Poisson's ratios of both.
 
-        The second body is rigid unless given. Two spheres have the radius R_1 R_2/(R_1 + R_2).
-
-        Raises:
-            ContactStressError: a radius or a modulus that is not positive.
+        The second body is rigid unless given. Two spheres have the radius R_1 R_2/(R_1 + R_2). Raises
+        `ContactStressError`: a radius or a modulus that is not positive.
         """
         from impact.exact.contact_stress import hertz_stiffness, reduced_modulus  # which loads scipy.special
 
@@ -184,12 +187,11 @@ class HuntCrossley(_PowerLaw):
 
     @property
     def parameters(self) -> Parameters:
-        """Return k, d and n."""
         return (self.stiffness, self.damping, self.exponent)
 
 
 @dataclass(frozen=True)
-class CompiledLaw:
+class CompiledLaw(_NoPotential):
     """Any law, at full speed: ``force(pen, pen_start, dt)`` [m, m, s -> N], written so that numba can compile it.
 
     It is called for pen > 0 and clipped at zero. Passive rule only, and passive if it does not decrease with pen and
@@ -203,8 +205,6 @@ class CompiledLaw:
 
     compiled: Any
     code: ClassVar[int] = USER
-    elastic: ClassVar[bool] = False
-    parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
 
     def potential(self, penetration: Array) -> Array:
         """Return zero, as none is declared; raises `LawError` if the force of a run was not finite."""
@@ -212,7 +212,7 @@ class CompiledLaw:
             raise LawError(
                 f"a compiled law's force must be finite, {np.sum(~np.isfinite(penetration))} of its run are not"
             )
-        return np.zeros_like(penetration)
+        return super().potential(penetration)
 
 
 def compiled_law(force: Callable[[float, float, float], float]) -> CompiledLaw:
@@ -270,7 +270,7 @@ types.WrapperAddressProtocol.register(_Callback)
 
 
 @dataclass(frozen=True)
-class PlainLaw:
+class PlainLaw(_NoPotential):
     """Any law as an ordinary Python callable ``force(pen, pen_start, dt)`` [m, m, s -> N].
 
     Called like a `CompiledLaw` and passive under the same conditions, by the same march: the results are equal bit for
@@ -286,8 +286,6 @@ class PlainLaw:
     force: Callable[[float, float, float], float]
     compiled: _Callback = field(init=False, repr=False, compare=False)
     code: ClassVar[int] = USER
-    elastic: ClassVar[bool] = False
-    parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         if not callable(self.force):
@@ -301,7 +299,7 @@ class PlainLaw:
     def potential(self, penetration: Array) -> Array:
         """Return zero, as none is declared; raises the first failure, as `check` does."""
         self.check()
-        return np.zeros_like(penetration)
+        return super().potential(penetration)
 
 
 @cache

@@ -27,14 +27,10 @@ _ROUND_OFF = 1e-13  # relative, of a difference of inverse masses
 
 @dataclass(frozen=True)
 class Motion:
-    """One body over time.
+    """One body over time: (P, n + 1) ``displacement`` of its ports [m], and energies (n + 1,) [J].
 
-    Attributes:
-        displacement: (P, n + 1) of the ports [m].
-        stored: (n + 1,) elastic and kinetic energy [J]; for ``by_work`` that of its translation and all work received.
-        dissipated: (n + 1,) lost in the body's damping so far [J].
-        load_work: (n + 1,) work of the prescribed loads so far [J].
-        by_work: known only by the work done on it.
+    ``stored`` is elastic and kinetic (``by_work``: of its translation, and all work received), ``dissipated`` lost in
+    its damping so far, ``load_work`` of the prescribed loads so far.
     """
 
     displacement: Array
@@ -53,15 +49,12 @@ def mid_steps(dt: float, n: int) -> Array:
 
 @dataclass(frozen=True)
 class Discrete:
-    """A body at a fixed step, with what it carried before t = 0.
+    """A body at a fixed step ``dt`` [s], with what it carried before t = 0.
 
     Attributes:
-        body: the body.
         kernel: its memory at this step.
-        dt: step [s].
         loads: (L, n) amplitudes of the body's loads, constant over each step [N].
-        rest: (P,) port forces carried since ever: the preload [N].
-        rest_loads: (L,) load amplitudes carried since ever [N].
+        rest, rest_loads: (P,) port forces and (L,) load amplitudes carried since ever: the preload [N].
         free: (P, n + 1) displacement without contact [m], where it is known.
     """
 
@@ -101,10 +94,8 @@ class Discrete:
         return _modal_motion(self, self.kernel.modal, force, energies=False).displacement
 
     def stored_after(self, force: Array, steps: Sequence[int]) -> Array | None:
-        """Return the energy stored after each of the numbers of ``steps``, increasing, under port forces (P, n) [J].
-
-        ``None`` of a body that is not all made of modes: its energy is known by work alone.
-        """
+        """Return the energy stored after each of some steps, increasing, under port forces (P, n) [J]; ``None``
+        without modes."""
         if self.kernel.modal is None or self.kernel.weights is not None:
             return None
         replay, stored, now = _replay(self, self.kernel.modal), [], 0
@@ -128,11 +119,10 @@ class Discrete:
 
 
 def mean_displacement(discrete: Discrete, force: Array, shares: Array) -> Array:
-    """Return the (n + 1,) mean displacement [m] of the ports of a held body at rest, each with its share, under
-    ``force`` (P, n).
+    """Return the (n + 1,) mean displacement [m] of the ports under ``force`` (P, n), each with its share.
 
-    Equal to ``shares @ discrete.motion(force).displacement``, which is for every other body; without the energies, and
-    by those modes alone that the mean shows, it is several times cheaper.
+    Equal to ``shares @ discrete.motion(force).displacement``; of a held body at rest, without the energies and by those
+    modes alone that the mean shows, it is several times cheaper.
     """
     kernel = discrete.kernel
     if discrete.moves_by_itself or (kernel.modal is not None and not np.all(kernel.modal.omega)):
@@ -152,12 +142,9 @@ def _shown(modal: ModalGreens, shares: Array) -> ModalGreens:
     def kept(shapes: Array) -> Array:
         return np.asarray(np.abs(shapes @ shares) > 16 * np.finfo(float).eps * (np.abs(shapes) @ np.abs(shares)))
 
-    rest, modes = modal.residual, kept(modal.shapes)
-    relaxations = kept(rest.shapes)
-    residual = replace(rest, shapes=rest.shapes[relaxations], rates=rest.rates[relaxations])
-    return replace(
-        modal, omega=modal.omega[modes], zeta=modal.zeta[modes], shapes=modal.shapes[modes], residual=residual
-    )
+    rest, relaxing = modal.residual, kept(modal.residual.shapes)
+    seen = replace(rest, shapes=rest.shapes[relaxing], rates=rest.rates[relaxing])
+    return modal.of_modes(kept(modal.shapes), seen)
 
 
 def _mean_of_modes(modal: ModalGreens, dt: float, force: Array, shares: Array) -> Array:
@@ -174,20 +161,11 @@ def _mean_of_modes(modal: ModalGreens, dt: float, force: Array, shares: Array) -
 
 
 def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array:
-    """Return the (n // stride + 1, M) modal coordinates q of a body [m sqrt(kg)]: at t = 0, and after every
-    ``stride``-th step.
+    """Return the (n // stride + 1, M) modal coordinates q of a body of modes [m sqrt(kg)], at every ``stride``-th step.
 
-    The motion of any point whose mode shapes are known is their sum, u = sum_k phi_k q_k, without what the modes leave
-    out.
-
-    Args:
-        body: of modes; without a preload.
-        force: (P, n) on its ports along the normal, constant over each step [N].
-        dt: step [s].
-        stride: 1 <= stride <= n.
-
-    Raises:
-        GreensFunctionError: a body that is no sum of modes, a load that is not finite.
+    The motion of any point is u = sum_k phi_k q_k, without what the modes leave out. ``force`` (P, n) acts on its ports
+    along the normal, constant over each step ``dt`` [N, s]; there is no preload. Raises `GreensFunctionError`: a body
+    that is no sum of modes, a load that is not finite.
     """
     if (modal := body.greens.modal) is None:
         raise GreensFunctionError(
@@ -223,7 +201,11 @@ def _modal_motion(discrete: Discrete, modal: ModalGreens, force: Array, *, energ
     """Return the motion by modes; without ``energies`` its energies are zero."""
     n, replay = force.shape[1], _replay(discrete, modal)
     u, stored, lost, work = np.zeros((len(force), n + 1)), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1)
-    u[:, 0], stored[0] = _first(discrete, modal)
+    start, relaxed, rest = _start(discrete, modal), _relaxed(discrete, modal), modal.residual
+    spring = rest.compliance @ discrete.rest
+    u[:, 0] = modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + spring
+    swinging = start.velocity @ start.velocity + np.sum((modal.omega * start.displacement) ** 2)
+    stored[0] = 0.5 * float(swinging + rest.rates @ relaxed**2 + discrete.rest @ spring)
     for part in blocks(n):
         now = slice(part.start + 1, part.stop + 1)
         block = replay.advance(force[:, part], discrete.loads[:, part], energies=energies)
@@ -247,15 +229,6 @@ def _relaxed(discrete: Discrete, modal: ModalGreens) -> Array:
     return np.asarray(held / np.where(rates == 0, 1.0, rates))
 
 
-def _first(discrete: Discrete, modal: ModalGreens) -> tuple[Array, float]:
-    """Return the displacement (P,) and stored energy at t = 0."""
-    start, relaxed, rest = _start(discrete, modal), _relaxed(discrete, modal), modal.residual
-    spring = rest.compliance @ discrete.rest
-    u = modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + spring
-    swinging = start.velocity @ start.velocity + np.sum((modal.omega * start.displacement) ** 2)
-    return u, 0.5 * float(swinging + rest.rates @ relaxed**2 + discrete.rest @ spring)
-
-
 def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Motion) -> Motion:
     """Add the part known by step weights; its energy from waves where possible, else as work."""
     body, dt = discrete.body, discrete.dt
@@ -266,7 +239,11 @@ def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Moti
             u[i, 1:] += history.convolve(weights[i, j], force[j] - discrete.rest[j])
     if np.any(discrete.rest):
         u += (body.greens.static_compliance() @ discrete.rest)[:, None]
-    drift = _translation(discrete)
+    drift, modal = np.zeros(ports), discrete.kernel.modal  # the initial translation, of the part known by weights
+    if body.velocity != 0.0:
+        whole = body.greens.inverse_mass()[:, 0]
+        part = whole if modal is None else whole - modal.inverse_mass()[:, 0]
+        drift = body.momentum * np.where(np.abs(part) > _ROUND_OFF * np.abs(whole).max(), part, 0.0)
     u += drift[:, None] * (dt * np.arange(n + 1))
     kinetic = 0.5 * body.momentum * float(drift[0])
     rod = body.greens.rod
@@ -281,29 +258,15 @@ def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Moti
     return Motion(u, base.stored + work + kinetic, base.dissipated, base.load_work, by_work=True)
 
 
-def _translation(discrete: Discrete) -> Array:
-    """Return the (P,) velocity of the ports in the initial translation, of the part known by step weights [m/s]."""
-    body, modal = discrete.body, discrete.kernel.modal
-    if body.velocity == 0.0:
-        return np.zeros(len(body.greens.ports))
-    whole = body.greens.inverse_mass()[:, 0]
-    part = whole if modal is None else whole - modal.inverse_mass()[:, 0]
-    return body.momentum * np.where(np.abs(part) > _ROUND_OFF * np.abs(whole).max(), part, 0.0)
-
-
 def _wave_energy(rod: Rod, force: Array, dt: float, steps: int) -> tuple[Array, Array]:
-    """Return the energies by the outgoing wave a = f/Z + R a(t - T); each carries Z a^2 per unit time, R^2 of it after
-    the far end."""
+    """Return the energies by the outgoing wave a = f/Z + R a(t - T), Z a^2 per unit time, R^2 of it from the far end
+    on."""
     n, r = len(force), rod.reflection
     a = reflected(force / rod.impedance, r, steps)
     power = np.concatenate([[0.0], np.cumsum(rod.impedance * a**2 * dt)])
     now = np.arange(n + 1, dtype=np.float64)
-    at_far_end, back = _at(power, now - np.float64(steps / 2)), _at(power, now - np.float64(steps))
+    at_far_end, back = (np.interp(now - np.float64(ago), now, power) for ago in (steps / 2, steps))
     return (power - at_far_end) + r**2 * (at_far_end - back), (1 - r**2) * at_far_end
-
-
-def _at(cumulative: Array, index: Array) -> Array:
-    return np.interp(index, np.arange(len(cumulative)), cumulative)
 
 
 @njit(cache=True)
@@ -318,12 +281,9 @@ def reflected(f, r, steps):  # type: ignore[no-untyped-def]  # pragma: no cover 
 class LiveLoads:
     """Motion of the striker under load amplitudes given step by step, superposed on everything else.
 
-    Attributes:
-        amplitudes: (L, n) given so far, beyond the loads' own courses [N].
-        state: (2, M) modal coordinates and rates due to them.
-        awake: whether any amplitude was ever not zero.
-        follows: whether any load depends on how far the contacts are open.
-        fed: for each load with feedback, one after the other, its amplitude [N] and the state behind it.
+    ``amplitudes`` (L, n): given so far, beyond the loads' own [N]; ``state`` (2, M): modal coordinates and rates due to
+    them; ``awake``: whether any was ever not zero; ``follows``: whether any load depends on the opening; ``fed``: for
+    each load with feedback, one after the other, its amplitude [N] and the state behind it.
     """
 
     def __init__(self, striker: Discrete, directions: Array, steps: int) -> None:

@@ -26,19 +26,16 @@ MOST_STEPS = 2e8  # histories of a run: some 10 arrays of this length
 
 @dataclass(frozen=True)
 class Prepared:
-    """A contact problem at a fixed step, ready to march.
+    """A contact problem at a fixed step ``dt`` [s], ready to march.
 
     Attributes:
-        problem, dt, steps: what is solved, the step [s] and their number.
         bodies: the discretised bodies, striker first.
         free: (n + 1, p) gaps without contact forces beyond the preload [m].
         rest: (p,) contact forces carried since ever [N].
-        poles: the poles that are marched, seen from the contacts.
-        weights: (p, p, n) step weights of the gaps, or (p, p, 0) without.
+        poles, weights: the poles that are marched, and the (p, p, n) step weights of the rest, (p, p, 0) of nothing.
         own: (p, p) W_0 [m/N].
         rules: (p,) codes of the contacts' step rules.
-        plan: which engine remembers what.
-        flight: free bodies under loads, if there are any.
+        plan, flight: which engine remembers what; free bodies under loads, if there are any.
     """
 
     problem: ContactProblem
@@ -85,7 +82,9 @@ def prepare(
     _refuse_ill_posed(problem)
     if bodies is None:
         bodies = tuple(Discrete.of(body, dt, n) for body in problem.bodies)
-    _refuse_other(problem, bodies, dt, n)
+    stated = [(id(discrete.body), discrete.dt, discrete.loads.shape[1]) for discrete in bodies]
+    if stated != [(id(body), dt, n) for body in problem.bodies]:
+        raise ContactError(f"bodies must be those of the problem over {n} steps of {dt:g} s")
     turns = [problem.directions(b.body) for b in bodies]
     rest = np.zeros(len(problem.contacts))
     if problem.preload:
@@ -98,7 +97,12 @@ def prepare(
     plan = engines.choose([b.kernel for b in bodies], p, n, engine, block)
     parts, flying = parted(bodies, turns)
     poles, weights = _memory(parts, flying, turns, plan, own, n)
-    flight = _flight(problem, parts, flying, turns, n)
+    flight = None
+    if flying:  # in the order of `_memory`
+        psi = np.concatenate([(part.free.shapes @ part.turn).T for part in flying], axis=1)
+        start = np.concatenate([part.start for part in flying], axis=1)
+        drive = np.concatenate([part.drive for part in flying])
+        flight = Flight(psi, start, drive, _free_gaps(problem, parts, turns, n))
     return Prepared(problem, dt, n, bodies, gaps, rest, poles, weights, own, rules, plan, flight)
 
 
@@ -111,22 +115,6 @@ def _free_gaps(problem: ContactProblem, bodies: tuple[Discrete, ...], turns: lis
     if (carried := problem.carried(np.asarray(bodies[0].dt * np.arange(n + 1), dtype=np.float64))) is not None:
         gaps += carried
     return gaps
-
-
-def _flight(
-    problem: ContactProblem, parts: tuple[Discrete, ...], flying: list[Flying], turns: list[Array], n: int
-) -> Flight | None:
-    """Return the loaded translations of all bodies, those that a contact sees, in the order of `_memory`."""
-    seen = [np.any(part.free.shapes @ part.turn != 0, axis=1) for part in flying]
-    if not any(np.any(mask) for mask in seen):
-        return None
-    each = list(zip(flying, seen, strict=True))
-    return Flight(
-        np.concatenate([(part.free.shapes @ part.turn)[mask].T for part, mask in each], axis=1),
-        np.concatenate([part.start[:, mask] for part, mask in each], axis=1),
-        np.concatenate([part.drive[mask] for part, mask in each]),
-        _free_gaps(problem, parts, turns, n),
-    )
 
 
 def _memory(
@@ -142,8 +130,11 @@ def _memory(
             (marched if by_poles else turned).append((body.kernel.modal, turn))
         if body.kernel.weights is not None:
             terms.append(np.einsum("ic,ijn,jd->cdn", turn, body.kernel.weights, turn, optimize=True))
-    if turned or terms:
-        _refuse_weights(p, n, dt)
+    if (turned or terms) and (need := 8.0 * p**2 * n) > MOST_WEIGHTS:
+        raise ContactError(
+            f"{p} contacts over {n} steps of {dt:g} s take {need / 1e9:.3g} GB of step weights (limit "
+            f"{MOST_WEIGHTS / 1e9:g} GB): use fewer contacts or longer steps, or bodies that are sums of poles"
+        )
     if turned:
         terms.append(history.Poles.of(turned, dt, p).weights(own, n))
     weights = np.ascontiguousarray(sum(terms[1:], start=terms[0])) if terms else np.zeros((p, p, 0))
@@ -152,37 +143,24 @@ def _memory(
     return history.Poles.of([*marched, *((part.free, part.turn) for part in flying)], dt, p), weights
 
 
-def _refuse_weights(contacts: int, steps: int, dt: float) -> None:
-    """Raise `ContactError` if the step weights of bodies that are no sums of poles are too many."""
-    need = 8.0 * contacts**2 * steps
-    if need > MOST_WEIGHTS:
-        raise ContactError(
-            f"{contacts} contacts over {steps} steps of {dt:g} s take {need / 1e9:.3g} GB of step weights (limit "
-            f"{MOST_WEIGHTS / 1e9:g} GB): use fewer contacts or longer steps, or bodies that are sums of poles"
-        )
-
-
 def _preloaded(
     problem: ContactProblem, bodies: tuple[Discrete, ...], turns: list[Array]
 ) -> tuple[tuple[Discrete, ...], Array]:
-    """Return bodies in static equilibrium with their loads and each other at t = 0, and the contact forces of that
-    state."""
+    """Return bodies in static equilibrium with their loads and each other at t = 0, and the contact forces then."""
     compliance = sum(t.T @ b.body.greens.static_compliance() @ t for b, t in zip(bodies, turns, strict=True))
     if not np.all(np.isfinite(compliance)):
         raise ContactError(
             "preload needs bodies that are held: one of them is free to move, nothing balances the force"
         )
     opening = np.array([c.gap for c in problem.contacts])
-    at_rest = []
-    for body, turn in zip(bodies, turns, strict=True):
+    at_rest = [body.body.load_amplitudes(np.zeros(1))[:, 0] for body in bodies]
+    for body, turn, amplitudes in zip(bodies, turns, at_rest, strict=True):
         if body.body.is_deflected or body.body.velocity != 0.0:
             raise ContactError("preload starts from static equilibrium: give no initial state or velocity with it")
-        amplitudes = np.array([float(load.amplitude(np.zeros(1))[0]) for load in body.body.loads])
         g = body.body.greens.modal if body.body.loads else None
         for load, amplitude in zip(body.body.loads, amplitudes, strict=True):
             assert g is not None
             opening = opening + turn.T @ (g.shapes.T @ (load.shape * amplitude / g.omega**2))
-        at_rest.append(amplitudes)
     rest = np.zeros(len(opening))
     springs = [1.0 / c.law.parameters[0] if c.law.code == 1 else 0.0 for c in problem.contacts]
     if any(c.law.code > 1 for c in problem.contacts):
@@ -229,18 +207,8 @@ def step_count(dt: float, duration: float) -> int:
     return math.ceil(count * (1 - 1e-12))
 
 
-def _refuse_other(problem: ContactProblem, bodies: tuple[Discrete, ...], dt: float, n: int) -> None:
-    same = len(bodies) == len(problem.bodies) and all(
-        discrete.body is body and discrete.dt == dt and discrete.loads.shape[1] == n
-        for discrete, body in zip(bodies, problem.bodies, strict=True)
-    )
-    if not same:
-        raise ContactError(f"bodies must be those of the problem over {n} steps of {dt:g} s")
-
-
 def _refuse_ill_posed(problem: ContactProblem) -> None:
-    """Raise `ContactError` for two bodies that both start like t, under a rigid law: the force of a step would grow
-    like 1/dt."""
+    """Raise `ContactError` for a rigid law between two bodies that start like t: its force would grow like 1/dt."""
     modes = [body for body in problem.bodies if body.greens.modal is not None]
     at_once = {id(body): np.diag(body.greens.initial_value()) for body in modes}
     for number, contact in enumerate(problem.contacts):

@@ -112,7 +112,13 @@ class ContactProblem:
                 "built-in ones; give the same object to all of them"
             )
         object.__setattr__(self, "striker", striker)
-        object.__setattr__(self, "contacts", _same_bodies(contacts))
+        met: dict[int, Body] = {}  # one body for each Green's function that stands for a body at rest
+        same = [
+            met.setdefault(id(c.target.greens), c.target) if isinstance(c.target, AtRest) else c.target
+            for c in contacts
+        ]
+        contacts = tuple(replace(c, target=target) for c, target in zip(contacts, same, strict=True))
+        object.__setattr__(self, "contacts", contacts)
         object.__setattr__(self, "preload", preload)
 
     def __str__(self) -> str:
@@ -140,11 +146,7 @@ class ContactProblem:
     @property
     def targets(self) -> tuple[Body, ...]:
         """Return the distinct bodies touched, in order of first appearance."""
-        bodies: list[Body] = []
-        for contact in self.contacts:
-            if not any(contact.target is body for body in bodies):
-                bodies.append(contact.target)
-        return tuple(bodies)
+        return tuple({id(contact.target): contact.target for contact in self.contacts}.values())
 
     @property
     def bodies(self) -> tuple[Body, ...]:
@@ -152,16 +154,14 @@ class ContactProblem:
         return (self.striker, *self.targets)
 
     def carried(self, time: Array) -> Array | None:
-        """Return the (n, contacts) amounts that the motion of the bodies' bases adds to the gaps [m]; ``None`` where
-        none moves."""
+        """Return the (n, contacts) amounts that moving bases add to the gaps [m]; ``None`` where none moves."""
         if all(body.base is None for body in self.bodies):
             return None
         striker = self.striker.carried(time)
         return np.stack([c.side * (striker - c.target.carried(time)) for c in self.contacts], axis=1)
 
     def directions(self, body: Body) -> Array:
-        """Return (ports of ``body``, contacts) +1, 0 or -1: how a contact force N >= 0 acts on a port, along the
-        normal."""
+        """Return (ports of ``body``, contacts) +1, 0 or -1: how a contact force N >= 0 acts on a port."""
         out = np.zeros((len(body.greens.ports), len(self.contacts)))
         for c, contact in enumerate(self.contacts):
             if body is self.striker:
@@ -169,12 +169,3 @@ class ContactProblem:
             if body is contact.target:
                 out[body.greens.port_index(contact.port), c] -= contact.side
         return out
-
-
-def _same_bodies(contacts: list[Contact] | tuple[Contact, ...]) -> tuple[Contact, ...]:
-    """Return one body for each Green's function that stands for a body at rest."""
-    met: dict[int, Body] = {}
-    return tuple(
-        replace(c, target=met.setdefault(id(c.target.greens), c.target)) if isinstance(c.target, AtRest) else c
-        for c in contacts
-    )

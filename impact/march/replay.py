@@ -27,11 +27,8 @@ NEAR, LEAST = 2**17, 64  # coordinates of some steps that stay near the processo
 class Block:
     """The results of m steps of a replay.
 
-    Attributes:
-        displacement: (P, m) of the ports at the end of each step [m].
-        stored: (m,) elastic and kinetic energy at the end of each step [J]; (0,) where not asked for.
-        lost: (m,) what damping took during each step [J]; likewise.
-        load_work: (m,) work of the prescribed loads during each step [J].
+    ``displacement`` (P, m) of the ports and ``stored`` energy (m,) at the end of each step [m, J]; ``lost`` in damping
+    and ``load_work`` of the loads during each step (m,) [J]. Energies are (0,) where not asked for.
     """
 
     displacement: Array
@@ -77,16 +74,14 @@ class Replay:
 
     @property
     def stored(self) -> float:
-        """Return the elastic and kinetic energy of the oscillators, translations, relaxations and compliance by now
-        [J]."""
+        """Return the elastic and kinetic energy of all parts by now [J]."""
         swinging = float(np.sum(self._p**2) + np.sum(self._steps[6] * self._q**2))
         moving = sum((body[1] + self._dt * (body[2] + body[3])) ** 2 for body in self._bodies)
         resting = float(self._relaxing[3] @ self._y**2 + self._last @ self._compliance @ self._last)
         return 0.5 * (swinging + float(moving) + resting)
 
     def advance(self, force: Array, loads: Array, *, energies: bool = True) -> Block:
-        """Advance through m steps under port forces (P, m) and load amplitudes (L, m); without ``energies``, of which
-        then none is there, all is several times cheaper."""
+        """Advance through m steps under port forces (P, m) and load amplitudes (L, m); cheaper without ``energies``."""
         ports, m = force.shape
         channels = np.concatenate([force, loads])
         u, stored_and_lost = np.zeros_like(channels), np.zeros((2, m if energies else 0))
@@ -121,19 +116,13 @@ class Replay:
 
     def _oscillate(self, pushed: Array, told: Array | None) -> None:
         """Turn modal forces (m, K) into coordinates; ``told`` (2, m) gains energies stored and lost."""
-        if told is None:
-            oscillate(self._steps, None, self._q, self._p, pushed, None)
-            return
-        energies = np.zeros(told.shape)
-        oscillate(self._steps, self._form, self._q, self._p, pushed, energies)
-        told += energies
+        form, energies = (None, None) if told is None else (self._form, np.zeros(told.shape))
+        oscillate(self._steps, form, self._q, self._p, pushed, energies)
+        if told is not None:
+            told += energies
 
     def coordinates(self, force: Array, loads: Array, stride: int) -> Array:
-        """Return the (m // stride, K + R) oscillators and relaxations after every ``stride``-th of m steps, nothing
-        else.
-
-        Translations are left out: they bend nothing.
-        """
+        """Return the (m // stride, K + R) oscillators and relaxations, at every ``stride``-th step; no translations."""
         channels, swinging, none = np.concatenate([force, loads]), len(self._rates[0]), np.zeros(0)
         coordinates = np.empty((force.shape[1] // stride, swinging + self._y.size))
         for part in blocks(force.shape[1], self._tile):
@@ -152,8 +141,7 @@ def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
 
 
 def _pushed(force: Array, shapes: Array, room: Array) -> Array:
-    """Return the (m, M) modal forces of (C, m) forces on shapes (C, M), in ``room``; a channel without force costs
-    nothing."""
+    """Return the (m, M) modal forces of (C, m) forces on shapes (C, M), in ``room``; idle channels cost nothing."""
     active = np.any(force, axis=1)
     if not np.all(active):
         force, shapes = force[active], shapes[active]

@@ -76,11 +76,13 @@ class ContactStepper:
             self._free = prepared.flight.others[1:].copy()
             self._pilot = Pilot(prepared.flight, prepared.dt, self._free)
         poles = prepared.poles
-        self._rows, self._state = history.streams(poles.folded() if p == 1 else poles.steps)
+        steps, psi = (poles.folded(), np.ones((1, poles.psi.shape[1]))) if p == 1 else (poles.steps, poles.psi)
+        self._rows, self._state = history.streams(steps)
         self._along = poles.along()
         self._strides = Strides.none()
         if flying and prepared.weights.size == 0 and not self.live.follows:
-            self._strides = Strides.of(poles.folded() if p == 1 else poles.steps, _carried(prepared), n)
+            carried = np.asarray(-prepared.rest @ psi)  # drives the poles while nothing touches: the preload, missing
+            self._strides = Strides.of(steps, carried, n)
         self._past = history.BlockedSum(prepared.weights, prepared.plan.block)
         contacts = prepared.problem.contacts
         seats = np.array([c.side > 0 for c in contacts])
@@ -112,10 +114,7 @@ class ContactStepper:
         """Take one step, during which ``loads`` (L,) [N] act beside the striker's own loads, constant over the step.
 
         ``loads[i]`` is added to the amplitude of ``striker.loads[i]``; for a force known only here, give the body
-        ``Load(shape, numpy.zeros_like)``. The result's energy ledger counts its work.
-
-        Raises:
-            ContactError: the run is over; loads that are not L finite numbers.
+        ``Load(shape, numpy.zeros_like)``. Raises `ContactError`: the run is over; loads that are not L finite numbers.
         """
         if self.done == self.prepared.steps:
             raise ContactError(f"the run is over after {self.done} steps; prepare it with a longer duration")
@@ -130,7 +129,8 @@ class ContactStepper:
         while self.live.follows and self.done < stop:
             first = self.done - self.done % FOLLOW
             edge = min(first + FOLLOW, stop)
-            self.live.follow(self.done, edge, self._foreseen(first), FOLLOW)
+            before, now = self.gap[[max(first - 1, 0), first]] @ self._seats
+            self.live.follow(self.done, edge, float(now + FOLLOW / 2 * (now - before)), FOLLOW)
             self._advance(edge)
         self._advance(stop)
 
@@ -138,12 +138,6 @@ class ContactStepper:
     def opening(self) -> Array:
         """Return the seats' (n + 1,) mean opening up to the steps done [m]."""
         return np.asarray(self.gap[: self.done + 1] @ self._seats)
-
-    def _foreseen(self, step: int) -> float:
-        """Return the seats' mean opening [m] in the middle of the `FOLLOW` steps from ``step`` on, at its present
-        rate."""
-        before, now = self.gap[[step - 1 if step else 0, step]] @ self._seats
-        return float(now + FOLLOW / 2 * (now - before))
 
     def _advance(self, stop: int) -> None:
         """March up to step ``stop``, the amplitudes of all loads known."""
@@ -173,7 +167,7 @@ class ContactStepper:
             "p": self._state[1],
             "live_amplitudes": self.live.amplitudes,
             "live_state": self.live.state,
-            "flight": self._base,
+            "flight": np.zeros((2, 0)) if self._pilot is None else self._pilot.base,
             **({"fed": self.live.fed} if self.live.fed.size else {}),
         }
 
@@ -181,10 +175,6 @@ class ContactStepper:
         """Return everything the future depends on, as arrays; `impact.storage.checkpoint` writes it to a file."""
         states = {name: values.copy() for name, values in self._states(self.done).items()}
         return {"done": np.array(self.done), **states}
-
-    @property
-    def _base(self) -> Array:
-        return np.zeros((2, 0)) if self._pilot is None else self._pilot.base
 
     def restore(self, state: dict[str, Array]) -> None:
         """Continue a fresh stepper from a `checkpoint` of the same problem; `ContactError` if it does not fit."""
@@ -230,10 +220,3 @@ class ContactStepper:
         for contact in s.problem.contacts:
             if isinstance(contact.law, PlainLaw):
                 contact.law.check()
-
-
-def _carried(prepared: Prepared) -> Array:
-    """Return the (K,) drive of the poles while nothing touches: the force carried since ever, missing."""
-    if len(prepared.rest) == 1:  # folded
-        return np.full(prepared.poles.steps.shape[1], -prepared.rest[0])
-    return np.asarray(-prepared.rest @ prepared.poles.psi)

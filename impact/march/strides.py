@@ -27,10 +27,8 @@ SHORTEST, LONGEST = 4, 13  # powers of two, of steps; a shorter stride costs wha
 class Strides:
     """Data of K poles for the strides of a march.
 
-    Attributes:
-        lengths: (L,) steps; none where poles are no oscillations, relaxations or rigid motions.
-        powers: (L, 5, K) rows b11, b12, b21, b22 of A^m, and err.
-        swing: (4, K) rest (q, p) about which they swing; u, v with A^2 = q^2 + (v p + u q)^2 there.
+    ``lengths`` (L,): steps, none where poles are no oscillations, relaxations or rigid motions; ``powers`` (L, 5, K):
+    b11, b12, b21, b22 of A^m, and err; ``swing`` (4, K): rest (q, p), and u, v with A^2 = q^2 + (v p + u q)^2 about it.
     """
 
     lengths: NDArray[np.int64]

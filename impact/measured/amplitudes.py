@@ -11,8 +11,9 @@ from impact.greens.base import Array, ComplexArray
 from impact.greens.modal import ModalGreens, Residual
 from impact.measured.passive_residues import Residues, signed_terms
 from impact.measured.passivity import positive_part
-from impact.measured.vector_fitting import Poles, basis
+from impact.measured.vector_fitting import Lines, Poles, basis
 
+_ITERATIONS = 3000
 _NOTHING = 1e-12  # of the largest response: a compliance that is round-off
 
 
@@ -37,14 +38,17 @@ class FitData:
         return np.stack([self.g[:, i, j] for i in range(p) for j in range(i, p)], axis=1)
 
     @property
-    def beyond(self) -> Poles:
-        """Return the poles ``above``."""
-        return Poles(np.array(self.above, dtype=complex), np.zeros(0))
-
-    @property
     def fixed(self) -> ComplexArray:
         """Return the (n, e) columns beside the poles in the band: `extra`, and oscillators at the poles ``above``."""
-        return np.concatenate([self.extra, oscillators(self.s, self.beyond.pairs)], axis=1)
+        return np.concatenate([self.extra, oscillators(self.s, np.array(self.above, dtype=complex))], axis=1)
+
+    def lines(self, terms: ComplexArray) -> Lines:
+        """Return the lines of the upper triangle, with ``terms`` (n, e) beside the poles."""
+        return Lines(self.s, self.elements, self.weights, terms)
+
+    def with_beyond(self, poles: Poles) -> Poles:
+        """Return the poles, those ``above`` among them."""
+        return Poles(np.concatenate([poles.pairs, np.array(self.above, dtype=complex)]), poles.rates)
 
     @property
     def extra(self) -> ComplexArray:
@@ -65,13 +69,10 @@ def oscillators(s: ComplexArray, pairs: ComplexArray) -> ComplexArray:
 
 
 def free_residues(data: FitData, poles: Poles) -> Residues:
-    """Return residues by least squares without regard to passivity, but c and the rigid-body term positive
-    semidefinite."""
+    """Return residues by least squares, passive or not, but c and the rigid-body term positive semidefinite."""
     phi, extra, p = basis(data.s, poles), data.extra, len(data.port_names)
-    beside = np.zeros((extra.shape[1], p, p))
-    both = np.concatenate([phi, extra], axis=1)
-    coefficients = least_squares(both, data.g, data.weights)
-    beside[:] = [positive_part(matrix) for matrix in coefficients[phi.shape[1] :]]
+    coefficients = least_squares(np.concatenate([phi, extra], axis=1), data.g, data.weights)
+    beside = np.array([positive_part(matrix) for matrix in coefficients[phi.shape[1] :]])
     if np.abs(beside[0]).max() < _NOTHING * np.abs(data.g).max():
         beside[0] = 0.0
     if np.any(beside != coefficients[phi.shape[1] :]):
@@ -106,7 +107,7 @@ def modal_fit(data: FitData, poles: Poles, smallest: float) -> ModalGreens:
 
     ``smallest``: part of a mode's amplitude matrix below which its further ranks are left out.
     """
-    pairs, p = np.concatenate([poles.pairs, data.beyond.pairs]), len(data.port_names)
+    pairs, p = data.with_beyond(poles).pairs, len(data.port_names)
     omega = np.abs(pairs)
     zeta = -pairs.real / omega
     s = data.s[:, None]
@@ -123,17 +124,13 @@ def modal_fit(data: FitData, poles: Poles, smallest: float) -> ModalGreens:
     decays = [
         (rate, shape) for rate, a in zip(poles.rates, amplitudes[k:], strict=False) for _, shape in signed_terms(a)
     ]
-    residual = Residual(
-        np.array([shape for _, shape in decays]).reshape(-1, p),
-        np.array([rate for rate, _ in decays]),
-        amplitudes[k + r],
-    )
-    shapes = np.array([shape for _, _, shape in modes]).reshape(-1, p)
-    w, z = np.array([w for w, _, _ in modes]), np.array([z for _, z, _ in modes])
-    return ModalGreens(w, z, shapes, residual, data.port_names)
+    rates, relaxing = (np.array([term[i] for term in decays]) for i in range(2))
+    w, z, shapes = (np.array([mode[i] for mode in modes]) for i in range(3))
+    residual = Residual(relaxing.reshape(-1, p), rates, amplitudes[k + r])
+    return ModalGreens(w, z, shapes.reshape(-1, p), residual, data.port_names)
 
 
-def _positive_least_squares(columns: ComplexArray, g: ComplexArray, weights: Array, iterations: int = 3000) -> Array:
+def _positive_least_squares(columns: ComplexArray, g: ComplexArray, weights: Array) -> Array:
     """Return the (m, p, p) positive semidefinite amplitudes: NNLS for one port, else an accelerated projected gradient.
 
     Source: Lawson and Hanson, Solving Least Squares Problems (1974), ch. 23; Beck and Teboulle, SIAM J. Imaging Sci. 2
@@ -150,7 +147,7 @@ def _positive_least_squares(columns: ComplexArray, g: ComplexArray, weights: Arr
     step = 1 / float(np.linalg.eigvalsh(gram)[-1])
     x = y = positive_part(np.linalg.lstsq(gram, right.reshape(len(gram), -1), rcond=1e-12)[0].reshape(right.shape))
     inertia = 1.0
-    for _ in range(iterations):
+    for _ in range(_ITERATIONS):
         new = positive_part(y - step * (np.tensordot(gram, y, axes=1) - right))
         if np.sum((y - new) * (new - x)) > 0:
             inertia = 1.0

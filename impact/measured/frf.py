@@ -233,17 +233,16 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind 
         )
     said = {k: _said(head.name) for k, head in enumerate(table.heads)}
     names = {role: [table.heads[k].name.lower() for k, (_, part) in said.items() if part == role] for role in _ROLES}
-    places = {}
-    for role in _ROLES:
-        if (place := table.column_of(role, names[role], columns)) is not None:
-            places[role] = place
+    every = {role: table.column_of(role, names[role], columns) for role in _ROLES}
+    places = {role: place for role, place in every.items() if place is not None}
     pairs = [pair for pair in (("real", "imag"), ("magnitude", "phase")) if set(pair) <= set(places)]
     if "frequency" not in places or not pairs:
         raise TimeSeriesError(f"{table.path}, line {table.head_line}: header {table.header!r} {_LIKE}")
     parts = pairs[0]
     heads = [table.heads[places[part]] for part in parts]
     texts = [normal_unit(units.get("response", head.unit)) for head in heads[: 2 if parts[0] == "real" else 1]]
-    unit, decibel = _without_decibel(texts[0])
+    match = re.fullmatch(r"dB(?:\s+re\.?\s+(?:1\s+)?(.+))?", texts[0])  # "dB re 1 m/N"
+    unit, decibel = (texts[0], False) if match is None else (normal_unit(match[1] or ""), True)
     stated_kinds = {kind for k in (places[part] for part in parts) if (kind := said[k][0])}
     kinds = [kind for kind in get_args(Kind) if unit in _scales(kind)]
     if quantity is not None:
@@ -264,12 +263,6 @@ def _said(name: str) -> tuple[str, str]:
     words = re.split(r"[\s_.:|]+", name.lower())
     roles = [role for role, synonyms in _ROLES.items() if any(word in synonyms for word in words)]
     return next((word for word in words if word in _ORDER), ""), roles[0] if len(roles) == 1 else ""
-
-
-def _without_decibel(unit: str) -> tuple[str, bool]:
-    """Return the unit that decibels refer to, and whether they are: "dB re 1 m/N"."""
-    match = re.fullmatch(r"dB(?:\s+re\.?\s+(?:1\s+)?(.+))?", unit)
-    return (unit, False) if match is None else (normal_unit(match[1] or ""), True)
 
 
 def _deviation(

@@ -54,7 +54,11 @@ def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
             'tail "rigid" cannot be repaired: subtract t/M from the samples, repair the rest under tail "hold" or '
             '"zero", and add both by impact.SumGreens'
         )
-    start = greens if dt is None or _is_multiple(dt, greens.dt) else _resampled(greens, dt)
+    start, ratio = greens, 1.0 if dt is None else dt / greens.dt
+    if dt is not None and not (round(ratio) >= 1 and abs(ratio - round(ratio)) < 1e-9 * ratio):
+        t, p = dt * np.arange(int(greens.end / dt * (1 + 1e-12)) + 1), range(len(greens.port_names))
+        sampled = np.array([[greens.impulse_response(t, i, j) for j in p] for i in p])
+        start = replace(greens, values=sampled, dt=dt)
     form, x = _posed(start)
     n = start.values.shape[2]
     before = passivity(start, start.dt, n - 1 if start.tail == "forbid" else 4 * n)
@@ -160,14 +164,3 @@ def _nearest(form: _WorkForm, x: Array) -> tuple[Array, int]:
         momentum = new + (inertia - 1) / following * (new - multipliers)
         multipliers, inertia = new, following
     return nearest, rounds
-
-
-def _is_multiple(dt: float, spacing: float) -> bool:
-    return round(dt / spacing) >= 1 and abs(dt / spacing - round(dt / spacing)) < 1e-9 * (dt / spacing)
-
-
-def _resampled(greens: SampledGreens, dt: float) -> SampledGreens:
-    t = dt * np.arange(int(greens.end / dt * (1 + 1e-12)) + 1)
-    p = range(len(greens.port_names))
-    values = np.array([[greens.impulse_response(t, i, j) for j in p] for i in p])
-    return replace(greens, values=values, dt=dt)

@@ -26,8 +26,7 @@ def deviation_by_coherence(values: ArrayLike, coherence: ArrayLike, averages: in
     """Return the standard deviation of a complex response, whose squared magnitude is E|error|^2, from its coherence.
 
     The variance of |H| over |H|^2 is (1 - g2)/(2 g2 n); real and imaginary part together have twice that. It is taken
-    over
-    neighbouring lines: where noise outweighs a response, lines that it happens to make small would seem exact.
+    over neighbouring lines: where noise outweighs a response, lines that it happens to make small would seem exact.
     """
     share = np.clip(np.asarray(coherence, dtype=float), _LEAST_COHERENCE, 1.0)
     variance = np.abs(np.asarray(values)) ** 2 * (1 - share) / (share * averages)
@@ -43,21 +42,16 @@ def estimate_deviation(values: ComplexArray, frequency: Array) -> Array:
     a sum of what electronics and conversions leave: a constant, a part of the response, and parts that fall and rise
     as the square of the frequency; times what the running median of the local estimates tells in addition.
     """
-    variance, smooth = _local_variance(values)
-    course = _components(variance, smooth, frequency)
-    ratio = _running_median(variance / course, max(SMOOTH, len(values) // 12))
-    return np.sqrt(course * ratio)
-
-
-def _local_variance(values: ComplexArray) -> tuple[Array, Array]:
-    """Return the variance about the best local model, and the magnitude of the response itself (n,)."""
     variance, smooth = _about_rational(values, *_MODELS[0])
-    for half, degree in _MODELS[1:]:
+    for half, degree in _MODELS[1:]:  # the best local model
         other, magnitude = _about_rational(values, half, degree)
         better = _running_median(other, 2 * HALF + 1) < _MUCH_LESS * _running_median(variance, 2 * HALF + 1)
         variance, smooth = np.where(better, other, variance), np.where(better, magnitude, smooth)
     floor = (np.finfo(float).eps * np.abs(values).max()) ** 2
-    return np.maximum(variance, max(floor, np.finfo(float).tiny)), smooth
+    variance = np.maximum(variance, max(floor, np.finfo(float).tiny))
+    course = _components(variance, smooth, frequency)
+    ratio = _running_median(variance / course, max(SMOOTH, len(values) // 12))
+    return np.sqrt(course * ratio)
 
 
 def _about_rational(values: ComplexArray, half: int, degree: int) -> tuple[Array, Array]:

@@ -19,13 +19,9 @@ _MARGIN = 1e-4  # of the sum of the sizes of the terms: what each violation is l
 
 @dataclass(frozen=True)
 class Residues:
-    """G(s) = sum_k R_k/(s - p_k) + conjugates + sum_m A_m/(s + rate_m) + c + b/s^2.
+    """G(s) = sum_k R_k/(s - p_k) + conjugates + sum_m A_m/(s + rate_m) + c + b/s^2, with p_k and rates the ``poles``.
 
-    Attributes:
-        poles: p_k and rates.
-        pairs: (K, p, p) complex symmetric R_k.
-        real: (R, p, p) symmetric A_m.
-        compliance, rigid: (p, p) positive semidefinite.
+    ``pairs`` (K, p, p) complex symmetric R_k, ``real`` (R, p, p) A_m, ``compliance`` and ``rigid`` (p, p) semidefinite.
     """
 
     poles: Poles
@@ -39,31 +35,25 @@ class Residues:
         p = len(port_names)
         pairs = [(s, shape) for s, r in zip(self.poles.pairs, self.pairs, strict=True) for shape in takagi(r)]
         real = [
-            (rate, sign, shape)
+            (rate, shape, sign)
             for rate, a in zip(self.poles.rates, self.real, strict=True)
             for sign, shape in signed_terms(a)
         ]
-        return PoleGreens(
-            np.array([s for s, _ in pairs], dtype=complex),
-            np.array([shape for _, shape in pairs], dtype=complex).reshape(-1, p),
-            np.array([rate for rate, _, _ in real]),
-            np.array([shape for _, _, shape in real]).reshape(-1, p),
-            np.array([sign for _, sign, _ in real]),
-            np.array([shape for _, shape in signed_terms(self.rigid)]).reshape(-1, p),
-            self.compliance,
-            port_names,
-        )
+        poles, shapes = (np.array([pair[i] for pair in pairs], dtype=complex) for i in range(2))
+        rates, real_shapes, signs = (np.array([term[i] for term in real]) for i in range(3))
+        rigid = np.array([shape for _, shape in signed_terms(self.rigid)]).reshape(-1, p)
+        shapes, real_shapes = shapes.reshape(-1, p), real_shapes.reshape(-1, p)
+        return PoleGreens(poles, shapes, rates, real_shapes, signs, rigid, self.compliance, port_names)
 
 
-def takagi(matrix: ComplexArray, smallest: float = 1e-9) -> list[ComplexArray]:
-    """Return r_1, r_2, ... with sum r r' = ``matrix``, complex symmetric; terms below ``smallest`` of the largest left
-    out.
+def takagi(matrix: ComplexArray) -> list[ComplexArray]:
+    """Return r_1, r_2, ... with sum r r' = ``matrix``, complex symmetric, without terms below 1e-9 of the largest.
 
     Source: Horn and Johnson, Matrix Analysis, 4.4 (through the real symmetric [[Re, Im], [Im, -Re]]).
     """
     p = len(matrix)
     values, vectors = np.linalg.eigh(np.block([[matrix.real, matrix.imag], [matrix.imag, -matrix.real]]))
-    kept = np.flatnonzero(values > smallest * max(values[-1], 0.0))
+    kept = np.flatnonzero(values > 1e-9 * max(values[-1], 0.0))
     return [np.sqrt(values[k]) * (vectors[:p, k] + 1j * vectors[p:, k]) for k in kept[::-1][:p]]
 
 
@@ -94,7 +84,10 @@ def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
         greens = residues.greens(port_names)
         if pole_passivity(greens).passive:
             return residues
-        for w in _worst(greens):
+        grid = passivity_grid(greens)
+        margins = passivity_margins(greens, grid)
+        beside = np.concatenate([[np.inf], margins, [np.inf]])
+        for w in grid[(margins < 0) & (margins <= beside[:-2]) & (margins <= beside[2:])]:  # local minima
             mobility, size = real_mobility(greens, np.array([w]))
             values, vectors = np.linalg.eigh(mobility[0])
             for value, v in zip(values, vectors.T, strict=True):
@@ -118,14 +111,6 @@ def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
         residues = _moved(residues, np.einsum("env,v->en", inverse, multipliers), pairs_of_ports)
         goals = list(b - np.einsum("ven,en->v", a, np.einsum("env,v->en", inverse, multipliers)))
     return None
-
-
-def _worst(greens: PoleGreens) -> Array:
-    """Return the angular frequencies of the local minima below zero."""
-    w = passivity_grid(greens)
-    margins = passivity_margins(greens, w)
-    beside = np.concatenate([[np.inf], margins, [np.inf]])
-    return w[(margins < 0) & (margins <= beside[:-2]) & (margins <= beside[2:])]
 
 
 def _row(poles: Poles, w: float) -> Array:

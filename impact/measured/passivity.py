@@ -101,7 +101,8 @@ def passivity(
         start = np.cos(np.pi * worst / (len(mean) - 1) * np.arange(n)) * harmonic[:, None]
         least = min(least, _smallest_ritz_value(symbol, start))
     frequency = worst / (len(mean) - 1) / (2 * dt)
-    allowed = tolerance * largest + _round_off(increments)
+    response = np.abs(increments.cumsum(axis=2).cumsum(axis=2)).max()  # each D_m is a second difference of it
+    allowed = tolerance * largest + float(4 * np.finfo(float).eps * response * math.sqrt(n))
     return PassivityReport(least, frequency, allowed, largest, dt, n)
 
 
@@ -154,12 +155,6 @@ def work_spectrum(increments: Array, size: int | None = None) -> Array:
 def grid_size(n: int) -> int:
     """Return the points of the full circle: a power of two, at least 4 n."""
     return int(4 << max(n - 1, 1).bit_length())
-
-
-def _round_off(increments: Array) -> float:
-    """Return the size of the form left by the round-off of step responses: each D_m is a second difference of them."""
-    response = np.abs(increments.cumsum(axis=2).cumsum(axis=2)).max()
-    return float(4 * np.finfo(float).eps * response * math.sqrt(increments.shape[2]))
 
 
 def eigenvalues(symbol: Array) -> Array:

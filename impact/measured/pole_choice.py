@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from impact.greens.base import Array, ComplexArray
 from impact.measured.amplitudes import FitData, oscillators
-from impact.measured.vector_fitting import Poles, basis, fitted_poles, left_over, refined, starting_poles
+from impact.measured.vector_fitting import Lines, Poles, fitted_poles, left_over, refined, starting_poles
 
 ABOVE_NOISE: Final = 5.0  # times the noise of a line: what counts as a resonance
 BEYOND: Final = (1.03, 1.08, 1.16, 1.3, 1.6, 2.5)  # over the highest line: oscillators that stand for all above it
@@ -34,35 +34,30 @@ class Candidate:
 
 
 def choose_poles(data: FitData, floor: Array, most: int) -> tuple[Poles, tuple[Candidate, ...]]:
-    """Return the poles of least Bayesian information criterion, with free terms in place of what is beyond the band,
-    and all that were tried, in the order of the search.
+    """Return the poles of least Bayesian information criterion, and all that were tried, in the order of the search.
 
-    Args:
-        data: ``weights``: one over the noise.
-        floor: (n,) misfit that is small enough, whatever the noise [m/N].
-        most: limit of pole pairs.
+    Free terms stand for what is beyond the band. ``floor`` (n,): misfit that is small enough, whatever the noise [m/N];
+    ``most``: limit of pole pairs.
     """
-    lines, responses, extra = data.s, data.elements, residual_terms(data.s)
-    most = min(most, len(lines) // 3)
-    poles = starting_poles(lines, *_peaks(data, most))
-    weights = np.repeat(data.weights[:, None], responses.shape[1], axis=1)
+    lines, most = data.lines(residual_terms(data.s)), min(most, len(data.s) // 3)
+    poles = starting_poles(data.s, *_peaks(data, most))
     best, least, vain = Poles(np.zeros(0, dtype=complex), np.zeros(0)), np.inf, 0
     tried = list[Candidate]()
     for _ in range(_MOST_ROUNDS):
-        poles = within(lines, fitted_poles(lines, responses, weights, extra, poles))
-        poles = within(lines, refined(lines, responses, data.weights, extra, poles))
-        cost = criterion(data, left_over(lines, responses, data.weights, extra, poles), poles)
+        poles = within(data.s, fitted_poles(lines, poles))
+        poles = within(data.s, refined(lines, poles))
+        cost = criterion(data, left_over(lines, poles), poles)
         tried.append(Candidate(poles, cost))
         vain = 0 if cost < least else vain + 1
         best, least = (poles, cost) if cost < least else (best, least)
-        apart = _left(data, extra, poles)
+        apart = _left(lines, poles)
         if np.mean(np.abs(apart) ** 2 / floor[:, None] ** 2) <= 1:
             return poles, tuple(tried)
         if vain >= _PATIENCE or len(poles.pairs) >= most:
             break
         size = data.weights * np.linalg.norm(apart, axis=1)
-        poles = _with_more(poles, lines, size, max(1, len(poles.pairs) // 6))
-    fewer = _without_idle(data, extra, best, least)
+        poles = _with_more(poles, data.s, size, max(1, len(poles.pairs) // 6))
+    fewer = _without_idle(data, lines, best, least)
     return (fewer[-1].poles if fewer else best), (*tried, *fewer)
 
 
@@ -95,30 +90,28 @@ def criterion(data: FitData, squares: float, poles: Poles, form: str = "complex"
     return float(fit + math.log(numbers) * (per_pair * len(poles.pairs) + (1 + q) * len(poles.rates)))
 
 
-def _left(data: FitData, extra: ComplexArray, poles: Poles) -> ComplexArray:
+def _left(lines: Lines, poles: Poles) -> ComplexArray:
     """Return what the best residues leave (n, q)."""
-    columns = np.concatenate([basis(data.s, poles), extra], axis=1) * data.weights[:, None]
-    goal = data.elements * data.weights[:, None]
-    a, b = np.concatenate([columns.real, columns.imag]), np.concatenate([goal.real, goal.imag])
+    a, b = lines.posed(poles)
     size = np.linalg.norm(a, axis=0)
     x = np.linalg.lstsq(a / size, b, rcond=1e-13)[0]
     residuals = b - (a / size) @ x
-    n = len(data.s)
-    return np.asarray((residuals[:n] + 1j * residuals[n:]) / data.weights[:, None])
+    n = len(lines.s)
+    return np.asarray((residuals[:n] + 1j * residuals[n:]) / lines.weights[:, None])
 
 
-def _without_idle(data: FitData, extra: ComplexArray, poles: Poles, cost: float) -> list[Candidate]:
+def _without_idle(data: FitData, lines: Lines, poles: Poles, cost: float) -> list[Candidate]:
     """Return the poles without those that the information criterion is better off without, one fewer in each."""
-    lines, responses, candidates = data.s, data.elements, list[Candidate]()
+    candidates = list[Candidate]()
     for _ in range(_MOST_IDLE):
         if len(poles.pairs) == 0:
             break
         fewer = [Poles(np.delete(poles.pairs, k), poles.rates) for k in range(len(poles.pairs))]
         fewer += [Poles(poles.pairs, np.delete(poles.rates, k)) for k in range(len(poles.rates))]
-        costs = [criterion(data, left_over(lines, responses, data.weights, extra, each), each) for each in fewer]
+        costs = [criterion(data, left_over(lines, each), each) for each in fewer]
         least = int(np.argmin(costs))
-        moved = within(lines, refined(lines, responses, data.weights, extra, fewer[least]))
-        new = criterion(data, left_over(lines, responses, data.weights, extra, moved), moved)
+        moved = within(data.s, refined(lines, fewer[least]))
+        new = criterion(data, left_over(lines, moved), moved)
         if new >= cost:
             break
         poles, cost = moved, new
@@ -142,8 +135,7 @@ def _peaks(data: FitData, most: int) -> tuple[int, Array]:
 
 
 def _with_more(poles: Poles, s: ComplexArray, apart: Array, count: int) -> Poles:
-    """Return ``count`` pairs more, where the fit is worst: at the highest peaks of the misfit, smoothed over five
-    lines."""
+    """Return ``count`` pairs more at the highest peaks of the misfit, smoothed over five lines."""
     smooth = np.convolve(apart, np.ones(5) / 5, mode="same")
     peaks = _local_peaks(np.concatenate([[0.0], smooth, [0.0]])) - 1
     worst = s.imag[peaks[np.argsort(-smooth[peaks])[:count]]]

@@ -7,7 +7,7 @@ from typing import Final, Literal, get_args
 
 import numpy as np
 
-from impact.greens.base import Array, ComplexArray, ErrorEstimate, GreensFunction
+from impact.greens.base import Array, ComplexArray, ErrorEstimate
 from impact.greens.modal import ModalGreens
 from impact.greens.poles import PoleGreens
 from impact.greens.pulse import hann
@@ -51,12 +51,9 @@ _RANGES: Final = 5  # of lines that are named at most
 class PoleFit:
     """Poles through a measured response, and what its noise leaves open.
 
-    Attributes:
-        greens: the passive fit.
-        draws: the same fit, of the same order, to records that differ by their noise; behind them fits to the record
-            itself with other modes beyond the band, which it does not refute.
-        deviation: (n,) standard deviation of the noise, from the file or from the lines [m/N].
-        tried: poles of each order that the search for their number looked at.
+    ``greens``: the passive fit; ``draws``: the same, of the same order, to records that differ by their noise, and
+    behind them with other modes beyond the band that the record does not refute; ``deviation``: (n,) of the noise, from
+    the file or from the lines [m/N]; ``tried``: poles of each order that were looked at.
     """
 
     greens: Fitted
@@ -115,9 +112,8 @@ def fit_response(
         draws: of records with other noise, `DRAWS` over the number of ports if absent; of a seed that is always the
         same.
 
-    Raises:
-        FrequencyResponseError: not causal, lines that hold nothing but noise, a misfit beyond the noise of more than
-            half of the response, a "complex" fit that cannot be made passive.
+    Raises `FrequencyResponseError`: not causal, lines that hold nothing but noise, a misfit beyond the noise of more
+    than half of the response, a "complex" fit that cannot be made passive.
     """
     if form not in get_args(Form):
         raise FrequencyResponseError(f"form {form!r} is unknown; choose from {', '.join(get_args(Form))}")
@@ -141,9 +137,8 @@ def fit_response(
     ranges, worst = _ranges_of(data, residual)
     if unexplained > MOST_UNEXPLAINED:
         raise FrequencyResponseError(
-            f"the fit misses {unexplained:.0%} of the response beyond its noise, with {len(poles.pairs)} pole "
-            f"pairs, most "
-            f"of it {in_words(ranges) or 'at all lines'}: check units and phase, or leave these lines out"
+            f"the fit misses {unexplained:.0%} of the response beyond its noise, with {len(poles.pairs)} pole pairs, "
+            f"most of it {in_words(ranges) or 'at all lines'}: check units and phase, or leave these lines out"
         )
     noise = _noise_of_draws(data, deviation, residual)
     count = DRAWS // len(names) if draws is None else draws
@@ -183,7 +178,11 @@ def fit_impulse_response(
     free = greens.tail == "rigid" if free is None else free
     response = of_impulse_response(greens, highest=highest)
     fit = fit_poles(response, tolerance=tolerance, form=form, free=free, most_pairs=most_pairs)
-    error = _sampled_error(greens, fit, float(2 / response.frequency[-1]))
+    n, width = greens.values.shape[2], float(2 / response.frequency[-1])
+    t: Array = greens.dt * np.arange(n, dtype=np.float64)
+    pulse = hann(t[t <= width], width) * greens.dt
+    filtered = np.array([[np.convolve(row, pulse)[:n] for row in rows] for rows in greens.values])
+    error = float(np.abs(filtered - fit.filtered_matrix(t, width)).max() / np.abs(filtered).max())
     return fit.with_error(ErrorEstimate(error, None))
 
 
@@ -200,8 +199,7 @@ def noise_of(response: FrequencyResponse) -> Array:
 
 
 def _lines_alike(response: FrequencyResponse) -> int:
-    """Return how many neighbouring lines share their noise: under an exponential window, those within its line
-    width."""
+    """Return how many neighbouring lines share their noise: under an exponential window, those in its width."""
     spacing = 2 * np.pi * float(np.median(np.diff(response.frequency)))
     return int(min(1 + round(4 * response.shift / spacing), max(len(response.frequency) // 20, 1)))
 
@@ -221,8 +219,7 @@ def _check_signal(data: FitData) -> None:
     if power - n < _SIGNAL * np.sqrt(n):
         raise FrequencyResponseError(
             f"its {len(data.s)} lines hold nothing but noise: their power is {power / n:.3g} times that of it; "
-            f"average over "
-            "more blows, or check which column is which"
+            "average over more blows, or check which column is which"
         )
 
 
@@ -233,48 +230,33 @@ def _squares(data: FitData, values: ComplexArray) -> Array:
 
 
 def _with_residual_terms(data: FitData, poles: Poles, free: bool | None) -> list[tuple[FitData, Poles]]:
-    """Return the data with the terms below and above the band that the lines support, and the poles beside them; behind
-    them those with other modes beyond the band that the lines do not refute."""
-    s, responses, weights = data.s, data.elements, data.weights
-
-    def left(terms: FitData) -> float:
-        return 2 * left_over(s, responses, weights, terms.fixed, poles)
-
-    held, moving = replace(data, free=False), replace(data, free=True)
-    if free is None:
-        free = _is_free(moving, poles)
-    data = moving if free else held
-    if left(data) - 2 * left_over(s, responses, weights, residual_terms(s), poles) > _SURE:
-        zeta = (
-            float(np.clip(np.median(-poles.pairs.real / np.abs(poles.pairs)), 0.002, 0.05))
-            if len(poles.pairs)
-            else 0.02
-        )
-        return _with_modes_beyond(data, poles, zeta)
+    """Return the data with the terms beyond the band that the lines support, and poles; then others not refuted."""
+    data = replace(data, free=True)
+    if not (_is_free(data, poles) if free is None else free):
+        data = replace(data, free=False)
+    every = data.lines(residual_terms(data.s))
+    if 2 * left_over(data.lines(data.fixed), poles) - 2 * left_over(every, poles) > _SURE:
+        zeta = np.median(-poles.pairs.real / np.abs(poles.pairs)) if len(poles.pairs) else 0.02
+        return _with_modes_beyond(data, poles, float(np.clip(zeta, 0.002, 0.05)))
     return [_moved_together(data, poles)]
 
 
 def _moved_together(data: FitData, poles: Poles, iterations: int = 6) -> tuple[FitData, Poles]:
-    """Return the data and the poles after least squares for those in the band and those beyond it; the latter stay
-    where
-    they are if they would leave their place."""
-    several = refined(data.s, data.elements, data.weights, data.extra, _with_beyond(data, poles), iterations)
+    """Return the data and the poles after least squares for those in the band and those beyond it, if these stay
+    there."""
+    several = refined(data.lines(data.extra), data.with_beyond(poles), iterations)
     count, highest = len(poles.pairs), float(data.s.imag[-1])
     inside, above = Poles(several.pairs[:count], several.rates), several.pairs[count:]
     size = np.abs(above)
     if np.all((size > highest) & (size < _FARTHEST * highest) & (-above.real < _MOST_DAMPED * size)):
         return replace(data, above=tuple(map(complex, above))), within(data.s, inside)
-    moved = refined(data.s, data.elements, data.weights, data.fixed, poles, iterations)
-    return data, within(data.s, moved)
+    return data, within(data.s, refined(data.lines(data.fixed), poles, iterations))
 
 
 def _is_free(data: FitData, poles: Poles) -> bool:
-    """Return whether the lines support a mass line: beside all that may come from above the band, and where it
-    outweighs
-    the other terms."""
+    """Return whether the lines support a mass line, beside all from above the band, and where it outweighs the rest."""
     s, terms = data.s, residual_terms(data.s)
-    without = 2 * left_over(s, data.elements, data.weights, terms[:, :-1], poles)
-    if without - 2 * left_over(s, data.elements, data.weights, terms, poles) < _SURE:
+    if 2 * left_over(data.lines(terms[:, :-1]), poles) - 2 * left_over(data.lines(terms), poles) < _SURE:
         return False
     columns = np.concatenate([basis(s, poles), terms], axis=1)
     amplitudes = least_squares(columns, data.elements[:, :, None], data.weights)[:, :, 0]
@@ -284,8 +266,7 @@ def _is_free(data: FitData, poles: Poles) -> bool:
 
 
 def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[FitData, Poles]]:
-    """Return data and poles with as many modes beyond the band as its highest lines resolve, three at most; they
-    begin where `_BEYOND` fits best.
+    """Return data and poles with as many modes beyond the band as its highest lines resolve, three at most.
 
     Behind them are those with more modes, which fit as well, and those with fewer whose criterion is hardly worse: of
     what they say about the response beyond the band, and so about its static part, the lines prefer none.
@@ -295,14 +276,11 @@ def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[F
     for _ in range(_MOST_BEYOND):
         last, _ = candidates[-1]  # its poles may have left the band to stand for what it lacks there
         more = [replace(last, above=(*last.above, complex(w * turn))) for w in places]
-        place = min(more, key=lambda each: left_over(data.s, data.elements, data.weights, each.fixed, poles))
+        place = min(more, key=lambda each: left_over(data.lines(each.fixed), poles))
         candidates.append(_moved_together(place, poles))
 
-    def cost(one: tuple[FitData, Poles]) -> float:
-        together = _with_beyond(*one)
-        return criterion(data, left_over(data.s, data.elements, data.weights, data.extra, together), together)
-
-    costs = [cost(one) for one in candidates]
+    everywhere = [moved.with_beyond(inside) for moved, inside in candidates]
+    costs = [criterion(data, left_over(data.lines(data.extra), each), each) for each in everywhere]
     best = int(np.argmin(costs))
     alike = [one for k, one in enumerate(candidates) if k > best or (k < best and costs[k] - costs[best] < _SURE)]
     return [candidates[best], *alike]
@@ -319,26 +297,21 @@ def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitt
         enough = np.mean(np.abs(modal.transfer(data.s) - data.g) ** 2 / floor[:, None, None] ** 2) <= 1
         if form == "modal" or enough:
             return modal, False
-    freely = free_residues(data, _with_beyond(data, poles))
+    freely = free_residues(data, data.with_beyond(poles))
     misfit = float(np.sum(_squares(data, response_of(freely, data.s) - data.g)))
     if real is not None and real[0] <= criterion(data, misfit, poles):
         return real[1], False
     passive = made_passive(freely, data.port_names, data.s, data.weights)
-    if passive is None and real is None:
-        raise FrequencyResponseError(
-            'the residues cannot be made passive by a small change: use form="modal", or fewer pole pairs'
-        )
     if passive is None:
-        assert real is not None
+        if real is None:
+            raise FrequencyResponseError(
+                'the residues cannot be made passive by a small change: use form="modal", or fewer pole pairs'
+            )
         return real[1], False
     misfit = float(np.sum(_squares(data, response_of(passive, data.s) - data.g)))
     if real is not None and real[0] <= criterion(data, misfit, poles):
         return real[1], False
     return passive.greens(data.port_names), True
-
-
-def _with_beyond(data: FitData, poles: Poles) -> Poles:
-    return Poles(np.concatenate([poles.pairs, data.beyond.pairs]), poles.rates)
 
 
 def _unexplained(data: FitData, residual: ComplexArray) -> float:
@@ -368,14 +341,11 @@ def in_words(ranges: list[tuple[float, float]]) -> str:
 
 
 def _noise_of_draws(data: FitData, deviation: Array, residual: ComplexArray) -> Array:
-    """Return the standard deviation (n,) that records are drawn with: the noise, and what the fit misses around a
-    line."""
+    """Return the deviation (n,) that records are drawn with: the noise, and what the fit misses around a line."""
     squares = np.mean(np.abs(residual) ** 2, axis=(1, 2))
     width = min(51, len(squares) | 1)
-    around = np.convolve(np.pad(squares, width // 2, mode="reflect"), np.ones(width) / width, mode="valid")[
-        : len(squares)
-    ]
-    missed = np.sqrt(around) / data.weights
+    around = np.convolve(np.pad(squares, width // 2, mode="reflect"), np.ones(width) / width, mode="valid")
+    missed = np.sqrt(around[: len(squares)]) / data.weights
     known = deviation * min(1.0, float(np.sqrt(np.mean(squares))))  # an estimate of the noise may be too large
     return np.asarray(np.maximum(missed, known))
 
@@ -391,7 +361,7 @@ def _drawn(data: FitData, poles: Poles, fitted: Fitted, complex_form: bool, nois
         drawn, moved = _moved_together(drawn, poles, 3)
         passive = None
         if complex_form:
-            together = free_residues(drawn, _with_beyond(drawn, moved))
+            together = free_residues(drawn, drawn.with_beyond(moved))
             passive = made_passive(together, data.port_names, data.s, data.weights)
         modal = _LEAN if own.shape[1] > 1 else 1e-9
         fits.append(modal_fit(drawn, moved, modal) if passive is None else passive.greens(data.port_names))
@@ -417,8 +387,8 @@ def _report(greens: Fitted, data: FitData, response: FrequencyResponse, defect: 
 
 
 def _pulse_error(greens: Fitted, draws: tuple[Fitted, ...], data: FitData, unexplained: float) -> float:
-    """Return what draws change of g after the pulse of the band, what oscillations beyond the band, whose frequencies
-    nobody measured, leave after it, and the part that is not explained, over the largest filtered g."""
+    """Return what draws change of g after the pulse of the band, with oscillations beyond it and the unexplained
+    part."""
     w = data.s.imag
     width, end = float(4 * np.pi / w[-1]), float(2 * np.pi / np.median(np.diff(w)))
     t = np.linspace(0.0, min(end, 200 * width), int(min(4 * end * w[-1] / (2 * np.pi), 2000)) + 2)
@@ -427,11 +397,3 @@ def _pulse_error(greens: Fitted, draws: tuple[Fitted, ...], data: FitData, unexp
     changes = [float(np.abs(draw.filtered_matrix(t, width) - own).max()) for draw in draws]
     beyond = greens.above(float(w[-1])).filtered_matrix(width * np.linspace(1, 6, 200), width)
     return (_MARGIN * max(changes, default=0.0) + float(np.abs(beyond).max(initial=0.0))) / peak + unexplained
-
-
-def _sampled_error(greens: SampledGreens, fit: GreensFunction, width: float) -> float:
-    n = greens.values.shape[2]
-    t: Array = greens.dt * np.arange(n, dtype=np.float64)
-    pulse = hann(t[t <= width], width) * greens.dt
-    filtered = np.array([[np.convolve(row, pulse)[:n] for row in rows] for rows in greens.values])
-    return float(np.abs(filtered - fit.filtered_matrix(t, width)).max() / np.abs(filtered).max())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -34,15 +35,12 @@ def read_impulse_response(
     """Read g(t) from two columns under a header such as ``time [us],impulse_response [um/(N s)]``.
 
     Times in s, ms, us, equally spaced, t = 0 the blow; g in m/(N s), mm/(N s), um/(N s), nm/(N s). Empty lines and
-    lines that begin with # are skipped; separators, ``columns`` and ``units`` as in `impact.read_time_series`. The
-    rest as `SampledGreens.from_series`; several ports: read each, stack
-    the values and give them to it. ``static``: (1, 1) static compliance [m/N].
+    lines that begin with # are skipped; separators, ``columns`` and ``units`` as in `impact.read_time_series`, the rest
+    as `SampledGreens.from_series`; of several ports, read each and stack the values. ``static``: (1, 1) [m/N].
 
     Raises:
-        GreensFunctionError: what `SampledGreens.from_series` refuses, a header without quantity and unit; the message
-            names the file.
-        TimeSeriesError: no CSV text, another number of columns, or a cell that is not a number; the message names file,
-            line and column.
+        GreensFunctionError: what `SampledGreens.from_series` refuses, a header without quantity and unit.
+        TimeSeriesError: no CSV text, another number of columns, or a cell that is not a number. Both name the file.
     """
     name = Path(path)
     if not name.exists():
@@ -78,52 +76,37 @@ def sampling_advice(greens: GreensFunction, dt: float, n: int, *, body: str = "t
     return tuple(advice for part in greens.sampled_parts for advice in _advice_on(part, dt, n, body))
 
 
-def _advice_on(greens: SampledGreens, dt: float, n: int, body: str) -> tuple[Advice, ...]:
-    advice = []
-    share = _above(greens, 0.5 / dt)
+def _advice_on(greens: SampledGreens, dt: float, n: int, body: str) -> Iterator[Advice]:
+    power = np.sum(np.abs(np.fft.rfft(greens.values, axis=2)) ** 2, axis=(0, 1))
+    above = np.fft.rfftfreq(greens.values.shape[2], greens.dt) > 0.5 / dt * (1 + 1e-9)
+    share = float(power[above].sum() / max(power.sum(), 1e-300))
     if share > UNRESOLVED_LIMIT:
-        advice.append(
-            Advice(
-                f"share of the sampled {body}'s response above half the step rate",
-                share,
-                UNRESOLVED_LIMIT,
-                f"the samples reach {0.5 / greens.dt:.3g} Hz, steps of {dt:.3g} s only {0.5 / dt:.3g} Hz",
-                f"use dt <= {greens.dt:.3g} s",
-            )
+        yield Advice(
+            f"share of the sampled {body}'s response above half the step rate",
+            share,
+            UNRESOLVED_LIMIT,
+            f"the samples reach {0.5 / greens.dt:.3g} Hz, steps of {dt:.3g} s only {0.5 / dt:.3g} Hz",
+            f"use dt <= {greens.dt:.3g} s",
         )
-    if greens.tail == "zero" and n * dt > greens.end * (1 + 1e-9) and (level := _last(greens)) > REST_LIMIT:
-        advice.append(
-            Advice(
-                f"last tenth of the sampled {body}'s record over its largest value",
-                level,
-                REST_LIMIT,
-                f"the tail rule 'zero' cuts a motion that goes on at {greens.end:.3g} s",
-                "measure or compute longer, until it has come to rest",
-            )
+    size = np.abs(greens.values).max(axis=(0, 1))
+    level = float(size[-max(len(size) // 10, 1) :].max() / max(size.max(), 1e-300))
+    if greens.tail == "zero" and n * dt > greens.end * (1 + 1e-9) and level > REST_LIMIT:
+        yield Advice(
+            f"last tenth of the sampled {body}'s record over its largest value",
+            level,
+            REST_LIMIT,
+            f"the tail rule 'zero' cuts a motion that goes on at {greens.end:.3g} s",
+            "measure or compute longer, until it has come to rest",
         )
     report = passivity(greens, dt, min(n, _CHECKED_STEPS))
     if not report.passive:
-        advice.append(
-            Advice(
-                f"least work of the sampled {body} over the largest",
-                report.smallest / report.largest,
-                -report.tolerance / report.largest,
-                f"contact can draw energy from it, most near {report.frequency:.3g} Hz",
-                "use impact.repair(greens, dt), and a step that is a whole multiple of the samples' spacing",
-            )
+        yield Advice(
+            f"least work of the sampled {body} over the largest",
+            report.smallest / report.largest,
+            -report.tolerance / report.largest,
+            f"contact can draw energy from it, most near {report.frequency:.3g} Hz",
+            "use impact.repair(greens, dt), and a step that is a whole multiple of the samples' spacing",
         )
-    return tuple(advice)
-
-
-def _last(greens: SampledGreens) -> float:
-    size = np.abs(greens.values).max(axis=(0, 1))
-    return float(size[-max(len(size) // 10, 1) :].max() / max(size.max(), 1e-300))
-
-
-def _above(greens: SampledGreens, frequency: float) -> float:
-    power = np.sum(np.abs(np.fft.rfft(greens.values, axis=2)) ** 2, axis=(0, 1))
-    above = np.fft.rfftfreq(greens.values.shape[2], greens.dt) > frequency * (1 + 1e-9)
-    return float(power[above].sum() / max(power.sum(), 1e-300))
 
 
 def _columns_of(table: CsvTable, columns: Stated, units: Stated) -> tuple[list[int], Array]:

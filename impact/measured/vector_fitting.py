@@ -7,7 +7,7 @@ Pereyra, SIAM J. Numer. Anal. 10 (1973) 413, and Kaufman, BIT 15 (1975) 49 (leas
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,6 +27,22 @@ class Poles:
         return 2 * len(self.pairs) + len(self.rates)
 
 
+@dataclass(frozen=True)
+class Lines:
+    """Lines s (n,), responses (n, q), weights (n,) one over the noise, and terms (n, e) beside the poles."""
+
+    s: ComplexArray
+    responses: ComplexArray
+    weights: Array
+    terms: ComplexArray
+
+    def posed(self, poles: Poles) -> tuple[Array, Array]:
+        """Return the weighted real equations of all amplitudes: columns (2n, 2K + R + e) and right sides (2n, q)."""
+        columns = np.concatenate([basis(self.s, poles), self.terms], axis=1) * self.weights[:, None]
+        goal = self.responses * self.weights[:, None]
+        return np.concatenate([columns.real, columns.imag]), np.concatenate([goal.real, goal.imag])
+
+
 def starting_poles(s: ComplexArray, pairs: int, peaks: Array) -> Poles:
     """Return starting poles at the given peaks [rad/s], then spread over the lines, lightly damped."""
     w = s.imag
@@ -42,24 +58,24 @@ def basis(s: ComplexArray, poles: Poles) -> ComplexArray:
     return np.concatenate([pairs, 1 / (s[:, None] + poles.rates)], axis=1)
 
 
-def relocate(s: ComplexArray, responses: ComplexArray, weights: Array, extra: ComplexArray, poles: Poles) -> Poles:
+def relocate(lines: Lines, poles: Poles) -> Poles:
     """Return the poles of the next iteration: zeros of sigma(s) = d + sum c_k phi_k(s) in sigma H ~ sum r_k phi_k +
-    extra.
+    terms.
 
-    ``responses`` and ``weights`` (n, q); ``extra`` (n, e) columns beside the poles. Unstable zeros are mirrored.
+    Unstable zeros are mirrored.
     """
-    scale = float(np.abs(s).max())
-    s, poles = s / scale, Poles(poles.pairs / scale, poles.rates / scale)
-    phi = basis(s, poles)
-    order, n = phi.shape[1], len(s)
+    scale, w = float(np.abs(lines.s).max()), lines.weights
+    poles = Poles(poles.pairs / scale, poles.rates / scale)
+    phi = basis(lines.s / scale, poles)
+    order, n = phi.shape[1], len(w)
     sigma = np.concatenate([phi, np.ones((n, 1))], axis=1)
-    functions = np.concatenate([phi, extra / np.linalg.norm(extra, axis=0)], axis=1)
+    functions = np.concatenate([phi, lines.terms / np.linalg.norm(lines.terms, axis=0)], axis=1)
     blocks = []
-    for h, w in zip(responses.T, weights.T, strict=True):
+    for h in lines.responses.T:
         both = np.concatenate([functions * w[:, None], -sigma * (w * h)[:, None]], axis=1)
         r = np.asarray(np.linalg.qr(np.concatenate([both.real, both.imag]), mode="r"))
         blocks.append(r[functions.shape[1] : functions.shape[1] + order + 1, functions.shape[1] :])
-    size = float(np.linalg.norm(weights * responses)) / n
+    size = float(np.linalg.norm(w[:, None] * lines.responses)) / n
     relaxed = size * np.concatenate([phi.real.sum(axis=0), [n]])
     matrix = np.concatenate([*blocks, relaxed[None]])
     columns = np.linalg.norm(matrix, axis=0)
@@ -72,13 +88,10 @@ def relocate(s: ComplexArray, responses: ComplexArray, weights: Array, extra: Co
     return _stable(np.asarray(zeros, dtype=complex))
 
 
-def fitted_poles(
-    s: ComplexArray, responses: ComplexArray, weights: Array, extra: ComplexArray, start: Poles, iterations: int = 12
-) -> Poles:
-    """Return the poles relocated until they are constant to 1e-8."""
-    poles = start
-    for _ in range(iterations):
-        new = relocate(s, responses, weights, extra, poles)
+def fitted_poles(lines: Lines, poles: Poles) -> Poles:
+    """Return the poles relocated until they are constant to 1e-8, twelve times at most."""
+    for _ in range(12):
+        new = relocate(lines, poles)
         same = len(new.pairs) == len(poles.pairs) and len(new.rates) == len(poles.rates)
         moved = np.abs(new.pairs / poles.pairs - 1).max(initial=0.0) if same else np.inf
         poles = new
@@ -87,34 +100,25 @@ def fitted_poles(
     return poles
 
 
-def left_over(s: ComplexArray, responses: ComplexArray, weights: Array, extra: ComplexArray, poles: Poles) -> float:
-    """Return the weighted sum of squares that the best residues of these poles leave; ``weights`` (n,)."""
-    return float(np.sum(_projected(s, responses, weights, extra, poles)[2] ** 2))
+def left_over(lines: Lines, poles: Poles) -> float:
+    """Return the weighted sum of squares that the best residues of these poles leave."""
+    return float(np.sum(_projected(lines, poles)[2] ** 2))
 
 
-def refined(
-    s: ComplexArray,
-    responses: ComplexArray,
-    weights: Array,
-    extra: ComplexArray,
-    poles: Poles,
-    iterations: int = 6,
-    enough: float = 1e-7,
-) -> Poles:
+def refined(lines: Lines, poles: Poles, iterations: int = 6) -> Poles:
     """Return the poles of the least weighted sum of squares near ``poles``: Gauss-Newton steps, each of which lowers
     it.
 
     Vector fitting weighs its equations by the poles themselves and is off where the noise is large; this is not.
-    ``weights`` (n,); ``enough``: relative decrease at which it ends.
     """
     if poles.order == 0:
         return poles
-    scale = float(np.abs(s).max())
-    s, poles = s / scale, Poles(poles.pairs / scale, poles.rates / scale)
-    q, amplitudes, apart = _projected(s, responses, weights, extra, poles)
+    scale = float(np.abs(lines.s).max())
+    lines, poles = replace(lines, s=lines.s / scale), Poles(poles.pairs / scale, poles.rates / scale)
+    q, amplitudes, apart = _projected(lines, poles)
     least = float(np.sum(apart**2))
     for _ in range(iterations):
-        slopes = np.concatenate([_slopes(s, weights, poles, column) for column in amplitudes.T])
+        slopes = np.concatenate([_slopes(lines, poles, column) for column in amplitudes.T])
         blocks = slopes.reshape(amplitudes.shape[1], len(q), -1)
         blocks = blocks - q @ (q.T @ blocks)
         matrix, goal = blocks.reshape(len(slopes), -1), apart.T.ravel()
@@ -124,22 +128,18 @@ def refined(
         before = least
         for share in (1.0, 0.3, 0.1, 0.01):
             moved = _moved(poles, share * step)
-            projection = _projected(s, responses, weights, extra, moved)
+            projection = _projected(lines, moved)
             if (total := float(np.sum(projection[2] ** 2))) < least:
                 poles, least, (q, amplitudes, apart) = moved, total, projection
                 break
-        if before - least <= enough * before:
+        if before - least <= 1e-7 * before:
             break
     return Poles(poles.pairs * scale, poles.rates * scale)
 
 
-def _projected(
-    s: ComplexArray, responses: ComplexArray, weights: Array, extra: ComplexArray, poles: Poles
-) -> tuple[Array, Array, Array]:
+def _projected(lines: Lines, poles: Poles) -> tuple[Array, Array, Array]:
     """Return an orthonormal basis (2n, m) of the columns, their amplitudes (m, q) and what is left (2n, q)."""
-    columns = np.concatenate([basis(s, poles), extra], axis=1) * weights[:, None]
-    goal = responses * weights[:, None]
-    a, b = np.concatenate([columns.real, columns.imag]), np.concatenate([goal.real, goal.imag])
+    a, b = lines.posed(poles)
     size = np.linalg.norm(a, axis=0)
     size = np.where(size > 0, size, 1.0)
     q, r = np.linalg.qr(a / size)
@@ -148,14 +148,14 @@ def _projected(
     return np.asarray(q), np.asarray(amplitudes), np.asarray(b - q @ inside)
 
 
-def _slopes(s: ComplexArray, weights: Array, poles: Poles, amplitudes: Array) -> Array:
+def _slopes(lines: Lines, poles: Poles, amplitudes: Array) -> Array:
     """Return (2n, 2K + R) derivatives of one response with respect to real and imaginary parts of pairs, and rates."""
-    k = len(poles.pairs)
+    s, k = lines.s, len(poles.pairs)
     residues = amplitudes[0 : 2 * k : 2] + 1j * amplitudes[1 : 2 * k : 2]
     one, two = residues / (s[:, None] - poles.pairs) ** 2, residues.conj() / (s[:, None] - poles.pairs.conj()) ** 2
     pairs = np.stack([one + two, 1j * (one - two)], axis=2).reshape(len(s), -1)
     real = -amplitudes[2 * k : 2 * k + len(poles.rates)] / (s[:, None] + poles.rates) ** 2
-    columns = np.concatenate([pairs, real], axis=1) * weights[:, None]
+    columns = np.concatenate([pairs, real], axis=1) * lines.weights[:, None]
     return np.concatenate([columns.real, columns.imag])
 
 

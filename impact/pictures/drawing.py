@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from impact.extras import how_to_mend
 from impact.files.atomic import whole_file
+from impact.quantities import scaled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,10 +59,7 @@ class PictureError(RuntimeError):
 
 
 def gap_of(draw: Callable[[Path], object], path: Path) -> str:
-    """Draw ``path``; return what kept it from being drawn, "" if nothing did.
-
-    A picture shows numbers that are known already: whatever its libraries raise, it must not end what made them.
-    """
+    """Draw ``path``; return what kept it from being drawn, whatever its libraries raise, or ""."""
     try:
         draw(path)
     except PictureError as gap:
@@ -77,10 +75,8 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
     well.
 
     The suffix of ``path`` decides the format (.png, .pdf, .svg); without one nothing is written, and the figure is for
-    the caller to show. No global state: neither pyplot nor rcParams.
-
-    Raises:
-        PictureError: matplotlib is missing, or cannot write this format.
+    the caller to show. No global state: neither pyplot nor rcParams. Raises `PictureError`: matplotlib is missing, or
+    cannot write this format.
     """
     try:
         import matplotlib
@@ -118,6 +114,13 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
                 figure.dpi = usual
             else:
                 figure.savefig(temporary, dpi=DPI)
+
+
+def time_axis(axes: Axes, window: tuple[float, float]) -> float:
+    """Show a time window [s] along x, in a unit that fits; return its factor."""
+    rate, unit = scaled(window[1], "s")
+    axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{unit}]")
+    return rate
 
 
 def zero_line(axes: Axes) -> None:

@@ -24,15 +24,8 @@ def plot_gas(
 ) -> None:
     """Plot cylinder pressure, mean lift and mass flow against the crank angle; p over V where the volume is known.
 
-    Args:
-        drive: the cylinder.
-        history: of its gas.
-        angle: (n + 1,) crank angle at its times [deg].
-        volume: (n + 1,) of the cylinder [m^3], or ``None``.
-        stop: lift at which the stopper stands [m].
-
-    Raises:
-        PictureError: matplotlib is missing.
+    ``angle`` (n + 1,) [deg] and ``volume`` (n + 1,) [m^3] of the cylinder at the times of the gas's ``history``;
+    ``stop``: lift at which the stopper stands [m]. Raises `PictureError` without matplotlib.
     """
     other = "discharge" if drive.side == "suction" else "suction"
     with sheet(path, 7.2, 8.4 if volume is not None else 6.0) as figure:

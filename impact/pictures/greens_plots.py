@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -77,7 +76,7 @@ def _at_port(greens: GreensFunction, port: int) -> tuple[GreensFunction, int]:
     alone = modal.combined(np.eye(len(modal.ports))[:, [port]], (modal.ports[port],))
     size = np.abs(alone.shapes[:, 0])
     seen = size > _UNSEEN * size.max(initial=0.0)
-    return replace(alone, omega=alone.omega[seen], zeta=alone.zeta[seen], shapes=alone.shapes[seen]), 0
+    return alone.of_modes(seen), 0
 
 
 def error_text(error: ErrorEstimate, width: float) -> str:
@@ -162,10 +161,16 @@ def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: f
     modal_forms = [_modal(g, duration, high) for g, _ in shown]
     modes = np.zeros(0) if modal_forms[0] is None else modal_forms[0].frequencies_hz[modal_forms[0].frequencies_hz > 0]
     low = min(1 / duration, 0.3 * float(modes.min())) if modes.size else 1 / duration
-    curves = [
-        _windowed(g, i, low, high, duration) if modal is None else _closed(modal, i, low, high)
-        for (g, i), modal in zip(shown, modal_forms, strict=True)
-    ]
+    curves = []
+    for (g, i), modal in zip(shown, modal_forms, strict=True):
+        if modal is None:
+            curves.append(_windowed(g, i, low, high, duration))
+            continue
+        peaks = modal.frequencies_hz[(modal.frequencies_hz > low) & (modal.frequencies_hz < high)]
+        f = np.unique(np.concatenate([np.geomspace(low, high, 1200), peaks]))  # no peak is missed
+        with np.errstate(divide="ignore", invalid="ignore"):
+            h = np.abs(receptance(modal, f, i, i))
+        curves.append((f[np.isfinite(h)], h[np.isfinite(h)]))
     factor, unit = scaled(curves[0][1], "m/N")
     rate, frequency_unit = scaled(math.sqrt(low * high), "Hz")
     top = max(float(h.max()) for _, h in curves)
@@ -182,16 +187,7 @@ def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: f
         rate * seen, 0.0, 0.04, transform=axes.get_xaxis_transform(), color=GREY, linewidth=0.6, zorder=3, label="poles"
     )
     axes.axvline(rate / width, color=GREY, linewidth=0.8, linestyle=":")
-    axes.annotate(
-        "1/width",
-        (rate / width, 0.98),
-        xycoords=("data", "axes fraction"),
-        xytext=(3, 0),
-        textcoords="offset points",
-        va="top",
-        color=GREY,
-        fontsize=7,
-    )
+    axes.text(rate / width, 0.98, " 1/width", transform=axes.get_xaxis_transform(), va="top", color=GREY, fontsize=7)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")
     axes.set(xlabel=f"frequency [{frequency_unit}]", ylabel=f"|receptance| [{unit}]")
@@ -222,15 +218,6 @@ def _modal(greens: GreensFunction, duration: float, high: float) -> ModalGreens 
     dt = 1 / (8 * high)
     kernel = greens.step_kernel(dt, math.ceil(duration / dt))
     return kernel.modal if kernel.weights is None else None
-
-
-def _closed(greens: ModalGreens, port: int, low: float, high: float) -> tuple[Array, Array]:
-    """Return (frequencies [Hz], |receptance| [m/N]) in closed form; without points where it is infinite."""
-    modes = greens.frequencies_hz[(greens.frequencies_hz > low) & (greens.frequencies_hz < high)]
-    f = np.unique(np.concatenate([np.geomspace(low, high, 1200), modes]))  # no peak is missed
-    with np.errstate(divide="ignore", invalid="ignore"):
-        h = np.abs(receptance(greens, f, port, port))
-    return f[np.isfinite(h)], h[np.isfinite(h)]
 
 
 def _windowed(greens: GreensFunction, port: int, low: float, high: float, duration: float) -> tuple[Array, Array]:

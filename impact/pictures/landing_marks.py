@@ -29,15 +29,10 @@ SHAPES: Final[Mapping[Body, str]] = {"seat": "v", "stopper": "^"}
 
 @dataclass(frozen=True)
 class LandingMark:
-    """One landing in a figure.
+    """One landing in a figure, with its ``number`` among those on that body, from 1 on, and times [s].
 
-    Attributes:
-        body: that is met: "seat" or "stopper".
-        number: among the landings on that body, from 1 on.
-        start, end: of the landing [s].
-        peak_time: of its largest averaged force [s].
-        peak: that force [N].
-        hardest: whether its force exceeds the static load most, of all on this body.
+    ``peak``: its largest averaged force [N]; ``hardest``: whether that exceeds the static load most, of all on this
+    body.
     """
 
     body: Body
@@ -50,24 +45,15 @@ class LandingMark:
 
 
 def landing_marks(records: Sequence[Mapping[str, object]], body: Body = "seat") -> tuple[LandingMark, ...]:
-    """Return the marks of the hardest landings on a body, the hardest first.
-
-    Args:
-        records: landings as in summary.json: body, number, time_s, duration_s, peak_time_s, filtered_peak_force_N and
-            excess_peak_force_N; those of other bodies, and those without these numbers, are left out.
-        body: the body.
-    """
+    """Return the marks of the hardest landings on a body, the hardest first, by complete records as in summary.json."""
     keys = ("excess_peak_force_N", "number", "time_s", "duration_s", "peak_time_s", "filtered_peak_force_N")
-    rows = [tuple(_number(each.get(key)) for key in keys) for each in records if each.get("body") == body]
-    complete = sorted((row for row in rows if not np.isnan(row).any()), key=lambda row: -row[0])
+    rows = [[each.get(key) for key in keys] for each in records if each.get("body") == body]
+    known = [[float(v) for v in row if isinstance(v, int | float) and not math.isnan(v)] for row in rows]
+    complete = sorted((row for row in known if len(row) == len(keys)), key=lambda row: -row[0])
     return tuple(
         LandingMark(body, int(number), start, start + lasting, peak_time, peak, rank == 0)
         for rank, (_, number, start, lasting, peak_time, peak) in enumerate(complete[:MOST])
     )
-
-
-def _number(value: object) -> float:
-    return float(value) if isinstance(value, int | float) else float("nan")
 
 
 def shown_contact(
@@ -96,8 +82,8 @@ def shown_contact(
 
 
 def _landing_window(marks: Sequence[LandingMark], margin: float, width: float) -> tuple[float, float] | None:
-    """Return the time window [s] of the hardest landing, ``margin`` of its duration, and some of the ``width`` of the
-    filter [s], on either side; ``None`` without a landing."""
+    """Return the window [s] of the hardest landing with ``margin`` of its duration, or filter widths, on either
+    side."""
     mark = next((mark for mark in marks if mark.hardest), None)
     if mark is None:
         return None

@@ -13,7 +13,7 @@ from impact.after.along import ClosedLine, best_plane, line_impulse, per_length
 from impact.after.result import ImpactResult
 from impact.after.spectrum import MOVING_AVERAGE, averaged
 from impact.greens.base import Array
-from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, sheet, zero_line
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, sheet, time_axis, zero_line
 from impact.pictures.landing_marks import shown_contact
 from impact.quantities import scaled
 
@@ -94,15 +94,14 @@ def _map(
 ) -> None:
     seen, arcs = _within(result, window, COLUMNS), result.force.shape[1]
     values = per_length(result.force, result.dt, width, line.lengths)[seen]
-    (factor, unit), (rate, time_unit) = scaled(values, "N/m"), scaled(window[1], "s")
+    (factor, unit), rate = scaled(values, "N/m"), time_axis(axes, window)
     times = rate * result.time[seen]
     edges = np.append(times, 2 * times[-1] - times[-2]) - (times[1] - times[0]) / 2
     shown = np.ma.masked_less(factor * values.T, SHOWN * factor * float(values.max()))
     borders, words = _borders(line)
     drawn = axes.pcolormesh(edges, borders, shown, cmap=COLOURS, vmin=0.0, rasterized=True)
     figure.colorbar(drawn, ax=axes, pad=0.01, aspect=18).set_label(f"force per length [{unit}]")
-    axes.set(xlim=(rate * window[0], rate * window[1]), ylim=(0.0, borders[-1]))
-    axes.set(xlabel=f"time [{time_unit}]", ylabel=words)
+    axes.set(ylim=(0.0, borders[-1]), ylabel=words)
     if line.edges is not None:
         axes.set(yticks=range(0, 361, 90))
     for border in borders[np.cumsum([number for number, _ in line.pieces[:-1]], dtype=int)]:
@@ -147,11 +146,11 @@ def _force(
     axes: Axes, runs: list[ImpactResult], window: tuple[float, float], width: float, names: tuple[str, str]
 ) -> None:
     averages = [averaged(run.force[1:].sum(axis=1), run.dt, width, MOVING_AVERAGE) for run in runs]
-    (factor, unit), (rate, time_unit) = scaled(np.concatenate(averages), "N"), scaled(window[1], "s")
+    (factor, unit), rate = scaled(np.concatenate(averages), "N"), time_axis(axes, window)
     for run, values, name, (colour, style) in zip(runs, averages, names, _STYLES, strict=False):
         seen = _within(run, window, 4000)
         axes.plot(rate * run.time[seen], factor * values[seen], color=colour, linestyle=style, label=name)
-    axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel=f"force [{unit}]")
+    axes.set_ylabel(f"force [{unit}]")
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="upper right")
     axes.set_title(f"Total force, mean over {1e6 * width:g} µs")
@@ -159,8 +158,7 @@ def _force(
 
 def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: ClosedLine) -> None:
     seen, arcs = _within(result, window, 4000), result.force.shape[1]
-    rate, time_unit = scaled(window[1], "s")
-    factor, unit = scaled(result.gap[seen], "m")
+    rate, (factor, unit) = time_axis(axes, window), scaled(result.gap[seen], "m")
     borders, _ = _borders(line)
     for share, colour in zip(QUARTERS, _OF_QUARTERS, strict=True):
         place = share * borders[-1]
@@ -168,25 +166,18 @@ def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
         name = f"{place:.3g} mm" if line.edges is None else f"{place:.0f}°"
         axes.plot(rate * result.time[seen], factor * result.gap[seen, arc], color=colour, label=name)
     zero_line(axes)
-    axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel=f"gap [{unit}]")
+    axes.set_ylabel(f"gap [{unit}]")
     axes.legend(loc="best", ncols=2)
-    axes.set_title(f"Height over the lip, mean over {_span(line)}")
-
-
-def _span(line: ClosedLine) -> str:
-    """Return what an arc is, in words."""
-    arcs = len(line.lengths)
     even = line.edges is not None and np.ptp(line.lengths) < 1e-9 * line.lengths.max()
-    return f"{360 / arcs:.2g}°" if even else f"1/{arcs} of it"
+    axes.set_title(f"Height over the lip, mean over {f'{360 / arcs:.2g}°' if even else f'1/{arcs} of it'}")
 
 
 def _tilt(axes: Axes, result: ImpactResult, window: tuple[float, float], line: ClosedLine) -> None:
-    seen = _within(result, window, 4000)
-    rate, time_unit = scaled(window[1], "s")
+    seen, rate = _within(result, window, 4000), time_axis(axes, window)
     slopes = np.degrees(np.arctan(best_plane(result.gap[seen], line)[:, 1:]))
     for values, name, colour in ((slopes[:, 1], "roll, about x", BLUE), (-slopes[:, 0], "pitch, about y", ORANGE)):
         axes.plot(rate * result.time[seen], values, color=colour, label=name)
     zero_line(axes)
-    axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel="angle [°]")
+    axes.set_ylabel("angle [°]")
     axes.legend(loc="best")
     axes.set_title("Tilt: plane fitted to the gaps of all lip segments")

@@ -12,7 +12,7 @@ import numpy as np
 from impact.after import measures
 from impact.after.result import ImpactResult
 from impact.greens.base import Array
-from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet, zero_line
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet, time_axis, zero_line
 from impact.pictures.greens_plots import plot_greens
 from impact.pictures.landing_marks import BODIES, draw_marks, landing_marks, shown_contact, value_at
 from impact.quantities import percent, scaled, text
@@ -120,7 +120,9 @@ def plot_motion(
         seat.set_title("Seat, contact point")
         reed.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0 if crank is None else 1.24), ncols=2)
         if crank is not None:
-            _crank_axis(reed, scaled(end, "s")[0], *crank)
+            first, per_unit = math.degrees(crank[1]), 6 * crank[0] / scaled(end, "s")[0]
+            both = (lambda time: first + per_unit * time, lambda angle: (angle - first) / per_unit)
+            reed.secondary_xaxis("top", functions=both).set_xlabel("crank angle [deg]")
         _mark_motion(reed, seat, runs, landings)
         little = 0.01 if not landings else 0.05  # of the approach: it would dwarf the openings
         window, contact = shown_contact(runs, filter_width, little, landings)
@@ -170,25 +172,16 @@ def plot_energy(
     with sheet(path, 7.2, 6.2) as figure:
         figure.suptitle(title)
         stack, log = figure.subplots(2, 1, sharex=True)
-        stack.stackplot(
-            time,
-            [factor * np.maximum(values[::every], 0.0) for values, _ in terms.values()],
-            colors=[colour for _, colour in terms.values()],
-            labels=list(terms),
-            linewidth=0,
-            alpha=0.85,
-        )
+        layers = [factor * np.maximum(values[::every], 0.0) for values, _ in terms.values()]
+        colours = [colour for _, colour in terms.values()]
+        stack.stackplot(time, layers, colors=colours, labels=list(terms), linewidth=0, alpha=0.85)
         stack.plot(time, factor * energy.input[::every], color="black", linewidth=1.0, label="energy input")
         stack.set(ylabel=f"energy [{unit}]", ylim=(0.0, 1.08 * factor * largest))
         stack.set_title("Stacked terms")
         stack.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-        for name, (values, colour) in terms.items():
-            log.plot(
-                time, np.where(values[::every] > 0, values[::every], np.nan), color=colour, linewidth=0.9, label=name
-            )
-        log.plot(
-            time, np.where(rest[::every] > 0, rest[::every], np.nan), color=GREY, linewidth=0.7, label="balance error"
-        )
+        for name, (values, colour) in {**terms, "balance error": (rest, GREY)}.items():
+            shown, thick = values[::every], 0.7 if name == "balance error" else 0.9
+            log.plot(time, np.where(shown > 0, shown, np.nan), color=colour, linewidth=thick, label=name)
         lowest = min(1e-9 * largest, max(0.1 * float(rest.max()), 1e-18 * largest))
         log.set(yscale="log", ylim=(lowest, 3 * largest), xlim=(0.0, time[-1]))
         log.set(xlabel=f"time [{time_unit}]", ylabel="energy [J]")
@@ -219,13 +212,6 @@ def _mark_motion(reed: Axes, seat: Axes, runs: list[ImpactResult], landings: Seq
         seat.legend(named, labels[len(runs) :], loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
 
 
-def _crank_axis(axes: Axes, rate: float, rpm: float, start: float) -> None:
-    """Show the angle of the crank above the time, which is drawn times ``rate``."""
-    first, per_unit = math.degrees(start), 6 * rpm / rate
-    both = (lambda time: first + per_unit * time, lambda angle: (angle - first) / per_unit)
-    axes.secondary_xaxis("top", functions=both).set_xlabel("crank angle [deg]")
-
-
 def _pulse_window(
     result: ImpactResult, filtered: Array, group: tuple[float, float], width: float
 ) -> tuple[float, float]:
@@ -253,8 +239,7 @@ def _forces(
 
     Return whether forces of single steps leave the figure.
     """
-    rate, time_unit = scaled(window[1], "s")
-    raw, means = 0.0, 0.0
+    rate, raw, means = time_axis(axes, window), 0.0, 0.0
     for k, run in enumerate(runs):
         seen = _within(run, *window)
         raw = max(raw, float(run.force[seen].max(initial=0.0)))
@@ -264,7 +249,6 @@ def _forces(
         known = (run.time[seen] >= width / 2) & (run.time[seen] <= run.time[-1] - width / 2)  # whole means
         mean = np.where(known, filtered[k][seen], np.nan)
         axes.plot(time, mean, color=_COLOURS[k], linestyle=_STYLES[k], label=names[k], zorder=order)
-    axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]")
     top = SPIKES * means
     leave = raw > top > 0
     axes.set_ylim(0.0, top if leave else None)
@@ -308,8 +292,8 @@ def _table(
 def _curves(axes: Axes, curves: Sequence[_Curve], window: tuple[float, float], quantity: str = "displacement") -> None:
     seen = [_within(run, *window) for run, *_ in curves]
     factor, unit = scaled(np.concatenate([curve[1][part] for curve, part in zip(curves, seen, strict=True)]), "m")
-    rate, time_unit = scaled(window[1], "s")
+    rate = time_axis(axes, window)
     for (run, values, name, colour, style), part in zip(curves, seen, strict=True):
         axes.plot(rate * run.time[part], factor * values[part], color=colour, linestyle=style, label=name)
     zero_line(axes)
-    axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel=f"{quantity} [{unit}]")
+    axes.set_ylabel(f"{quantity} [{unit}]")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -115,12 +114,33 @@ def solve_many(
             gap[scenes] = opening[:, : len(scenes)].T
         return len(scenes)
 
-    finished = 0
-    for size in _in_threads(run, np.arange(count), workers or _cores()):
-        finished += size
-        progress("stepping", finished / count)
-    batch = _batch(problem, closing, results, np.asarray(dt * np.arange(n + 1)), force, filter_width)
-    return replace(batch, gap=gap)
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    groups, finished = [np.arange(count)[first : first + LANES] for first in range(0, count, LANES)], 0
+    with ThreadPoolExecutor(workers or cores) as pool:  # the compiled march holds no interpreter lock
+        for task in as_completed([pool.submit(run, group) for group in groups]):
+            finished += task.result()
+            progress("stepping", finished / count)
+    peak, filtered, impulse, first_contact, lasting, groups_of, approach, ends = results
+    if isinstance(contact.law, PlainLaw):
+        contact.law.check()
+    pair, rebound = ((problem.striker, contact.striker_port), (contact.target, contact.port)), np.full(count, np.nan)
+    if not math.isinf(problem.striker.mass):
+        rebound = impulse * sum(1 / body.greens.mass(port) for body, port in pair) - contact.side * closing
+    never = groups_of == 0
+    return ImpactBatch(
+        peak_force=peak,
+        filtered_peak_force=None if filter_width is None else filtered,
+        impulse=impulse,
+        first_contact=first_contact,
+        contact_duration=lasting,
+        contact_count=groups_of.astype(np.int64),
+        impact_velocity=np.where(never, np.nan, approach),
+        rebound_velocity=np.where(never, np.nan, rebound),
+        in_contact=ends > 0,
+        time=np.asarray(dt * np.arange(n + 1)),
+        force=force,
+        gap=gap,
+    )
 
 
 def _prepared(problem: ContactProblem, dt: float, duration: float, rule: str) -> Prepared:
@@ -175,46 +195,6 @@ def _free_motions(problem: ContactProblem, prepared: Prepared) -> Array:
 def _in_translation(striker: Body) -> Body | None:
     """Return the striker translating at 1 m/s, and nothing else; ``None`` where it is held."""
     return None if math.isinf(striker.mass) else replace(striker, velocity=1.0, state=None, loads=())
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _in_threads(run: Callable[[NDArray[np.int64]], int], scenes: NDArray[np.int64], workers: int) -> Iterator[int]:
-    """Do ``run`` on groups of scenes as threads become free: the compiled march holds no interpreter lock."""
-    groups = [scenes[first : first + LANES] for first in range(0, len(scenes), LANES)]
-    with ThreadPoolExecutor(workers) as pool:
-        for task in as_completed([pool.submit(run, group) for group in groups]):
-            yield task.result()
-
-
-def _batch(
-    problem: ContactProblem, closing: Array, found: Array, time: Array, force: Array | None, width: float | None
-) -> ImpactBatch:
-    peak, filtered, impulse, first, duration, count, approach, ends = found
-    striker, target, side = problem.striker, problem.contacts[0].target, problem.contacts[0].side
-    if isinstance(problem.contacts[0].law, PlainLaw):
-        problem.contacts[0].law.check()
-    rebound = np.full(len(peak), np.nan)
-    contact = problem.contacts[0]
-    if not math.isinf(striker.mass):
-        inverse = sum(1 / b.greens.mass(p) for b, p in ((striker, contact.striker_port), (target, contact.port)))
-        rebound = impulse * inverse - side * closing
-    never = count == 0
-    return ImpactBatch(
-        peak_force=peak,
-        filtered_peak_force=None if width is None else filtered,
-        impulse=impulse,
-        first_contact=first,
-        contact_duration=duration,
-        contact_count=count.astype(np.int64),
-        impact_velocity=np.where(never, np.nan, approach),
-        rebound_velocity=np.where(never, np.nan, rebound),
-        in_contact=ends > 0,
-        time=time,
-        force=force,
-    )
 
 
 @njit(cache=True, nogil=True)

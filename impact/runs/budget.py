@@ -78,11 +78,8 @@ def is_time(measure: str) -> bool:
 
 def changes(one: Values, other: Values) -> Values:
     """Return |one - other|, measure by measure; infinite where either has no such value, or no finite one."""
-    return {name: _apart(value, other.get(name, math.inf)) for name, value in one.items()}
-
-
-def _apart(one: float, other: float) -> float:
-    return abs(one - other) if math.isfinite(one) and math.isfinite(other) else math.inf
+    apart = {name: abs(value - other.get(name, math.inf)) for name, value in one.items()}
+    return {name: math.inf if math.isnan(value) else value for name, value in apart.items()}
 
 
 def larger(one: Values, other: Values) -> Values:

@@ -150,18 +150,14 @@ def _sources(problem: ContactProblem, coarser: Mapping[str, Coarser]) -> Iterato
         for part, stated in (("mesh", error.mesh), ("reduction", error.reduction)):
             companion = coarser.get(f"{name} {part}")
             if companion is not None:
-                yield f"{name} {part}", ((_exchanged(problem, body, companion),),)
+                other = as_body(companion.body)
+                if isinstance(other, AtRest):
+                    other = Body(other.greens, body.velocity, body.state, body.loads)
+                yield f"{name} {part}", ((Variation(with_body(problem, body, other), 1 / (companion.ratio - 1)),),)
             elif part == "mesh":
                 yield f"{name} mesh", of_g(problem, body, stated)
             else:
                 yield f"{name} reduction", _reduced(problem, body, stated)
-
-
-def _exchanged(problem: ContactProblem, body: Body, companion: Coarser) -> Variation:
-    other = as_body(companion.body)
-    if isinstance(other, AtRest):
-        other = Body(other.greens, body.velocity, body.state, body.loads)
-    return Variation(with_body(problem, body, other), 1 / (companion.ratio - 1))
 
 
 def _reduced(problem: ContactProblem, body: Body, stated: float | None) -> Terms | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +20,7 @@ from impact.after.result import EnergyLedger, ImpactResult, ledger
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.engines import Engine
-from impact.march.motion import Discrete, Motion
+from impact.march.motion import Motion
 from impact.march.prepared import Prepared, prepare
 from impact.march.problem import ContactError, ContactProblem
 from impact.march.stepper import ContactStepper
@@ -76,7 +77,10 @@ def collect(stepper: ContactStepper) -> ImpactResult:
     gap = np.array([c.gap for c in s.problem.contacts]) + (0.0 if carried is None else carried)
     for body, motion in zip(bodies, motions, strict=True):
         gap = gap + (s.problem.directions(body.body).T @ motion.displacement).T
-    deflection = max(_deflection(s, *pair) for pair in zip(bodies, motions, strict=True))
+    deflection = max(float(np.abs(motion.displacement[:, 0]).max()) for motion in motions)
+    if np.any(s.rest):  # or of what adds up to it: the contact forces at rest alone
+        at_rest = [body.body.greens.static_compliance() @ body.rest for body in bodies]
+        deflection = max(deflection, *(float(np.abs(moved).max()) for moved in at_rest))
     film = stepper.film[:n] if stepper.film.size else None
     energy = ledger(s.problem, motions, force, gap, film, carried)
     single = len(s.rest) == 1
@@ -84,7 +88,13 @@ def collect(stepper: ContactStepper) -> ImpactResult:
     pulls = None if film is None else np.concatenate([np.zeros((1, len(s.rest))), film])
     solid = force if film is None else force - film
     first = s.problem.contacts[0]
-    _refuse_overflow(s.dt, whole, gap, *(motion.displacement.T for motion in motions), energy.stored, energy.dissipated)
+    for history in (whole, gap, *(motion.displacement.T for motion in motions), energy.stored, energy.dissipated):
+        if np.any(bad := ~np.isfinite(history)):
+            when = int(np.flatnonzero(bad.reshape(len(history), -1).any(axis=1))[0]) * s.dt
+            raise ContactError(
+                f"forces, motions or energies leave the range of numbers at {when:.3g} s: some mass, stiffness, "
+                "shape or velocity is beyond all measure; check their units"
+            )
     return ImpactResult(
         time=time,
         force=whole[:, 0] if single else whole,
@@ -111,27 +121,6 @@ def collect(stepper: ContactStepper) -> ImpactResult:
     )
 
 
-def _deflection(s: Prepared, discrete: Discrete, motion: Motion) -> float:
-    """Return the largest displacement of a body at t = 0, or of what adds up to it: its contact forces at rest alone
-    [m]."""
-    moved = float(np.abs(motion.displacement[:, 0]).max())
-    if not np.any(s.rest):
-        return moved
-    return max(moved, float(np.abs(discrete.body.greens.static_compliance() @ discrete.rest).max()))
-
-
-def _refuse_overflow(dt: float, *histories: Array) -> None:
-    """Raise `ContactError` of histories, each (n + 1,) or (n + 1, p), that are not finite."""
-    for history in histories:
-        bad = ~np.isfinite(history)
-        if np.any(bad):
-            first = int(np.flatnonzero(bad.reshape(len(history), -1).any(axis=1))[0])
-            raise ContactError(
-                f"forces, motions or energies leave the range of numbers at {first * dt:.3g} s: some mass, stiffness, "
-                "shape or velocity is beyond all measure; check their units"
-            )
-
-
 def _speed_at_start(body: Body, port: str | int, dt: float) -> float:
     """Return the initial translation of a port [m/s], and of the body's base over the first step."""
     start, end = body.carried(np.array([0.0, dt]))
@@ -146,30 +135,22 @@ def _at_contacts(s: Prepared, motions: tuple[Motion, ...], single: bool, *, of_s
         number = next(i for i, b in enumerate(s.bodies) if b.body is body)
         port = contact.striker_port if of_striker else contact.port
         moved = motions[number].displacement[body.greens.port_index(port)]
-        columns.append(
-            moved
-            if body.base is None
-            else moved + body.carried(np.asarray(s.dt * np.arange(len(moved)), dtype=np.float64))
-        )
+        columns.append(moved if body.base is None else moved + body.carried(s.dt * np.arange(len(moved))))
     return columns[0] if single else np.stack(columns, axis=1)
 
 
-def _advice(s: Prepared, energy: EnergyLedger) -> tuple[Advice, ...]:
-    advice: list[Advice] = []
+def _advice(s: Prepared, energy: EnergyLedger) -> Iterator[Advice]:
     for number, body in enumerate(s.bodies):
         g = body.body.greens
         name = "striker" if number == 0 else "target"
-        advice.extend(sampling_advice(g, s.dt, s.steps, body=name))
+        yield from sampling_advice(g, s.dt, s.steps, body=name)
         highest = 0.0 if g.modal is None else g.highest_rate
         if highest * s.dt > RESOLUTION_LIMIT:
             lost = float(energy.contact_loss[-1] / max(energy.input[-1], np.finfo(float).tiny))
-            advice.append(
-                Advice(
-                    f"highest {name} frequency times step",
-                    highest * s.dt,
-                    RESOLUTION_LIMIT,
-                    f"the step damps the highest modes; contact and step together took {percent(lost)} of the energy",
-                    f"use dt <= {RESOLUTION_LIMIT / highest:.2g} s, or fewer modes",
-                )
+            yield Advice(
+                f"highest {name} frequency times step",
+                highest * s.dt,
+                RESOLUTION_LIMIT,
+                f"the step damps the highest modes; contact and step together took {percent(lost)} of the energy",
+                f"use dt <= {RESOLUTION_LIMIT / highest:.2g} s, or fewer modes",
             )
-    return tuple(advice)

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from impact.bodies.body import Body, ModalState
@@ -56,16 +55,10 @@ def budget_of(
     """Return what the time step and the ``sources`` leave in ``values``, the measures of ``problem`` at the step ``dt``
     [s].
 
-    The step's share is `left_by_step`, or ``finer`` where that is more. Times of contacts are known to a step at
-    best. The sources are compared at the doubled step, if it resolves the filter.
-
-    Args:
-        run: marches a problem for the same measures; one that is missing counts as infinitely far off.
-        problem, values, dt: what was run.
-        sources: variations by source; none for one that cannot err, ``None`` for one of which nothing is known.
-        filter_width: of the filtered peak [s]; ``None``: no measure has one.
-        finer: what shorter steps are known to change.
-        threads: runs at once; the compiled march holds no interpreter lock, and each run is what it is alone.
+    The step's share is `left_by_step`, or ``finer`` where that is more. Times of contacts are known to a step at best.
+    The sources are compared at the doubled step, if it resolves the filter of ``filter_width`` [s]; a source is
+    ``None`` where nothing is known of it. ``run`` marches a problem for the same measures; one that is missing counts
+    as infinitely far off. ``threads``: runs at once; the compiled march holds no interpreter lock.
     """
     step = 2 * dt if _may_double(dt, filter_width) else dt
     variations = [one for terms in sources.values() for term in terms or () for one in term]
@@ -150,8 +143,7 @@ def of_g(problem: ContactProblem, body: Body, error: float | None) -> Terms | No
 
 
 def enlarged(body: Body, factor: float) -> Body:
-    """Return the body with ``factor`` times its g, but for the mass of a modal one; it moves without contact as
-    before."""
+    """Return the body with ``factor`` times its g, but for the mass of a modal one, and its motion without contact."""
     g = body.greens.modal
     if g is None:
         return replace(body, greens=body.greens.scaled(factor))
@@ -170,8 +162,8 @@ def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
     if g is None or not np.any(g.omega):
         return None
     highest = float(g.omega.max()) / (2 * np.pi) / ratio
-    kept, state = _below(g, highest), body.state
-    if not len(g.omega[kept]):
+    kept, state = g.omega <= 2 * np.pi * highest, body.state
+    if not np.any(kept):
         return None
     if state is not None:
         state = ModalState(state.displacement[kept], state.velocity[kept])
@@ -183,9 +175,8 @@ def ringing_on(body: Body, ratio: float = 1.0) -> Body | None:
     """Return the body with what lies above its modes as modes at ``ratio`` times the highest, one for each way it
     yields.
 
-    A residual yields and does not ring; what it stands for rings, at the highest frequency or anywhere above. A part of
-    it, `AT_ONCE`, stays as it was, so that rigid contacts meet what yields at once. ``None`` where a body has no modes,
-    or nothing above them but mass.
+    A residual yields and does not ring; what it stands for rings, anywhere above. A part of it, `AT_ONCE`, stays, so
+    that rigid contacts meet what yields at once. ``None`` where a body has no modes, or nothing above them but mass.
     """
     g = body.greens.modal
     if g is None or not np.any(g.omega):
@@ -213,26 +204,15 @@ def ringing_on(body: Body, ratio: float = 1.0) -> Body | None:
 
 
 def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:
-    """Return ``greens`` with the modes above ``bandwidth`` [Hz] moved into the residual: the same statics, the same
-    g(0+)."""
-    kept = _below(greens, bandwidth)
+    """Return ``greens`` with the modes above ``bandwidth`` [Hz] in the residual: the same statics, the same g(0+)."""
+    kept = greens.omega <= 2 * np.pi * bandwidth
     dropped = greens.shapes[~kept] / greens.omega[~kept, None]
     flexible, start = dropped.T @ dropped + greens.residual.static(), greens.initial_value()
     if not np.all(np.isfinite(flexible)):  # a dashpot stays what it is
         relaxing = Residual.relaxing(dropped.T @ dropped, 2 * np.pi * bandwidth)
         rest = Residual.together([greens.residual, relaxing])
-    elif np.all(np.isfinite(start)) and _is_definite(start):
+    elif np.all(np.isfinite(start)) and (sizes := np.linalg.eigvalsh(start))[0] > ROUND_OFF * abs(sizes[-1]):
         rest = Residual.exponential(flexible, start)
     else:
         rest = Residual.spring(flexible)
-    return replace(greens, omega=greens.omega[kept], zeta=greens.zeta[kept], shapes=greens.shapes[kept], residual=rest)
-
-
-def _is_definite(matrix: NDArray[np.float64]) -> bool:
-    """Return whether the least eigenvalue of a symmetric matrix is positive beyond round-off."""
-    values = np.linalg.eigvalsh(matrix)
-    return bool(values[0] > ROUND_OFF * abs(values[-1]))
-
-
-def _below(greens: ModalGreens, bandwidth: float) -> NDArray[np.bool_]:
-    return np.asarray(greens.omega <= 2 * np.pi * bandwidth)
+    return greens.of_modes(kept, rest)

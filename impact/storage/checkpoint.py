@@ -33,7 +33,10 @@ def restore_checkpoint(stepper: ContactStepper, path: str | os.PathLike[str]) ->
     """
     with opened(path, "checkpoint") as file:
         theirs, state = ({name: finite_array(file[part], name) for name in file[part]} for part in _PARTS)
-    differing = [name for name, values in _identity(stepper).items() if not _same(values, theirs.get(name))]
+    mine = _identity(stepper)
+    alike = [name for name in mine.keys() & theirs.keys() if mine[name].shape == theirs[name].shape]
+    same = [name for name in alike if np.allclose(mine[name], theirs[name], rtol=SAME, atol=SAME)]
+    differing = [name for name in mine if name not in same]
     if differing:
         raise StorageError(
             f"{path}: checkpoint of another problem: {', '.join(differing)} differ by more than {SAME:g}; "
@@ -73,7 +76,3 @@ def _digest(values: Array) -> Array:
     size = float(np.max(np.abs(flat), initial=0.0))
     mixed = flat @ np.cos(np.arange(len(flat))) if len(flat) else 0.0
     return np.array([len(flat), size, size and flat.sum() / size, size and mixed / size])
-
-
-def _same(mine: Array, theirs: Array | None) -> bool:
-    return theirs is not None and mine.shape == theirs.shape and bool(np.allclose(mine, theirs, rtol=SAME, atol=SAME))

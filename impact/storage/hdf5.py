@@ -136,15 +136,11 @@ def save_results(
         file.attrs["about"] = json.dumps(dict(about), default=str)
         for name, result in results.items():
             group = file.create_group(name)
-            for key in _SERIES:
-                group.create_dataset(key, data=getattr(result, key), compression="gzip", shuffle=True)
-            for key in _LEDGER:
-                group.create_dataset(
-                    f"energy/{key}", data=getattr(result.energy, key), compression="gzip", shuffle=True
-                )
-            if result.film is not None:
-                group.create_dataset("film", data=result.film, compression="gzip", shuffle=True)
-                group.create_dataset("energy/film_loss", data=result.energy.film_loss, compression="gzip", shuffle=True)
+            histories = {key: getattr(result, key) for key in (*_SERIES, "film")}
+            histories |= {f"energy/{key}": getattr(result.energy, key) for key in (*_LEDGER, "film_loss")}
+            for key, history in histories.items():
+                if history is not None:
+                    group.create_dataset(key, data=history, compression="gzip", shuffle=True)
             for key in _NUMBERS:
                 group.attrs[key] = getattr(result, key)
             group.attrs["engine"] = result.engine

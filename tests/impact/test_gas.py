@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import impact
-from impact.gas.compressor import Compressor, GasHistory, Prescribed, angles, gas_history
+from impact.gas.compressor import Compressor, GasHistory, Prescribed, angles, drop, gas_history
 from impact.gas.cylinder import (
     BACK,
     ENTHALPY,
@@ -166,7 +166,7 @@ OMEGA, KILO = 2 * math.pi * 250, 1 / math.sqrt(2e-3)  # a reed of one mode, 2 g
 def striker(drive: Compressor | Prescribed) -> impact.Body:
     one = np.array([OMEGA])
     greens = impact.ModalGreens(one, np.array([0.05]), np.array([[KILO]]), impact.Residual.none())
-    at_start = drive.valve.push(0.0, drive.drop(float(drive.start()[PRESSURE])))
+    at_start = drive.valve.push(0.0, drop(drive, float(drive.start()[PRESSURE])))
     load = impact.Load(np.array([KILO]), lambda t: np.full(np.shape(t), at_start), feedback=drive)
     state = impact.ModalState(np.array([3e-4 / KILO]), np.zeros(1))
     return impact.Body(greens, state=state, loads=(load,))

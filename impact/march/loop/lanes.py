@@ -13,6 +13,7 @@ from numba.extending import intrinsic
 from impact.march.laws import PASSIVE
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import contact_force
+from impact.march.loop.oscillators import Vectors
 from impact.march.loop.past import FLOOR
 
 LANES = 16  # scenes marched side by side
@@ -27,27 +28,17 @@ def _advance_lanes(typing: Any, rows: Any, state: Any, force: Any, total: Any) -
         arrays = [context.make_array(t)(context, builder, a) for t, a in zip(signature.args, arguments, strict=True)]
         poles = builder.extract_value(arrays[0].shape, 0)
         number, lane = poles.type, ir.IntType(32)
-        vector = ir.VectorType(ir.DoubleType(), LANES)
-        empty, first = ir.Constant(vector, ir.Undefined), ir.Constant(ir.VectorType(lane, LANES), [0] * LANES)
-
-        def at(array: Any, index: Any) -> Any:
-            return builder.bitcast(builder.gep(array.data, [index]), vector.as_pointer())
-
-        def load(array: Any, index: Any) -> Any:
-            value = builder.load(at(array, index))
-            value.align = 8
-            return value
+        vectors, first = Vectors(builder, LANES), ir.Constant(ir.VectorType(lane, LANES), [0] * LANES)
+        empty = ir.Constant(ir.VectorType(ir.DoubleType(), LANES), ir.Undefined)
+        at, load, fused = vectors.at, vectors.load, vectors.fused
 
         def everywhere(index: Any) -> Any:
             value = builder.load(builder.gep(arrays[0].data, [index]))
             return builder.shuffle_vector(builder.insert_element(empty, value, lane(0)), empty, first)
 
-        def fused(x: Any, y: Any, z: Any) -> Any:
-            return builder.fadd(builder.fmul(x, y, flags=("contract",)), z, flags=("contract",))
-
         f = load(arrays[2], number(0))
-        floor = ir.Constant(vector, [FLOOR] * LANES)
-        u = cgutils.alloca_once_value(builder, ir.Constant(vector, [0.0] * LANES))
+        floor = vectors.full(FLOOR)
+        u = cgutils.alloca_once_value(builder, vectors.full(0.0))
         with cgutils.for_range(builder, poles) as loop:
             row = builder.mul(loop.index, number(5))
             a11, a21, a22, c1, c2 = (everywhere(builder.add(row, number(i))) for i in range(5))

@@ -27,6 +27,30 @@ def padded(values: Array) -> Array:
     return np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, more)])
 
 
+class Vectors:
+    """Doubles side by side in registers: loads from arrays, products and sums, as LLVM writes them."""
+
+    def __init__(self, builder: Any, width: int) -> None:
+        self._builder, self._vector = builder, ir.VectorType(ir.DoubleType(), width)
+
+    def full(self, value: float) -> Any:
+        return ir.Constant(self._vector, [value] * self._vector.count)
+
+    def at(self, array: Any, index: Any) -> Any:
+        return self._builder.bitcast(self._builder.gep(array.data, [index]), self._vector.as_pointer())
+
+    def load(self, array: Any, index: Any) -> Any:
+        value = self._builder.load(self.at(array, index))
+        value.align = 8
+        return value
+
+    def times(self, x: Any, y: Any) -> Any:
+        return self._builder.fmul(x, y, flags=("contract",))
+
+    def fused(self, x: Any, y: Any, z: Any) -> Any:
+        return self._builder.fadd(self.times(x, y), z, flags=("contract",))
+
+
 @intrinsic
 def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, pushed: Any, told: Any) -> Any:
     """Do `oscillate` for those from ``first`` on; ``form`` and ``told`` (2, m), stored and lost, may be ``None``."""
@@ -35,24 +59,16 @@ def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, p
         kinds = zip(signature.args[1:], arguments[1:], strict=True)
         arrays: list[Any] = [None if t is types.none else context.make_array(t)(context, builder, a) for t, a in kinds]
         rates, gram, places, speeds, forces, energies = arrays
-        start, number = arguments[0], arguments[0].type
-        vector, lane = ir.VectorType(ir.DoubleType(), WIDE), ir.IntType(32)
+        start, number, lane = arguments[0], arguments[0].type, ir.IntType(32)
         row, count = builder.extract_value(forces.shape, 1), builder.extract_value(forces.shape, 0)
+        vectors = Vectors(builder, WIDE)
+        times, fused = vectors.times, vectors.fused
 
-        def at(array: Any, line: Any) -> Any:
-            index = builder.add(builder.mul(line, row), start)
-            return builder.bitcast(builder.gep(array.data, [index]), vector.as_pointer())
+        def index(line: Any) -> Any:
+            return builder.add(builder.mul(line, row), start)
 
         def load(array: Any, line: Any) -> Any:
-            value = builder.load(at(array, line))
-            value.align = 8
-            return value
-
-        def times(x: Any, y: Any) -> Any:
-            return builder.fmul(x, y, flags=("contract",))
-
-        def fused(x: Any, y: Any, z: Any) -> Any:
-            return builder.fadd(times(x, y), z, flags=("contract",))
+            return vectors.load(array, index(line))
 
         def add_up(x: Any, line: int, step: Any) -> None:
             half = WIDE // 2
@@ -65,7 +81,7 @@ def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, p
 
         a11, a12, a21, a22, b1, b2, squares = (load(rates, number(i)) for i in range(7))
         d = [] if gram is None else [load(gram, number(i)) for i in range(6)]
-        floor, a_half = (ir.Constant(vector, [value] * WIDE) for value in (FLOOR, 0.5))
+        floor, a_half = vectors.full(FLOOR), vectors.full(0.5)
         now = [cgutils.alloca_once_value(builder, load(array, number(0))) for array in (places, speeds)]
         with cgutils.for_range(builder, count) as loop:
             (x, v), y = (builder.load(place) for place in now), load(forces, loop.index)
@@ -73,7 +89,7 @@ def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, p
             s = fused(a21, x, fused(a22, v, fused(b2, y, floor)))
             for value, place in zip((r, s), now, strict=True):
                 builder.store(value, place)
-            builder.store(r, at(forces, loop.index), align=8)
+            builder.store(r, vectors.at(forces, index(loop.index)), align=8)
             if d:
                 kept = fused(s, s, times(times(squares, r), r))
                 gone = fused(x, fused(d[0], x, fused(d[1], v, times(d[2], y))), times(times(d[5], y), y))
@@ -81,7 +97,7 @@ def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, p
                 add_up(times(a_half, kept), 0, loop.index)
                 add_up(gone, 1, loop.index)
         for place, array in zip(now, (places, speeds), strict=True):
-            builder.store(builder.load(place), at(array, number(0)), align=8)
+            builder.store(builder.load(place), vectors.at(array, index(number(0))), align=8)
         return context.get_dummy_value()
 
     return types.void(first, steps, form, q, p, pushed, told), build

@@ -13,23 +13,8 @@ import numpy as np
 
 from impact.march.laws import BLENDED, PASSIVE, SIGNORINI, SPRING
 from impact.march.loop.compiled import compiled
-from impact.march.loop.complementarity import active_set
 from impact.march.loop.films import filmed_force
 from impact.march.loop.forces import RIGID, contact_force
-
-
-@compiled()
-def contact_forces(codes, rules, numbers, user, pen, pen_start, w, dt, force):
-    """Find all forces of one step without films, in place; ``numbers`` (p, 3) parameters of the laws, ``pen`` (p,)
-    without the forces.
-
-    Returns whether they were found, as `by_sweeps` says.
-    """
-    linear, shifted = linear_laws(codes, rules, numbers, w)
-    if linear:
-        active_set(shifted, pen, force)
-        return True
-    return by_sweeps(codes, rules, numbers, user, None, pen, pen_start, w, dt, force)
 
 
 @compiled()
@@ -52,10 +37,11 @@ def linear_laws(codes, rules, numbers, w):
 
 @compiled()
 def by_sweeps(codes, rules, numbers, user, films, pen, pen_start, w, dt, force):
-    """Do the same for laws that are not linear, and for films, one after the other; where that crawls, by `_newton`.
+    """Find all forces of one step, in place, one after the other; where that crawls, by `_newton`.
 
-    A film's force is known to what round-off of its gap leaves; forces of stiff laws that depend on the speed may go
-    round in a cycle of round-off, of parts in 1e14, and count as found where that is below 1e-12.
+    ``numbers`` (p, 3): parameters of the laws; ``films`` (p, 3) or None; ``pen`` (p,): without the forces. Returns
+    whether they were found. A film's force is known to what round-off of its gap leaves; forces of stiff laws that
+    depend on the speed may go round in a cycle of round-off, of parts in 1e14, and count as found below 1e-12.
     """
     p = pen.size
     for sweep in range(2000):

@@ -41,7 +41,7 @@ def gas_loads(scene: Scene, body: Body) -> Iterator[Load]:
         return
     drive, shape = gas_of(scene), scene.reed.blown(body)
     if isinstance(drive, Compressor):
-        at_start = drive.valve.push(0.0, drive.drop(float(drive.start()[PRESSURE])))
+        at_start = drive.valve.push(0.0, drop(drive, float(drive.start()[PRESSURE])))
         yield Load(shape, partial(np.full_like, fill_value=at_start, dtype=float), feedback=drive)
         return
     for table, sign in ((drive.valve.force, 1.0), (drive.valve.force_back, -1.0)):
