@@ -22,7 +22,7 @@ import skfem
 from seatfem.machine.petsc import RANKS
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.reduction.backends import Here
+from seatfem.structures.reduction.krylov_basis import Here
 from seatfem.structures.reduction.lanczos_recursion import Recursion
 from seatfem.structures.reduction.slepc import on_ranks
 

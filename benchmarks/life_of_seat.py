@@ -20,7 +20,7 @@ from impact.life.places import Demand, judged
 from impact.life.strength import Strength
 from impact.progress import silent
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.fields.ranges import mises_range, tensor_histories
+from seatfem.structures.fields.recovery import mises_range, tensor_histories
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import rounds
 from seatfem.study.runs.seat_stress import by_port, seat_stress

@@ -22,9 +22,9 @@ from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.materials import Material
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction import factorization
+from seatfem.structures.reduction.eigen_search import default_shift
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.structures.reduction.rigid import default_shift
 
 STEEL = Material(200e9, 0.3, 7850.0)
 SIDES = (20e-3, 20e-3, 8e-3)

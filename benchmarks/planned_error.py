@@ -13,7 +13,7 @@ from pathlib import Path
 from table import Table, publish
 
 from impact.runs.budget import safety
-from seatfem.structures.build import Cache
+from seatfem.structures.cache import Cache
 from seatfem.structures.store import Store
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contacts, seat_of, stress_of, striker_of

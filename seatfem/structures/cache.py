@@ -1,4 +1,7 @@
-"""Structures computed before: in a file of the run, or in the cache folder, by the hash of all they depend on."""
+"""The way from a structure and a method to its Green's function: computed, or found where it was computed before.
+
+It lies in a file of the run, or in the cache folder, by the hash of all that it depends on.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +16,10 @@ from pathlib import Path
 from typing import Final
 
 from impact.greens.base import GreensFunction
+from impact.progress import Progress, silent
 from seatfem.jobs.claims import claimed
 from seatfem.machine.code import sources_from_elsewhere
+from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import AUTO, Method
 from seatfem.structures.rings import Division, divided_less
@@ -206,3 +211,39 @@ def _with_errors(found: GreensFunction, beside: GreensFunction | None, about: Ma
         return Solved(found, in_rings=beside, about=about, reused=True)
     coarser = divided_less(beside, Division.of(found))
     return Solved(found, coarser, about=about, refinement=float(stated), in_rings=beside, reused=True)
+
+
+def build(
+    structure: Structure,
+    method: Method,
+    duration: float,
+    cache: Cache | None = None,
+    *,
+    watch: Stopwatch | None = None,
+    progress: Progress = silent,
+    mesh_error: bool = True,
+) -> Solved:
+    """Return a structure's Green's function. Of several programs that ask for the same one, one computes it.
+
+    Args:
+        structure: of any kind.
+        method: how it is computed.
+        duration: of the runs that it must cover [s].
+        cache: where it may be, and is kept; ``None``: it is computed.
+        watch: for the time of each stage.
+        progress: informed of each stage.
+        mesh_error: whether a drawn body is solved on a coarser mesh, too.
+
+    Raises:
+        What the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
+    """
+    if cache is None:
+        return structure.solve(method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
+    if (cached := cache.find(structure, method, duration, mesh_error=mesh_error)) is not None:
+        return cached
+    with cache.claimed(structure, method, mesh_error=mesh_error) as made_meanwhile:
+        cached = cache.find(structure, method, duration, mesh_error=mesh_error) if made_meanwhile else None
+        if cached is not None:
+            return cached
+        solved = structure.solve(method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
+        return cache.keep(structure, method, solved, mesh_error=mesh_error)

@@ -28,7 +28,7 @@ from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.reduced import Reduced
 from seatfem.structures.lip import Lip
 from seatfem.structures.mesh.meridian import MeridianMesh
-from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.meshing import SeatMesh
 from seatfem.structures.method import COARSENING, NAMES, Aims, Method
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction.face_modes import face_greens
@@ -40,8 +40,7 @@ from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import Reduction
 from seatfem.structures.reduction.ring_patches import RingPatch
 from seatfem.structures.rings import as_a_whole, divided_less, parts_behind, ring_names
-from seatfem.structures.solved import Solved
-from seatfem.structures.statics import spring_of, without_waves
+from seatfem.structures.solved import Solved, spring_of, without_waves
 
 LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
 MESH_SAFETY: Final = 1.75  # found by benchmarks/coverage_of_seats.py: 98 % of its seats are covered, all held-out ones

@@ -24,7 +24,7 @@ from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.drawn import Drawn, Turned
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.mesh.meridian import MeridianMesh
-from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.meshing import SeatMesh
 from seatfem.structures.method import Level, Method
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize

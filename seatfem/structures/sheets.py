@@ -30,8 +30,7 @@ from seatfem.structures.method import COARSENING, Aims
 from seatfem.structures.model import DofMap, ModelError, SecondOrderModel
 from seatfem.structures.plate_store import kept
 from seatfem.structures.reduction.modal import with_modes
-from seatfem.structures.reduction.modes import Modes, solve_modes
-from seatfem.structures.reduction.parity import with_parity
+from seatfem.structures.reduction.modes import Modes, solve_modes, with_parity
 from seatfem.structures.rings import CONTACT
 from seatfem.structures.shapes import Flat
 from seatfem.units import write_quantity

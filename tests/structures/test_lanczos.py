@@ -13,14 +13,12 @@ from seatfem.structures.damping import Damping
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.method import Aims
 from seatfem.structures.model import ModelError
-from seatfem.structures.reduction.gauss_rule import gauss_rule
+from seatfem.structures.reduction.eigen_search import rigid_shapes
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.lanczos import Lanczos, nodes
-from seatfem.structures.reduction.lanczos_consistent import ConsistentRecursion
-from seatfem.structures.reduction.lanczos_recursion import Recursion
+from seatfem.structures.reduction.lanczos_recursion import ConsistentRecursion, Recursion, gauss_rule
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.residual import truncate
-from seatfem.structures.reduction.rigid import rigid_shapes
 from tests.rod_model import rod_model
 
 STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0}

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.mesh.cell_kinds import CELL_KINDS, TET_EDGES, serendipity_to_27
-from seatfem.structures.mesh.checks import check_mesh
-from seatfem.structures.mesh.io import MeshArrays, MeshError, to_skfem
-from seatfem.structures.mesh.quality import measure, scaled_jacobian, shape_measure
+from seatfem.structures.mesh.checks import check_mesh, measure, scaled_jacobian, shape_measure
+from seatfem.structures.mesh.io import CELL_KINDS, TET_EDGES, MeshArrays, MeshError, serendipity_to_27, to_skfem
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
 CONTACT, FIXED = np.array([[1, 2, 3]]), np.array([[0, 2, 1]])

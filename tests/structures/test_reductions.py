@@ -424,7 +424,7 @@ def test_numbers_beyond_all_measure_are_refused(rod, method, mass, weight, messa
 
 def test_modal_truncation_goes_on_from_the_modes_it_has(block, monkeypatch):
     """A cutoff that rises asks for the new modes alone, instead of all of them again."""
-    import seatfem.structures.reduction.backends as module
+    import seatfem.structures.reduction.krylov_basis as module
 
     made = []
 

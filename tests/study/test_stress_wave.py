@@ -16,8 +16,7 @@ from seatfem.pictures.margin_map import plot_margin_map
 from seatfem.pictures.moving import load_moving
 from seatfem.pictures.stress_wave import StressWave, animate_wave, plot_wave, write_wave
 from seatfem.structures.fields.around import turned
-from seatfem.structures.fields.frames import in_frames, unknowns_in_frames
-from seatfem.structures.fields.recovery import histories, recover, von_mises
+from seatfem.structures.fields.recovery import histories, in_frames, recover, unknowns_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.fields.solids import elements_of, solid_stress
 from seatfem.study.planning.planner import plan_scene

@@ -11,9 +11,8 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from seatfem.machine.memory import available_memory
-from seatfem.structures.counts.bodies import Body, plan_of, section_of, solid_of
+from seatfem.structures.counts.bodies import Body, body_of, plan_of, section_of, solid_of
 from seatfem.structures.counts.memory_need import GB, Counts, MemoryNeedError, counts_from, memory_need
-from seatfem.structures.counts.part_body import body_of
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.mesh.plan_grid import graded
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec

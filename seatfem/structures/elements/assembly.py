@@ -23,20 +23,19 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from impact.progress import Progress, silent
-from seatfem.structures.elements.constraints import Freedom, freedom, held
-from seatfem.structures.elements.element_kernels import add_elements, nodal_mass
-from seatfem.structures.elements.pattern_kernels import expand_pattern, expand_scalar
+from seatfem.structures.elements.element_kernels import add_elements, expand_pattern, expand_scalar, nodal_mass
 from seatfem.structures.elements.ports import places_across, ports_on
 from seatfem.structures.elements.shape_functions import (
     Discretization,
+    Surface,
     discretize,
+    facets_of,
     mass_rule,
     nodal_rule,
     stiffness_rule,
+    surface,
 )
-from seatfem.structures.elements.supports import Support, support_matrices
-from seatfem.structures.elements.surfaces import Surface, facets_of, surface
-from seatfem.structures.elements.whole_model import whole_model
+from seatfem.structures.elements.supports import Freedom, Support, freedom, held, support_matrices, whole_model
 from seatfem.structures.face_lip import FaceLip
 from seatfem.structures.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrderModel

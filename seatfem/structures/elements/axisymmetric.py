@@ -14,7 +14,6 @@ from scipy import sparse
 from impact.progress import Progress, silent
 from impact.quantities import percent
 from seatfem.structures.elements.assembly import check_ports, names, solids_by_region
-from seatfem.structures.elements.constraints import Constraint, freedom
 from seatfem.structures.elements.ports import ONE_RADIUS, ports_on
 from seatfem.structures.elements.revolved_elements import (
     Section,
@@ -25,9 +24,8 @@ from seatfem.structures.elements.revolved_elements import (
     ring_surface,
     stiffness_blocks,
 )
-from seatfem.structures.elements.supports import Support, spread_supports
-from seatfem.structures.elements.surfaces import Surface
-from seatfem.structures.elements.whole_model import Matrices, whole_model
+from seatfem.structures.elements.shape_functions import Surface
+from seatfem.structures.elements.supports import Constraint, Matrices, Support, freedom, spread_supports, whole_model
 from seatfem.structures.errors import ModelError
 from seatfem.structures.materials import Solid, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, Port, SecondOrderModel

@@ -28,7 +28,7 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from impact.brief import brief
-from seatfem.structures.elements.whole_model import whole_model
+from seatfem.structures.elements.supports import whole_model
 from seatfem.structures.errors import ModelError
 from seatfem.structures.lip import Patch
 from seatfem.structures.materials import Material

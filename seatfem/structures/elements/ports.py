@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from seatfem.structures.elements.surfaces import Surface
+from seatfem.structures.elements.shape_functions import Surface
 from seatfem.structures.errors import ModelError
 from seatfem.structures.face_lip import FaceLip
 from seatfem.structures.materials import Solid

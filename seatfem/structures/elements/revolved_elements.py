@@ -21,8 +21,7 @@ from scipy import sparse
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefLine
 
-from seatfem.structures.elements.shape_functions import element_of
-from seatfem.structures.elements.surfaces import Surface, facets_of
+from seatfem.structures.elements.shape_functions import Surface, element_of, facets_of
 from seatfem.structures.model import Array, ModelError
 
 _ELEMENTS = {

@@ -22,8 +22,7 @@ from typing import Final
 import numpy as np
 
 from seatfem.structures.elements.mindlin import PlateMesh
-from seatfem.structures.formats.calculix_deck import CalculixBody
-from seatfem.structures.formats.calculix_mesh import Integers, as_set, cut
+from seatfem.structures.formats.calculix_deck import CalculixBody, Integers, as_set, cut
 from seatfem.structures.materials import Material
 from seatfem.structures.model import Array, ModelError
 

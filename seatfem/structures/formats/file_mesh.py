@@ -14,18 +14,20 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from seatfem.structures.mesh.cell_kinds import (
+from seatfem.structures.mesh.checks import near_pairs
+from seatfem.structures.mesh.io import (
     HEX_EDGES,
     HEX_FACES,
     TET_EDGES,
     CellKind,
     Floats,
     Integers,
+    MeshArrays,
+    MeshError,
     distinct,
+    facets_within,
     serendipity_to_27,
 )
-from seatfem.structures.mesh.checks import near_pairs
-from seatfem.structures.mesh.io import MeshArrays, MeshError, facets_within
 
 MOST_GROUPS = 5000  # of a file: sets of nodes, of elements, surfaces
 Groups = tuple[tuple[int, ...], ...]

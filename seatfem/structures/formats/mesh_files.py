@@ -17,11 +17,10 @@ from seatfem.structures.formats.file_mesh import FileMesh, merged, to_arrays
 from seatfem.structures.formats.meshio_files import FORMATS, SURFACES_ONLY, read_by_meshio
 from seatfem.structures.formats.nastran_mesh import read_nastran
 from seatfem.structures.formats.unv_mesh import read_unv
-from seatfem.structures.mesh.cell_kinds import distinct
 from seatfem.structures.mesh.checks import check_coincident
 from seatfem.structures.mesh.gmsh_process import STAGE, MeshingError, run_gmsh
-from seatfem.structures.mesh.io import MeshArrays, MeshError, groups
-from seatfem.structures.mesh.seat_mesh import MeshProvenance, SeatMesh, seat_mesh
+from seatfem.structures.mesh.io import MeshArrays, MeshError, distinct, groups
+from seatfem.structures.mesh.meshing import MeshProvenance, SeatMesh, seat_mesh
 from seatfem.structures.shapes import GeometryError
 
 BY_GMSH = (".msh", ".med")

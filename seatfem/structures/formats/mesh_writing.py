@@ -18,9 +18,8 @@ from impact.files.atomic import write_whole
 from seatfem.structures.formats.file_mesh import to_vtk
 from seatfem.structures.formats.mesh_files import read_file
 from seatfem.structures.formats.meshio_files import FORMATS
-from seatfem.structures.mesh.cell_kinds import CELL_KINDS, Floats, Integers
-from seatfem.structures.mesh.io import MeshError
-from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.io import CELL_KINDS, Floats, Integers, MeshError
+from seatfem.structures.mesh.meshing import SeatMesh
 
 READ_ONLY: Final = (".node", ".su2", ".hmf", ".ugrid", ".f3grid")
 """The nodes of .ele; formats whose writers in meshio 5.3 fail for solids with faces, or write what it cannot read."""

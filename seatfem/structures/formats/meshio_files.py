@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 from impact.files.input_files import MB, check_file, read_text
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import LineWorker
-from seatfem.structures.formats.abaqus_deck import with_included
+from seatfem.structures.formats.abaqus_mesh import with_included
 from seatfem.structures.formats.file_mesh import VTK, FileMesh, face_width, one_kind, stacked, to_gmsh
-from seatfem.structures.mesh.cell_kinds import Integers
-from seatfem.structures.mesh.io import MeshError
+from seatfem.structures.mesh.io import Integers, MeshError
 
 LIMIT: Final = 1024 * MB
 PATIENCE: Final = 3600.0  # s of the clock, on a machine that is busy otherwise too

@@ -17,7 +17,7 @@ from seatfem.structures.errors import ModelError
 from seatfem.structures.inspection.cad import FoundFace
 from seatfem.structures.inspection.shape import Array, Integers, Shape
 from seatfem.structures.lands import Land, land_of
-from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.meshing import SeatMesh
 from seatfem.structures.shapes.inspect import FREEFORM, fitted_cylinder, triple
 
 SHARP: Final = math.radians(25.0)  # between neighbouring triangles of different faces

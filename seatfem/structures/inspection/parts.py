@@ -10,7 +10,7 @@ from seatfem.structures.inspection.cad import FoundFace, Inspected, inspect_geom
 from seatfem.structures.inspection.mesh_file import faces_of, regions_of, shape_of
 from seatfem.structures.inspection.shape import Integers, Shape
 from seatfem.structures.kinds.parts import METRES, LengthUnit
-from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.meshing import SeatMesh
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError
 from seatfem.structures.shapes.cad import BREP_SUFFIXES, STEP_SUFFIXES
 

@@ -49,7 +49,7 @@ class Reduced(Moving):
     def is_convolved(self) -> bool:
         if self.greens.method == AUTO:
             return self.couples
-        from seatfem.structures.reduction.registry import named  # for load time: most scenes name none
+        from seatfem.structures.reduction.greens import named  # for load time: most scenes name none
 
         return not named(self.greens.method).oscillators
 

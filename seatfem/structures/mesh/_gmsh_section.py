@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seatfem.structures.mesh._gmsh_arrays import rows_of
-from seatfem.structures.mesh._gmsh_model import set_sizes
+from seatfem.structures.mesh._gmsh_base import rows_of, set_sizes
 from seatfem.structures.mesh.spec import MeshSpec
 
 TRIANGLES = {1: 2, 2: 9}  # gmsh's element types by order

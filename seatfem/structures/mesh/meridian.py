@@ -18,7 +18,7 @@ from impact.brief import brief
 from impact.progress import Progress, silent
 from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
 from seatfem.structures.mesh.io import groups
-from seatfem.structures.mesh.seat_mesh import MeshProvenance
+from seatfem.structures.mesh.meshing import MeshProvenance
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import Geometry, GeometryError, Profile, encode, fingerprint
 from seatfem.structures.shapes.profile import profile_of

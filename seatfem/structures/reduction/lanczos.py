@@ -9,7 +9,7 @@ T the block tridiagonal matrix of k block Lanczos steps: the Gauss quadrature of
 vector is orthogonalised again: the copies of converged nodes that appear share one weight between them. sin(sqrt(x) t)/
 sqrt(x) is of degree t sqrt(theta_max)/2 in x to any accuracy, a k-point Gauss rule exact to degree 2 k - 1, so the
 quadrature is exact to round-off while t < 4 k/sqrt(theta_max), and worth nothing beyond. With a mass that is not
-diagonal the same recursion runs on M^-1 K in M's inner product (`lanczos_consistent`), which takes ten times as long.
+diagonal the same recursion runs on M^-1 K in M's inner product (`ConsistentRecursion`), which takes ten times as long.
 
 Sources: Golub and Meurant, Matrices, Moments and Quadrature with Applications (2010); Druskin and Knizhnerman, Numer.
 Linear Algebra Appl. 2 (1995) 205 (without orthogonalisation); Zimmerling, Druskin and Simoncini, J. Sci. Comput. 103
@@ -29,12 +29,10 @@ from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
-from seatfem.structures.reduction.checks import passivity
-from seatfem.structures.reduction.growth import Grown
-from seatfem.structures.reduction.lanczos_consistent import ConsistentRecursion
-from seatfem.structures.reduction.lanczos_recursion import Recursion
+from seatfem.structures.reduction.growth import Grown, RitzSpace
+from seatfem.structures.reduction.lanczos_recursion import ConsistentRecursion, Recursion
 from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
-from seatfem.structures.reduction.ritz import RitzSpace
+from seatfem.structures.reduction.residual import passivity
 
 _CEILING = 12.0  # bandwidths; nodes above follow the pulse as a spring, to 1/144
 _PRODUCT = 1.2e-9  # s for each entry of K in a product (benchmarks/cost_vs_dof.py)

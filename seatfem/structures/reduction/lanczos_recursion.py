@@ -1,8 +1,10 @@
-"""Block Lanczos on A = M^-1/2 K M^-1/2 with a diagonal M: three-term, two blocks of vectors in memory."""
+"""Block Lanczos on M^-1 K without a factorization: three terms, two blocks of vectors in memory; its Gauss rule."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from typing import Final
 
 import numba
 import numpy as np
@@ -10,8 +12,60 @@ import scipy.linalg
 
 from impact.progress import silent
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
-from seatfem.structures.reduction.gauss_rule import gauss_rule
-from seatfem.structures.reduction.rigid import rigid_shapes
+from seatfem.structures.reduction.eigen_search import rigid_shapes
+
+
+def gauss_rule(diagonal: Array, below: Array) -> tuple[Array, Array]:
+    """Return (values (k,) ascending, first components (k,)) of the eigenpairs of a symmetric tridiagonal matrix.
+
+    Implicit QL with Wilkinson's shift, applied to the first row of the vectors only: O(k^2) time, O(k) memory, and no
+    trouble with the clusters of equal values that Lanczos leaves, on which LAPACK's dstemr can fail.
+    Source: Golub and Welsch, Math. Comp. 23 (1969) 221.
+
+    Args:
+        diagonal, below: (k,) and (k - 1,).
+    """
+    values, first = np.array(diagonal, dtype=float), np.zeros(len(diagonal))
+    first[0] = 1.0
+    _ql(values, np.append(below, 0.0), first)
+    order = np.argsort(values)
+    return values[order], first[order]
+
+
+@numba.njit(cache=True)
+def _ql(d: Array, e: Array, z: Array) -> None:
+    """Diagonalise in place: ``d`` becomes the values, ``z`` (the first row of the unit matrix) their components."""
+    n = len(d)
+    for low in range(n):
+        while True:
+            high = low
+            while high < n - 1 and abs(e[high]) > 2.3e-16 * (abs(d[high]) + abs(d[high + 1])):
+                high += 1
+            if high == low:
+                break
+            ratio = (d[low + 1] - d[low]) / (2 * e[low])
+            g = d[high] - d[low] + e[low] / (ratio + math.copysign(math.hypot(ratio, 1.0), ratio))
+            sine, cosine, moved, split = 1.0, 1.0, 0.0, False
+            for i in range(high - 1, low - 1, -1):
+                f, b = sine * e[i], cosine * e[i]
+                r = math.hypot(f, g)
+                e[i + 1] = r
+                if r == 0.0:
+                    d[i + 1] -= moved
+                    e[high] = 0.0
+                    split = True
+                    break
+                sine, cosine = f / r, g / r
+                g = d[i + 1] - moved
+                r = (d[i] - g) * sine + 2 * cosine * b
+                moved = sine * r
+                d[i + 1] = g + moved
+                g = cosine * r - b
+                z[i + 1], z[i] = sine * z[i] + cosine * z[i + 1], cosine * z[i] - sine * z[i + 1]
+            if not split:
+                d[low] -= moved
+                e[low] = g
+                e[high] = 0.0
 
 
 class Recursion:
@@ -180,3 +234,78 @@ def _dense(bands: Array) -> Array:
     for k, band in enumerate(bands):
         full[np.arange(k, n), np.arange(n - k)] = band[: n - k]
     return full
+
+
+TOLERANCE: Final = 1e-13  # relative residual of M z = r; g is off by ten times as much
+MOST: Final = 200  # iterations; tetrahedra take 30 to 40
+_DEPENDENT: Final = 1e-13  # of the Gram matrix of ports, each made one
+
+
+class ConsistentRecursion(Recursion):
+    """A recursion as `Recursion`, for a mass that is not diagonal."""
+
+    def __init__(self, model: SecondOrderModel) -> None:
+        self._K, self._M, self._inverse = model.K, model.M, 1 / model.M.diagonal()[:, None]
+        shapes = rigid_shapes(model)
+        self.rigid = shapes.T @ model.port_matrix
+        loads = model.port_matrix - model.M @ (shapes @ self.rigid)
+        moved = self._solve(loads)
+        gram = loads.T @ moved
+        lengths = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+        squares, turn = np.linalg.eigh(gram / np.outer(lengths, lengths))
+        kept = squares > _DEPENDENT * squares[-1]
+        change = turn[:, kept] / np.sqrt(squares[kept]) / lengths[:, None]
+        self.start = np.sqrt(squares[kept])[:, None] * turn[:, kept].T * lengths
+        self._now, self._dual = moved @ change, loads @ change
+        self._dual_before, self._link = np.zeros_like(self._now), np.zeros((self.width, self.width))
+        self._diagonal, self._below = [], []
+        self.complete = self.width == 0
+
+    def _step(self) -> Array:
+        residual = self._K @ self._now - self._dual_before @ self._link.T
+        block = np.asarray(self._now.T @ residual)
+        residual -= self._dual @ block
+        self._dual_before = self._dual
+        self._now, self._dual, self._link = _orthonormal_pair(self._solve(residual), residual)
+        return block
+
+    def _solve(self, right: Array) -> Array:
+        """Return M^-1 right, column by column at once.
+
+        Raises:
+            ModelError: a mass that is not positive definite, or worse scaled than any of elements.
+        """
+        wanted = TOLERANCE**2 * np.sum(self._inverse * right**2, axis=0)
+        solution = self._inverse * right
+        residual = right - self._M @ solution
+        scaled = self._inverse * residual
+        direction, square = scaled, np.sum(residual * scaled, axis=0)
+        for _ in range(MOST):
+            if np.all(square <= wanted):
+                return np.asarray(solution)
+            image = self._M @ direction
+            length = np.sum(direction * image, axis=0)
+            if np.any((length <= 0) & (square > wanted)):
+                break
+            step = square / np.maximum(length, 1e-300)
+            solution += step * direction
+            residual -= step * image
+            scaled = self._inverse * residual
+            before, square = np.maximum(square, 1e-300), np.sum(residual * scaled, axis=0)
+            direction = scaled + square / before * direction
+        raise ModelError(
+            f"the mass is none of elements: it is not positive definite, or so badly scaled that {MOST} iterations of "
+            "conjugate gradients do not invert it; use method='krylov'"
+        )
+
+
+def _orthonormal_pair(moved: Array, left: Array) -> tuple[Array, Array, Array]:
+    """Return (Q, P, R) with Q R = ``moved``, P R = ``left``, Q'P = 1 and R upper triangular, of M Q = P."""
+    upper = np.eye(left.shape[1])
+    for _ in range(1 if left.shape[1] == 1 else 2):
+        squares, turn = np.linalg.eigh(left.T @ moved)
+        roots = np.sqrt(np.maximum(squares, 1e-30 * max(squares[-1], 1e-300)))
+        _, link = np.linalg.qr(roots[:, None] * turn.T)
+        moved, left = (scipy.linalg.solve_triangular(link, each.T, trans="T").T for each in (moved, left))
+        upper = link @ upper
+    return np.asarray(moved), np.asarray(left), upper

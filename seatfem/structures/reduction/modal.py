@@ -15,13 +15,11 @@ from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, SecondOrderModel
-from seatfem.structures.reduction.backends import Here, backend_of
-from seatfem.structures.reduction.checks import passivity
-from seatfem.structures.reduction.eigen_search import ConvergenceError, CountError
+from seatfem.structures.reduction.eigen_search import ConvergenceError, CountError, default_shift
+from seatfem.structures.reduction.krylov_basis import Here, backend_of
 from seatfem.structures.reduction.modes import DENSE, Modes, dense_modes, modes_of
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
-from seatfem.structures.reduction.residual import truncate
-from seatfem.structures.reduction.rigid import default_shift
+from seatfem.structures.reduction.residual import passivity, truncate
 
 if TYPE_CHECKING:
     from seatfem.structures.reduction.slepc import Ranks

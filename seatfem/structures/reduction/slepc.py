@@ -27,10 +27,9 @@ from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import LineWorker
 from seatfem.machine.petsc import SCRIPT, PetscSetting, petsc_setting
 from seatfem.structures.model import Array, SecondOrderModel
-from seatfem.structures.reduction.eigen_search import ConvergenceError
+from seatfem.structures.reduction.eigen_search import ConvergenceError, rigid_shapes
 from seatfem.structures.reduction.factorization import Factorization, FactorizationError
 from seatfem.structures.reduction.krylov_basis import KrylovBasis
-from seatfem.structures.reduction.rigid import rigid_shapes
 from seatfem.units import write_quantity
 
 TAIL: Final = 12  # lines of what the ranks wrote, in messages

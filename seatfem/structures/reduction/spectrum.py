@@ -25,9 +25,9 @@ from seatfem.structures.reduction.eigen_search import (
     between,
     counting_shift,
     expected,
+    rigid_shapes,
 )
 from seatfem.structures.reduction.factorization import Backend, factorize
-from seatfem.structures.reduction.rigid import rigid_shapes
 from seatfem.units import write_quantity
 
 TOLERANCE: Final = 1e-8  # ||OP y - theta y||/|theta|: the eigenvalue is then right to its square, or to round-off

@@ -25,11 +25,11 @@ from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, ModelError, SecondOrderModel, as_csr
-from seatfem.structures.reduction.checks import feeding, reciprocity
+from seatfem.structures.reduction.eigen_search import default_shift
 from seatfem.structures.reduction.factorization import Backend, FactorizationError, factorize
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
-from seatfem.structures.reduction.rigid import default_shift
+from seatfem.structures.reduction.residual import feeding, reciprocity
 
 
 def march(

@@ -21,8 +21,7 @@ from seatfem.pictures.stress_wave import StressWave, animate_wave, plot_wave, wr
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.fields.around import turned
 from seatfem.structures.fields.corners import near
-from seatfem.structures.fields.frames import in_frames, response_in_frames, unknowns_in_frames
-from seatfem.structures.fields.recovery import von_mises
+from seatfem.structures.fields.recovery import in_frames, response_in_frames, unknowns_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.fields.solids import elements_of
 from seatfem.structures.kinds.elastic import Elastic
