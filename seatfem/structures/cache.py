@@ -41,8 +41,7 @@ def warn(text: str) -> None:
 
 
 def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> str:
-    """Return a hash of everything a structure's Green's function depends on, the code included, and whether its mesh's
-    error is known.
+    """Return a hash of all that a Green's function depends on: the code, too, and whether its mesh error is known.
 
     Files count by content, not by name, with all that they include; what the method leaves open counts not at all, nor
     does its backend, which changes g by less than the tolerance, as another sparse factorization does. Of a kind, a
@@ -66,8 +65,7 @@ def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> 
 
 
 def _from_elsewhere(structure: Structure, method: Method) -> list[str]:
-    """Return hashes of the files of the kind, of its shape, and of the reductions that are asked for or may be
-    chosen."""
+    """Return hashes of the files of the kind, its shape, and the reductions that are asked for or may be chosen."""
     reductions: list[type] = []
     if structure.is_reduced and "seatfem.structures.reduction.reducer" in sys.modules:  # else all reductions are ours
         from seatfem.structures.reduction.reducer import defined  # for load time
@@ -82,8 +80,7 @@ def _hash(path: Path) -> str:
 
 
 def at(path: Path, key: str, duration: float, tell: Tell | None = None) -> GreensFunction | None:
-    """Return the function at ``path``, if it has this key, is sealed and sound, and is known for a run of ``duration``
-    [s].
+    """Return the function at ``path``, if it has this key, is sealed and sound, and is known for ``duration`` [s].
 
     What is sound and another's is no news.
     """
@@ -204,8 +201,7 @@ def _beside(key: str) -> str:
 
 
 def _with_errors(found: GreensFunction, beside: GreensFunction | None, about: Mapping[str, object]) -> Solved:
-    """Return it with the errors by the model in rings; one that states a ratio of the two meshes' sizes is of a coarser
-    mesh."""
+    """Return it with the errors by the model in rings, which is of a coarser mesh where it states a refinement."""
     stated = None if beside is None else beside.provenance.get("refinement")
     if beside is None or not (isinstance(stated, int | float) and 1.0 < stated < math.inf):
         return Solved(found, in_rings=beside, about=about, reused=True)

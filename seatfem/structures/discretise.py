@@ -76,8 +76,7 @@ def matrices(
     harmonic: int = 0,
     lip: FaceLip | None = None,
 ) -> SecondOrderModel:
-    """Return the mass, stiffness, damping and ports of a body on its mesh; what is wrong with its groups names file or
-    level.
+    """Return mass, stiffness, damping and ports of a body on its mesh; errors of groups name the file or the level.
 
     ``harmonic``: in the angle, of a half section; ``lip``: the face struck, in parts, of a whole body.
     """

@@ -258,8 +258,7 @@ def _from_mesh(greens: GreensFunction, mesh: AnyMesh) -> GreensFunction:
 def _with_mesh_error(
     body: Drawn, mesh: AnyMesh, method: Method, duration: float, solved: Solved, progress: Progress
 ) -> Solved:
-    """Return ``solved`` with the mesh error filled in from a coarser ``mesh`` of the same body, whose patch is in
-    rings."""
+    """Return ``solved`` with the mesh error by a coarser ``mesh`` of the same body, whose patch is in rings."""
     quiet = _for_error(progress, "coarser mesh")
     coarse = _solved(body, mesh, method.divided(parts_behind(method.division)), duration, Stopwatch(), quiet)
     progress("coarser mesh, for the error estimate", 1.0)

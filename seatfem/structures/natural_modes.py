@@ -226,8 +226,7 @@ def _listed(
     torsion: bool = False,
     weight: float = 1.0,
 ) -> Iterator[Mode]:
-    """Yield the modes of one model; ``static`` the port's compliance, which shares are parts of, ``weight`` the port's
-    in it."""
+    """Yield the modes of one model; ``static``: the port's compliance, ``weight``: the port's share in it."""
     phi = modes.shapes.T @ model.port_matrix[:, 0] if model.ports else np.zeros(len(modes.omega))
     for k, (frequency, residual) in enumerate(zip(modes.frequencies_hz, modes.residuals, strict=True)):
         held = None

@@ -60,8 +60,7 @@ def without_waves(greens: ModalGreens) -> ModalGreens:
 
 
 def with_start(greens: GreensFunction) -> GreensFunction | None:
-    """Return a spring, which has no g(0+), as the exponential of the same compliance that has; ``None`` of what is
-    none."""
+    """Return a spring as the exponential of the same compliance that has a g(0+); ``None`` of what is no spring."""
     modal = greens.modal
     if modal is None or not isinstance(start := modal.provenance.get(START), float) or start <= 0:
         return None

@@ -80,8 +80,7 @@ class Store:
         return self.folder / f"{key}.h5"
 
     def get(self, key: str) -> GreensFunction | None:
-        """Return the function, or ``None`` if it is not there or is not what was put: damaged, without a seal, of
-        another key.
+        """Return the function; ``None`` if it is not there or is damaged, without a seal, of another key.
 
         The latter is reported; the next `put` replaces it.
         """

@@ -111,8 +111,7 @@ def plan_of(shape: Shape, sectors: int = 1) -> Body:
 
 @cache
 def solid_of(shape: Shape, sectors: int = 1) -> Body:
-    """Return the solid or one of its equal sectors. Raises `GeometryError` of one that is neither turned nor
-    extruded."""
+    """Return the solid or one of its equal sectors; `GeometryError` of one that is neither turned nor extruded."""
     profile, plan, rectangle = shape.profile, shape.plan, shape.rectangle
     if profile is not None:
         points, weight, outline, lengths, distance = _sampled(profile)
@@ -129,8 +128,7 @@ def solid_of(shape: Shape, sectors: int = 1) -> Body:
 
 
 def _plan_part(shape: Shape, sectors: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Return the areas of a plan, or of one of its sectors, and lengths of its outline; each with the distances from
-    the patch."""
+    """Return areas of a plan or its sector and lengths of its outline, each with distances from the patch."""
     rectangle = shape.rectangle
     points, weight, outline, lengths, distance = shape.plan_samples() if rectangle is None else _rectangle(rectangle)
     edge = [(lengths / sectors, distance(outline)), *(_rays(points, weight, distance) if sectors > 1 else [])]
@@ -147,8 +145,7 @@ def _rays(points: Array, weight: Array, distance: Distance) -> list[tuple[Array,
 
 
 def _extruded(plan: tuple[Array, Array], walls: tuple[Array, Array], height: float) -> Body:
-    """Return the areas of a plan and lengths of its outline with their distances from the patch, swept down from its
-    plane."""
+    """Return areas of a plan and lengths of its outline with their distances, swept down from its plane."""
     (area, away), (length, beside) = ((weight, np.maximum(0.0, distance)) for weight, distance in (plan, walls))
     u = (np.arange(DEPTHS) + 0.5) / DEPTHS
     depth, thick = height * u**2, 2 * height * u / DEPTHS

@@ -78,8 +78,7 @@ class MemoryNeed:
     products: float
 
     def of(self, method: str, *, distributed: bool = False) -> float:
-        """Return the need of a reduction by name, or of "auto"; that of a distributed one without its factor, which
-        PETSc's ranks hold."""
+        """Return the need of a reduction by name, or of "auto"; of a distributed one without its factor."""
         return self.factorized if _factorizes(method) and not distributed else self.products
 
 
@@ -93,8 +92,7 @@ def counts_of(mesh: SeatMesh) -> Counts:
 def counts_from(
     shape: str, order: int, parts: tuple[float, float, float, float], surface: float
 ) -> tuple[float, Counts]:
-    """Return the nodes, and counts of K and M, of so many vertices, edges, faces and elements with ``surface`` faces
-    outside."""
+    """Return the nodes, and counts of K and M, by vertices, edges, faces, elements and faces outside."""
     nodes, couples = (
         sum(a * b for a, b in zip(table[shape, order], parts, strict=True)) for table in (_NODES, _COUPLES)
     )

@@ -139,8 +139,7 @@ def _jacobian(corners: Ints, points: Floats, slopes: Floats, inverse: Floats) ->
 
 @njit(cache=True)
 def jacobian_range(corners: Ints, points: Floats, slopes: Floats) -> Floats:
-    """Return the (m, 2) least and largest det J of each element at the reference points where ``slopes`` (Q, V, 3) were
-    taken."""
+    """Return (m, 2) least and largest det J of each element at the points where ``slopes`` (Q, V, 3) were taken."""
     extremes, inverse = np.empty((len(corners), 2)), np.empty((3, 3))
     for e in range(len(corners)):
         extremes[e, 0], extremes[e, 1] = np.inf, -np.inf
@@ -215,8 +214,7 @@ def _element_stiffness(
 
 @njit(cache=True)
 def _isotropic(T: Floats, D: Floats, modes: int, lam: float, mu: float, K: Floats) -> None:
-    """Add blocks lam T + mu T' + mu tr(T) I on and above the diagonal of K; the volume's part from D where
-    projected."""
+    """Add lam T + mu T' + mu tr(T) I on and above the diagonal of K; the volume's part from D where projected."""
     for r in range(0, len(T), 3):
         for s in range(r, len(T), 3):
             trace = mu * (T[r, s] + T[r + 1, s + 1] + T[r + 2, s + 2])

@@ -146,8 +146,7 @@ def plate_dofs(
 
 
 def plate_ports(mesh: PlateMesh, patches: Mapping[str, Patch], material: Material, free: Integers) -> dict[str, Port]:
-    """Return the patches whose mean deflection is observed, pushed by a uniform pressure; ``free``: unknowns that may
-    move.
+    """Return ports of patches, pushed by a uniform pressure; ``free``: the unknowns that may move.
 
     Raises:
         ModelError: a point of a patch that lies off the plate.
@@ -193,8 +192,7 @@ def deflections(mesh: PlateMesh, nodal: Array, points: Array) -> Array:
 
 
 def everywhere(mesh: PlateMesh) -> Array:
-    """Return the (3 n,) b, so that b'u is the mean deflection of the whole plate: a pressure or the weight does b, per
-    newton."""
+    """Return (3 n,) b, so that b'u is the mean deflection of the plate: a pressure or the weight does b, per newton."""
     _, weights, shapes = _jacobians(mesh, *_gauss(3))
     vector = np.zeros(len(mesh.points))
     np.add.at(vector, mesh.cells, weights @ shapes)

@@ -69,8 +69,7 @@ def ports_on(
 
 
 def along(lip: FaceLip, patch: Surface) -> Array:
-    """Return the (p, f, Q) weights of the points of a patch in each part of a lip: equal areas around it, shares across
-    each arc.
+    """Return (p, f, Q) weights of a patch's points in each part of a lip: equal areas around, shares across each arc.
 
     Elements are cut at the borders by what their points weigh; all parts add up to the patch.
     """
@@ -147,8 +146,7 @@ def _sides(mesh: Any, facets: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _axis(patch: Surface, copies: int) -> tuple[Array, Array]:
-    """Return a point of the patch's axis and its direction: centroid and mean normal; z for one of several equal
-    sectors."""
+    """Return a point of the patch's axis and its direction: centroid and mean normal; z of several equal sectors."""
     if copies > 1:
         return np.zeros(3), np.array([0.0, 0.0, 1.0])
     centre = np.einsum("fq,fqa->a", patch.weights, patch.places) / patch.area
@@ -163,8 +161,7 @@ def _radius(points: Array, middle: Array, axis: Array) -> Array:
 
 
 def _is_round(radii: Array, area: float) -> bool:
-    """Return whether these radii of the rim are one, or two, with the patch's area (seen along its axis) between
-    them."""
+    """Return whether these radii of the rim are one, or two with the patch's area (along its axis) between them."""
     largest = float(radii.max())
     outer = radii >= (radii.min() + largest) / 2
     circles = [radii[part] for part in (outer, ~outer) if part.any()]

@@ -34,8 +34,7 @@ _CHUNK = 2048  # elements per batch: bounds the memory of the strain matrices
 
 
 def section_element(mesh: Any, order: int | None) -> Any:
-    """Return scikit-fem's element of an ``order`` (default: that of the mesh) on a mesh of triangles or
-    quadrilaterals."""
+    """Return scikit-fem's element of an ``order`` (default: the mesh's) on triangles or quadrilaterals."""
     wanted = (1 if mesh.dofs.element_dofs.shape[0] == mesh.t.shape[0] else 2) if order is None else order
     return element_of(mesh, wanted, _ELEMENTS, " in a meridian section")
 
@@ -58,8 +57,7 @@ class Section:
 
     @staticmethod
     def of(mesh: Any, order: int | None) -> Section:
-        """Return the checked section: two dimensions, r >= 0, no folded cell; nodes within 1e-9 of the outer radius are
-        on the axis."""
+        """Return the checked section: r >= 0, no folded cell; nodes within 1e-9 of the outer radius are on the axis."""
         if mesh.dim() != 2:
             raise ModelError(
                 f"a meridian section must have two dimensions (r, z), this {type(mesh).__name__} has {mesh.dim()}"
@@ -93,8 +91,7 @@ class Section:
 
     @property
     def quadrature_order(self) -> int:
-        """Return the order that is exact for the mass of straight cells; two more for others. 1/r is never needed on
-        the axis itself."""
+        """Return the order that is exact for the mass of straight cells; two more for others."""
         jacobian = self.mesh.mapping().DF(np.asarray(self.mesh.elem.refdom.p, dtype=float))
         straight = np.ptp(jacobian, axis=-1).max() <= 1e-10 * np.abs(jacobian).max()
         return 2 * self.order + (1 if straight else 3)
@@ -213,8 +210,7 @@ def nearly_incompressible(elasticity: Array, limit: float = 0.45) -> NDArray[np.
 
 
 def _projected(section: Section, basis: Any, strain: Array, weight: Array, picked: NDArray[np.bool_]) -> Array:
-    """Return the picked cells' strains with the dilatation projected, in the weighted mean square, on its first
-    terms."""
+    """Return the picked cells' strains with the dilatation projected, in the weighted mean square."""
     terms = 3 if len(section.cells) == 9 else 1
     place = np.moveaxis(np.asarray(basis.global_coordinates().value), 0, -1)[picked]
     place = place - place.mean(axis=1, keepdims=True)

@@ -104,8 +104,7 @@ def discretize(mesh: Any, order: int | None) -> Discretization:
 
 
 def element_of(mesh: Any, order: int, known: Mapping[tuple[str, int], Any], where: str = "") -> Any:
-    """Return scikit-fem's element of an ``order`` on a mesh, of those ``known`` by cell and order; `ModelError` of
-    others."""
+    """Return scikit-fem's element of an ``order`` on a mesh, of those ``known``; `ModelError` of others."""
     kind = mesh.elem.refdom.__name__
     if (kind, order) not in known:
         choices = ", ".join(f"{name} order {p}" for name, p in known)
@@ -144,8 +143,7 @@ def rule_at(made: Discretization, points: Array, weights: Array, displacement: A
 
 
 def stiffness_rule(made: Discretization) -> Rule:
-    """Return a rule exact on straight tetrahedra, two degrees more on curved ones; p + 1 Gauss points a direction on
-    hexahedra."""
+    """Return a rule exact on straight tetrahedra, two degrees more on curved; p + 1 Gauss points a way on hexahedra."""
     points, weights = _gauss(made, 2 * made.order - 2)
     return rule_at(made, points, weights, gradients(made.element, points))
 

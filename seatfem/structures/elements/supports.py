@@ -45,8 +45,7 @@ class Freedom:
 
     @cached_property
     def base(self) -> NDArray[np.int64]:
-        """Return the (n_base,) numbers 3 node + component of the displacements that move at all: those that are
-        assembled."""
+        """Return (n_base,) numbers 3 node + component of the displacements that move: those that are assembled."""
         return np.flatnonzero(np.diff(self.displacements.indptr))
 
     @cached_property
@@ -58,8 +57,7 @@ class Freedom:
 
     @cached_property
     def turn(self) -> sparse.csr_array | None:
-        """Return the (n_base, n_free) matrix from the unknowns to the displacements assembled, ``None`` where they are
-        the same."""
+        """Return (n_base, n_free) from unknowns to assembled displacements, ``None`` where they are the same."""
         return None if np.array_equal(self.base, self.free) else sparse.csr_array(self.displacements[self.base])
 
     def turned(self, matrix: sparse.csr_array) -> sparse.csr_array:
@@ -101,8 +99,7 @@ def freedom(n_nodes: int, constraints: Iterable[Constraint]) -> Freedom:
 def held(
     made: Discretization, fixed: Sequence[str], sliding: Sequence[str], antisymmetric: Sequence[str]
 ) -> Iterator[Constraint]:
-    """Yield what is held of faces clamped (``fixed``), planes without normal (``sliding``) or tangential
-    (``antisymmetric``) motion.
+    """Yield what is held of clamped faces, and of planes without normal or without tangential motion.
 
     Raises:
         ModelError: a boundary that is missing, empty or, for the latter two, not plane.
@@ -197,8 +194,7 @@ class Absorbing:
     centre: tuple[float, float, float] | None = None
 
     def densities(self, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]) -> Densities:
-        """Return dashpots and, with a centre, springs; see `Densities`. Raises `ModelError` on a meridian, which has
-        none."""
+        """Return dashpots and, with a centre, springs; `ModelError` on a meridian, which has no centre."""
         along = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_p_along(normals))
         across = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_s)
         if self.centre is None:
@@ -216,8 +212,7 @@ Support = Foundation | Bolted | Dashpot | Absorbing
 def support_matrices(
     made: Discretization, supports: Sequence[Support], solids: Sequence[Solid], region: NDArray[np.int32]
 ) -> dict[Literal["K", "C"], sparse.csr_array]:
-    """Return what the supports add to "K" and "C", (3 n, 3 n) over all nodes; a key is absent where nothing is
-    added."""
+    """Return what supports add to "K" and "C", (3 n, 3 n) over all nodes; no key where nothing is added."""
     patches = [surface(made, support.boundary, type(support).__name__) for support in supports]
     return spread_supports(supports, patches, solids, region, made.size)
 
@@ -264,8 +259,7 @@ def whole_model(
     dofs: DofMap,
     copies: int = 1,
 ) -> SecondOrderModel:
-    """Return M, K, C = sum of alpha_r M_r + beta_r K_r and H = sum of eta_r K_r over the regions r, and what supports
-    add.
+    """Return M, K, C = sum of alpha_r M_r + beta_r K_r and H = sum of eta_r K_r over regions r, with supports.
 
     Args:
         matrices: of the body, in its unknowns.

@@ -108,8 +108,7 @@ REACH: Final = 2.0  # over the distance of the coarser mesh's sites: within it e
 
 
 def left_by_mesh(points: Array, stress: Array, coarser_points: Array, on_coarser: Array, weight: float) -> float:
-    """Return the error of the largest ``stress`` (P,) at points (P, d), by that of a coarser mesh (Q,) at points (Q, d)
-    [Pa].
+    """Return the error of the largest ``stress`` (P,) at points (P, d) [Pa], by that (Q,) of a coarser mesh.
 
     Any place may bear what it has, more or less ``weight`` times what the coarser mesh changes there; the largest of
     all places lies between the largest of either. The larger of two that lie apart may change little from mesh to

@@ -138,8 +138,7 @@ def at_time(field: Field, force: Array, dt: float, steps: int) -> Array:
 
 
 def at_own_times(field: Field, force: Array, dt: float, steps: Integers) -> Array:
-    """Return the (P, 6) stress at each of its points at the end of a step of its own, number ``steps`` (P,) [Pa]; the
-    force as in `histories`."""
+    """Return (P, 6) stress at each point at the end of its own step (P,) [Pa]; the force as in `histories`."""
     stress, first = np.zeros((len(steps), 6)), 0
     for part in field.coordinates(force, dt, 1):
         for k in np.flatnonzero((steps >= first) & (steps < first + len(part))):
@@ -161,8 +160,7 @@ def _norms(fields: Array) -> Array:
 
 
 def in_frames(field: StressField, force: Array, dt: float, steps: range) -> Array:
-    """Return the (F, P, 6) stress at all points of a field [Pa] at the ends of steps that are multiples of the range's
-    own step.
+    """Return (F, P, 6) stress at all points [Pa] at the ends of steps that are multiples of the range's own step.
 
     Memory holds the frames, and coordinates of one block of them.
 
@@ -204,8 +202,7 @@ _HELD: Final = 16  # points whose whole histories are held at once
 
 
 def mises_range(field: Field, force: Array, dt: float, *, since: int = 0) -> Array:
-    """Return the (P,) sqrt 3 times the diagonal of the box, in Ilyushin's space, that holds the deviators of each point
-    [Pa].
+    """Return (P,) sqrt 3 times the diagonal of the box, in Ilyushin's space, that holds each point's deviators [Pa].
 
     Under proportional stress it is the von Mises stress of the difference of the two states furthest apart, otherwise
     that at least and sqrt 5 times it at most: no point with a large range is passed over. Looked at two times a radian

@@ -73,8 +73,7 @@ class Block:
 
 
 def read_blocks(path: Path) -> list[Block]:
-    """Return all blocks of a file, included files in their place. Raises `MeshError` for what would move or make
-    nodes."""
+    """Return all blocks of a file, included files in their place; `MeshError` for what would move or make nodes."""
     blocks = list(_blocks(path, 0, Budget()))
     for block in blocks:
         if block.keyword in GENERATORS:

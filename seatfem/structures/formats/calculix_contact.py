@@ -83,8 +83,7 @@ class PlateStriker:
 def plate_contact(
     deck: CalculixBody, plate: PlateStriker, stiffness: float, duration: float, dt: float
 ) -> Iterator[str]:
-    """Yield the deck of a plate that lands; the step prints the force on the patch, `STRUCK`. Arguments and errors as
-    `mass_contact`."""
+    """Yield the deck of a plate that lands; the step prints the force on the patch. Else as `mass_contact`."""
     check_patch(deck)
     node, cell = deck.node + 3 * len(plate.mesh.points), deck.cells + len(plate.mesh.cells)
     side = plate.thickness

@@ -36,8 +36,7 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Kind:
-    """An element in the deck's words: ``nodes``, columns of ours; ``mirror``, of its own, where ours is mirrored;
-    ``faces``, by its own vertices."""
+    """An element: ``nodes``, columns of ours; ``mirror``, its nodes mirrored; ``faces``, by its own vertices."""
 
     name: str
     ours: Any
@@ -83,8 +82,7 @@ def oriented(points: Array, cells: Integers, kind: Kind, plane: bool) -> Integer
 
 
 def loads_of(mesh: Any, kind: Kind, struck: str, used: Integers, plane: bool) -> Array:
-    """Return the (nodes, 3) b: the consistent nodal forces of a unit load, uniform over the patch, along its outward
-    normal."""
+    """Return (nodes, 3) b: consistent nodal forces of a unit load, uniform over the patch, along its outward normal."""
     basis = FacetBasis(mesh, kind.theirs, facets=mesh.boundaries[struck], intorder=8)
     radius = basis.global_coordinates()[0] if plane else 1.0
     area = float(np.sum(radius * basis.dx))

@@ -109,8 +109,7 @@ def _entities(groups: Iterator[Group], path: Path) -> Iterator[Groups]:
 
 
 def _chain(entity: Groups, path: Path, most: float) -> Array:
-    """Return the (n, 3) corners and bulges of a curve, the first again at the end of a closed one; (0, 3) of what is
-    none."""
+    """Return (n, 3) corners and bulges of a curve, a closed one's first again at its end; (0, 3) of no curve."""
     name = entity[0][1]
     if name in OTHERS:
         raise _wrong(path, f"a {name}; an outline may have {', '.join(CURVES)}: explode or convert it")

@@ -95,8 +95,7 @@ def check_group_count(count: int, source: str) -> None:
 
 
 def to_arrays(mesh: FileMesh, unit: float, source: str) -> MeshArrays:
-    """Return the arrays in metres, 20-node hexahedra as 27, and node sets as surfaces: the free faces all of whose
-    vertices they hold.
+    """Return arrays in metres, 20-node hexahedra as 27, node sets as the free faces whose vertices they hold.
 
     A node set of a name that a surface has already, and one that holds no whole face, makes no surface.
     """
@@ -126,8 +125,7 @@ def free_faces(arrays: MeshArrays) -> Integers:
 
 
 def merged(mesh: FileMesh, tolerance: float, source: str) -> FileMesh:
-    """Return the mesh with nodes nearer to each other than ``tolerance`` (the file's unit) made one: the first of
-    them."""
+    """Return the mesh with nodes nearer to each other than ``tolerance`` (the file's unit) made one."""
     pairs = near_pairs(mesh.points, tolerance, source)
     n = len(mesh.points)
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))

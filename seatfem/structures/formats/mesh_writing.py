@@ -127,8 +127,7 @@ def _nodes(seat: SeatMesh) -> tuple[Floats, Integers]:
 
 
 def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMesh) -> tuple[tuple[str, ...], Any]:
-    """Return the names of the groups, and a mesh of two blocks: solids, and the faces of each boundary one after the
-    other."""
+    """Return the names of the groups, and a mesh of two blocks: solids, and the faces of each boundary in turn."""
     mesh = seat.mesh
     surfaces = {name: mesh.facets[:, facets].T for name, facets in mesh.boundaries.items()}
     volumes = {name: rows for name, rows in mesh.subdomains.items() if name != "seat" or len(mesh.subdomains) == 1}

@@ -127,8 +127,7 @@ def beside(path: Path) -> tuple[Path, ...]:
 
 
 def all_files(path: Path) -> tuple[Path, ...]:
-    """Return ``path`` and every file that it is read with and that is there: includes of a deck, and what lies
-    `beside`."""
+    """Return ``path`` and every file that it is read with and that is there: includes, and what lies `beside`."""
     included = with_included(path)
     return (*included, *(other for other in beside(path) if other.is_file())) if included else ()
 
@@ -203,8 +202,7 @@ def _by_type(blocks: list[tuple[str, Integers]]) -> dict[str, tuple[int, Integer
 
 
 def _values(name: str, data: list[NDArray[Any]]) -> list[tuple[str, int]]:
-    """Return the names and values of the groups that an array tells apart; none for real numbers, vectors and
-    numberings."""
+    """Return names and values of the groups that an array tells apart; none for reals, vectors and numberings."""
     joined = np.concatenate(data) if data else np.empty(0)
     if joined.dtype.kind not in "iub":
         return []

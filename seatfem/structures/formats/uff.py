@@ -150,8 +150,7 @@ def read_frf_uff(
 def read_impulse_response_uff(
     path: str | os.PathLike[str], *, ports: Mapping[str, Place], units: System | None = None, tail: Tail = "forbid"
 ) -> SampledGreens:
-    """Read the impulse response g(t) of one port from dataset 58: a time response (type 1) of displacement per unit
-    impulse.
+    """Read g(t) of one port from dataset 58: a time response (type 1) of displacement per unit impulse.
 
     Raises:
         UffError: as `read_frf_uff`; more than one port.
@@ -210,8 +209,7 @@ def _read(path: Path, kind: int, units: System | None) -> _File:
 
 
 def _refuse_incomplete(path: Path, sets: list[dict[str, Any]]) -> None:
-    """Raise `UffError` of what pyuff gives as it finds it: values without abscissae, shapes of fewer nodes than are
-    numbered."""
+    """Raise `UffError` of values without abscissae or not finite, and shapes of fewer nodes than are numbered."""
     for number, one in enumerate(sets, start=1):
         shapes = [(f"r{axis}", one.get(f"r{axis}"), one.get("node_nums")) for axis in (1, 2, 3)]
         for name, values, places in (("data", one.get("data"), one.get("x")), *shapes):

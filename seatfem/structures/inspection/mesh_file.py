@@ -28,8 +28,7 @@ ROUND: Final = 0.01  # scatter of the radius
 
 
 def shape_of(mesh: SeatMesh) -> Shape:
-    """Return the surface of the mesh with its named faces, as straight triangles that look outwards, two per
-    quadrilateral."""
+    """Return the surface with its named faces, as straight triangles that look outwards, two per quadrilateral."""
     solid = mesh.mesh
     outside = np.unique(np.concatenate([solid.boundary_facets(), *(solid.boundaries or {}).values()]))
     corners = solid.facets[:, outside].T
@@ -74,14 +73,12 @@ def _around(quadrilaterals: Integers, points: Array) -> Integers:
 
 
 def regions_of(mesh: Any) -> tuple[str, ...]:
-    """Return the names of its volumes, ours or scikit-fem's, that materials may be given to; of one that names none
-    "seat"."""
+    """Return the names of the volumes that materials may be given to; of a mesh that names none "seat"."""
     return tuple(name for name in getattr(mesh, "mesh", mesh).subdomains or () if name != "seat") or ("seat",)
 
 
 def faces_of(shape: Shape) -> tuple[tuple[FoundFace, ...], tuple[Integers, ...]]:
-    """Return the faces in the order of the mesh's own triangles, and the rows of triangles of each; named groups bound
-    faces."""
+    """Return the faces in the order of the mesh's triangles, and the rows of each; named groups bound faces."""
     label = _labels(shape)
     order = np.unique(label, return_index=True)[1].argsort()
     rows = tuple(np.flatnonzero(label == label_of) for label_of in np.unique(label)[order])

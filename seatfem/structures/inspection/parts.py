@@ -67,8 +67,7 @@ def _of_cad(path: Path, unit: LengthUnit | None) -> Part:
 
 
 def _of_found(name: str, found: Inspected, keys: str | None, notes: tuple[str, ...]) -> Part:
-    """Return the part; ``keys``: in front of the fields that problems name; ``None``: groups are nobody's wish, and
-    none is missed."""
+    """Return the part; ``keys``: in front of the fields that problems name; ``None``: problems are left out."""
     if not found.faces:
         raise GeometryError("\n".join(message for _, message in found.problems))
     messages = (

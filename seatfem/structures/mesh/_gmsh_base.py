@@ -182,8 +182,7 @@ class KeptModel:
         self.key = UNKNOWN
 
     def built(self, gmsh: Any, job: Mapping[str, Any], build: Callable[[], Tags], heal: bool = False) -> Tags:
-        """Return the tags of the job's geometry: by ``build``, or of the model as it is, where the job before was of
-        the same.
+        """Return the tags of the job's geometry: by ``build``, or of the model where the job before had the same.
 
         A model that is used again has lost its mesh and size fields.
         """

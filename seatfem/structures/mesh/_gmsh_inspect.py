@@ -162,8 +162,7 @@ def _edges(gmsh: Any, groups: Sequence[list[int]], unit: float) -> dict[str, Any
 
 
 def _coarse_mesh(gmsh: Any, struck: list[int], unit: float, *, picture: bool) -> dict[str, Any]:
-    """Return the points (n, 3) [m], triangles (m, 3) with their face's tag, tetrahedra (k, 4); as far as gmsh can make
-    them.
+    """Return points (n, 3) [m], triangles (m, 3) with their face's tag, tetrahedra (k, 4), as far as gmsh can.
 
     ``picture``: triangles that show curved faces well, and no tetrahedra.
     """
@@ -295,8 +294,7 @@ def _face(gmsh: Any, path: Path) -> tuple[Face, float | None]:
 
 
 def _frame(face: Face, path: Path, *, oblique: bool) -> Frame:
-    """Return the plane of a face: seen against the axis of the file that it is square to, from the foot of its
-    origin."""
+    """Return the plane of a face, seen against the file's axis that it is square to, from its origin's foot."""
     normal = np.array(face.normal or ())
     axis = int(np.argmax(np.abs(normal)))
     if abs(abs(normal[axis]) - 1) > SQUARE:

@@ -101,8 +101,7 @@ def _cells(mesh: Any, kind: int, tag: int, width: int) -> tuple[NDArray[np.int64
 def plane_arrays(
     gmsh: Any, spec: MeshSpec, lines: dict[str, list[int]], areas: dict[str, list[int]], unit: float
 ) -> dict[str, NDArray[Any]]:
-    """Return the plane mesh in metres: "points" (n, 2), "cells" (m, 3 | 4 | 6 | 9), "line:NAME" (k, 2), "area:NAME"
-    (k,)."""
+    """Return "points" (n, 2) [m], "cells" (m, 3 | 4 | 6 | 9), "line:NAME" (k, 2) and "area:NAME" (k,)."""
     mesh = gmsh.model.mesh
     tags, coordinates, _ = mesh.getNodes()
     index = rows_of(tags)
@@ -120,8 +119,7 @@ def plane_arrays(
 
 
 def corner_angles(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the interior angles (m, c) at the vertices of curved plane elements of order 2, from the tangents of their
-    edges.
+    """Return (m, c) interior angles at the vertices of curved plane elements of order 2, by their edges' tangents.
 
     ``cells`` (m, 6 | 8 | 9): vertices counter-clockwise, then the middles of the edges 01, 12, ...
     """

@@ -82,8 +82,7 @@ def _heal(occ: Any, found: Imported, solids: list[tuple[int, int]]) -> list[tupl
 
 
 def _place(occ: Any, entity: tuple[int, int]) -> NDArray[np.float64]:
-    """Return the centre, and length of the same measure as the entity (the square or cube root of its area or
-    volume)."""
+    """Return the centre, and the square or cube root of the entity's area or volume."""
     return np.array([*occ.getCenterOfMass(*entity), occ.getMass(*entity) ** (1 / entity[0])])
 
 

@@ -62,14 +62,12 @@ def measure(
 
 
 def straight_determinants(arrays: MeshArrays) -> Floats:
-    """Return the mean det J over each element's straight twin, negative where its vertices are in mirrored order;
-    (m,)."""
+    """Return the mean det J over each straight twin, negative where its vertices are in mirrored order; (m,)."""
     return _integrals(CELL_KINDS[arrays.kind.corners], arrays.points, arrays.vertices, mean=True)
 
 
 def scaled_jacobian(arrays: MeshArrays) -> Floats:
-    """Return per element the smallest det J over the nodes and the centroid, divided by |mean det J| of its straight
-    twin; (m,).
+    """Return the smallest det J over nodes and centroid of each element over |mean det J| of its straight twin; (m,).
 
     -inf where the straight twin is flat. The sign of the straight twin counts too, so an element with vertices in
     mirrored order is negative.
@@ -115,8 +113,7 @@ def _determinants(kind: CellKind, points: Floats, cells: Integers, places: Float
 
 
 def _area(mesh: SolidMesh, facets: Integers) -> float:
-    """Return the area of boundary facets; a FacetBasis would invert the elements' maps, which fails on coarse curved
-    ones."""
+    """Return the area of facets; a FacetBasis would invert the elements' maps, which fails on coarse curved ones."""
     points, weights = get_quadrature(mesh.brefdom, 6)
     return float(np.sum(np.abs(mesh.mapping().detDG(points, find=facets)) * weights))
 
@@ -182,8 +179,7 @@ def check_groups(arrays: MeshArrays, required: tuple[str, ...]) -> None:
 
 
 def right_side_out(arrays: MeshArrays) -> MeshArrays:
-    """Return a mesh of mirrored elements only, as mirroring a part leaves it, with their nodes reordered; else as it
-    is."""
+    """Return a mesh of mirrored elements only, as mirroring a part leaves it, turned; else as it is."""
     if len(arrays.cells) == 0 or not np.all(straight_determinants(arrays) < 0.0):
         return arrays
     nodes = arrays.kind.nodes
@@ -221,8 +217,7 @@ def check_elements(arrays: MeshArrays) -> None:
 
 
 def check_parts(arrays: MeshArrays, parts: int = 1) -> None:
-    """Raise `MeshError` unless the elements hang together in as many parts as expected; parts that share no node are
-    different ones."""
+    """Raise `MeshError` unless the elements make as many parts, which share no node, as expected."""
     label = part_of_element(arrays)
     count = int(label.max(initial=-1)) + 1
     if count == parts:

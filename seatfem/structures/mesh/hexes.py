@@ -96,8 +96,7 @@ def revolve(section: Plane, layers: int, sectors: int, curved: bool, source: str
 def extrude(
     flat: Plane, plan: Plan, fractions: Floats, top: Callable[[Floats], Floats] | None, source: str
 ) -> MeshArrays:
-    """Return hexahedra above a plan (x, y); ``fractions``: those of the height at which the layers begin and end, from
-    0 to 1.
+    """Return hexahedra above a plan (x, y); ``fractions``: of the height, borders of the layers from 0 to 1.
 
     ``top``: height of the upper side at points (n, 2), the plan's if None; nodes in between are shifted in
     proportion. The plan's lines become surfaces, and its areas those that ``plan`` says.
@@ -131,8 +130,7 @@ def _order(quadrilaterals: Integers) -> int:
 
 
 def _turned(flat: Plane, order: Mapping[int, list[int]], wanted: float) -> Integers:
-    """Return quadrilaterals whose signed area has the wanted sign: those of the other sign are run through
-    backwards."""
+    """Return quadrilaterals whose signed area has the wanted sign, others being run through backwards."""
     cells = flat["cells"]
     a, b, c, d = np.moveaxis(flat["points"][cells[:, :4]], 1, 0)
     diagonals = (c - a)[:, 0] * (d - b)[:, 1] - (c - a)[:, 1] * (d - b)[:, 0]

@@ -88,8 +88,7 @@ def make_meridian(
 
 
 def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
-    """Return scikit-fem's mesh of plane arrays: "points" (n, 2) = (r, z), "cells", and every "line:NAME" as a
-    boundary."""
+    """Return scikit-fem's mesh of "points" (n, 2) = (r, z), "cells", and every "line:NAME" as a boundary."""
     cells, points = section["cells"], section["points"]
     corners = cells.shape[1] if cells.shape[1] < 6 else {6: 3, 9: 4}[cells.shape[1]]
     used, t = np.unique(cells[:, :corners], return_inverse=True)
@@ -127,8 +126,7 @@ def _content_hash(geometry: Geometry, spec: MeshSpec) -> str:
 
 
 def _same_sign(det: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the smallest det J of each element, positive where it keeps its sign: scikit-fem turns elements over
-    freely."""
+    """Return the smallest det J of each element, positive where it keeps its sign, whichever it is."""
     return np.asarray((det * np.sign(det.mean(axis=1, keepdims=True))).min(axis=1))
 
 

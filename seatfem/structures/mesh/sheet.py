@@ -61,8 +61,7 @@ def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gms
 
 
 def with_image(points: Array, cells: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
-    """Return the points (n, 2) and cells (m, 9) of the half beside y = 0, and their image; the nodes on that line stay
-    one."""
+    """Return points (n, 2) and cells (m, 9) of the half beside y = 0, and their image; nodes on it stay one."""
     off = np.abs(points[:, 1]) > ON_THE_LINE * np.ptp(points)
     half = points * np.column_stack([np.ones(len(points)), off])
     image = np.where(off, len(points) + np.cumsum(off) - 1, np.arange(len(points)))

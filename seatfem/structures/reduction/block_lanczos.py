@@ -147,8 +147,7 @@ class BlockLanczos:
         return RitzValues(self.sigma + 1 / safe, theta, errors, coefficients)
 
     def vectors(self, ritz: RitzValues, chosen: Array) -> Array:
-        """Return (n, len(chosen)) M-normalised OP y/theta of the chosen Ritz vectors y: inverse iteration at no
-        cost."""
+        """Return (n, len(chosen)) M-normalised OP y/theta of chosen Ritz vectors y: inverse iteration at no cost."""
         coefficients = ritz.coefficients[:, chosen]
         residual = self._residual(coefficients) / ritz.theta[chosen]
         together = np.concatenate([coefficients, residual]) / np.sqrt(1 + np.sum(residual**2, axis=0))

@@ -17,8 +17,7 @@ _NULL = 1e-11  # of default_shift^2: round-off leaves 1e-14, and what is softer 
 
 
 def rigid_shapes(model: SecondOrderModel) -> Array:
-    """Return the (n, r) M-orthonormal shapes R with K R = 0 among translations and rotations; (n, 0) if unknown or
-    held.
+    """Return (n, r) M-orthonormal shapes R with K R = 0 among translations and rotations; (n, 0) if unknown.
 
     The rigid part of g is B'R R'B t, exactly: R (R'MR)^-1 R' does not depend on the basis of the null space.
     """
@@ -37,15 +36,13 @@ def rigid_shapes(model: SecondOrderModel) -> Array:
 
 
 def default_shift(model: SecondOrderModel) -> float:
-    """Return a shift of the order of the lowest elastic frequency: c/L from the local frequency c/h and the number of
-    nodes."""
+    """Return about the lowest elastic frequency, c/L, from the local c/h and the number of nodes [rad/s]."""
     local = float(np.median(model.K.diagonal() / model.M.diagonal()))
     return float(np.sqrt(0.1 * local) * model.size ** (-1 / 3))
 
 
 def _candidates(dofs: DofMap) -> Array:
-    """Return the (n_free, m) translations and, lengths made relative, rotations of the nodes, restricted to the
-    unknowns."""
+    """Return (n_free, m) translations and, lengths made relative, rotations of the nodes, in the unknowns."""
     if dofs.rigid is not None:
         return dofs.rigid
     dim, count = dofs.points.shape
@@ -160,8 +157,7 @@ def expected(model: SecondOrderModel, count: float) -> float:
 
 
 def between(counts: Sequence[Counted], target: float) -> float:
-    """Return where the count is about ``target``: between the nearest counts known on both sides of it, or beyond them
-    all.
+    """Return where the count is about ``target``: between the nearest counts on both sides, or beyond them all.
 
     Counts grow with a power of w: beyond them all with that of a solid body, 3, or what the nearest two say, down to
     that of a bar in bending, 1/2.

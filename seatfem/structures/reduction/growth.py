@@ -124,16 +124,14 @@ class Space(ABC, Generic[G]):
 
     @abstractmethod
     def truncated(self, above: float) -> tuple[G, float]:
-        """Return (g with the pairs up to ``above`` [rad/s] and a residual for the others, its error relative to the
-        whole)."""
+        """Return (g of pairs up to ``above`` [rad/s] and a residual for the others, its relative error)."""
 
     @abstractmethod
     def shortfall(self, error: float) -> str:
         """Return what is to be said where the space is full and leaves ``error``."""
 
     def converge(self, progress: Progress) -> tuple[G, float]:
-        """Return (g, its estimated error): what `History` says of the vectors still to come, plus what the cut leaves
-        out.
+        """Return (g, its estimated error): what `History` says of vectors still to come, plus what the cut leaves out.
 
         Raises:
             ConvergenceError: the space is full before the tolerance is reached.
@@ -155,8 +153,7 @@ class Space(ABC, Generic[G]):
                 raise ConvergenceError(self.shortfall(error))
 
     def _cut(self, allowed: float) -> tuple[G, float]:
-        """Return `truncated` at the lowest cutoff that costs less than ``allowed``, else at the one that costs
-        least."""
+        """Return `truncated` at the lowest cutoff that costs less than ``allowed``, else the one that costs least."""
         above = 2 * self.aims.band
         best, lowest = self.truncated(above)
         while lowest > allowed and np.any(self.omega > above * self.step):
@@ -188,8 +185,7 @@ class RitzSpace(Space[ModalGreens]):
         return self._response
 
     def truncated(self, above: float) -> tuple[ModalGreens, float]:
-        """Truncate as `Space.truncated`: high pairs stand for no mode of the body; kept, they would ring in the
-        contact."""
+        """Truncate as `Space.truncated`: high pairs stand for no mode; kept, they would ring in the contact."""
         greens = truncate(self.omega, self._zeta, self._shapes, above, self._beyond, self.model, self.damping)
         dropped = self.omega > above
         stand_in = greens.residual.filtered(self.t, self.aims.width)

@@ -48,8 +48,7 @@ class Modal(Reducer):
     distributes = True
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Return a cost of nothing on a small model, where the rest of any other reduction takes longer; else ten times
-        Krylov's."""
+        """Return no cost on a small model, where any other reduction takes longer; else ten times Krylov's."""
         if model.size <= ALL_MODES:
             return Cost(0.0, f"all modes at once (up to {ALL_MODES})")
         return Cost(factorized(model, 10 * USUAL * len(model.ports)), "the modes, ten times as many vectors")
@@ -104,8 +103,7 @@ class Modal(Reducer):
 def with_modes(
     model: SecondOrderModel, damping: Damping, modes: Modes, cutoff: float, aims: Aims, pushed: Sequence[int]
 ) -> ModalGreens:
-    """Return the Green's function of a model's ports by ``modes`` that are known, all up to ``cutoff`` [Hz]; see
-    `Modal`.
+    """Return the Green's function of a model's ports by known ``modes``, all up to ``cutoff`` [Hz]; see `Modal`.
 
     ``pushed``: numbers of the ports under whose impulses its error is judged.
     """
@@ -163,8 +161,7 @@ def modal_error(
 def _static(
     model: SecondOrderModel, modes: Modes, backend: Here | Ranks, *, deflated: bool = False
 ) -> tuple[float, Array, bool]:
-    """Return (s^2, B'P'(K + s^2 M)^-1 P B, ``deflated``), s far below the modes left out, P = 1 - M R R' of the rigid
-    modes R.
+    """Return (s^2, B'P'(K + s^2 M)^-1 P B, ``deflated``), s below the modes left out, P = 1 - M R R' of rigid modes R.
 
     P B are loads that its inertia balances, under which a free body does not move away. ``deflated``: with all modes in
     place of R, so that only those left out yield, and no digits are lost in a difference.
@@ -182,8 +179,7 @@ def _static(
 def _left_out(
     model: SecondOrderModel, modes: Modes, shapes: Array, square: float, static: Array, deflated: bool
 ) -> Array:
-    """Return the (p, p) static compliance of the modes not in ``modes``: that of `_static`, minus theirs where it has
-    them."""
+    """Return (p, p) static compliance of the modes not in ``modes``: `_static` minus theirs where it has them."""
     if len(modes.omega) == model.size:
         return np.zeros((shapes.shape[1], shapes.shape[1]))
     elastic = (modes.omega > 0) & (not deflated)

@@ -65,8 +65,7 @@ class Modes:
         return f"Modes, {f.size}, {span}, {count}, residuals up to {worst:.1e} ({self.backend})"
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Return the frequency and residual, a row a mode; raises `impact.after.frame.FrameError` where pandas is
-        missing."""
+        """Return frequency and residual, a row a mode; raises `impact.after.frame.FrameError` without pandas."""
         return frame_of({"frequency_hz": self.frequencies_hz, "residual": self.residuals})
 
     @property

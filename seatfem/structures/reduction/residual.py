@@ -82,8 +82,7 @@ def relaxation(compliance: Array, start: Array, beta: float) -> Residual:
 def truncate(
     omega: Array, zeta: Array, shapes: Array, above: float, extra: Array, model: SecondOrderModel, damping: Damping
 ) -> ModalGreens:
-    """Return the modes up to the angular frequency ``above``; the others' static compliance, plus ``extra``, in the
-    residual.
+    """Return modes up to the angular frequency ``above``; the others' compliance, plus ``extra``, as residual.
 
     Args:
         omega, zeta, shapes: (m,), (m,) and (m, p) mass-normalised modes.

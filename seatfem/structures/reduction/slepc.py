@@ -93,8 +93,7 @@ class Ranks:
         return np.array(values)
 
     def factorize(self, square: float, *, definite: bool = True) -> Factorization:
-        """Return the factorization of K + ``square`` M. Raises `FactorizationError` as `factorization.factorize`
-        does."""
+        """Return the factorization of K + ``square`` M. Raises as `factorization.factorize`."""
         answer, n = self.ask("factorize", square=square), self.model.size
         name = f"K + s^2 M ({n} unknowns): mumps"
         if (failed := answer.get("mumps")) is not None:

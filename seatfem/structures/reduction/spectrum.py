@@ -207,8 +207,7 @@ class Spectrum:
         self.restarts += lanczos.restarts
 
     def _once(self, want: int) -> bool:
-        """Return whether so many are found with fewer operations from one shift above them than from two
-        factorizations."""
+        """Return whether so many take fewer operations from one shift above them than from two factorizations."""
         solid = self.model.dofs is None or len(self.model.dofs.points) == 3
         return solid and want <= _EXTRA * self.model.size**0.47
 
@@ -288,8 +287,7 @@ def _grow(lanczos: BlockLanczos, size: int) -> None:
 
 
 def uncounted(model: SecondOrderModel, n: int, square: float, backend: Backend) -> tuple[Array, Array]:
-    """Return the ``n`` lowest eigenvalues (n,) and vectors that Lanczos finds from the shift -``square``; some may be
-    missing.
+    """Return the ``n`` lowest values (n,) and vectors from the shift -``square``; some may be missing.
 
     Raises:
         ConvergenceError: the error of one is too large.
