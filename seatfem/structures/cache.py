@@ -24,7 +24,7 @@ from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import AUTO, Method
 from seatfem.structures.rings import Division, divided_less
 from seatfem.structures.solved import Solved
-from seatfem.structures.store import Store, StoreError, Tell, content_key
+from seatfem.structures.store import Store, StoreError, Tell, content_hash, content_key
 
 PATIENCE: Final = 3600.0  # s for which another program that computes the same function is waited for
 
@@ -60,7 +60,7 @@ def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> 
         if isinstance(file := getattr(structure, key), Path):
             from seatfem.structures.formats.meshio_files import all_files  # with readers that take half a second
 
-            parts[key] = sorted(_hash(part) for part in all_files(file))
+            parts[key] = sorted(content_hash(part) for part in all_files(file))
     return content_key(parts)
 
 
@@ -72,11 +72,6 @@ def _from_elsewhere(structure: Structure, method: Method) -> list[str]:
 
         reductions = [each for each in defined() if method.reduction in (AUTO, each.name)]
     return sources_from_elsewhere(*structure.made_by(), *reductions)
-
-
-def _hash(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def at(path: Path, key: str, duration: float, tell: Tell | None = None) -> GreensFunction | None:

@@ -142,7 +142,7 @@ class PlateModes:
 
     def at(self, patch: Patch, name: str) -> Array:
         """Return the (m,) mean of the modes over a patch [1/sqrt(kg)]. Raises `ModelError` of one that lies off it."""
-        return np.asarray(self.modes.shapes.T @ average(self.mesh, patch, name)[self.dofs.free])
+        return np.asarray(self.modes.shapes.T @ average(self.mesh, patch, names=[name])[0][self.dofs.free])
 
     def shape_at(self, amplitudes: Array, points: Array) -> Array:
         """Return the (q,) deflections at points (q, 2), of modal amplitudes (m,) [m]. Raises as `at`."""

@@ -53,6 +53,12 @@ def content_key(parts: Mapping[str, object]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def content_hash(path: Path) -> str:
+    """Return the SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
 @dataclass(frozen=True)
 class Store:
     """Green's functions by content hash, one file each; safe for several programs at once.
@@ -179,8 +185,7 @@ def _plain(value: object) -> object:
     if isinstance(value, bytes):
         return {"bytes": hashlib.sha256(value).hexdigest()}
     if isinstance(value, Path):
-        with value.open("rb") as file:
-            return {"file": hashlib.file_digest(file, "sha256").hexdigest()}
+        return {"file": content_hash(value)}
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):

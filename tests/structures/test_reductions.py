@@ -12,11 +12,10 @@ import impact
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.damping import Damping
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.method import Aims
+from seatfem.structures.method import Aims, memory
 from seatfem.structures.model import ModelError, Port, SecondOrderModel, as_csr
 from seatfem.structures.reduction.greens import greens_function, reduce_model
 from seatfem.structures.reduction.krylov import Krylov
-from seatfem.structures.reduction.memory import memory
 from seatfem.structures.reduction.modal import Modal
 from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
 from seatfem.structures.reduction.residual import residual, truncate

@@ -117,7 +117,8 @@ def assemble(
         for name, port in of_nodes.items()
     }
     added = {
-        key: unknowns.restricted(matrix) for key, matrix in support_matrices(space, supports, solids, region).items()
+        key: unknowns.turned(sparse.csr_array(matrix[unknowns.base][:, unknowns.base]))
+        for key, matrix in support_matrices(space, supports, solids, region).items()
     }
     turned = None if unknowns.turn is None else unknowns.displacements
     dofs = DofMap(space.nodes, unknowns.free, mesh, turned)

@@ -141,18 +141,16 @@ def _matrices(
 
     def matrices(scale: Array) -> tuple[sparse.csr_array, sparse.csr_array]:
         stiffness = section.gather(blocks * scale[region, 0][:, None, None, None, None])
-        inertia = _scalar_mass(section, volumes, (density * scale[:, 1])[region])
+        dense = volumes * (density * scale[:, 1])[region].reshape(-1, *[1] * (volumes.ndim - 1))
+        inertia = (
+            section.gather(dense[:, :, None, :, None])
+            if dense.ndim == 3
+            else sparse.diags_array(np.bincount(section.cells.T.ravel(), dense.ravel(), section.n_nodes), format="csr")
+        )
         inertia = sparse.kron(inertia, np.eye(len(components)), format="csr")
         return sparse.csr_array(moving.T @ stiffness @ moving), sparse.csr_array(moving.T @ inertia @ moving)
 
     return matrices
-
-
-def _scalar_mass(section: Section, volumes: Array, density: Array) -> sparse.csr_array:
-    if volumes.ndim == 3:
-        return section.gather((volumes * density[:, None, None])[:, :, None, :, None])
-    lumps = np.bincount(section.cells.T.ravel(), (volumes * density[:, None]).ravel(), section.n_nodes)
-    return sparse.diags_array(lumps, format="csr")
 
 
 def _constraints(

@@ -174,9 +174,13 @@ def stiffness_blocks(section: Section, elasticity: Array, harmonic: int, *, tors
     out = np.empty((section.cells.shape[1], local * d, local * d))
     soft = nearly_incompressible(elasticity)
     for some, basis in section.bases():
-        strain = _strains(basis, harmonic)[..., components]
-        weight = basis.dx * basis.global_coordinates().value[0] * angle_integral(harmonic)
-        strain = np.ascontiguousarray(strain).reshape(*strain.shape[:3], local * d)
+        r = np.asarray(basis.global_coordinates().value[0])
+        strain = np.zeros((*r.shape, 6, local, 3))
+        for i, (field, *_) in enumerate(basis.basis):
+            by_r, by_z = np.broadcast_to(field.grad, (2, *r.shape))
+            revolved_strains(by_r, by_z, np.broadcast_to(np.asarray(field), r.shape) / r, harmonic, strain[..., i, :])
+        weight = basis.dx * r * angle_integral(harmonic)
+        strain = np.ascontiguousarray(strain[..., components]).reshape(*strain.shape[:3], local * d)
         if np.any(picked := soft[some]):
             strain[picked] = _projected(section, basis, strain, weight, picked)
         strain = strain[:, :, rows]
@@ -186,20 +190,14 @@ def stiffness_blocks(section: Section, elasticity: Array, harmonic: int, *, tors
     return out.reshape(-1, local, d, local, d)
 
 
-def _strains(basis: Any, harmonic: int) -> Array:
-    """Return the (cells, points, 6, n_local, 3) strains of unit nodal amplitudes (U, V, W)."""
-    r = np.asarray(basis.global_coordinates().value[0])
-    out = np.zeros((*r.shape, 6, len(basis.basis), 3))
-    for i, (field, *_) in enumerate(basis.basis):
-        by_r, by_z = np.broadcast_to(field.grad, (2, *r.shape))
-        over = np.broadcast_to(np.asarray(field), r.shape) / r
-        out[:, :, 0, i, 0] = by_r
-        out[:, :, 1, i, 0], out[:, :, 1, i, 1] = over, harmonic * over
-        out[:, :, 2, i, 2] = by_z
-        out[:, :, 3, i, 1], out[:, :, 3, i, 2] = by_z, -harmonic * over
-        out[:, :, 4, i, 0], out[:, :, 4, i, 2] = by_z, by_r
-        out[:, :, 5, i, 0], out[:, :, 5, i, 1] = -harmonic * over, by_r - over
-    return out
+def revolved_strains(by_r: Array, by_z: Array, over: Array, harmonic: int, out: Array) -> None:
+    """Fill the (..., 6, 3) strains of a unit nodal amplitude (U, V, W), of its slopes and its value over r (...)."""
+    out[..., 0, 0] = by_r
+    out[..., 1, 0], out[..., 1, 1] = over, harmonic * over
+    out[..., 2, 2] = by_z
+    out[..., 3, 1], out[..., 3, 2] = by_z, -harmonic * over
+    out[..., 4, 0], out[..., 4, 2] = by_z, by_r
+    out[..., 5, 0], out[..., 5, 1] = -harmonic * over, by_r - over
 
 
 def nearly_incompressible(elasticity: Array, limit: float = 0.45) -> NDArray[np.bool_]:

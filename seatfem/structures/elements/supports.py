@@ -71,10 +71,6 @@ class Freedom:
         """Return a (3 n,) vector of all displacements, in the unknowns."""
         return np.asarray(self.displacements.T @ values)
 
-    def restricted(self, matrix: sparse.csr_array) -> sparse.csr_array:
-        """Return a (3 n, 3 n) matrix of all displacements, in the unknowns."""
-        return self.turned(sparse.csr_array(matrix[self.base][:, self.base]))
-
 
 def freedom(n_nodes: int, constraints: Iterable[Constraint]) -> Freedom:
     """Return unknowns that constraints leave. A node whose held directions are axes keeps the other axes, in order."""

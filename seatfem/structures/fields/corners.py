@@ -44,9 +44,7 @@ def singular_points(mesh: Any, clamped: Sequence[str]) -> Array:
 
 def near(points: Array, singular: Array, distance: float) -> NDArray[np.bool_]:
     """Return (P,) which of the points are closer than ``distance`` [m] to one of them."""
-    if not len(singular):
-        return np.zeros(len(points), dtype=bool)
-    return np.asarray(cKDTree(singular).query(points)[0] < distance * (1 - 1e-9))
+    return np.asarray(edge_distances(points, singular) < distance * (1 - 1e-9))
 
 
 def _normals(mesh: Any, vertices: NDArray[np.int64], elements: NDArray[np.int64]) -> Array:

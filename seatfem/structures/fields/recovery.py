@@ -78,7 +78,10 @@ class StressField:
         return StressField(self.points[which], self.static[which], self.modal[which], self.body)
 
     def coordinates(self, force: Array, dt: float, stride: int) -> Iterator[Array]:
-        return coordinates(self._pushes(force), dt, self.body, stride)
+        pushes, ports = np.atleast_2d(np.asarray(force, dtype=float).T), self.static.shape[2]
+        if len(pushes) != ports:
+            raise ModelError(f"forces of shape {force.shape} on a body of {ports} ports: give one column for each")
+        return coordinates(pushes, dt, self.body, stride)
 
     def stress(self, which: Integers, values: Array, kept: Integers) -> Iterator[Array]:
         modes = self.modal.shape[2]
@@ -86,13 +89,6 @@ class StressField:
         columns = [self.modal[which][:, :, of_modes], self.left_out[which][:, :, of_forces]]
         stress = np.concatenate(columns, axis=2).reshape(6 * len(which), -1) @ values
         yield stress.reshape(len(which), 1, 6, -1)
-
-    def _pushes(self, force: Array) -> Array:
-        """Return the (p, n + 1) forces on the ports."""
-        pushes, ports = np.atleast_2d(np.asarray(force, dtype=float).T), self.static.shape[2]
-        if len(pushes) != ports:
-            raise ModelError(f"forces of shape {force.shape} on a body of {ports} ports: give one column for each")
-        return pushes
 
 
 def recover(

@@ -105,7 +105,8 @@ def to_arrays(mesh: FileMesh, unit: float, source: str) -> MeshArrays:
     arrays = MeshArrays(points, cells, mesh.surfaces, mesh.volumes, source)
     if not mesh.node_sets:
         return arrays
-    free = free_faces(arrays)
+    faces = np.array(arrays.kind.faces)
+    free = arrays.cells[:, faces][free_face_mask(arrays.cells, faces)]
     held = {name: free[facets_within(free.T, rows)] for name, rows in mesh.node_sets.items()}
     surfaces = {name: faces for name, faces in held.items() if len(faces)} | dict(mesh.surfaces)
     return MeshArrays(points, cells, surfaces, mesh.volumes, source)
@@ -116,12 +117,6 @@ def free_face_mask(cells: Integers, faces: Integers) -> NDArray[np.bool_]:
     every = np.sort(cells[:, faces].reshape(-1, faces.shape[1]), axis=1)
     _, number, count = np.unique(every, axis=0, return_inverse=True, return_counts=True)
     return np.asarray(count[number.ravel()] == 1).reshape(len(cells), len(faces))
-
-
-def free_faces(arrays: MeshArrays) -> Integers:
-    """Return the vertices of the faces that belong to one element only: (f, 3 or 4)."""
-    faces = np.array(arrays.kind.faces)
-    return np.asarray(arrays.cells[:, faces][free_face_mask(arrays.cells, faces)])
 
 
 def merged(mesh: FileMesh, tolerance: float, source: str) -> FileMesh:

@@ -88,18 +88,15 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
                 f"{path}: cannot be written as {form} ({what}: {type(error).__name__}: {error}); try .msh"
             ) from error
         if form == "nastran":
-            _mend_nastran(Path(folder) / path.name, names)
+            # meshio calls its elements CTETRA_ and CHEXA_, names that no other program knows
+            written = (Path(folder) / path.name).read_text(encoding="utf-8")
+            text = re.sub(r"^(CTETRA|CHEXA)_", r"\1 ", written, flags=re.MULTILINE)
+            comments = "".join(f"$ PID {number}: {name}\n" for number, name in enumerate(names, start=1))
+            write_whole(Path(folder) / path.name, (comments + text).encode("utf-8"))
         _check(Path(folder) / path.name, path, cells)
         for file in sorted(Path(folder).iterdir()):
             os.replace(file, path.parent / file.name)
     return names
-
-
-def _mend_nastran(written: Path, names: tuple[str, ...]) -> None:
-    """Mend what meshio calls CTETRA_ and CHEXA_, names that no other program knows; add group names as comments."""
-    text = re.sub(r"^(CTETRA|CHEXA)_", r"\1 ", written.read_text(encoding="utf-8"), flags=re.MULTILINE)
-    comments = "".join(f"$ PID {number}: {name}\n" for number, name in enumerate(names, start=1))
-    write_whole(written, (comments + text).encode("utf-8"))
 
 
 def _check(written: Path, path: Path, cells: Integers) -> None:

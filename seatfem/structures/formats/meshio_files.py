@@ -70,14 +70,20 @@ def read_by_meshio(path: Path, form: str = "") -> FileMesh:
         copy = _alone(path, form, folder)
         arrays, said = _read(copy, form, folder, path)
     blocks = [(kind, np.asarray(arrays[f"cells {k}"], dtype=np.int64)) for k, kind in enumerate(said["types"])]
-    one_kind(_by_type(blocks), str(path))
+    elements: dict[str, tuple[int, Integers | None]] = {}
+    for kind, rows in blocks:
+        if kind in SOLIDS or kind.startswith(OTHER_SOLIDS):
+            elements[kind] = (elements.get(kind, (0, None))[0] + len(rows), rows if kind in SOLIDS else None)
+    one_kind(elements, str(path))
     solid = [k for k, (kind, _) in enumerate(blocks) if kind in SOLIDS]
     points = arrays["points"]
     cells = to_gmsh(np.concatenate([blocks[k][1] for k in solid]), VTK)
     width = face_width(cells)
     skin = [k for k, (kind, _) in enumerate(blocks) if SKINS.get(kind) == width]
     faces = stacked([blocks[k][1][:, :width] for k in skin], width)
-    _refuse_missing_nodes(path, [cells, faces], len(points))
+    used = np.concatenate([cells.ravel(), faces.ravel()])
+    if outside := int(np.sum((used < 0) | (used >= len(points)))):
+        raise MeshError(f"{path}: {outside} node numbers of its cells are outside 0 ... {len(points) - 1}")
     surfaces: dict[str, Integers] = {}
     volumes: dict[str, Integers] = {}
     for name, marks in _cell_groups(said, arrays, blocks).items():
@@ -185,20 +191,6 @@ def _rows(members: NDArray[Any], count: int) -> Integers:
 
 def _joined(marks: list[NDArray[np.bool_]], blocks: list[int]) -> NDArray[np.bool_]:
     return np.concatenate([np.empty(0, dtype=bool), *(marks[k] for k in blocks)])
-
-
-def _refuse_missing_nodes(path: Path, blocks: list[Integers], nodes: int) -> None:
-    used = np.concatenate([rows.ravel() for rows in blocks])
-    if outside := int(np.sum((used < 0) | (used >= nodes))):
-        raise MeshError(f"{path}: {outside} node numbers of its cells are outside 0 ... {nodes - 1}")
-
-
-def _by_type(blocks: list[tuple[str, Integers]]) -> dict[str, tuple[int, Integers | None]]:
-    elements: dict[str, tuple[int, Integers | None]] = {}
-    for kind, cells in blocks:
-        if kind in SOLIDS or kind.startswith(OTHER_SOLIDS):
-            elements[kind] = (elements.get(kind, (0, None))[0] + len(cells), cells if kind in SOLIDS else None)
-    return elements
 
 
 def _values(name: str, data: list[NDArray[Any]]) -> list[tuple[str, int]]:

@@ -29,7 +29,7 @@ class FoundFace:
     Attributes:
         numbers: places in the file's order, from 1, by which scenes may select it.
         kind: of surface.
-        area, centre, perimeter: of the face.
+        area, centre: of the face.
         normal: outward, of a flat face.
         axis: a point and the direction of a cylinder's or cone's axis, and the cone's half angle [rad].
         radii: the least and the largest distance from that axis.
@@ -42,7 +42,6 @@ class FoundFace:
     kind: str
     area: float
     centre: Vector
-    perimeter: float
     normal: Vector | None
     axis: tuple[Vector, Vector, float] | None
     radii: tuple[float, float] | None
@@ -149,6 +148,6 @@ def _face(face: Mapping[str, object], groups: Mapping[str, list[int]]) -> FoundF
         value = face[key]
         return tuple(tuple(v) if isinstance(v, list) else v for v in value) if isinstance(value, list) else value
 
-    keys = ("numbers", "kind", "area", "centre", "perimeter", "normal", "axis", "radii", "colour", "name", "solids")
+    keys = ("numbers", "kind", "area", "centre", "normal", "axis", "radii", "colour", "name", "solids")
     mine = tuple(name for name, tags in groups.items() if face["tag"] in tags)
     return FoundFace(**{key: plain(key) for key in keys}, groups=mine)  # type: ignore[arg-type]

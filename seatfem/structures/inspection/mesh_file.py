@@ -106,8 +106,6 @@ def _labels(shape: Shape) -> Integers:
 def _described(shape: Shape, rows: Integers, number: int) -> FoundFace:
     areas, normals = shape.areas[rows], shape.normals[rows]
     middles = shape.points[shape.triangles[rows]].mean(axis=1)
-    alone = Shape(shape.points, shape.triangles[rows], {"": np.arange(len(rows))}, shape.cells, 0.0)
-    edges = alone.outline("")
     kind, normal, axis, radii = FREEFORM, None, None, None
     if np.abs(normals - normals[0]).max() < FLAT:
         kind, normal = "Plane", triple(normals[0])
@@ -119,7 +117,6 @@ def _described(shape: Shape, rows: Integers, number: int) -> FoundFace:
         kind=kind,
         area=float(areas.sum()),
         centre=triple(np.average(middles, axis=0, weights=areas)),
-        perimeter=float(np.linalg.norm(shape.points[edges[:, 0]] - shape.points[edges[:, 1]], axis=1).sum()),
         normal=normal,
         axis=axis,
         radii=radii,

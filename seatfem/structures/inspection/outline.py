@@ -81,7 +81,7 @@ def outline_in(path: Path, unit: float | None = None, *, oblique: bool = False) 
 
 @lru_cache(maxsize=8)
 def _read(state: FileState, path: Path, unit: float | None, oblique: bool) -> DrawnOutline:
-    if not is_step(path):
+    if path.suffix.lower() not in STEP_SUFFIXES:
         outline, *holes = map(_corners, read_outline(path, unit))
         return DrawnOutline(outline, tuple(holes))
     try:
@@ -93,11 +93,6 @@ def _read(state: FileState, path: Path, unit: float | None, oblique: bool) -> Dr
     thickness = float(arrays["thickness"]) if "thickness" in arrays else None
     frame = Frame(*(triple(row) for row in arrays["frame"]))
     return DrawnOutline(outline, tuple(holes), thickness, frame, triple(arrays["normal"]))
-
-
-def is_step(path: Path) -> bool:
-    """Return whether a file is STEP by its name."""
-    return path.suffix.lower() in STEP_SUFFIXES
 
 
 def _corners(loop: Array) -> tuple[Corner, ...]:
@@ -127,7 +122,11 @@ def _side(state: FileState, path: Path, selectors: tuple[Selector, ...], frame: 
         raise _wrong_side(path, f"{error}; check the file") from error
     if inspected.problems:
         raise GeometryError(f"Outlined.clamped = {path.name}: {inspected.problems[0][1]}")
-    sides = [face for face in inspected.faces if _is_side(face, frame)]
+    sides = [
+        face
+        for face in inspected.faces
+        if face.normal is not None and abs(float(np.array(face.normal) @ frame.normal)) < ANGLE_TOLERANCE
+    ]
     chosen = [face for face in inspected.faces if GROUP in face.groups]
     if other := [face for face in chosen if face not in sides]:
         kind = "a broad face of the plate" if other[0].normal is not None else f"a {other[0].kind.lower()}"
@@ -149,10 +148,6 @@ def _side(state: FileState, path: Path, selectors: tuple[Selector, ...], frame: 
 
 def _wrong_side(path: Path, why: str) -> GeometryError:
     return GeometryError(f"Outlined.clamped = {path.name}: {why}")
-
-
-def _is_side(face: FoundFace, frame: Frame) -> bool:
-    return face.normal is not None and abs(float(np.array(face.normal) @ frame.normal)) < ANGLE_TOLERANCE
 
 
 def _numbers(face: FoundFace) -> str:

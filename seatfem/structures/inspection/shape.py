@@ -61,7 +61,7 @@ class Shape:
         return float(self.areas[self.groups[group]].sum())
 
     def normal(self, group: str) -> Array | None:
-        """Return the (3,) unit vector that most of the group's faces look along, or its opposite; ``None`` of a bore."""
+        """Return the (3,) unit vector that most of the group's faces look along, or its opposite; ``None``: a bore."""
         rows = self.groups[group]
         n = self.normals[rows]
         values, vectors = np.linalg.eigh(np.einsum("i,ij,ik->jk", self.areas[rows], n, n))

@@ -11,7 +11,7 @@ from seatfem.fields import DampingRatio, default
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.parts import GreensSettings
 from seatfem.structures.method import AUTO, Applicability, Method
-from seatfem.structures.reduction.memory import memory as forgotten_after
+from seatfem.structures.method import memory as forgotten_after
 
 
 class Reduced(Moving):

@@ -129,8 +129,6 @@ def _described(gmsh: Any, face: Face, unit: float) -> dict[str, Any]:
     if axis is not None:
         along = face.radii(axis.point, axis.direction)
         radii = (float(along.min()), float(along.max()))
-    edges = [abs(tag) for _, tag in gmsh.model.getBoundary([(2, face.tag)], oriented=True)]
-    once = [tag for tag in edges if edges.count(tag) == 1]  # a seam bounds nothing
     return {
         "tag": face.tag,
         "numbers": face.numbers,
@@ -142,7 +140,6 @@ def _described(gmsh: Any, face: Face, unit: float) -> dict[str, Any]:
         "radii": radii,
         "colour": face.colour,
         "name": face.name,
-        "perimeter": unit * float(sum(gmsh.model.occ.getMass(1, tag) for tag in once)),
         "solids": [int(tag) for tag in gmsh.model.getAdjacencies(2, face.tag)[0]],
     }
 
@@ -167,7 +164,8 @@ def _coarse_mesh(gmsh: Any, struck: list[int], unit: float, *, picture: bool) ->
     ``picture``: triangles that show curved faces well, and no tetrahedra.
     """
     if picture:
-        _set_sizes_of_picture(gmsh)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", _coarse(gmsh) / FINE)
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", CURVED)
     else:
         _set_sizes(gmsh, struck)
     for option in ("Mesh.Optimize", "Mesh.OptimizeNetgen"):
@@ -192,11 +190,6 @@ def _coarse_mesh(gmsh: Any, struck: list[int], unit: float, *, picture: bool) ->
         "faces": np.concatenate(faces),
         "cells": cells,
     }
-
-
-def _set_sizes_of_picture(gmsh: Any) -> None:
-    gmsh.option.setNumber("Mesh.MeshSizeMax", _coarse(gmsh) / FINE)
-    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", CURVED)
 
 
 def _coarse(gmsh: Any) -> float:

@@ -40,19 +40,14 @@ def mesh_section(gmsh: Any, spec: MeshSpec, refined: list[int], arcs: Mapping[in
         option("Mesh.RecombinationAlgorithm", BLOSSOM)
     set_sizes(gmsh, spec, [], refined, (HALVING if quadrilaterals else 1.0) / unit, arcs)
     mesh.generate(2)
-    mend_flat_corners(gmsh)
+    for _ in range(PASSES):  # what replaces one flat corner may have another
+        if not _mend(gmsh):
+            break
     if quadrilaterals:
         option("Mesh.SubdivisionAlgorithm", ALL_QUADRILATERALS)
         mesh.refine()
     option("Mesh.SecondOrderLinear", 0 if spec.curved else 1)
     mesh.setOrder(spec.order)
-
-
-def mend_flat_corners(gmsh: Any) -> None:
-    """Mend flat corners on the mesh of order 1, in a few passes: what replaces one flat corner may have another."""
-    for _ in range(PASSES):
-        if not _mend(gmsh):
-            return
 
 
 def _mend(gmsh: Any) -> bool:
@@ -61,7 +56,11 @@ def _mend(gmsh: Any) -> bool:
     surfaces = [tag for _, tag in gmsh.model.getEntities(2)]
     mesh.setOrder(2)
     points = _points(mesh)
-    angles = [_angles(mesh, tag, points) for tag in surfaces]
+    kinds = ((TRIANGLES[2], 6), (QUADRILATERALS[2], 9))
+    angles = [
+        [row for kind, width in kinds for row in corner_angles(points, _cells(mesh, kind, tag, width)[1])]
+        for tag in surfaces
+    ]
     mesh.setOrder(1)
     points = _points(mesh)
     changed = False
@@ -85,12 +84,6 @@ def _points(mesh: Any) -> NDArray[np.float64]:
     points = np.zeros((int(tags.max()) + 1, 2))
     points[tags.astype(np.int64)] = coordinates.reshape(-1, 3)[:, :2]
     return points
-
-
-def _angles(mesh: Any, tag: int, points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Return the angles at the corners of each triangle, then of each quadrilateral, of a surface."""
-    kinds = ((TRIANGLES[2], 6), (QUADRILATERALS[2], 9))
-    return [row for kind, width in kinds for row in corner_angles(points, _cells(mesh, kind, tag, width)[1])]
 
 
 def _cells(mesh: Any, kind: int, tag: int, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -331,13 +331,6 @@ def where_it_failed(gmsh: Any, unit: float) -> str:
     return ", ".join(places)
 
 
-def write_msh(gmsh: Any, path: str, scale: float) -> None:
-    """Write the mesh in metres, so that the file is read back with unit 1."""
-    gmsh.option.setNumber("Mesh.ScalingFactor", scale)
-    gmsh.write(path)
-    gmsh.option.setNumber("Mesh.ScalingFactor", 1.0)
-
-
 def make(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     """Do task "mesh": geometry and spec -> arrays, and a .msh file where asked for."""
     geometry: Geometry = decode(job["geometry"])
@@ -362,7 +355,9 @@ def make(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     rungs = LADDER if geometry.is_imported else LADDER[:1]
     notes = climb(geometry.source, rungs, attempt, lambda: where_it_failed(gmsh, unit))
     if job["msh"]:
-        write_msh(gmsh, job["msh"], unit)
+        gmsh.option.setNumber("Mesh.ScalingFactor", unit)  # metres, so that the file is read back with unit 1
+        gmsh.write(job["msh"])
+        gmsh.option.setNumber("Mesh.ScalingFactor", 1.0)
     cad = {"volume": volume_of(gmsh.model, unit)} | {
         name: area_of(gmsh.model, faces, unit) for name, faces in results[0].items()
     }

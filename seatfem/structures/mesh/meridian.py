@@ -100,17 +100,14 @@ def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
     flat = straight if straight is not None else MESHES[corners](np.ascontiguousarray(points[used].T), t)
     places = flat.doflocs
     if straight is None:
-        dofs = Dofs(_unsorted(flat, t), kind.elem())
+        # meshes of order 2 keep the vertices of an element in the given order
+        kept = MeshTri(flat.doflocs, t, sort_t=False) if isinstance(flat, MeshTri) else flat
+        dofs = Dofs(kept, kind.elem())
         places = np.empty((2, dofs.N))
         for row, column in zip(dofs.element_dofs, range(cells.shape[1]), strict=True):
             places[:, row] = points[cells[:, column]].T
     boundaries = {name: _facets(flat, number[ends]) for name, ends in groups(section, "line").items()}
     return kind(places, t, boundaries)
-
-
-def _unsorted(mesh: PlaneMesh, t: NDArray[np.int64]) -> PlaneMesh:
-    """Return the straight mesh with its vertices per element in the given order, as meshes of order 2 keep them."""
-    return MeshTri(mesh.doflocs, t, sort_t=False) if isinstance(mesh, MeshTri) else mesh
 
 
 def _facets(mesh: PlaneMesh, ends: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -125,11 +122,6 @@ def _content_hash(geometry: Geometry, spec: MeshSpec) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _same_sign(det: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the smallest det J of each element, positive where it keeps its sign, whichever it is."""
-    return np.asarray((det * np.sign(det.mean(axis=1, keepdims=True))).min(axis=1))
-
-
 def _measure(mesh: PlaneMesh, profile: Profile) -> MeridianQuality:
     constant = ElementTriP0() if isinstance(mesh, MeshTri) else ElementQuad0()
     cells = Basis(mesh, constant, intorder=QUADRATURE)
@@ -140,10 +132,11 @@ def _measure(mesh: PlaneMesh, profile: Profile) -> MeridianQuality:
         areas[name] = float(2 * np.pi * np.sum(mesh.mapping().G(places, find=facets)[0] * lengths))
     corners = mesh.elem.doflocs[~np.isnan(mesh.elem.doflocs).any(axis=1)].T
     det = mesh.mapping().detDF(corners)
+    mean = det.mean(axis=1)  # of either sign: scikit-fem turns elements over freely
     return MeridianQuality(
         nodes=mesh.doflocs.shape[1],
         elements=mesh.nelements,
-        min_scaled_jacobian=float(np.min(_same_sign(det) / np.abs(det.mean(axis=1)))),
+        min_scaled_jacobian=float(np.min((det * np.sign(mean[:, None])).min(axis=1) / np.abs(mean))),
         volume=float(2 * np.pi * np.sum(cells.global_coordinates().value[0] * cells.dx)),
         areas=areas,
         cad_volume=profile.volume,

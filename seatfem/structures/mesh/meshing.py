@@ -34,6 +34,7 @@ from seatfem.structures.shapes import (
 from seatfem.structures.shapes.cad import check_readable
 from seatfem.structures.shapes.sectors import check_sectors
 
+VOLUME_TOLERANCE = 0.02  # relative; a circle of four curved elements is 1.3 % off
 PLURALS = MappingProxyType({"tetrahedron": "tetrahedra", "hexahedron": "hexahedra"})
 
 
@@ -97,22 +98,14 @@ def seat_mesh(
     if loose := len(arrays.points) - len(distinct(arrays.cells)):
         notes.append(f"{loose} nodes of no element are dropped")
     mesh = to_skfem(checked)
-    _check_outside(mesh, required, arrays.source)
+    for name in required:
+        facets = mesh.boundaries[name]
+        if inside := int(np.sum(mesh.f2t[1, facets] >= 0)):
+            raise MeshError(
+                f"{arrays.source}: {inside} of {len(facets)} faces of {name!r} lie inside the mesh: must be outside"
+            )
     quality = measure(mesh, checked, cad_volume, cad_areas)
     return SeatMesh(mesh, arrays.order, quality, dataclasses.replace(provenance, notes=tuple(notes)), arrays.shape)
-
-
-def _check_outside(mesh: SolidMesh, names: tuple[str, ...], source: str) -> None:
-    for name in names:
-        facets = mesh.boundaries[name]
-        inside = int(np.sum(mesh.f2t[1, facets] >= 0))
-        if inside:
-            raise MeshError(
-                f"{source}: {inside} of {len(facets)} faces of {name!r} lie inside the mesh: must be outside"
-            )
-
-
-VOLUME_TOLERANCE = 0.02  # relative; a circle of four curved elements is 1.3 % off
 
 
 def content_hash(geometry: Geometry, spec: MeshSpec, sector: int = 1) -> str:
@@ -166,19 +159,14 @@ def make_mesh(
     )
     required = tuple(name for name in ("contact", "fixed") if name in geometry.patches)
     seat = seat_mesh(arrays, provenance, cad_volume, cad, required)
-    _check_volume(seat, spec)
-    progress(STAGE, 1.0)
-    return seat
-
-
-def _check_volume(seat: SeatMesh, spec: MeshSpec) -> None:
-    """Raise `MeshError` of a curved mesh of order 2 without the volume of its CAD."""
-    exact, volume = seat.quality.cad_volume, seat.quality.volume
+    exact, volume = cad_volume, seat.quality.volume
     if exact and spec.order == 2 and spec.curved and abs(volume / exact - 1.0) > VOLUME_TOLERANCE:
         raise MeshError(
-            f"{seat.provenance.source}: the mesh has {1e9 * volume:.6g} mm^3, the CAD {1e9 * exact:.6g} mm^3; use "
-            f"smaller elements where faces curve (MeshSpec.curvature), or mend the CAD"
+            f"{source}: the mesh has {1e9 * volume:.6g} mm^3, the CAD {1e9 * exact:.6g} mm^3; use smaller elements "
+            "where faces curve (MeshSpec.curvature), or mend the CAD"
         )
+    progress(STAGE, 1.0)
+    return seat
 
 
 def write_step(geometry: Geometry, path: str | Path, progress: Progress = silent) -> None:

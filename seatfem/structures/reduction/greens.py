@@ -13,12 +13,11 @@ from impact.progress import Progress, silent
 from impact.quantities import in_time
 from seatfem.structures.damping import Damping
 from seatfem.structures.errors import ModelError
-from seatfem.structures.method import AUTO, Aims
+from seatfem.structures.method import AUTO, Aims, memory
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.lanczos import Lanczos
-from seatfem.structures.reduction.memory import memory
 from seatfem.structures.reduction.modal import Modal
 from seatfem.structures.reduction.reducer import Reducer, Reduction, defined
 from seatfem.structures.reduction.second_order_krylov import SecondOrderKrylov
@@ -106,7 +105,7 @@ def greens_function(
     Args:
         bandwidth: [Hz].
         duration: [s], how long g is needed: ``valid_for`` of the answer, which is without limit for modes, and where
-            ``damping_ratio`` has forgotten the band's tail before (`reduction.memory`). A run that lasts longer is
+            ``damping_ratio`` has forgotten the band's tail before (`method.memory`). A run that lasts longer is
             refused.
         tolerance: largest estimated relative error.
         damping_ratio: uniform modal damping ratio, added to the model's own damping: C and loss factors.

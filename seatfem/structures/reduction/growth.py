@@ -46,7 +46,11 @@ class History:
         shifts), the true error was at most 0.98 of it; the sum alone was exceeded twofold there.
         """
         before, self.last = self.last, response
-        earlier = None if size is None else self._before(response, size)
+        earlier = None
+        if size is not None:  # of two thirds of the vectors, or a little less; nothing older is kept
+            older = [k for k, (n, _) in enumerate(self.seen) if 3 * n <= 2 * size]
+            self.seen = [*self.seen[older[-1] if older else 0 :], (size, response)]
+            earlier = self.seen[0][1] if older else None
         if before is None:
             return np.inf
         self.changes.append(_apart(response, before))
@@ -58,12 +62,6 @@ class History:
         if size is None:
             return summed
         return min(2 * summed, np.inf if earlier is None else _SINCE * _apart(response, earlier))
-
-    def _before(self, response: Array, size: int) -> Array | None:
-        """Return the response of two thirds of the vectors, or a little less; nothing older is kept."""
-        older = [k for k, (n, _) in enumerate(self.seen) if 3 * n <= 2 * size]
-        self.seen = [*self.seen[older[-1] if older else 0 :], (size, response)]
-        return self.seen[0][1] if older else None
 
     def fraction(self, error: float) -> float:
         """Return the progress on a logarithmic scale, as convergence is geometric."""

@@ -64,28 +64,6 @@ class Coupled:
         return np.asarray(parts.T @ parts)
 
 
-def coupled(
-    C: Array, K: Array, ports: Array, rigid: int, shift: float, damping: Damping, loss: Array | None
-) -> Coupled:
-    """Diagonalise K; add modal damping, 2 zeta w with zeta = ratio + phi' H phi/(2 w^2), to C.
-
-    Args:
-        C, K, ports: (k, k), (k, k), (k, p) projections on a basis orthonormal in M.
-        rigid: number of leading basis vectors with K exactly zero.
-        shift: frequency of the band edge; squares below 1e-10 of its square are zero if ``rigid`` is 0 [rad/s].
-        loss: (k, k) projection of the loss matrix, or ``None``.
-    """
-    values, inner = np.linalg.eigh(K[rigid:, rigid:])
-    vectors = np.eye(len(K))
-    vectors[rigid:, rigid:] = inner
-    zero = 0.0 if rigid else 1e-10 * shift**2
-    omega = np.sqrt(np.concatenate([np.zeros(rigid), np.where(values < zero, 0.0, values)]))
-    rotated = vectors.T @ C @ vectors
-    lost = None if loss is None else np.einsum("ji,jk,ki->i", vectors, loss, vectors)
-    modal = Damping(damping.ratio).ratios(omega, lost)
-    return Coupled(omega, (rotated + rotated.T) / 2 + np.diag(2 * modal * omega), vectors.T @ ports)
-
-
 def truncated_poles(whole: Coupled, above: float, model: SecondOrderModel, damping: Damping) -> PoleGreens:
     """Return the poles of the pairs up to ``above`` [rad/s], and the residual of the others."""
     greens, rest = poles(whole.below(above), model.port_names), residual(whole.left_out(above), model, damping)
@@ -218,17 +196,20 @@ class SecondOrderBasis:
         """Return whether Q spans an invariant subspace: nothing more can be found."""
         return self.size == self.model.size or self._done == len(self._pairs)
 
-    def damping(self) -> Array:
-        """Return Q'CQ."""
-        return self._c[: self.size, : self.size]
-
-    def stiffness(self) -> Array:
-        """Return Q'KQ."""
-        return self._k[: self.size, : self.size]
-
-    def ports(self) -> Array:
-        """Return the (size, p) Q'B."""
-        return np.asarray(self.Q.T @ self.model.port_matrix)
+    def coupled(self, damping: Damping) -> Coupled:
+        """Return the small model, its K diagonal, with 2 zeta w, zeta = ratio + phi' H phi/(2 w^2), added to its C."""
+        k, rigid = self.size, self.rigid
+        values, inner = np.linalg.eigh(self._k[rigid:k, rigid:k])
+        vectors = np.eye(k)
+        vectors[rigid:, rigid:] = inner
+        zero = 0.0 if rigid else 1e-10 * self.shift**2
+        omega = np.sqrt(np.concatenate([np.zeros(rigid), np.where(values < zero, 0.0, values)]))
+        rotated = vectors.T @ self._c[:k, :k] @ vectors
+        loss = None if damping.loss is None else self.Q.T @ (damping.loss @ self.Q)
+        lost = None if loss is None else np.einsum("ji,jk,ki->i", vectors, loss, vectors)
+        modal = Damping(damping.ratio).ratios(omega, lost)
+        ports = vectors.T @ (self.Q.T @ self.model.port_matrix)
+        return Coupled(omega, (rotated + rotated.T) / 2 + np.diag(2 * modal * omega), ports)
 
     def grow(self, size: int) -> None:
         """Append vectors until there are ``size``, or the limit or the end is reached."""
@@ -336,12 +317,9 @@ class _Coupled(Space[PoleGreens]):
         self.basis = SecondOrderBasis(model, C, factor, s, min(most, model.size), rigid_shapes(model))
 
     def grow(self) -> Grown:
-        basis, loss = self.basis, self.damping.loss
+        basis = self.basis
         basis.grow(basis.size + max(_BLOCK, basis.size // 8))
-        lost = None if loss is None else basis.Q.T @ (loss @ basis.Q)
-        self.whole = coupled(
-            basis.damping(), basis.stiffness(), basis.ports(), basis.rigid, basis.shift, self.damping, lost
-        )
+        self.whole = basis.coupled(self.damping)
         self.omega = self.whole.omega
         self.response = poles(self.whole, self.model.port_names).filtered_matrix(self.t, self.aims.width)
         return Grown(self.response, basis.complete, bool(basis.size == basis.limit))

@@ -102,7 +102,6 @@ class Spectrum:
         top = self._shift(value)
         if most is not None and top.count > most:
             highest = write_quantity(np.sqrt(value) / (2 * np.pi), "frequency", 3)
-            highest = write_quantity(np.sqrt(value) / (2 * np.pi), "frequency", 3)
             words = f"{top.count} modes lie below {highest} (limit {most}); lower the bandwidth"
             raise CrowdedError(words, top.count)
         while top.count - len(self.values) > _AT_ONCE:
