@@ -12,6 +12,7 @@ import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -74,7 +75,7 @@ def _from_elsewhere(structure: Structure, method: Method) -> list[str]:
     return sources_from_elsewhere(*structure.made_by(), *reductions)
 
 
-def at(path: Path, key: str, duration: float, tell: Tell | None = None) -> GreensFunction | None:
+def load_cached(path: Path, key: str, duration: float, tell: Tell | None = None) -> GreensFunction | None:
     """Return the function at ``path``, if it has this key, is sealed and sound, and is known for ``duration`` [s].
 
     What is sound and another's is no news.
@@ -126,10 +127,10 @@ class Cache:
     path: Path | None
     store: Store = field(default_factory=lambda: Store.default(warn))
 
-    def find(self, structure: Structure, method: Method, duration: float, *, mesh_error: bool = True) -> Solved | None:
+    def find(self, structure: Structure, key: str, duration: float) -> Solved | None:
         """Return what was computed before and is valid for a run of ``duration`` [s]."""
-        key, own = key_of(structure, method, mesh_error=mesh_error), self._is_own(structure)
-        stored = None if self.path is None else at(self.path, key, duration, None if own else warn)
+        own = self._is_own(structure)
+        stored = None if self.path is None else load_cached(self.path, key, duration, None if own else warn)
         solved = stored if stored is not None else _serving(self.store.get(key), key, duration)
         if solved is None:
             return None
@@ -142,7 +143,7 @@ class Cache:
         return _with_errors(solved, self.store.get(_beside(key)), about)
 
     @contextmanager
-    def claimed(self, structure: Structure, method: Method, *, mesh_error: bool = True) -> Iterator[bool]:
+    def claimed(self, structure: Structure, key: str) -> Iterator[bool]:
         """Keep other programs, within the block, from computing the same function for the store.
 
         Gives whether one has put it there before the block began, since it was looked for.
@@ -150,14 +151,14 @@ class Cache:
         if not structure.is_kept:
             yield False
             return
-        path = self.store.path(key_of(structure, method, mesh_error=mesh_error))
+        path = self.store.path(key)
         before = _age(path)
         with claimed(path.parent / "claims" / path.stem, PATIENCE):
             yield _age(path) != before
 
-    def keep(self, structure: Structure, method: Method, solved: Solved, *, mesh_error: bool = True) -> Solved:
+    def keep(self, structure: Structure, key: str, solved: Solved) -> Solved:
         """Return ``solved``, its function marked with its key and on file."""
-        key, greens = key_of(structure, method, mesh_error=mesh_error), solved.greens
+        greens = solved.greens
         if not greens.closed_form:  # one costs nothing to make again
             greens = greens.with_error(greens.error_estimate, {**greens.provenance, "seat_key": key})
         if structure.is_kept and not greens.closed_form:
@@ -228,13 +229,13 @@ def build(
     Raises:
         What the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
     """
+    solve = partial(structure.solve, method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
     if cache is None:
-        return structure.solve(method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
-    if (cached := cache.find(structure, method, duration, mesh_error=mesh_error)) is not None:
+        return solve()
+    key = key_of(structure, method, mesh_error=mesh_error)
+    if (cached := cache.find(structure, key, duration)) is not None:
         return cached
-    with cache.claimed(structure, method, mesh_error=mesh_error) as made_meanwhile:
-        cached = cache.find(structure, method, duration, mesh_error=mesh_error) if made_meanwhile else None
-        if cached is not None:
+    with cache.claimed(structure, key) as made_meanwhile:
+        if made_meanwhile and (cached := cache.find(structure, key, duration)) is not None:
             return cached
-        solved = structure.solve(method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
-        return cache.keep(structure, method, solved, mesh_error=mesh_error)
+        return cache.keep(structure, key, solve())

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from seatfem.machine.code import VARIABLE, cache_folder, numerics_version
 
 _KEY = re.compile(r"[0-9a-f]{16,64}")
 Tell = Callable[[str], None]
+T = TypeVar("T")
 
 
 class StoreError(ValueError):
@@ -90,6 +92,10 @@ class Store:
 
         The latter is reported; the next `put` replaces it.
         """
+        return self.find(key, lambda path: impact.load_greens(path, key=key), "stored Green's function")  # with h5py
+
+    def find(self, key: str, load: Callable[[Path], T], what: str) -> T | None:
+        """Return what ``load`` makes of the file of a key, as `get` does; ``what`` it is called in reports."""
         path = self.path(key)
         try:
             exists = path.is_file()
@@ -98,14 +104,14 @@ class Store:
         if not exists:
             return None
         try:
-            greens = impact.load_greens(path, key=key)  # with h5py, on first use
+            found = load(path)
         except (impact.StorageError, OSError) as problem:
             if self.tell is not None and os.path.lexists(path):
-                self.tell(f"stored Green's function set aside, it will be computed again: {problem}")
+                self.tell(f"{what} set aside, it will be computed again: {problem}")
             return None
         with suppress(OSError):
             os.utime(path)  # read now: the last to be pruned
-        return greens
+        return found
 
     def put(self, key: str, greens: GreensFunction) -> Path:
         """Keep ``greens``; return the file's path. Raises `StoreError` if the folder cannot be written to."""

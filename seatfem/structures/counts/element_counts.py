@@ -14,7 +14,7 @@ from seatfem.machine.memory import available_memory
 from seatfem.structures.counts.bodies import Body, body_of, plan_of, section_of, solid_of
 from seatfem.structures.counts.memory_need import GB, Counts, MemoryNeedError, counts_from, memory_need
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.mesh.plan_grid import graded
+from seatfem.structures.mesh.plan_grid import graded, half_axis
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec
 from seatfem.structures.method import Level, Method
 from seatfem.structures.shapes import Geometry, GeometryError
@@ -129,16 +129,9 @@ def _hexahedra(geometry: Geometry, spec: MeshSpec, sectors: int) -> Sizes:
 def _grid(rectangle: Rectangle, spec: MeshSpec, sectors: int) -> tuple[float, float, float]:
     """Return the elements, vertices and sides of the grid under a rectangular solid; exact."""
     sides, patch = rectangle.sides, rectangle.patch or rectangle.sides
-    x, y = (_cells(side, edge, spec) for side, edge in zip(sides, patch, strict=True))
+    x, y = (len(half_axis(side, edge, spec)) - 1 for side, edge in zip(sides, patch, strict=True))
     x, y = x * (1 if sectors == 4 else 2), y * (1 if sectors > 1 else 2)
     return x * y, (x + 1) * (y + 1), 2 * (x + y)
-
-
-def _cells(side: float, edge: float, spec: MeshSpec) -> int:
-    inner = max(1, math.ceil(edge / spec.patch_size - 1e-9))
-    if edge == side:
-        return inner
-    return inner + len(graded(side - edge, spec.patch_size, spec.size, spec.grading)) - 1
 
 
 def _swept(plane: float, vertices: float, sides: float, layers: int, spec: MeshSpec, *, closed: bool) -> Sizes:

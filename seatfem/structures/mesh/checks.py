@@ -24,21 +24,25 @@ from seatfem.structures.mesh.io import (
     distinct,
 )
 
+FLAT = 1e-9  # of the volume of a box as long as the element's bounding box
+SAME_PLACE = 1e-7  # of the diagonal of the mesh: nodes that were meant to be one
+MOST_PAIRS = 16  # for each node: of nodes that are to be one
+SHOWN = 3  # places in a message
+
 
 @dataclass(frozen=True)
 class MeshQuality:
     """Measures of a mesh in SI units; volumes by a quadrature that is exact for the elements' maps.
 
     ``min_scaled_jacobian``: smallest det J at the nodes and centroid of an element over the mean of its straight twin;
-    1 for straight tetrahedra and parallelepipeds, 0 where an element starts to fold. ``min_shape``: smallest shape
-    measure of the straight twins (`shape_measure`; 1: regular, 0: flat). ``cad_volume`` and ``cad_areas`` are exact,
-    None and empty where the mesh came from a file.
+    1 for straight tetrahedra and parallelepipeds, 0 where an element starts to fold. ``cad_volume`` and ``cad_areas``
+    are exact, None and empty where the mesh came from a file. Of a meridian all but the Jacobian, which is over that of
+    the element itself, are those of the solid of revolution.
     """
 
     nodes: int
     elements: int
     min_scaled_jacobian: float
-    min_shape: float
     volume: float
     areas: Mapping[str, float]
     cad_volume: float | None
@@ -53,7 +57,6 @@ def measure(
         nodes=mesh.doflocs.shape[1],
         elements=mesh.nelements,
         min_scaled_jacobian=float(scaled_jacobian(arrays).min()),
-        min_shape=float(shape_measure(arrays).min()),
         volume=float(_integrals(arrays.kind, arrays.points, arrays.cells).sum()),
         areas={name: _area(mesh, facets) for name, facets in mesh.boundaries.items()},
         cad_volume=cad_volume,
@@ -82,15 +85,6 @@ def scaled_jacobian(arrays: MeshArrays) -> Floats:
         return np.where(straight == 0.0, -np.inf, least / np.abs(straight))
 
 
-def shape_measure(arrays: MeshArrays) -> Floats:
-    """Return the shape of the straight elements, 1 for regular ones and 0 for flat ones; (m,).
-
-    Tetrahedra: 3 r_in / r_circum. Hexahedra: the smallest over the vertices of 3 det(J)^(2/3) / |J|_F^2, J the three
-    edges that meet there [Knupp 2001, SIAM J. Sci. Comput. 23(1), 193-218].
-    """
-    return _radius_ratio(arrays) if arrays.shape == "tetrahedron" else _corner_shape(arrays)
-
-
 def _integrals(kind: CellKind, points: Floats, cells: Integers, *, mean: bool = False) -> Floats:
     """Return the integral of det J over each element, its volume; or its mean; (m,)."""
     places, weights = get_quadrature(kind.element.refdom, kind.degree)
@@ -116,37 +110,6 @@ def _area(mesh: SolidMesh, facets: Integers) -> float:
     """Return the area of facets; a FacetBasis would invert the elements' maps, which fails on coarse curved ones."""
     points, weights = get_quadrature(mesh.brefdom, 6)
     return float(np.sum(np.abs(mesh.mapping().detDG(points, find=facets)) * weights))
-
-
-def _radius_ratio(arrays: MeshArrays) -> Floats:
-    a, b, c = np.moveaxis(arrays.points[arrays.vertices[:, 1:]] - arrays.points[arrays.vertices[:, :1]], 1, 0)
-    sixfold_volume = np.abs(np.einsum("ex,ex->e", a, np.cross(b, c)))
-    pairs = [np.cross(b, c), np.cross(c, a), np.cross(a, b), np.cross(b - a, c - a)]
-    twice_area = sum((np.linalg.norm(pair, axis=1) for pair in pairs), start=np.zeros(len(a)))
-    squares = [np.einsum("ex,ex->e", v, v)[:, None] for v in (a, b, c)]
-    centre = sum((s * p for s, p in zip(squares, pairs[:3], strict=True)), start=np.zeros_like(a))
-    circumradius = np.linalg.norm(centre, axis=1) / (2 * sixfold_volume)
-    return np.asarray(3 * (sixfold_volume / twice_area) / circumradius)
-
-
-def _corner_shape(arrays: MeshArrays) -> Floats:
-    kind = CELL_KINDS[8]
-    nodes = arrays.points[arrays.vertices.T].transpose(0, 2, 1).reshape(8, -1)
-    least = np.full(len(arrays.cells), np.inf)
-    gradients, determinants = (
-        kind.gradients(kind.nodes),
-        _determinants(kind, arrays.points, arrays.vertices, kind.nodes),
-    )
-    for gradient, determinant in zip(gradients, determinants, strict=True):
-        squares = np.sum(((gradient.T @ nodes) ** 2).reshape(9, -1), axis=0)
-        np.minimum(least, 3 * np.maximum(determinant, 0.0) ** (2 / 3) / squares, out=least)
-    return least
-
-
-FLAT = 1e-9  # of the volume of a box as long as the element's bounding box
-SAME_PLACE = 1e-7  # of the diagonal of the mesh: nodes that were meant to be one
-MOST_PAIRS = 16  # for each node: of nodes that are to be one
-SHOWN = 3  # places in a message
 
 
 def check_mesh(arrays: MeshArrays, required: tuple[str, ...] = ("contact", "fixed"), parts: int = 1) -> MeshArrays:

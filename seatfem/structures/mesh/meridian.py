@@ -16,6 +16,7 @@ from skfem.quadrature import get_quadrature
 
 from impact.brief import brief
 from impact.progress import Progress, silent
+from seatfem.structures.mesh.checks import MeshQuality
 from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
 from seatfem.structures.mesh.io import groups
 from seatfem.structures.mesh.meshing import MeshProvenance
@@ -28,23 +29,6 @@ MESHES: Mapping[int, type[PlaneMesh]] = {3: MeshTri, 6: MeshTri2, 4: MeshQuad, 9
 QUADRATURE = 8
 
 
-@dataclass(frozen=True)
-class MeridianQuality:
-    """Measures of a meridian mesh; volume and areas are those of the full solid of revolution, in SI units.
-
-    ``min_scaled_jacobian``: smallest det J at the nodes of an element over its mean. ``cad_volume``, ``cad_areas``:
-    exact.
-    """
-
-    nodes: int
-    elements: int
-    min_scaled_jacobian: float
-    volume: float
-    areas: Mapping[str, float]
-    cad_volume: float
-    cad_areas: Mapping[str, float]
-
-
 @dataclass(frozen=True, eq=False)
 class MeridianMesh:
     """Half section of a solid of revolution: x = r and y = z in metres.
@@ -55,7 +39,7 @@ class MeridianMesh:
 
     mesh: PlaneMesh
     order: int
-    quality: MeridianQuality
+    quality: MeshQuality
     provenance: MeshProvenance
 
     __repr__ = brief
@@ -122,7 +106,7 @@ def _content_hash(geometry: Geometry, spec: MeshSpec) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _measure(mesh: PlaneMesh, profile: Profile) -> MeridianQuality:
+def _measure(mesh: PlaneMesh, profile: Profile) -> MeshQuality:
     constant = ElementTriP0() if isinstance(mesh, MeshTri) else ElementQuad0()
     cells = Basis(mesh, constant, intorder=QUADRATURE)
     places, weights = get_quadrature(mesh.brefdom, QUADRATURE)
@@ -133,7 +117,7 @@ def _measure(mesh: PlaneMesh, profile: Profile) -> MeridianQuality:
     corners = mesh.elem.doflocs[~np.isnan(mesh.elem.doflocs).any(axis=1)].T
     det = mesh.mapping().detDF(corners)
     mean = det.mean(axis=1)  # of either sign: scikit-fem turns elements over freely
-    return MeridianQuality(
+    return MeshQuality(
         nodes=mesh.doflocs.shape[1],
         elements=mesh.nelements,
         min_scaled_jacobian=float(np.min((det * np.sign(mean[:, None])).min(axis=1) / np.abs(mean))),
