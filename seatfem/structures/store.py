@@ -125,7 +125,7 @@ class Store:
     def keep(self, key: str, file: Path) -> None:
         """Keep a copy of ``file``, such as a picture, beside the function; it goes when the function is pruned."""
         try:
-            self._copy(file, self.path(key).with_name(f"{key}.{file.name}"))
+            write_whole(self.path(key).with_name(f"{key}.{file.name}"), file.read_bytes())
         except OSError as problem:
             raise self._unwritable(problem) from problem
 
@@ -139,17 +139,13 @@ class Store:
         for file in self._beside(key):
             target = folder / file.name.partition(".")[2]
             with suppress(FileNotFoundError):  # pruned by another program
-                self._copy(file, target)
+                write_whole(target, file.read_bytes())
                 copies.append(target)
         return tuple(copies)
 
     def _beside(self, key: str) -> list[Path]:
         own = self.path(key)
         return sorted(file for file in self.folder.glob(f"{key}.*") if file != own)
-
-    @staticmethod
-    def _copy(source: Path, target: Path) -> None:
-        write_whole(target, source.read_bytes())
 
     def entries(self) -> tuple[Entry, ...]:
         """Return what there is, the last used first."""
@@ -162,17 +158,12 @@ class Store:
                     entries.append(Entry(path.stem, path, size, status.st_mtime))
         return tuple(sorted(entries, key=lambda entry: -entry.used))
 
-    def prune(self, *, used_before: float | None = None, most_bytes: int | None = None) -> tuple[Entry, ...]:
-        """Delete what was last used before a time [s since 1970], then the longest unused beyond a total size.
-
-        Returns:
-            The deleted entries.
-        """
+    def prune(self, *, most_bytes: int) -> tuple[Entry, ...]:
+        """Delete the longest unused beyond a total size; return the deleted entries."""
         gone, total = [], 0
         for entry in self.entries():
             total += entry.size
-            old = used_before is not None and entry.used < used_before
-            if old or (most_bytes is not None and total > most_bytes):
+            if total > most_bytes:
                 for file in (entry.path, *self._beside(entry.key)):
                     file.unlink(missing_ok=True)
                 gone.append(entry)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -108,7 +107,7 @@ def assemble_axisymmetric(
     }
     whole: dict[str, Port] = {}
     for port, name in patches.items():
-        patch = partial(_patch, section, name)
+        patch = ring_surface(section, name, "port", 2 * math.pi, _FINE_RULE if rings > 1 else None)
         whole |= ports_on(port, name, rings, patch, _places, solids, region, section.n_nodes)
     half = 1.0 if harmonic == 0 else 0.5
     of_ports = {
@@ -169,10 +168,6 @@ def _constraints(
         if (off := float(np.ptp(normals, axis=0).max())) > 1e-6:
             raise ModelError(f"sliding: boundary {name!r} must be straight (its normal changes by {off:.1e})")
         yield boundary_nodes(section, name, "sliding"), normals[0]
-
-
-def _patch(section: Section, name: str, fine: bool) -> Surface:
-    return ring_surface(section, name, "port", 2 * math.pi, _FINE_RULE if fine else None)
 
 
 def _places(patch: Surface) -> Array:

@@ -30,7 +30,7 @@ def ports_on(
     name: str,
     boundary: str,
     rings: int,
-    surface: Callable[[bool], Surface],
+    patch: Surface,
     places: Callable[[Surface], Array],
     solids: Sequence[Solid],
     region: NDArray[np.int32],
@@ -47,7 +47,7 @@ def ports_on(
     Args:
         name: of the port.
         boundary: of the mesh, for messages.
-        surface: the patch; with true, by a quadrature that is fine enough for rings that end within elements.
+        patch: by a quadrature that is fine enough for rings that end within elements, where there are several.
         lip: in whose parts the boundary is divided.
         places: (f, Q) where the points of the patch lie between its edges; asked for more rings than one.
         solids, region: the solids and which of them each element is made of.
@@ -55,7 +55,6 @@ def ports_on(
     Raises:
         ModelError: a patch without area.
     """
-    patch = surface(rings > 1 or lip is not None)
     if not patch.area > 0:
         raise ModelError(f"port: boundary {boundary!r} has area {patch.area:g} m^2, which must be positive")
     shares, called = patch.weights[None], ring_names(name, rings)

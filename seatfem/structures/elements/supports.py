@@ -67,10 +67,6 @@ class Freedom:
         product = (self.turn.T @ matrix @ self.turn).tocsr()
         return sparse.csr_array((product + product.T) / 2)
 
-    def vector(self, values: Array) -> Array:
-        """Return a (3 n,) vector of all displacements, in the unknowns."""
-        return np.asarray(self.displacements.T @ values)
-
 
 def freedom(n_nodes: int, constraints: Iterable[Constraint]) -> Freedom:
     """Return unknowns that constraints leave. A node whose held directions are axes keeps the other axes, in order."""
@@ -205,14 +201,6 @@ class Absorbing:
 Support = Foundation | Bolted | Dashpot | Absorbing
 
 
-def support_matrices(
-    made: Discretization, supports: Sequence[Support], solids: Sequence[Solid], region: NDArray[np.int32]
-) -> dict[Literal["K", "C"], sparse.csr_array]:
-    """Return what supports add to "K" and "C", (3 n, 3 n) over all nodes; no key where nothing is added."""
-    patches = [surface(made, support.boundary, type(support).__name__) for support in supports]
-    return spread_supports(supports, patches, solids, region, made.size)
-
-
 def spread_supports(
     supports: Sequence[Support],
     patches: Sequence[Surface],
@@ -220,7 +208,7 @@ def spread_supports(
     region: NDArray[np.int32],
     n_nodes: int,
 ) -> dict[Literal["K", "C"], sparse.csr_array]:
-    """Return the same as `support_matrices`, on the ``patches`` that belong to the supports."""
+    """Return what supports add on their ``patches`` to "K" and "C", (3 n, 3 n); no key where nothing is added."""
     sums: dict[Literal["K", "C"], sparse.csr_array] = {}
     for support, patch in zip(supports, patches, strict=True):
         for target, along, across in support.densities(patch, solids, region):

@@ -205,20 +205,19 @@ def read_matrices(
             raise ModelError(
                 f"{names[key]}: {key} has {matrix.shape[0]} unknowns, must have the {n} of K in {names['K']}"
             )
-    vectors = {name: _vector(_told(name, port), port, n, first_dof) for name, port in ports.items()}
+    vectors = {name: _vector(name, port, n, first_dof) for name, port in ports.items()}
     held = _held(matrices["K"], matrices["M"])
     if np.any(held):
         if constrained != "drop":
             raise ModelError(
                 f"{names['K']}: {held.sum()} unknowns are constrained (a penalty beyond {PENALTY:g} times the median "
-                f"diagonal, or no stiffness and mass at all): dof {_listed(held, first_dof)}; take them out, or give "
-                'constrained="drop"'
+                f"diagonal, or no stiffness and mass at all): dof {_some(np.flatnonzero(held) + first_dof)}; "
+                'take them out, or give constrained="drop"'
             )
         for name, vector in vectors.items():
             if np.any(vector[held]):
-                raise ModelError(
-                    f"port {name!r} must not act on the constrained dof {_listed(held & (vector != 0), first_dof)}"
-                )
+                numbers = np.flatnonzero(held & (vector != 0)) + first_dof
+                raise ModelError(f"port {name!r} must not act on the constrained dof {_some(numbers)}")
         matrices = {key: matrix[~held][:, ~held] for key, matrix in matrices.items()}
         vectors = {name: vector[~held] for name, vector in vectors.items()}
     _refuse_indefinite(matrices, names, held, first_dof)
@@ -304,7 +303,7 @@ def _refuse_indefinite(
 
 def _vector(name: str, port: PortLike, n: int, first: int) -> Array:
     if isinstance(port, str | os.PathLike):
-        port = _weights(Path(port))
+        name, port = f"{name} of {port}", _weights(Path(port))
     if not isinstance(port, Mapping):
         vector = np.asarray(port, dtype=float)
         if vector.shape != (n,):
@@ -316,10 +315,6 @@ def _vector(name: str, port: PortLike, n: int, first: int) -> Array:
             raise ModelError(f"port {name!r}: dof {dof} is outside {first} ... {n - 1 + first}")
         vector[dof - first] = weight
     return vector
-
-
-def _told(name: str, port: PortLike) -> str:
-    return f"{name} of {port}" if isinstance(port, str | os.PathLike) else name
 
 
 def _weights(path: Path) -> dict[int, float]:
@@ -338,10 +333,6 @@ def _weights(path: Path) -> dict[int, float]:
             raise ModelError(f"{path}, line {line}: dof {dof} stands there twice; keep one")
         out[dof] = 0.0
     return dict(zip(out, map(float, table.numbers([1])[:, 0]), strict=True))
-
-
-def _listed(mask: Any, first: int) -> str:
-    return _some(np.flatnonzero(mask) + first)
 
 
 def _some(numbers: Any) -> str:

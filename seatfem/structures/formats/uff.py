@@ -179,10 +179,7 @@ def read_impulse_response_uff(
 
 
 def _read(path: Path, kind: int, units: System | None) -> _File:
-    try:
-        pyuff = import_module("pyuff")
-    except ImportError as missing:
-        raise UffError(f"{path.name} needs pyuff: {how_to_mend('pyuff', 'uff', missing)}") from missing
+    pyuff = _pyuff(path.name)
     if not path.exists():
         raise UffError(f"{path}: no such file; check the path")
     check_file(path, LIMIT, UffError)
@@ -342,11 +339,11 @@ def write_modes_uff(
     _write(pyuff, sets, path)
 
 
-def _pyuff() -> Any:
+def _pyuff(what: str = "writing a universal file") -> Any:
     try:
         return import_module("pyuff")
     except ImportError as missing:
-        raise UffError(f"universal files need pyuff: {how_to_mend('pyuff', 'uff', missing)}") from None
+        raise UffError(f"{what} needs pyuff: {how_to_mend('pyuff', 'uff', missing)}") from missing
 
 
 def _write(pyuff: Any, sets: list[Any], path: str | os.PathLike[str]) -> None:

@@ -22,6 +22,9 @@ from seatfem.structures.shapes.faces import Colour, Vector
 EVEN: Final = 1e-6  # of the cosine between normals of faces that look the same way
 
 
+EMPTY: Final = Shape(np.zeros((0, 3)), np.zeros((0, 3), np.int64), {}, np.zeros((0, 4), np.int64), 0.0)
+
+
 @dataclass(frozen=True)
 class FoundFace:
     """One face of a geometry's solids; lengths in metres.
@@ -114,7 +117,7 @@ def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspecte
     answer = json.loads(str(arrays["found"]))
     rows = [np.flatnonzero(arrays["faces"] == face["tag"]) for face in answer["faces"]] if answer["faces"] else []
     if not rows:
-        return Inspected((), _problems(answer), (), _empty(), ())
+        return Inspected((), _problems(answer), (), EMPTY, ())
     groups = {
         name: np.flatnonzero(np.isin(arrays["faces"], tags)).astype(np.int64) for name, tags in answer["groups"].items()
     }
@@ -130,11 +133,7 @@ def _alike(normals: Sequence[Vector | None]) -> bool:
 
 
 def _nothing(error: GeometryError) -> Inspected:
-    return Inspected((), ((error.field or "path", str(error)),), (), _empty(), ())
-
-
-def _empty() -> Shape:
-    return Shape(np.zeros((0, 3)), np.zeros((0, 3), np.int64), {}, np.zeros((0, 4), np.int64), 0.0)
+    return Inspected((), ((error.field or "path", str(error)),), (), EMPTY, ())
 
 
 def _problems(found: Mapping[str, object]) -> tuple[tuple[str, str], ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
@@ -199,10 +199,13 @@ def to_skfem(arrays: MeshArrays) -> SolidMesh:
     t = np.ascontiguousarray(number[arrays.vertices[:, flat.columns]].T)
     straight = flat.mesh(np.ascontiguousarray(arrays.points[used].T), t)
     boundaries = {
-        name: _facets(straight, number[faces], name, arrays.source) for name, faces in arrays.surfaces.items()
+        name: matched_facets(straight, number[faces], name, arrays.source) for name, faces in arrays.surfaces.items()
     }
     subdomains = {"seat": np.arange(len(arrays.cells)), **arrays.volumes}
-    return kind.mesh(_node_places(straight, arrays), t, boundaries, subdomains)
+    places = straight.doflocs
+    if kind.order == 2:
+        places = node_places(straight, kind.element, arrays.points, arrays.cells, kind.columns)
+    return kind.mesh(np.asarray(places), t, boundaries, subdomains)
 
 
 def facets_within(facets: Integers, vertices: Integers) -> Integers:
@@ -212,9 +215,9 @@ def facets_within(facets: Integers, vertices: Integers) -> Integers:
     return np.flatnonzero(chosen[facets].all(axis=0))
 
 
-def _facets(mesh: SolidMesh, faces: Integers, name: str, source: str) -> Integers:
+def matched_facets(mesh: Any, faces: Integers, name: str, source: str) -> Integers:
     """Return facet numbers of faces given by their vertices."""
-    shape = "triangles" if mesh.facets.shape[0] == 3 else "quadrilaterals"
+    shape = {2: "lines", 3: "triangles", 4: "quadrilaterals"}[mesh.facets.shape[0]]
     if faces.shape[1] != mesh.facets.shape[0]:
         raise MeshError(f"{source}: faces of {name!r} have {faces.shape[1]} vertices, must be {shape} as the mesh's")
     known = faces[(faces >= 0).all(axis=1)]
@@ -229,13 +232,10 @@ def _facets(mesh: SolidMesh, faces: Integers, name: str, source: str) -> Integer
     return np.sort(near[np.isin(key[: len(near)], key[len(near) :])])
 
 
-def _node_places(straight: SolidMesh, arrays: MeshArrays) -> Floats:
-    """Return all nodes as scikit-fem numbers them: vertices, edges, faces, interiors; shape (3, n)."""
-    kind = arrays.kind
-    if kind.order == 1:
-        return np.asarray(straight.doflocs)
-    dofs = Dofs(straight, kind.element)
-    places = np.empty((3, dofs.N))
-    for row, column in zip(dofs.element_dofs, kind.columns, strict=True):
-        places[:, row] = arrays.points[arrays.cells[:, column]].T
+def node_places(straight: Any, kind: Any, points: Floats, cells: Integers, columns: Sequence[int] | Integers) -> Floats:
+    """Return the (d, n) nodes of ``cells`` as scikit-fem numbers those of an element ``kind`` on a straight mesh."""
+    dofs = Dofs(straight, kind)
+    places = np.empty((points.shape[1], dofs.N))
+    for row, column in zip(dofs.element_dofs, columns, strict=True):
+        places[:, row] = points[cells[:, column]].T
     return places

@@ -11,14 +11,13 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 from skfem import Basis, ElementQuad0, ElementTriP0, MeshQuad, MeshQuad2, MeshTri, MeshTri2
-from skfem.assembly import Dofs
 from skfem.quadrature import get_quadrature
 
 from impact.brief import brief
 from impact.progress import Progress, silent
 from seatfem.structures.mesh.checks import MeshQuality
 from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
-from seatfem.structures.mesh.io import groups
+from seatfem.structures.mesh.io import groups, matched_facets, node_places
 from seatfem.structures.mesh.meshing import MeshProvenance
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import Geometry, GeometryError, Profile, encode, fingerprint
@@ -83,22 +82,12 @@ def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
     straight = kind(np.ascontiguousarray(points[used].T), t) if corners == cells.shape[1] else None
     flat = straight if straight is not None else MESHES[corners](np.ascontiguousarray(points[used].T), t)
     places = flat.doflocs
-    if straight is None:
-        # meshes of order 2 keep the vertices of an element in the given order
+    if straight is None:  # meshes of order 2 keep the vertices of an element in the given order
         kept = MeshTri(flat.doflocs, t, sort_t=False) if isinstance(flat, MeshTri) else flat
-        dofs = Dofs(kept, kind.elem())
-        places = np.empty((2, dofs.N))
-        for row, column in zip(dofs.element_dofs, range(cells.shape[1]), strict=True):
-            places[:, row] = points[cells[:, column]].T
-    boundaries = {name: _facets(flat, number[ends]) for name, ends in groups(section, "line").items()}
+        places = node_places(kept, kind.elem(), points, cells, range(cells.shape[1]))
+    lines = groups(section, "line")
+    boundaries = {name: matched_facets(flat, number[ends], name, "meridian") for name, ends in lines.items()}
     return kind(places, t, boundaries)
-
-
-def _facets(mesh: PlaneMesh, ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    base = int(mesh.nvertices)
-    keys = np.array([base, 1]) @ np.sort(mesh.facets, axis=0)
-    wanted = np.sort(ends, axis=1) @ np.array([base, 1])
-    return np.flatnonzero(np.isin(keys, wanted))
 
 
 def _content_hash(geometry: Geometry, spec: MeshSpec) -> str:

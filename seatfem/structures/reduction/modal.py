@@ -64,40 +64,35 @@ class Modal(Reducer):
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
         """Reduce as `Reducer.reduce`; the modes found are all up to the cutoff."""
-        with backend_of(model, aims) as backend:
-            return self._reduce(model, damping, aims, backend, progress)
-
-    def _reduce(
-        self, model: SecondOrderModel, damping: Damping, aims: Aims, backend: Here | Ranks, progress: Progress
-    ) -> Reduction:
         scale = default_shift(model)
         small = dense_modes(model, scale) if model.size <= DENSE and not aims.distributed else None
-        spectrum = backend.spectrum(progress)
-        static: tuple[float, Array, bool] | None = None
-        cutoff, count, error = 3.0 * aims.bandwidth, 0, np.inf
-        while True:
-            square = (2 * np.pi * cutoff) ** 2
-            if small is None:
-                try:
-                    spectrum.below(square, self.most)
-                    spectrum.first(1)  # a band below the lowest mode knows that one
-                except CountError as problem:
-                    raise CountError(f"{problem}: use method='krylov'") from problem
-                except ConvergenceError as problem:
-                    raise ConvergenceError(
-                        f"{problem}, and {count} leave an error of {error:.1e} (tolerance {aims.tolerance:.1e}): use "
-                        "method='krylov'"
-                    ) from problem
-            modes = modes_of(spectrum, scale) if small is None else small
-            count = len(modes.omega)
-            if static is None:
-                static = _static(model, modes, backend)
-            greens, error = _of_modes(model, damping, modes, cutoff, aims, static)
-            if error <= aims.tolerance or (count == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
-                break
-            cutoff *= 1.3
-        progress("reduction", 1.0)
-        return Reduction(_told(greens, error, count, cutoff), modes)
+        with backend_of(model, aims) as backend:
+            spectrum = backend.spectrum(progress)
+            static: tuple[float, Array, bool] | None = None
+            cutoff, count, error = 3.0 * aims.bandwidth, 0, np.inf
+            while True:
+                square = (2 * np.pi * cutoff) ** 2
+                if small is None:
+                    try:
+                        spectrum.below(square, self.most)
+                        spectrum.first(1)  # a band below the lowest mode knows that one
+                    except CountError as problem:
+                        raise CountError(f"{problem}: use method='krylov'") from problem
+                    except ConvergenceError as problem:
+                        raise ConvergenceError(
+                            f"{problem}, and {count} leave an error of {error:.1e} (tolerance {aims.tolerance:.1e}): "
+                            "use method='krylov'"
+                        ) from problem
+                modes = modes_of(spectrum, scale) if small is None else small
+                count = len(modes.omega)
+                if static is None:
+                    static = _static(model, modes, backend)
+                greens, error = _of_modes(model, damping, modes, cutoff, aims, static)
+                if error <= aims.tolerance or (count == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
+                    break
+                cutoff *= 1.3
+            progress("reduction", 1.0)
+            return Reduction(_told(greens, error, count, cutoff), modes)
 
 
 def with_modes(
