@@ -218,12 +218,8 @@ def build(
     """Return a structure's Green's function. Of several programs that ask for the same one, one computes it.
 
     Args:
-        structure: of any kind.
-        method: how it is computed.
         duration: of the runs that it must cover [s].
         cache: where it may be, and is kept; ``None``: it is computed.
-        watch: for the time of each stage.
-        progress: informed of each stage.
         mesh_error: whether a drawn body is solved on a coarser mesh, too.
 
     Raises:

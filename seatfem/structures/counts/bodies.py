@@ -131,17 +131,12 @@ def _plan_part(shape: Shape, sectors: int) -> tuple[tuple[Array, Array], tuple[A
     """Return areas of a plan or its sector and lengths of its outline, each with distances from the patch."""
     rectangle = shape.rectangle
     points, weight, outline, lengths, distance = shape.plan_samples() if rectangle is None else _rectangle(rectangle)
-    edge = [(lengths / sectors, distance(outline)), *(_rays(points, weight, distance) if sectors > 1 else [])]
+    edge = [(lengths / sectors, distance(outline))]
+    if sectors > 1:  # two rays from the centre to the edge, where the plan is; ones between all points stand for them
+        radius = np.hypot(points[:, 0], points[:, 1])
+        edge.append((weight / (np.pi * np.maximum(radius, float(radius.max()) / COARSEST)), distance(points)))
     length, beside = (np.concatenate(part) for part in zip(*edge, strict=True))
     return (weight / sectors, distance(points)), (length, beside)
-
-
-def _rays(points: Array, weight: Array, distance: Distance) -> list[tuple[Array, Array]]:
-    """Return two rays from the centre to the edge, where the plan is; ones between all the points stand for the two."""
-    reach = float(np.hypot(points[:, 0], points[:, 1]).max())
-    radius = np.hypot(points[:, 0], points[:, 1])
-    width = np.pi * np.maximum(radius, reach / COARSEST)
-    return [(weight / width, distance(points))]
 
 
 def _extruded(plan: tuple[Array, Array], walls: tuple[Array, Array], height: float) -> Body:

@@ -69,14 +69,11 @@ def predicted_sizes(geometry: Geometry, spec: MeshSpec, level: Level, sectors: i
 
 def _tetrahedra(body: Body, spec: MeshSpec) -> Sizes:
     volume, surface = body.inner.count(spec, 3), body.outer.count(spec, 2)
-    return _of_tetrahedra(TETRAHEDRA[0] * volume + TETRAHEDRA[1] * surface, FACES * surface, spec.order)
-
-
-def _of_tetrahedra(elements: float, surface: float, order: int) -> Sizes:
+    elements, surface = TETRAHEDRA[0] * volume + TETRAHEDRA[1] * surface, FACES * surface
     vertices = VERTICES[0] * elements + VERTICES[1] * surface
     faces = 2 * elements + surface / 2
     edges = vertices + faces - elements
-    nodes, counts = counts_from("tetrahedron", order, (vertices, edges, faces, elements), surface)
+    nodes, counts = counts_from("tetrahedron", spec.order, (vertices, edges, faces, elements), surface)
     return Sizes(elements, nodes, surface, counts)
 
 
@@ -97,17 +94,12 @@ def _as_meshed(spec: MeshSpec) -> MeshSpec:
     return replace(spec, size=HALVED * spec.size, contact_size=HALVED * spec.patch_size)
 
 
-def _plane_nodes(elements: float, vertices: float, spec: MeshSpec) -> float:
-    if spec.order == 1:
-        return vertices
-    edges = vertices + elements - 1
-    return vertices + edges + (elements if spec.shape == "hex" else 0.0)
-
-
 def _section(geometry: Geometry, spec: MeshSpec, directions: int) -> Sizes:
     meshed = _as_meshed(spec)
     elements, vertices, sides = _plane(section_of(profile_of(geometry)), meshed)
-    nodes = _plane_nodes(elements, vertices, spec)
+    nodes = vertices
+    if spec.order == 2:
+        nodes += vertices + elements - 1 + (elements if spec.shape == "hex" else 0.0)
     entries = directions**2 * SECTION_ENTRIES[spec.shape] * nodes
     return Sizes(elements, nodes, sides, Counts(directions * nodes, entries, entries / directions, 0.0))
 

@@ -39,18 +39,13 @@ def ports_on(
 ) -> dict[str, Port]:
     """Return a port for each of the ``rings`` of a boundary, NAME or NAME_1, NAME_2, ... from its inner edge on.
 
-    Of a ``lip``, for each of its arcs and their rings, by their own names.
-
-    With n the outward normal, b = integral of n . N over the ring / its area A, over all 3 ``n_nodes`` displacements;
-    A = integral of 1 [m^2]; the impedance is the integral of rho c_p [N s/m].
+    Of a ``lip``, for each of its arcs and their rings, by their own names. With n the outward normal, b = integral of
+    n . N over the ring / its area A [m^2], over all 3 ``n_nodes`` displacements; the impedance is that of rho c_p.
 
     Args:
-        name: of the port.
-        boundary: of the mesh, for messages.
+        name, boundary: of the port and of its patch.
         patch: by a quadrature that is fine enough for rings that end within elements, where there are several.
-        lip: in whose parts the boundary is divided.
         places: (f, Q) where the points of the patch lie between its edges; asked for more rings than one.
-        solids, region: the solids and which of them each element is made of.
 
     Raises:
         ModelError: a patch without area.

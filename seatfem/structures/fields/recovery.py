@@ -173,19 +173,10 @@ def in_frames(field: StressField, force: Array, dt: float, steps: range) -> Arra
     return np.asarray(np.tensordot(np.concatenate(kept), field.fields, axes=(1, 2)))
 
 
-def unknowns_in_frames(model: SecondOrderModel, force: Array, dt: float, steps: range, **of_space: Any) -> Array:
-    """Return the (F, n) unknowns of a model at the ends of steps, as `in_frames` gives stress: C of `solid_stress`
-    times them is the stress then, by mode acceleration likewise.
-
-    Args:
-        model, of_space: as `Response.of` takes them.
-        force, dt, steps: as in `in_frames`.
-    """
-    return response_in_frames(Response.of(model, dt=dt, **of_space), force, dt, steps)
-
-
 def response_in_frames(response: Response, force: Array, dt: float, steps: range) -> Array:
-    """Return (F, n) as `unknowns_in_frames`, of a body that responds."""
+    """Return the (F, n) unknowns of a body at the ends of steps, as `in_frames` gives stress: C of `solid_stress` times
+    them is the stress then, by mode acceleration likewise.
+    """
     size = len(response.rest)
     rows = -(-size // 6)  # a field has six numbers a point
     alike = sparse.eye_array(6 * rows, size, format="csr")

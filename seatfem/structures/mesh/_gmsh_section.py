@@ -143,7 +143,8 @@ def without_flat_corners(
                 (*_best(points, union, _interior(angles, [*gone, other], union)), other)
                 for edge in _edges(ring)
                 if (other := across.get((edge[1], edge[0]))) is not None
-                and len(set(union := _merged(ring, edge, other))) == len(union)
+                and len(set(union := _from(ring, ring.index(edge[1])) + _from(other, other.index(edge[1]))[2:]))
+                == len(union)
             ]
             if not unions:
                 break
@@ -153,11 +154,6 @@ def without_flat_corners(
             removed += gone
             added += _fan(best[1])
     return removed, added
-
-
-def _merged(ring: Cell, edge: tuple[int, int], other: Cell) -> Cell:
-    """Return the union of a polygon with the cell across one of its edges."""
-    return _from(ring, ring.index(edge[1])) + _from(other, other.index(edge[1]))[2:]
 
 
 def _interior(angles: Mapping[Cell, NDArray[np.float64]], cells: list[Cell], ring: Cell) -> dict[int, float]:

@@ -187,7 +187,10 @@ def check_parts(arrays: MeshArrays, parts: int = 1) -> None:
         return
     sizes = np.bincount(label)
     largest = np.argsort(sizes)[::-1][: 2 * SHOWN]
-    listed = "; ".join(f"{sizes[k]} elements around {_place(_middle(arrays, label == k))}" for k in largest)
+    listed = "; ".join(
+        f"{sizes[k]} elements around {_place(arrays.points[arrays.vertices[label == k]].mean(axis=(0, 1)))}"
+        for k in largest
+    )
     more = f"; {count - len(largest)} more" if count > len(largest) else ""
     raise MeshError(
         f"{arrays.source}: the mesh has {count} parts that share no node, not {parts}: {listed}{more}; "
@@ -243,10 +246,6 @@ def _none(arrays: MeshArrays, bad: NDArray[np.bool_], measure: Floats, what: str
         worst = rows[np.argsort(measure[rows], kind="stable")]
         centres = arrays.points[arrays.vertices[worst[:SHOWN]]].mean(axis=1)
         raise MeshError(f"{arrays.source}: {len(rows)} {what}, near {_places(centres)}; {remedy}")
-
-
-def _middle(arrays: MeshArrays, chosen: NDArray[np.bool_]) -> Floats:
-    return np.asarray(arrays.points[arrays.vertices[chosen]].mean(axis=(0, 1)))
 
 
 def _places(points: Floats) -> str:

@@ -29,6 +29,7 @@ HEX27 = (
     *((0, 8), (1, 4), (1, 7), (1, 5), (1, 6), (2, 8), (1, 8)),
 )
 HEX8 = ((0, 0), (0, 1), (0, 2), (0, 3), (1, 0), (1, 1), (1, 2), (1, 3))
+ORDERS = {4: 1, 9: 2}  # by the nodes of a quadrilateral
 REVERSED = {4: [0, 3, 2, 1], 9: [0, 3, 2, 1, 7, 6, 5, 4, 8]}
 
 
@@ -80,7 +81,7 @@ def revolve(section: Plane, layers: int, sectors: int, curved: bool, source: str
     puts the nodes between the layers on chords.
     """
     quadrilaterals = _turned(section, REVERSED, wanted=-1.0)
-    levels = _Levels(len(section["points"]), layers, _order(quadrilaterals), sectors == 1)
+    levels = _Levels(len(section["points"]), layers, ORDERS[quadrilaterals.shape[1]], sectors == 1)
     angles = np.arange(levels.count) * (2 * np.pi / sectors / (levels.order * layers))
     r, z = section["points"].T
     x, y = np.outer(np.cos(angles), r), np.outer(np.sin(angles), r)
@@ -102,7 +103,7 @@ def extrude(
     proportion. The plan's lines become surfaces, and its areas those that ``plan`` says.
     """
     quadrilaterals = _turned(flat, REVERSED, wanted=1.0)
-    order = _order(quadrilaterals)
+    order = ORDERS[quadrilaterals.shape[1]]
     levels = _Levels(len(flat["points"]), len(fractions) - 1, order, closed=False)
     if order == 2:
         fractions = np.insert(fractions, range(1, len(fractions)), (fractions[1:] + fractions[:-1]) / 2)
@@ -125,10 +126,6 @@ def _rows(flat: Plane, areas: tuple[str, ...], cells: int) -> Integers:
     return np.unique(np.concatenate([np.empty(0, dtype=np.int64), *parts]))
 
 
-def _order(quadrilaterals: Integers) -> int:
-    return 1 if quadrilaterals.shape[1] == 4 else 2
-
-
 def _turned(flat: Plane, order: Mapping[int, list[int]], wanted: float) -> Integers:
     """Return quadrilaterals whose signed area has the wanted sign, others being run through backwards."""
     cells = flat["cells"]
@@ -137,14 +134,8 @@ def _turned(flat: Plane, order: Mapping[int, list[int]], wanted: float) -> Integ
     return np.where((wanted * diagonals < 0)[:, None], cells[:, order[cells.shape[1]]], cells)
 
 
-@dataclass(frozen=True, eq=False)
-class Hexes:
-    """Arrays of a mesh of hexahedra; ``cad_volume`` and ``cad_areas`` of the part are exact."""
-
-    arrays: MeshArrays
-    gmsh_version: str
-    cad_volume: float | None
-    cad_areas: Mapping[str, float]
+Hexes = tuple[MeshArrays, str, float | None, Mapping[str, float]]
+"""Arrays of a mesh of hexahedra, the version of gmsh, and the volume and areas of the part, which are exact."""
 
 
 def make_hexes(
@@ -171,7 +162,7 @@ def _revolved(
     layers = math.ceil(around / sectors)
     arrays = revolve(section, layers, sectors, spec.curved, type(geometry).__name__)
     areas = {name: profile.area(name) / sectors for name in profile.names}
-    return Hexes(arrays, str(section["gmsh_version"]), profile.volume / sectors, areas)
+    return arrays, str(section["gmsh_version"]), profile.volume / sectors, areas
 
 
 def _extruded(geometry: Geometry, plan: Plan, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh) -> Hexes:
@@ -195,7 +186,7 @@ def _extruded(geometry: Geometry, plan: Plan, spec: MeshSpec, sectors: int, prog
         areas = {name: profile.area(name) / sectors for name in areas}
     else:
         volume = cad[EVERYWHERE] * plan.height
-    return Hexes(arrays, version, volume, areas)
+    return arrays, version, volume, areas
 
 
 def _plane(

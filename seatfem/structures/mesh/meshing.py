@@ -138,9 +138,8 @@ def make_mesh(
         if msh is not None:
             raise GeometryError(f"{msh}: only tetrahedra are written as .msh; use shape='tet'")
         notes: tuple[str, ...] = ()
-        hexes = make_hexes(geometry, spec, sector, progress, gmsh)
-        arrays, version = hexes.arrays, hexes.gmsh_version
-        cad_volume, cad = hexes.cad_volume, dict(hexes.cad_areas)
+        arrays, version, cad_volume, areas = make_hexes(geometry, spec, sector, progress, gmsh)
+        cad = dict(areas)
     else:
         job = {"task": "mesh", "geometry": data, "spec": asdict(spec), "sectors": sector}
         with _replacing(msh) as temporary:

@@ -30,11 +30,7 @@ def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gms
     Of a sheet that the line y = 0 mirrors one half is meshed, the other is its image: the mesh is as symmetric. Its
     line "clamped", of a sheet that is, holds the nodes there.
 
-    Args:
-        shape: with a plan.
-        size: of the elements [m].
-        progress: informed of the meshing.
-        gmsh: what carries out the job.
+    ``size``: of the elements [m].
 
     Raises:
         GeometryError: no plan, a size that is not positive. MeshingError: gmsh fails. MeshError: an area that differs

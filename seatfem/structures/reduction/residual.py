@@ -9,6 +9,7 @@ from impact.greens.poles import PoleGreens
 from impact.measured.pole_passivity import pole_passivity
 from seatfem.structures.damping import Damping
 from seatfem.structures.model import Array, SecondOrderModel
+from seatfem.structures.reduction.eigen_search import ConvergenceError
 
 
 def reciprocity(matrix: Array) -> float:
@@ -62,6 +63,16 @@ def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> Resi
         impedances = [1e-9 * damping.beta / max(r, 1e-300) for r in np.diag(left_out)]
     start = np.diag(damping.first_velocity() / np.array(impedances, dtype=float))
     return relaxation((left_out + left_out.T) / 2, start, damping.beta)
+
+
+def left_out(rest: Array, allowed: float, remedy: str) -> Array:
+    """Return a compliance (p, p) without the negative part that round-off leaves, `ConvergenceError` of more."""
+    values, vectors = np.linalg.eigh((rest + rest.T) / 2)
+    if len(values) and values[0] < -allowed:
+        raise ConvergenceError(
+            f"the modes exceed the static compliance by {-values[0]:.2e} m/N: not converged; {remedy}"
+        )
+    return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
 
 
 def relaxation(compliance: Array, start: Array, beta: float) -> Residual:

@@ -64,18 +64,6 @@ class Coupled:
         return np.asarray(parts.T @ parts)
 
 
-def truncated_poles(whole: Coupled, above: float, model: SecondOrderModel, damping: Damping) -> PoleGreens:
-    """Return the poles of the pairs up to ``above`` [rad/s], and the residual of the others."""
-    greens, rest = poles(whole.below(above), model.port_names), residual(whole.left_out(above), model, damping)
-    return replace(
-        greens,
-        rates=np.concatenate([greens.rates, rest.rates]),
-        real_shapes=np.concatenate([greens.real_shapes, rest.shapes]),
-        signs=np.concatenate([greens.signs, np.ones(len(rest.rates))]),
-        compliance=rest.compliance,
-    )
-
-
 def poles(system: Coupled, port_names: tuple[str, ...]) -> PoleGreens:
     """Return the poles s and shapes r = ports'y / sqrt(y'(2 s + C) y) of (s^2 + s C + w^2) y = 0.
 
@@ -325,7 +313,15 @@ class _Coupled(Space[PoleGreens]):
         return Grown(self.response, basis.complete, bool(basis.size == basis.limit))
 
     def truncated(self, above: float) -> tuple[PoleGreens, float]:
-        greens = truncated_poles(self.whole, above, self.model, self.damping)
+        greens = poles(self.whole.below(above), self.model.port_names)
+        rest = residual(self.whole.left_out(above), self.model, self.damping)
+        greens = replace(
+            greens,
+            rates=np.concatenate([greens.rates, rest.rates]),
+            real_shapes=np.concatenate([greens.real_shapes, rest.shapes]),
+            signs=np.concatenate([greens.signs, np.ones(len(rest.rates))]),
+            compliance=rest.compliance,
+        )
         lost = np.abs(greens.filtered_matrix(self.t, self.aims.width) - self.response).max()
         return greens, float(lost / np.abs(self.response).max())
 
