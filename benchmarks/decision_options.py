@@ -25,7 +25,7 @@ from seatfem.structures.estimates.costs import seat_seconds
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import Method
 from seatfem.structures.rings import ACROSS, FEWEST_ARCS, Division, divided_less, parts_joined
-from seatfem.structures.statics import at_once, spring_of
+from seatfem.structures.solved import at_once, spring_of
 from seatfem.study.accuracy.prerun import relative_changes
 from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solved_striker, striker_of
 from seatfem.study.impacts.gas import gas_of

@@ -26,8 +26,7 @@ if TYPE_CHECKING:
     from seatfem.structures.lip import AnyLip, Lip
     from seatfem.structures.materials import Material, Orthotropic
     from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
-    from seatfem.structures.mesh.meshing import make_mesh
-    from seatfem.structures.mesh.seat_mesh import SeatMesh
+    from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
     from seatfem.structures.mesh.spec import MeshSpec
     from seatfem.structures.model import ModelError, Port, SecondOrderModel
     from seatfem.structures.reduction.face_modes import face_greens
@@ -127,8 +126,7 @@ __getattr__ = lazy_names(
         "seatfem.structures.lip": "AnyLip Lip",
         "seatfem.structures.materials": "Material Orthotropic",
         "seatfem.structures.mesh.meridian": "MeridianMesh make_meridian",
-        "seatfem.structures.mesh.meshing": "make_mesh",
-        "seatfem.structures.mesh.seat_mesh": "SeatMesh",
+        "seatfem.structures.mesh.meshing": "SeatMesh make_mesh",
         "seatfem.structures.mesh.spec": "MeshSpec",
         "seatfem.structures.model": "ModelError Port SecondOrderModel",
         "seatfem.structures.reduction.face_modes": "face_greens",

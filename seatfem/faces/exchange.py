@@ -19,9 +19,9 @@ from seatfem.faces.report.asked import SCENE_COPY, changes_in
 from seatfem.faces.report.folder import run_summary, text_of
 from seatfem.pictures.moving import KEPT, SOURCES, load_moving
 from seatfem.pictures.paraview import write_moving
-from seatfem.structures.formats.dxf_writing import write_outline
+from seatfem.structures.formats.dxf_outline import write_outline
 from seatfem.structures.formats.reduced_writing import write_reduced
-from seatfem.structures.formats.uff_writing import write_modes_uff, write_receptance_uff
+from seatfem.structures.formats.uff import write_modes_uff, write_receptance_uff
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.planning.planner import plan_scene

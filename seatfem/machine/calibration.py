@@ -30,8 +30,7 @@ from seatfem.pictures.cell_grid import CellGrid
 from seatfem.pictures.plots import plot_modes
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.materials import Material
-from seatfem.structures.mesh.meshing import make_mesh
-from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import Aims
 from seatfem.structures.model import SecondOrderModel

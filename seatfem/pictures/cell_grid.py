@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from seatfem.structures.elements.revolved_elements import section_element
 from seatfem.structures.formats.file_mesh import VTK, to_vtk
-from seatfem.structures.mesh.cell_kinds import CELL_KINDS, HEX_VERTICES, nodes_of
+from seatfem.structures.mesh.io import CELL_KINDS, HEX_VERTICES, nodes_of
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 
 Integers = NDArray[np.int64]

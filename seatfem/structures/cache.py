@@ -1,4 +1,7 @@
-"""Structures computed before: in a file of the run, or in the cache folder, by the hash of all they depend on."""
+"""The way from a structure and a method to its Green's function: computed, or found where it was computed before.
+
+It lies in a file of the run, or in the cache folder, by the hash of all that it depends on.
+"""
 
 from __future__ import annotations
 
@@ -9,17 +12,20 @@ import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 from impact.greens.base import GreensFunction
+from impact.progress import Progress, silent
 from seatfem.jobs.claims import claimed
 from seatfem.machine.code import sources_from_elsewhere
+from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import AUTO, Method
 from seatfem.structures.rings import Division, divided_less
 from seatfem.structures.solved import Solved
-from seatfem.structures.store import Store, StoreError, Tell, content_key
+from seatfem.structures.store import Store, StoreError, Tell, content_hash, content_key
 
 PATIENCE: Final = 3600.0  # s for which another program that computes the same function is waited for
 
@@ -36,8 +42,7 @@ def warn(text: str) -> None:
 
 
 def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> str:
-    """Return a hash of everything a structure's Green's function depends on, the code included, and whether its mesh's
-    error is known.
+    """Return a hash of all that a Green's function depends on: the code, too, and whether its mesh error is known.
 
     Files count by content, not by name, with all that they include; what the method leaves open counts not at all, nor
     does its backend, which changes g by less than the tolerance, as another sparse factorization does. Of a kind, a
@@ -56,13 +61,12 @@ def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> 
         if isinstance(file := getattr(structure, key), Path):
             from seatfem.structures.formats.meshio_files import all_files  # with readers that take half a second
 
-            parts[key] = sorted(_hash(part) for part in all_files(file))
+            parts[key] = sorted(content_hash(part) for part in all_files(file))
     return content_key(parts)
 
 
 def _from_elsewhere(structure: Structure, method: Method) -> list[str]:
-    """Return hashes of the files of the kind, of its shape, and of the reductions that are asked for or may be
-    chosen."""
+    """Return hashes of the files of the kind, its shape, and the reductions that are asked for or may be chosen."""
     reductions: list[type] = []
     if structure.is_reduced and "seatfem.structures.reduction.reducer" in sys.modules:  # else all reductions are ours
         from seatfem.structures.reduction.reducer import defined  # for load time
@@ -71,14 +75,8 @@ def _from_elsewhere(structure: Structure, method: Method) -> list[str]:
     return sources_from_elsewhere(*structure.made_by(), *reductions)
 
 
-def _hash(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def at(path: Path, key: str, duration: float, tell: Tell | None = None) -> GreensFunction | None:
-    """Return the function at ``path``, if it has this key, is sealed and sound, and is known for a run of ``duration``
-    [s].
+def load_cached(path: Path, key: str, duration: float, tell: Tell | None = None) -> GreensFunction | None:
+    """Return the function at ``path``, if it has this key, is sealed and sound, and is known for ``duration`` [s].
 
     What is sound and another's is no news.
     """
@@ -129,10 +127,10 @@ class Cache:
     path: Path | None
     store: Store = field(default_factory=lambda: Store.default(warn))
 
-    def find(self, structure: Structure, method: Method, duration: float, *, mesh_error: bool = True) -> Solved | None:
+    def find(self, structure: Structure, key: str, duration: float) -> Solved | None:
         """Return what was computed before and is valid for a run of ``duration`` [s]."""
-        key, own = key_of(structure, method, mesh_error=mesh_error), self._is_own(structure)
-        stored = None if self.path is None else at(self.path, key, duration, None if own else warn)
+        own = self._is_own(structure)
+        stored = None if self.path is None else load_cached(self.path, key, duration, None if own else warn)
         solved = stored if stored is not None else _serving(self.store.get(key), key, duration)
         if solved is None:
             return None
@@ -145,7 +143,7 @@ class Cache:
         return _with_errors(solved, self.store.get(_beside(key)), about)
 
     @contextmanager
-    def claimed(self, structure: Structure, method: Method, *, mesh_error: bool = True) -> Iterator[bool]:
+    def claimed(self, structure: Structure, key: str) -> Iterator[bool]:
         """Keep other programs, within the block, from computing the same function for the store.
 
         Gives whether one has put it there before the block began, since it was looked for.
@@ -153,14 +151,14 @@ class Cache:
         if not structure.is_kept:
             yield False
             return
-        path = self.store.path(key_of(structure, method, mesh_error=mesh_error))
+        path = self.store.path(key)
         before = _age(path)
         with claimed(path.parent / "claims" / path.stem, PATIENCE):
             yield _age(path) != before
 
-    def keep(self, structure: Structure, method: Method, solved: Solved, *, mesh_error: bool = True) -> Solved:
+    def keep(self, structure: Structure, key: str, solved: Solved) -> Solved:
         """Return ``solved``, its function marked with its key and on file."""
-        key, greens = key_of(structure, method, mesh_error=mesh_error), solved.greens
+        greens = solved.greens
         if not greens.closed_form:  # one costs nothing to make again
             greens = greens.with_error(greens.error_estimate, {**greens.provenance, "seat_key": key})
         if structure.is_kept and not greens.closed_form:
@@ -199,10 +197,41 @@ def _beside(key: str) -> str:
 
 
 def _with_errors(found: GreensFunction, beside: GreensFunction | None, about: Mapping[str, object]) -> Solved:
-    """Return it with the errors by the model in rings; one that states a ratio of the two meshes' sizes is of a coarser
-    mesh."""
+    """Return it with the errors by the model in rings, which is of a coarser mesh where it states a refinement."""
     stated = None if beside is None else beside.provenance.get("refinement")
     if beside is None or not (isinstance(stated, int | float) and 1.0 < stated < math.inf):
         return Solved(found, in_rings=beside, about=about, reused=True)
     coarser = divided_less(beside, Division.of(found))
     return Solved(found, coarser, about=about, refinement=float(stated), in_rings=beside, reused=True)
+
+
+def build(
+    structure: Structure,
+    method: Method,
+    duration: float,
+    cache: Cache | None = None,
+    *,
+    watch: Stopwatch | None = None,
+    progress: Progress = silent,
+    mesh_error: bool = True,
+) -> Solved:
+    """Return a structure's Green's function. Of several programs that ask for the same one, one computes it.
+
+    Args:
+        duration: of the runs that it must cover [s].
+        cache: where it may be, and is kept; ``None``: it is computed.
+        mesh_error: whether a drawn body is solved on a coarser mesh, too.
+
+    Raises:
+        What the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
+    """
+    solve = partial(structure.solve, method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
+    if cache is None:
+        return solve()
+    key = key_of(structure, method, mesh_error=mesh_error)
+    if (cached := cache.find(structure, key, duration)) is not None:
+        return cached
+    with cache.claimed(structure, key) as made_meanwhile:
+        if made_meanwhile and (cached := cache.find(structure, key, duration)) is not None:
+            return cached
+        return cache.keep(structure, key, solve())

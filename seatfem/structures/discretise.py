@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from impact.progress import Progress, silent
 from seatfem.fields import of_same_names
@@ -18,8 +19,7 @@ from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.mesh.gmsh_process import Gmsh, GmshSession, MeshingError, run_gmsh
 from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
-from seatfem.structures.mesh.meshing import make_mesh
-from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import COARSENING, Level, Method
 from seatfem.structures.model import ModelError, SecondOrderModel
@@ -75,61 +75,35 @@ def matrices(
     *,
     rings: int = 1,
     harmonic: int = 0,
+    torsion: bool = False,
     lip: FaceLip | None = None,
 ) -> SecondOrderModel:
-    """Return the mass, stiffness, damping and ports of a body on its mesh; what is wrong with its groups names file or
-    level.
+    """Return mass, stiffness, damping and ports of a body on its mesh; errors of groups name the file or the level.
 
-    ``harmonic``: in the angle, of a half section; ``lip``: the face struck, in parts, of a whole body.
+    ``harmonic``: in the angle, of a half section, ``torsion`` that of the harmonic 0; ``lip``: the face struck, in
+    parts, of a whole body.
     """
+    materials = body.solids(regions_of(mesh))
+    stated: dict[str, Any] = {"fixed": body.held, "supports": supports_of(body), "rings": rings, "progress": progress}
+    stated["rayleigh"] = None if body.rayleigh is None else (body.rayleigh.mass, body.rayleigh.stiffness)
+    sliding = tuple(support.on for support in body.supports if support.kind == "sliding")
+    copies = body.copies.get(level, 1)
     try:
-        return _assembled(body, mesh, level, rings, harmonic, lip, progress)
+        if isinstance(mesh, MeridianMesh):
+            return assemble_axisymmetric(mesh, materials, sliding=sliding, harmonic=harmonic, torsion=torsion, **stated)
+        return assemble(
+            mesh,
+            materials,
+            sliding=(*sliding, *(("symmetry_0", "symmetry_1") if copies > 1 else ())),
+            mass="nodal" if mesh.shape == "hexahedron" else "consistent",
+            ports={"contact": body.struck_face},
+            copies=copies,
+            lip=lip,
+            **stated,
+        )
     except ModelError as error:
         place = next(iter(body.files()), None) if body.given_mesh else f"seat.model = {level!r}"
         raise ModelError(f"{place}: {error}") from error
-
-
-def _assembled(
-    body: Elastic, mesh: AnyMesh, level: Level, rings: int, harmonic: int, lip: FaceLip | None, progress: Progress
-) -> SecondOrderModel:
-    if isinstance(mesh, MeridianMesh):
-        return assemble_axisymmetric(
-            mesh,
-            body.solids(regions_of(mesh)),
-            harmonic=harmonic,
-            fixed=body.held,
-            sliding=sliding_faces(body),
-            supports=supports_of(body),
-            rayleigh=rayleigh_of(body),
-            rings=rings,
-            progress=progress,
-        )
-    copies = body.copies.get(level, 1)
-    cuts = ("symmetry_0", "symmetry_1") if copies > 1 else ()
-    return assemble(
-        mesh,
-        body.solids(regions_of(mesh)),
-        fixed=body.held,
-        sliding=(*sliding_faces(body), *cuts),
-        supports=supports_of(body),
-        mass="nodal" if mesh.shape == "hexahedron" else "consistent",
-        rayleigh=rayleigh_of(body),
-        ports={"contact": body.struck_face},
-        copies=copies,
-        rings=rings,
-        lip=lip,
-        progress=progress,
-    )
-
-
-def rayleigh_of(body: Elastic) -> tuple[float, float] | None:
-    """Return (alpha [1/s], beta [s]), or ``None``."""
-    return None if body.rayleigh is None else (body.rayleigh.mass, body.rayleigh.stiffness)
-
-
-def sliding_faces(body: Elastic) -> tuple[str, ...]:
-    """Return the names of the faces that cannot leave their planes."""
-    return tuple(support.on for support in body.supports if support.kind == "sliding")
 
 
 def supports_of(body: Elastic) -> tuple[Support, ...]:

@@ -13,35 +13,26 @@ from impact.greens.modal import ModalGreens
 from impact.progress import Progress
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.counts.memory_need import check_elastic
-from seatfem.structures.discretise import (
-    AnyMesh,
-    draw_both,
-    matrices,
-    rayleigh_of,
-    sliding_faces,
-    supports_of,
-)
+from seatfem.structures.discretise import AnyMesh, draw_both, matrices
 from seatfem.structures.face_lip import FaceLip
-from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.reduced import Reduced
 from seatfem.structures.lip import Lip
 from seatfem.structures.mesh.meridian import MeridianMesh
-from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.meshing import SeatMesh
 from seatfem.structures.method import COARSENING, NAMES, Aims, Method
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction.face_modes import face_greens
 from seatfem.structures.reduction.factorization import factorize
-from seatfem.structures.reduction.greens import reduce_model
-from seatfem.structures.reduction.harmonics import ring_greens
+from seatfem.structures.reduction.greens import reduced as reduce_by_aims
+from seatfem.structures.reduction.harmonics import combine_harmonics
 from seatfem.structures.reduction.lip_modes import lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import Reduction
 from seatfem.structures.reduction.ring_patches import RingPatch
 from seatfem.structures.rings import as_a_whole, divided_less, parts_behind, ring_names
-from seatfem.structures.solved import Solved
-from seatfem.structures.statics import spring_of, without_waves
+from seatfem.structures.solved import Solved, spring_of, without_waves
 
 LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
 MESH_SAFETY: Final = 1.75  # found on random seats; benchmarks/coverage_of_scenes.py checks the bars that it is part of
@@ -56,18 +47,7 @@ SPRING: Final = "static compliance of the finite elements, a spring"
 
 def reduced(body: Reduced, model: SecondOrderModel, method: Method, duration: float, progress: Progress) -> Reduction:
     """Return a model of a body, reduced as its method says, for runs of ``duration`` [s]."""
-    assert method.bandwidth is not None
-    return reduce_model(
-        model,
-        bandwidth=method.bandwidth,
-        duration=body.memory(method, duration),
-        tolerance=method.tolerance,
-        damping_ratio=body.damping_ratio,
-        method=method.reduction,
-        max_vectors=method.max_vectors,
-        backend="slepc" if method.distributed else "auto",
-        progress=progress,
-    )
+    return reduce_by_aims(model, _aims(body, method, duration), body.damping_ratio, method.reduction, progress)
 
 
 def from_mesh(
@@ -182,27 +162,17 @@ def _around(
     body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
 ) -> Solved:
     """Return an arc of the ring, by Fourier harmonics."""
-    arc = body.struck_arc
+    arc, rings = body.struck_arc, method.rings or 1
     assert arc is not None
-    assert method.bandwidth is not None
+
+    def build(harmonic: int) -> SecondOrderModel:
+        return matrices(body, mesh, "harmonics", rings=rings, harmonic=harmonic)
+
+    patches = {name: RingPatch(0.0, arc, name) for name in ring_names("contact", rings)}
+    aims = replace(_aims(body, method, duration), distributed=False)
     with watch("reduction"):
         try:
-            greens = ring_greens(
-                mesh,
-                body.solids(regions_of(mesh)),
-                {"contact": RingPatch(0.0, arc)},
-                bandwidth=method.bandwidth,
-                duration=body.memory(method, duration),
-                tolerance=method.tolerance,
-                damping_ratio=body.damping_ratio,
-                fixed=body.held,
-                max_vectors=method.max_vectors,
-                sliding=sliding_faces(body),
-                supports=supports_of(body),
-                rayleigh=rayleigh_of(body),
-                rings=method.rings or 1,
-                progress=progress,
-            )
+            greens = combine_harmonics(build, patches, aims, body.damping_ratio, progress=progress)
         except ConvergenceError as error:
             raise ConvergenceError(f"seat.arc with seat.greens.tolerance: {error}") from error
     about = {"seat_model": NAMES["harmonics"], **_mesh_keys(mesh)}
@@ -236,9 +206,10 @@ def _along(
     return Solved(_from_mesh(greens, mesh), None, mesh, about=about)
 
 
-def _aims(body: Elastic, method: Method, duration: float) -> Aims:
+def _aims(body: Reduced, method: Method, duration: float) -> Aims:
     assert method.bandwidth is not None
-    return Aims(method.bandwidth, body.memory(method, duration), method.tolerance)
+    remembered = body.memory(method, duration)
+    return Aims(method.bandwidth, remembered, method.tolerance, method.max_vectors, distributed=method.distributed)
 
 
 def _mesh_keys(mesh: AnyMesh) -> dict[str, object]:
@@ -259,8 +230,7 @@ def _from_mesh(greens: GreensFunction, mesh: AnyMesh) -> GreensFunction:
 def _with_mesh_error(
     body: Drawn, mesh: AnyMesh, method: Method, duration: float, solved: Solved, progress: Progress
 ) -> Solved:
-    """Return ``solved`` with the mesh error filled in from a coarser ``mesh`` of the same body, whose patch is in
-    rings."""
+    """Return ``solved`` with the mesh error by a coarser ``mesh`` of the same body, whose patch is in rings."""
     quiet = _for_error(progress, "coarser mesh")
     coarse = _solved(body, mesh, method.divided(parts_behind(method.division)), duration, Stopwatch(), quiet)
     progress("coarser mesh, for the error estimate", 1.0)

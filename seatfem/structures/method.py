@@ -21,6 +21,8 @@ AnyLevel = Literal["closed form", "spring", "rod", "axisymmetric", "harmonics", 
 Engine = Literal["built-in", "slepc"]
 """What reduces: this process, or PETSc and SLEPc on several ranks."""
 
+LEFT: Final = 1e-3  # of a motion that counts as forgotten
+LOWEST: Final = 0.1  # of the band: the lowest frequency of interest; every reduction finds slower motions first
 AUTO: Final = "auto"
 """In place of the name of a reduction: the cheapest that serves."""
 CHEAPEST_FIRST: Final[tuple[Level, ...]] = ("rod", "axisymmetric", "harmonics", "sector", "3d")
@@ -80,6 +82,16 @@ class Aims:
     def band(self) -> float:
         """Return the edge of the band, 2 pi bandwidth [rad/s]."""
         return 2 * math.pi * self.bandwidth
+
+
+def memory(damping_ratio: float, bandwidth: float) -> float:
+    """Return after how long uniform damping has forgotten the tail of the band, ln(1000)/(zeta 2 pi 0.1 bandwidth) [s].
+
+    A thousandth of the motion at its lowest frequency of interest is left then. Without damping: never, ``inf``.
+    """
+    if damping_ratio <= 0:
+        return math.inf
+    return -math.log(LEFT) / (damping_ratio * 2 * math.pi * LOWEST * bandwidth)
 
 
 @dataclass(frozen=True)

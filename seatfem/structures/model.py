@@ -188,16 +188,10 @@ def _checked(matrix: sparse.csr_array, name: str) -> sparse.csr_array:
     bad = int(np.sum(~np.isfinite(matrix.data)))
     if bad:
         raise ModelError(f"{name} must be finite, {bad} values are not")
-    if not _looks_symmetric(matrix):
-        largest = np.abs(matrix.data).max(initial=0.0)
+    x = np.random.default_rng(0).uniform(0.5, 1.5, matrix.shape[0])  # A x = A'x for no skew matrix, and cheap
+    largest = np.abs(matrix.data).max(initial=0.0)
+    if np.abs(matrix @ x - matrix.T @ x).max(initial=0.0) > 1e-12 * largest:
         skew = abs(matrix - matrix.T).max() / largest
         if skew > 1e-10:
             raise ModelError(f"{name} must be symmetric: |{name}-{name}'|/|{name}| = {skew:.1e}")
     return matrix
-
-
-def _looks_symmetric(matrix: sparse.csr_array) -> bool:
-    """Return whether A x = A'x to round-off for one vector of random values: true for no skew matrix, and cheap."""
-    x = np.random.default_rng(0).uniform(0.5, 1.5, matrix.shape[0])
-    largest = np.abs(matrix.data).max(initial=0.0)
-    return bool(np.abs(matrix @ x - matrix.T @ x).max(initial=0.0) <= 1e-12 * largest)

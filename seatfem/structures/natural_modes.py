@@ -17,14 +17,12 @@ import numpy as np
 from impact.progress import Progress, silent
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.counts.memory_need import check_elastic
-from seatfem.structures.discretise import draw, matrices, sliding_faces, supports_of
-from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.discretise import draw, matrices
 from seatfem.structures.estimates.costs import modes_of_volume
-from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.drawn import Drawn, Turned
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.mesh.meridian import MeridianMesh
-from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.meshing import SeatMesh
 from seatfem.structures.method import Level, Method
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
@@ -162,18 +160,8 @@ def of_one(model: SecondOrderModel, mesh: SeatMesh | None, wanted: Wanted, progr
 def _around(body: Turned, mesh: MeridianMesh, wanted: Wanted, progress: Progress) -> NaturalModes:
     """Return the modes harmonic by harmonic, until none has a mode below what is asked for."""
 
-    solids = body.solids(regions_of(mesh))
-
     def build(harmonic: int, torsion: bool = False) -> SecondOrderModel:
-        return assemble_axisymmetric(
-            mesh,
-            solids,
-            harmonic=harmonic,
-            torsion=torsion,
-            fixed=body.held,
-            sliding=sliding_faces(body),
-            supports=supports_of(body),
-        )
+        return matrices(body, mesh, "harmonics", harmonic=harmonic, torsion=torsion)
 
     patch = RingPatch(0.0, 2 * math.pi if body.arc is None else body.arc)
     all_modes: list[Mode] = []
@@ -226,8 +214,7 @@ def _listed(
     torsion: bool = False,
     weight: float = 1.0,
 ) -> Iterator[Mode]:
-    """Yield the modes of one model; ``static`` the port's compliance, which shares are parts of, ``weight`` the port's
-    in it."""
+    """Yield the modes of one model; ``static``: the port's compliance, ``weight``: the port's share in it."""
     phi = modes.shapes.T @ model.port_matrix[:, 0] if model.ports else np.zeros(len(modes.omega))
     for k, (frequency, residual) in enumerate(zip(modes.frequencies_hz, modes.residuals, strict=True)):
         held = None

@@ -27,20 +27,16 @@ def kept(asked: Sheet, coarser: float, compute: Callable[[], Meshed]) -> Meshed:
 
     A folder that cannot be written to, and a file that is damaged, cost a `CacheWarning` and the time to compute.
     """
-    from impact.storage.hdf5 import StorageError, written  # with h5py, which takes long to load
+    from impact.storage.hdf5 import written  # with h5py, which takes long to load
 
     store = Store(cache_folder() / "plates", warn)
     parts = {**vars(asked), "shape": fingerprint(asked.shape), "material": vars(asked.material)}
     key = content_key({"modes of": parts, "coarser": coarser})
-    path = store.path(key)
-    try:
-        if path.is_file():
-            return _read(path, key)
-    except (StorageError, OSError) as problem:
-        warn(f"plate on file set aside, its modes are computed again: {problem}")
+    if (found := store.find(key, lambda path: _read(path, key), "plate on file")) is not None:
+        return found
     mesh, modes = compute()
     try:
-        with written(path, CONTENT) as file:
+        with written(store.path(key), CONTENT) as file:
             _write(file, key, mesh, modes)
         store.prune(most_bytes=MOST)
     except (OSError, MemoryError) as problem:

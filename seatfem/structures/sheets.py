@@ -30,8 +30,7 @@ from seatfem.structures.method import COARSENING, Aims
 from seatfem.structures.model import DofMap, ModelError, SecondOrderModel
 from seatfem.structures.plate_store import kept
 from seatfem.structures.reduction.modal import with_modes
-from seatfem.structures.reduction.modes import Modes, solve_modes
-from seatfem.structures.reduction.parity import with_parity
+from seatfem.structures.reduction.modes import Modes, solve_modes, with_parity
 from seatfem.structures.rings import CONTACT
 from seatfem.structures.shapes import Flat
 from seatfem.units import write_quantity
@@ -143,7 +142,7 @@ class PlateModes:
 
     def at(self, patch: Patch, name: str) -> Array:
         """Return the (m,) mean of the modes over a patch [1/sqrt(kg)]. Raises `ModelError` of one that lies off it."""
-        return np.asarray(self.modes.shapes.T @ average(self.mesh, patch, name)[self.dofs.free])
+        return np.asarray(self.modes.shapes.T @ average(self.mesh, patch, names=[name])[0][self.dofs.free])
 
     def shape_at(self, amplitudes: Array, points: Array) -> Array:
         """Return the (q,) deflections at points (q, 2), of modal amplitudes (m,) [m]. Raises as `at`."""

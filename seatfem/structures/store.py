@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from seatfem.machine.code import VARIABLE, cache_folder, numerics_version
 
 _KEY = re.compile(r"[0-9a-f]{16,64}")
 Tell = Callable[[str], None]
+T = TypeVar("T")
 
 
 class StoreError(ValueError):
@@ -53,6 +55,12 @@ def content_key(parts: Mapping[str, object]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def content_hash(path: Path) -> str:
+    """Return the SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
 @dataclass(frozen=True)
 class Store:
     """Green's functions by content hash, one file each; safe for several programs at once.
@@ -80,11 +88,14 @@ class Store:
         return self.folder / f"{key}.h5"
 
     def get(self, key: str) -> GreensFunction | None:
-        """Return the function, or ``None`` if it is not there or is not what was put: damaged, without a seal, of
-        another key.
+        """Return the function; ``None`` if it is not there or is damaged, without a seal, of another key.
 
         The latter is reported; the next `put` replaces it.
         """
+        return self.find(key, lambda path: impact.load_greens(path, key=key), "stored Green's function")  # with h5py
+
+    def find(self, key: str, load: Callable[[Path], T], what: str) -> T | None:
+        """Return what ``load`` makes of the file of a key, as `get` does; ``what`` it is called in reports."""
         path = self.path(key)
         try:
             exists = path.is_file()
@@ -93,14 +104,14 @@ class Store:
         if not exists:
             return None
         try:
-            greens = impact.load_greens(path, key=key)  # with h5py, on first use
+            found = load(path)
         except (impact.StorageError, OSError) as problem:
             if self.tell is not None and os.path.lexists(path):
-                self.tell(f"stored Green's function set aside, it will be computed again: {problem}")
+                self.tell(f"{what} set aside, it will be computed again: {problem}")
             return None
         with suppress(OSError):
             os.utime(path)  # read now: the last to be pruned
-        return greens
+        return found
 
     def put(self, key: str, greens: GreensFunction) -> Path:
         """Keep ``greens``; return the file's path. Raises `StoreError` if the folder cannot be written to."""
@@ -114,7 +125,7 @@ class Store:
     def keep(self, key: str, file: Path) -> None:
         """Keep a copy of ``file``, such as a picture, beside the function; it goes when the function is pruned."""
         try:
-            self._copy(file, self.path(key).with_name(f"{key}.{file.name}"))
+            write_whole(self.path(key).with_name(f"{key}.{file.name}"), file.read_bytes())
         except OSError as problem:
             raise self._unwritable(problem) from problem
 
@@ -128,17 +139,13 @@ class Store:
         for file in self._beside(key):
             target = folder / file.name.partition(".")[2]
             with suppress(FileNotFoundError):  # pruned by another program
-                self._copy(file, target)
+                write_whole(target, file.read_bytes())
                 copies.append(target)
         return tuple(copies)
 
     def _beside(self, key: str) -> list[Path]:
         own = self.path(key)
         return sorted(file for file in self.folder.glob(f"{key}.*") if file != own)
-
-    @staticmethod
-    def _copy(source: Path, target: Path) -> None:
-        write_whole(target, source.read_bytes())
 
     def entries(self) -> tuple[Entry, ...]:
         """Return what there is, the last used first."""
@@ -151,17 +158,12 @@ class Store:
                     entries.append(Entry(path.stem, path, size, status.st_mtime))
         return tuple(sorted(entries, key=lambda entry: -entry.used))
 
-    def prune(self, *, used_before: float | None = None, most_bytes: int | None = None) -> tuple[Entry, ...]:
-        """Delete what was last used before a time [s since 1970], then the longest unused beyond a total size.
-
-        Returns:
-            The deleted entries.
-        """
+    def prune(self, *, most_bytes: int) -> tuple[Entry, ...]:
+        """Delete the longest unused beyond a total size; return the deleted entries."""
         gone, total = [], 0
         for entry in self.entries():
             total += entry.size
-            old = used_before is not None and entry.used < used_before
-            if old or (most_bytes is not None and total > most_bytes):
+            if total > most_bytes:
                 for file in (entry.path, *self._beside(entry.key)):
                     file.unlink(missing_ok=True)
                 gone.append(entry)
@@ -180,8 +182,7 @@ def _plain(value: object) -> object:
     if isinstance(value, bytes):
         return {"bytes": hashlib.sha256(value).hexdigest()}
     if isinstance(value, Path):
-        with value.open("rb") as file:
-            return {"file": hashlib.file_digest(file, "sha256").hexdigest()}
+        return {"file": content_hash(value)}
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):

@@ -123,7 +123,7 @@ def test_every_name_in_contributing_is_in_the_code() -> None:
 
 
 def test_a_name_beside_a_file_is_in_that_file() -> None:
-    """As in: `build` (`seatfem/structures/build.py`)."""
+    """As in: `build` (`seatfem/structures/cache.py`)."""
     pairs = [
         (page.name, name, file)
         for page in PAGES

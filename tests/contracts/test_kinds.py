@@ -8,7 +8,7 @@ import pytest
 
 from seatfem.fields import kind_of
 from seatfem.structures.kinds import kinds_of
-from seatfem.structures.reduction.registry import reducers
+from seatfem.structures.reduction.greens import reducers
 from seatfem.structures.shapes import families
 from seatfem.study.scene.laws import laws
 

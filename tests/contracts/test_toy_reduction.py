@@ -13,7 +13,7 @@ from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.method import Aims
 from seatfem.structures.model import ModelError, SecondOrderModel
-from seatfem.structures.reduction import registry
+from seatfem.structures.reduction import greens as registry
 from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
 from seatfem.structures.reduction.residual import truncate
 from seatfem.study.runs import pipeline

@@ -14,9 +14,9 @@ from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
 from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.greens import named
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.structures.reduction.registry import named
 from seatfem.units import parse_quantity
 from tests.extremes import scenes
 from tests.extremes.blocks import box

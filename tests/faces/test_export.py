@@ -22,8 +22,7 @@ from seatfem.pictures.moving import load_moving, moving_modes, save_moving
 from seatfem.pictures.skin import skin_of
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.formats.matrices import read_matrices
-from seatfem.structures.formats.uff import UffError, read_frf_uff, read_modes_uff
-from seatfem.structures.formats.uff_writing import write_receptance_uff
+from seatfem.structures.formats.uff import UffError, read_frf_uff, read_modes_uff, write_receptance_uff
 from seatfem.structures.materials import Material
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes

@@ -297,9 +297,7 @@ def test_filters_narrower_than_any_run_can_resolve(tmp_path: Path) -> None:
 
 
 def test_a_cad_kernel_that_finds_no_end_is_ended() -> None:
-    code = (
-        "import time, seatfem.structures.mesh._gmsh_messages as m; m.LONGEST = 1; m.stage('building the geometry', 0); "
-    )
+    code = "import time, seatfem.structures.mesh._gmsh_base as m; m.LONGEST = 1; m.stage('building the geometry', 0); "
     command = [sys.executable, "-c", code + "time.sleep(60)"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, timeout=50, check=False)
     assert done.returncode == -signal.SIGALRM

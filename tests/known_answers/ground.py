@@ -17,7 +17,7 @@ from seatfem.structures.model import Array, Material, SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.transient import march
 from seatfem.structures.rings import face_compliance, ring_borders, ring_names, with_fewer_rings
-from seatfem.structures.statics import spring_of
+from seatfem.structures.solved import spring_of
 from seatfem.verify import Case, Estimate
 
 from .grids import box, section, split

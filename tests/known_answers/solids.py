@@ -14,8 +14,7 @@ from scipy.optimize import brentq
 from impact.beams.timoshenko import TimoshenkoCantilever
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.mesh.meshing import make_mesh
-from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.model import Array, Material, SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize

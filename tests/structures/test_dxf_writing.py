@@ -10,8 +10,7 @@ import pytest
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.formats.dxf_outline import UNITS, read_outline
-from seatfem.structures.formats.dxf_writing import MM, write_outline
+from seatfem.structures.formats.dxf_outline import MM, UNITS, read_outline, write_outline
 from seatfem.structures.materials import Material
 from seatfem.structures.shapes import Flat, loops
 from seatfem.structures.shapes.disc import Disc

@@ -14,7 +14,7 @@ import pytest
 from impact.bodies.time_series import TimeSeriesError, read_time_series
 from impact.measured.frf import FrequencyResponseError, read_frf
 from impact.measured.reading import read_impulse_response
-from seatfem.structures.formats.abaqus_deck import Budget, with_included
+from seatfem.structures.formats.abaqus_mesh import Budget, with_included
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.formats.uff import UffError, read_modes_uff
@@ -86,7 +86,7 @@ def test_a_deck_as_large_as_its_files_together(tmp_path, monkeypatch):
     ],
 )
 def test_sets_of_more_than_there_is(tmp_path, monkeypatch, lines, message):
-    monkeypatch.setattr("seatfem.structures.formats.abaqus_deck.MOST_MEMBERS", 200_000)
+    monkeypatch.setattr("seatfem.structures.formats.abaqus_mesh.MOST_MEMBERS", 200_000)
     refused(tmp_path / "a.inp", DECK + lines, message)
 
 
@@ -140,7 +140,7 @@ def zipped(**members):
 
 
 def test_matrices_that_unfold(tmp_path, monkeypatch):
-    monkeypatch.setattr("seatfem.structures.formats.matrix_files.FREE", 1 << 20)
+    monkeypatch.setattr("seatfem.structures.formats.matrices.FREE", 1 << 20)
     zeros = zipped(data=npy((1 << 20,), bytes(1 << 23)))
     matrix_refused(tmp_path, "K.npz", zeros, r"K\.npz: .*its 1 arrays claim 8 MB in a file of .* MB; at most 1 MB")
     text = (M3 + "9 9 99999999\n" + "1 1 1\n" * 1_000_000).encode()

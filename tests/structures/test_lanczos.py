@@ -13,14 +13,12 @@ from seatfem.structures.damping import Damping
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.method import Aims
 from seatfem.structures.model import ModelError
-from seatfem.structures.reduction.gauss_rule import gauss_rule
+from seatfem.structures.reduction.eigen_search import rigid_shapes
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.lanczos import Lanczos, nodes
-from seatfem.structures.reduction.lanczos_consistent import ConsistentRecursion
-from seatfem.structures.reduction.lanczos_recursion import Recursion
+from seatfem.structures.reduction.lanczos_recursion import Recursion, gauss_rule
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.residual import truncate
-from seatfem.structures.reduction.rigid import rigid_shapes
 from tests.rod_model import rod_model
 
 STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0}
@@ -87,7 +85,7 @@ def test_with_a_consistent_mass_the_error_falls_faster_than_any_power_at_the_end
     mesh = skfem.MeshTet.init_tensor(np.linspace(0, 12e-3, 5), np.linspace(0, 11e-3, 4), np.linspace(0, 4e-3, 3))
     model = assemble(mesh.with_boundaries(BOUNDARIES), STEEL, ports={"left": "left", "right": "right"}, order=2)
     assert not model.mass_is_diagonal
-    recursion = ConsistentRecursion(model)
+    recursion = Recursion(model)
     recursion.extend(120)
     omega, shapes, _ = nodes(recursion, np.inf)
     every = every_mode(model, Damping())

@@ -17,8 +17,8 @@ from seatfem.structures.counts import memory_need as needs
 from seatfem.structures.counts.memory_need import Counts, MemoryNeedError, check_memory, counts_of, memory_need
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.materials import Material
-from seatfem.structures.mesh.quality import MeshQuality
-from seatfem.structures.mesh.seat_mesh import MeshProvenance, SeatMesh
+from seatfem.structures.mesh.checks import MeshQuality
+from seatfem.structures.mesh.meshing import MeshProvenance, SeatMesh
 
 QUALITY = MeshQuality(**{field.name: 0 for field in dataclasses.fields(MeshQuality)})
 CUBE = Counts(dof=3e5, nnz=2.5e7, mass_nnz=8e6)

@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 
 from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.mesh.cell_kinds import CELL_KINDS
-from seatfem.structures.mesh.checks import check_coincident, check_mesh, check_parts, part_of_element
-from seatfem.structures.mesh.io import MeshArrays, MeshError
-from seatfem.structures.mesh.quality import scaled_jacobian, straight_determinants
+from seatfem.structures.mesh.checks import (
+    check_coincident,
+    check_mesh,
+    check_parts,
+    part_of_element,
+    scaled_jacobian,
+    straight_determinants,
+)
+from seatfem.structures.mesh.io import CELL_KINDS, MeshArrays, MeshError
 
 NONE = ()
 

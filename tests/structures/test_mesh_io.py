@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.mesh.cell_kinds import CELL_KINDS, TET_EDGES, serendipity_to_27
-from seatfem.structures.mesh.checks import check_mesh
-from seatfem.structures.mesh.io import MeshArrays, MeshError, to_skfem
-from seatfem.structures.mesh.quality import measure, scaled_jacobian, shape_measure
+from seatfem.structures.mesh.checks import check_mesh, measure, scaled_jacobian
+from seatfem.structures.mesh.io import CELL_KINDS, TET_EDGES, MeshArrays, MeshError, serendipity_to_27, to_skfem
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
 CONTACT, FIXED = np.array([[1, 2, 3]]), np.array([[0, 2, 1]])
@@ -29,8 +27,6 @@ def test_measures_of_one_tetrahedron(order):
     assert quality.volume == pytest.approx(1 / 6, rel=1e-14)
     assert quality.areas == pytest.approx({"contact": np.sqrt(3) / 2, "fixed": 0.5}, rel=1e-14)
     assert quality.min_scaled_jacobian == pytest.approx(1.0, rel=1e-14)
-    # Corner tetrahedron: r_in = (3 - sqrt 3)/6, r_circum = sqrt(3)/2.
-    assert quality.min_shape == pytest.approx(3 * (3 - np.sqrt(3)) / 6 / (np.sqrt(3) / 2), rel=1e-14)
 
 
 def test_curved_volume_by_hand():
@@ -83,13 +79,6 @@ def test_twenty_nodes_become_twentyseven():
     points, filled = serendipity_to_27(arrays.points[used], cells.reshape(-1, 20))
     assert len(points) == len(arrays.points)
     assert np.allclose(points[filled], arrays.points[arrays.cells], rtol=0, atol=1e-14)
-
-
-def test_shape_of_hexahedra():
-    arrays = grid(8)
-    assert shape_measure(arrays) == pytest.approx(np.ones(4))
-    arrays.points[:, 2] *= 2.0  # edges 1, 1, 2: 3 * 2^(2/3) / 6
-    assert shape_measure(arrays) == pytest.approx(np.full(4, 3 * 2 ** (2 / 3) / 6))
 
 
 def test_faces_that_are_none():

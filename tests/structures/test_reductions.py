@@ -12,11 +12,10 @@ import impact
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.damping import Damping
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.method import Aims
+from seatfem.structures.method import Aims, memory
 from seatfem.structures.model import ModelError, Port, SecondOrderModel, as_csr
 from seatfem.structures.reduction.greens import greens_function, reduce_model
 from seatfem.structures.reduction.krylov import Krylov
-from seatfem.structures.reduction.memory import memory
 from seatfem.structures.reduction.modal import Modal
 from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
 from seatfem.structures.reduction.residual import residual, truncate
@@ -424,7 +423,7 @@ def test_numbers_beyond_all_measure_are_refused(rod, method, mass, weight, messa
 
 def test_modal_truncation_goes_on_from_the_modes_it_has(block, monkeypatch):
     """A cutoff that rises asks for the new modes alone, instead of all of them again."""
-    import seatfem.structures.reduction.backends as module
+    import seatfem.structures.reduction.krylov_basis as module
 
     made = []
 

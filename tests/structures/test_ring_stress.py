@@ -17,8 +17,7 @@ from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.fields import peaks, response, solids
 from seatfem.structures.fields.around import Harmonic, RingField, felt, mixing_of
 from seatfem.structures.fields.peaks import largest, principal, von_mises
-from seatfem.structures.fields.ranges import mises_range
-from seatfem.structures.fields.recovery import at_time, field_of, histories, recover
+from seatfem.structures.fields.recovery import at_time, field_of, histories, mises_range, recover
 from seatfem.structures.fields.response import Response
 from seatfem.structures.fields.sites import at_points, on_surface
 from seatfem.structures.fields.solids import elements_of, solid_stress

@@ -10,8 +10,7 @@ from scipy.sparse.linalg import splu
 from impact.greens.base import Array
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.fields.corners import near, singular_points
-from seatfem.structures.fields.doubt import left_by_mesh
+from seatfem.structures.fields.corners import left_by_mesh, near, singular_points
 from seatfem.structures.fields.recovery import StressField, histories, largest, principal, recover, von_mises
 from seatfem.structures.fields.sites import at_points, on_surface
 from seatfem.structures.fields.solids import elements_of, solid_stress

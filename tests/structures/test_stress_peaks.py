@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from impact.greens.base import Array
-from seatfem.structures.fields.hot_spots import edge_distances, local_maxima
+from seatfem.structures.fields.corners import edge_distances, local_maxima
 from seatfem.structures.fields.peaks import BETWEEN, Integers, largest, norms, von_mises
 
 

@@ -10,9 +10,8 @@ import skfem
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.materials import Material
 from seatfem.structures.model import ModelError
-from seatfem.structures.reduction.mode_shift import null_limit
+from seatfem.structures.reduction.eigen_search import default_shift, null_limit
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.structures.reduction.rigid import default_shift
 
 STEEL = Material(200e9, 0.3, 7850.0)
 RADIUS = 10e-3

@@ -12,10 +12,9 @@ import pytest
 from seatfem.faces.cli import DONE, run_command
 from seatfem.machine import calibration
 from seatfem.machine.rates import Machine, MachineError, calibration_file
-from seatfem.structures.counts.bodies import section_of, solid_of
+from seatfem.structures.counts.bodies import body_of, section_of, solid_of
 from seatfem.structures.counts.element_counts import predicted_sizes
 from seatfem.structures.counts.memory_need import counts_of, memory_need
-from seatfem.structures.counts.part_body import body_of
 from seatfem.structures.estimates import costs as seat_costs
 from seatfem.structures.mesh.meridian import make_meridian
 from seatfem.structures.mesh.meshing import make_mesh

@@ -12,7 +12,7 @@ import impact
 from impact import measures
 from seatfem.faces.verdict import simpler, verdict
 from seatfem.structures.rings import Division
-from seatfem.structures.statics import bed
+from seatfem.structures.solved import bed
 from seatfem.study.impacts.contact import problem_of, run_contacts, striker_of
 from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches

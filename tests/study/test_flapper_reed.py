@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.build import build
-from seatfem.structures.cache import key_of
+from seatfem.structures.cache import build, key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.model import ModelError
 from seatfem.structures.natural_modes import Wanted

@@ -11,8 +11,7 @@ import pytest
 from impact.life.curves import basquin
 from impact.life.places import left_of
 from seatfem.faces.verdict import lasting as in_words
-from seatfem.structures.fields.ranges import hottest, mises_range
-from seatfem.structures.fields.recovery import histories, largest, von_mises
+from seatfem.structures.fields.recovery import histories, hottest, largest, mises_range, von_mises
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.lives import Stressed
 from seatfem.study.runs.reed_stress import plate_field

@@ -19,8 +19,7 @@ from seatfem.pictures.landing import Landing, animate_landing
 from seatfem.pictures.moving import load_moving
 from seatfem.structures.lip import Lip
 from seatfem.structures.rings import Division
-from seatfem.structures.solved import Solved
-from seatfem.structures.statics import bed
+from seatfem.structures.solved import Solved, bed
 from seatfem.study.impacts.contact import run_contacts, solved_striker, striker_of
 from seatfem.study.runs.lip_pictures import by_arc, landing_of, lip_pictures
 from seatfem.study.scene import load_scene

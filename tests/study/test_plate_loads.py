@@ -47,13 +47,13 @@ def plate_of(scene: Scene) -> tuple[Flapper, Array, Array]:
     assert isinstance(plate.model.dofs, DofMap)
     (disc,) = Lip.disc(5e-3).patches(plate.sheet.shape.centre).values()
     free = plate.model.dofs.free
-    return scene.reed, everywhere(plate.mesh)[free], average(plate.mesh, disc)[free]
+    return scene.reed, everywhere(plate.mesh)[free], average(plate.mesh, disc)[0][free]
 
 
 def at(reed: Flapper, x: float) -> Array:
     plate = reed.solved().plate
     assert isinstance(plate.model.dofs, DofMap)
-    return average(plate.mesh, Patch(np.array([[x, 0.0]]), np.ones(1)))[plate.model.dofs.free]
+    return average(plate.mesh, Patch(np.array([[x, 0.0]]), np.ones(1)))[0][plate.model.dofs.free]
 
 
 def still(scene: Scene) -> tuple[Array, Array]:

@@ -13,7 +13,7 @@ from impact import measures
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import Lip
 from seatfem.structures.rings import Division
-from seatfem.structures.statics import bed
+from seatfem.structures.solved import bed
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.method import stated_method

@@ -9,7 +9,7 @@ import pytest
 
 import impact
 from seatfem.structures.rings import Division
-from seatfem.structures.statics import bed
+from seatfem.structures.solved import bed
 from seatfem.study.impacts.contact import problem_of, striker_of
 from seatfem.study.impacts.start import check_start
 from seatfem.study.scene import Scene, SceneError, load_scene

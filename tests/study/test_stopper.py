@@ -18,8 +18,7 @@ from impact.storage.hdf5 import load_results, save_greens
 from seatfem.faces.plan_view import plan_json
 from seatfem.structures.kinds import kinds_of
 from seatfem.structures.rings import Division
-from seatfem.structures.solved import Solved
-from seatfem.structures.statics import bed
+from seatfem.structures.solved import Solved, bed
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.accuracy.prerun import Bench, Window, first_look, window_of
 from seatfem.study.impacts.contact import measures_of, problem_of, run_contacts, stopper_of, striker_of

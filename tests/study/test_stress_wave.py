@@ -16,8 +16,8 @@ from seatfem.pictures.margin_map import plot_margin_map
 from seatfem.pictures.moving import load_moving
 from seatfem.pictures.stress_wave import StressWave, animate_wave, plot_wave, write_wave
 from seatfem.structures.fields.around import turned
-from seatfem.structures.fields.frames import in_frames, unknowns_in_frames
-from seatfem.structures.fields.recovery import histories, recover, von_mises
+from seatfem.structures.fields.recovery import histories, in_frames, recover, response_in_frames, von_mises
+from seatfem.structures.fields.response import Response
 from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.fields.solids import elements_of, solid_stress
 from seatfem.study.planning.planner import plan_scene
@@ -108,7 +108,7 @@ def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> No
     steps = range(140, 1600, 140)
     exact = np.moveaxis(histories(field, force, dt)[:, :, list(steps)], 2, 0)
     np.testing.assert_allclose(in_frames(field, force, dt, steps), exact, atol=1e-9 * np.abs(exact).max())
-    moved = unknowns_in_frames(stress.model, force, dt, steps, bandwidth=100e3, damping_ratio=0.05)
+    moved = response_in_frames(Response.of(stress.model, dt=dt, bandwidth=100e3, damping_ratio=0.05), force, dt, steps)
     found = np.moveaxis((functional @ moved.T).reshape(3, 6, -1), 2, 0)
     np.testing.assert_allclose(found, exact, atol=1e-6 * np.abs(exact).max())
 

@@ -111,7 +111,7 @@ def case(folder: Path, law: str) -> Case:
 def thrown(sheet: Sheet, reed: SecondOrderModel) -> np.ndarray:
     """(n,) velocities in the first mode, so that the paddle's centre has `SPEED` towards the seat."""
     known, shape = plate_modes(sheet), first_mode(reed)
-    centre = average(known.mesh, Patch(np.array([sheet.shape.centre]), np.ones(1)), "centre")[known.dofs.free]
+    centre = average(known.mesh, Patch(np.array([sheet.shape.centre]), np.ones(1)))[0][known.dofs.free]
     return -SPEED / (centre @ shape) * shape
 
 

@@ -20,7 +20,7 @@ from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.modal import with_modes
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.rings import Division
-from seatfem.structures.statics import bed
+from seatfem.structures.solved import bed
 from tests.brute_force import marched
 from tests.plate_model import grid
 

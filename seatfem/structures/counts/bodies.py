@@ -1,7 +1,8 @@
-"""Samples of the volumes, surfaces, sections and plans of shapes, from their closed forms: how many elements they make.
+"""Samples of the volumes, surfaces, sections and plans of bodies: how many elements they make.
 
 The size h grows with the distance from the patch as the mesher lets it: constant near it, then linear up to the
-bulk's. A body has about c int dV/h^3 elements, a section c int dA/h^2: no mesh is needed.
+bulk's. A body has about c int dV/h^3 elements, a section c int dA/h^2: no mesh is needed. Shapes are sampled from
+their closed forms, parts drawn elsewhere from the coarse elements that their inspection made.
 """
 
 from __future__ import annotations
@@ -10,13 +11,17 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
+from typing import Final
 
 import numpy as np
 
 from impact.greens.base import Array
+from seatfem.structures.inspection.cad import Inspected, inspect_geometry
+from seatfem.structures.inspection.shape import Integers, distances
+from seatfem.structures.inspection.shape import Shape as SurfaceShape
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import GeometryError, Profile, Shape
+from seatfem.structures.shapes import Geometry, GeometryError, Profile, Shape
 from seatfem.structures.shapes.profile import Edge, Point
 from seatfem.structures.shapes.shape import COARSEST, OUTLINE, Distance, PlanSamples, Rectangle, side_points, squares
 
@@ -106,8 +111,7 @@ def plan_of(shape: Shape, sectors: int = 1) -> Body:
 
 @cache
 def solid_of(shape: Shape, sectors: int = 1) -> Body:
-    """Return the solid or one of its equal sectors. Raises `GeometryError` of one that is neither turned nor
-    extruded."""
+    """Return the solid or one of its equal sectors; `GeometryError` of one that is neither turned nor extruded."""
     profile, plan, rectangle = shape.profile, shape.plan, shape.rectangle
     if profile is not None:
         points, weight, outline, lengths, distance = _sampled(profile)
@@ -124,26 +128,19 @@ def solid_of(shape: Shape, sectors: int = 1) -> Body:
 
 
 def _plan_part(shape: Shape, sectors: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Return the areas of a plan, or of one of its sectors, and lengths of its outline; each with the distances from
-    the patch."""
+    """Return areas of a plan or its sector and lengths of its outline, each with distances from the patch."""
     rectangle = shape.rectangle
     points, weight, outline, lengths, distance = shape.plan_samples() if rectangle is None else _rectangle(rectangle)
-    edge = [(lengths / sectors, distance(outline)), *(_rays(points, weight, distance) if sectors > 1 else [])]
+    edge = [(lengths / sectors, distance(outline))]
+    if sectors > 1:  # two rays from the centre to the edge, where the plan is; ones between all points stand for them
+        radius = np.hypot(points[:, 0], points[:, 1])
+        edge.append((weight / (np.pi * np.maximum(radius, float(radius.max()) / COARSEST)), distance(points)))
     length, beside = (np.concatenate(part) for part in zip(*edge, strict=True))
     return (weight / sectors, distance(points)), (length, beside)
 
 
-def _rays(points: Array, weight: Array, distance: Distance) -> list[tuple[Array, Array]]:
-    """Return two rays from the centre to the edge, where the plan is; ones between all the points stand for the two."""
-    reach = float(np.hypot(points[:, 0], points[:, 1]).max())
-    radius = np.hypot(points[:, 0], points[:, 1])
-    width = np.pi * np.maximum(radius, reach / COARSEST)
-    return [(weight / width, distance(points))]
-
-
 def _extruded(plan: tuple[Array, Array], walls: tuple[Array, Array], height: float) -> Body:
-    """Return the areas of a plan and lengths of its outline with their distances from the patch, swept down from its
-    plane."""
+    """Return areas of a plan and lengths of its outline with their distances, swept down from its plane."""
     (area, away), (length, beside) = ((weight, np.maximum(0.0, distance)) for weight, distance in (plan, walls))
     u = (np.arange(DEPTHS) + 0.5) / DEPTHS
     depth, thick = height * u**2, 2 * height * u / DEPTHS
@@ -214,3 +211,62 @@ def _rectangle(rectangle: Rectangle) -> PlanSamples:
 
     points, areas = squares((-half[0], -half[1]), half, distance)
     return points, areas, *side_points(half), distance
+
+
+FEW, MANY = 4, 64  # points in an element: far from the struck faces, and near them
+NEAR: Final = 1.5  # sizes of an element within which it is near
+PER_TRIANGLE: Final = 16  # points on each struck triangle
+BINS, CLOSEST = 300, 1e-3  # of distances, and the smallest that is told apart over the largest
+FILLED: Final = 0.6  # of its bounding box, for a part that could not be filled with elements
+
+
+def body_of(part: Geometry) -> Body:
+    """Return the part's volume and surface by their distance from the struck faces."""
+    return _body(inspect_geometry(part))
+
+
+@lru_cache(maxsize=4)
+def _body(found: Inspected) -> Body:
+    shape = found.shape
+    struck = _struck(shape)
+    outer = _element_samples(shape, shape.triangles, shape.areas, struck)
+    if not found.meshed:  # all of it as far as its middle, on average
+        volume = shape.volume or FILLED * float(shape.extent.prod())
+        away = distances(np.mean(shape.points, axis=0)[None], struck)
+        return Body(Samples(np.array([volume]), away), outer)
+    corners = shape.points[shape.cells]
+    volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
+    return Body(_element_samples(shape, shape.cells, volumes * (shape.volume / volumes.sum()), struck), outer)
+
+
+def _struck(shape: SurfaceShape) -> Array:
+    """Return the points on the struck faces; of a part without any, its middle."""
+    rows = shape.groups.get("contact")
+    if rows is None or len(rows) == 0:
+        return np.asarray(np.mean(shape.points, axis=0)[None])
+    weights = np.random.default_rng(0).dirichlet(np.ones(3), PER_TRIANGLE)
+    corners = shape.points[shape.triangles[rows]]
+    return np.concatenate([corners.reshape(-1, 3), np.einsum("qk,nki->nqi", weights, corners).reshape(-1, 3)])
+
+
+def _element_samples(shape: SurfaceShape, elements: Integers, measures: Array, struck: Array) -> Samples:
+    """Return the points within elements, of which those near the struck faces have many: sizes change there."""
+    corners = shape.points[elements]
+    extent = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
+    near = distances(corners.mean(axis=1), struck) < NEAR * extent
+    weight, away = [], []
+    for chosen, number in ((near, MANY), (~near, FEW)):
+        inside = np.random.default_rng(1).dirichlet(np.ones(elements.shape[1]), number)
+        points = np.einsum("qk,nki->nqi", inside, corners[chosen]).reshape(-1, 3)
+        weight.append(np.repeat(measures[chosen] / number, number))
+        away.append(distances(points, struck))
+    return _binned(np.concatenate(weight), np.concatenate(away))
+
+
+def _binned(weight: Array, away: Array) -> Samples:
+    """Return samples of like distance together: `BINS` of them count as well as all, and a plan counts often."""
+    edges = np.geomspace(max(float(away.max()), 1e-9) * CLOSEST, max(float(away.max()), 1e-9), BINS)
+    place = np.digitize(away, edges)
+    total, first = (np.asarray(np.bincount(place, each), dtype=float) for each in (weight, weight * away))
+    filled = total > 0
+    return Samples(total[filled], first[filled] / total[filled])

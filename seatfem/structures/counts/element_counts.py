@@ -11,11 +11,10 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from seatfem.machine.memory import available_memory
-from seatfem.structures.counts.bodies import Body, plan_of, section_of, solid_of
+from seatfem.structures.counts.bodies import Body, body_of, plan_of, section_of, solid_of
 from seatfem.structures.counts.memory_need import GB, Counts, MemoryNeedError, counts_from, memory_need
-from seatfem.structures.counts.part_body import body_of
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.mesh.plan_grid import graded
+from seatfem.structures.mesh.plan_grid import graded, half_axis
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec
 from seatfem.structures.method import Level, Method
 from seatfem.structures.shapes import Geometry, GeometryError
@@ -70,14 +69,11 @@ def predicted_sizes(geometry: Geometry, spec: MeshSpec, level: Level, sectors: i
 
 def _tetrahedra(body: Body, spec: MeshSpec) -> Sizes:
     volume, surface = body.inner.count(spec, 3), body.outer.count(spec, 2)
-    return _of_tetrahedra(TETRAHEDRA[0] * volume + TETRAHEDRA[1] * surface, FACES * surface, spec.order)
-
-
-def _of_tetrahedra(elements: float, surface: float, order: int) -> Sizes:
+    elements, surface = TETRAHEDRA[0] * volume + TETRAHEDRA[1] * surface, FACES * surface
     vertices = VERTICES[0] * elements + VERTICES[1] * surface
     faces = 2 * elements + surface / 2
     edges = vertices + faces - elements
-    nodes, counts = counts_from("tetrahedron", order, (vertices, edges, faces, elements), surface)
+    nodes, counts = counts_from("tetrahedron", spec.order, (vertices, edges, faces, elements), surface)
     return Sizes(elements, nodes, surface, counts)
 
 
@@ -98,17 +94,12 @@ def _as_meshed(spec: MeshSpec) -> MeshSpec:
     return replace(spec, size=HALVED * spec.size, contact_size=HALVED * spec.patch_size)
 
 
-def _plane_nodes(elements: float, vertices: float, spec: MeshSpec) -> float:
-    if spec.order == 1:
-        return vertices
-    edges = vertices + elements - 1
-    return vertices + edges + (elements if spec.shape == "hex" else 0.0)
-
-
 def _section(geometry: Geometry, spec: MeshSpec, directions: int) -> Sizes:
     meshed = _as_meshed(spec)
     elements, vertices, sides = _plane(section_of(profile_of(geometry)), meshed)
-    nodes = _plane_nodes(elements, vertices, spec)
+    nodes = vertices
+    if spec.order == 2:
+        nodes += vertices + elements - 1 + (elements if spec.shape == "hex" else 0.0)
     entries = directions**2 * SECTION_ENTRIES[spec.shape] * nodes
     return Sizes(elements, nodes, sides, Counts(directions * nodes, entries, entries / directions, 0.0))
 
@@ -130,16 +121,9 @@ def _hexahedra(geometry: Geometry, spec: MeshSpec, sectors: int) -> Sizes:
 def _grid(rectangle: Rectangle, spec: MeshSpec, sectors: int) -> tuple[float, float, float]:
     """Return the elements, vertices and sides of the grid under a rectangular solid; exact."""
     sides, patch = rectangle.sides, rectangle.patch or rectangle.sides
-    x, y = (_cells(side, edge, spec) for side, edge in zip(sides, patch, strict=True))
+    x, y = (len(half_axis(side, edge, spec)) - 1 for side, edge in zip(sides, patch, strict=True))
     x, y = x * (1 if sectors == 4 else 2), y * (1 if sectors > 1 else 2)
     return x * y, (x + 1) * (y + 1), 2 * (x + y)
-
-
-def _cells(side: float, edge: float, spec: MeshSpec) -> int:
-    inner = max(1, math.ceil(edge / spec.patch_size - 1e-9))
-    if edge == side:
-        return inner
-    return inner + len(graded(side - edge, spec.patch_size, spec.size, spec.grading)) - 1
 
 
 def _swept(plane: float, vertices: float, sides: float, layers: int, spec: MeshSpec, *, closed: bool) -> Sizes:

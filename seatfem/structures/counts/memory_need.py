@@ -20,7 +20,7 @@ from seatfem.structures.method import AUTO, CHEAPEST_FIRST, AnyLevel, Level
 
 if TYPE_CHECKING:
     from seatfem.structures.mesh.meridian import MeridianMesh
-    from seatfem.structures.mesh.seat_mesh import SeatMesh
+    from seatfem.structures.mesh.meshing import SeatMesh
 
 GB: Final = 1e9
 FILL: Final = 19.5  # entries of the factor over n^(4/3), of a cube; METIS orderings, order 2
@@ -78,8 +78,7 @@ class MemoryNeed:
     products: float
 
     def of(self, method: str, *, distributed: bool = False) -> float:
-        """Return the need of a reduction by name, or of "auto"; that of a distributed one without its factor, which
-        PETSc's ranks hold."""
+        """Return the need of a reduction by name, or of "auto"; of a distributed one without its factor."""
         return self.factorized if _factorizes(method) and not distributed else self.products
 
 
@@ -93,8 +92,7 @@ def counts_of(mesh: SeatMesh) -> Counts:
 def counts_from(
     shape: str, order: int, parts: tuple[float, float, float, float], surface: float
 ) -> tuple[float, Counts]:
-    """Return the nodes, and counts of K and M, of so many vertices, edges, faces and elements with ``surface`` faces
-    outside."""
+    """Return the nodes, and counts of K and M, by vertices, edges, faces, elements and faces outside."""
     nodes, couples = (
         sum(a * b for a, b in zip(table[shape, order], parts, strict=True)) for table in (_NODES, _COUPLES)
     )
@@ -169,7 +167,7 @@ def _advice(counts: Counts, method: str, size: float | None, levels: Sequence[An
     )
     others = [f'seat.model = "{level}"' for level in levels]
     least, diagonal = memory_need(counts).products, counts.mass_nnz == counts.dof
-    from seatfem.structures.reduction.registry import reducers  # for load time, as below
+    from seatfem.structures.reduction.greens import reducers  # for load time, as below
 
     for name, each in reducers().items() if _factorizes(method) else ():
         if not each.factorizes and (diagonal or not each.diagonal_mass) and least <= there:
@@ -182,7 +180,7 @@ def _advice(counts: Counts, method: str, size: float | None, levels: Sequence[An
 def _factorizes(method: str) -> bool:
     if method == AUTO:
         return True
-    from seatfem.structures.reduction.registry import named  # for load time: most scenes name none
+    from seatfem.structures.reduction.greens import named  # for load time: most scenes name none
 
     return named(method).factorizes
 

@@ -23,20 +23,18 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from impact.progress import Progress, silent
-from seatfem.structures.elements.constraints import Freedom, freedom, held
-from seatfem.structures.elements.element_kernels import add_elements, nodal_mass
-from seatfem.structures.elements.pattern_kernels import expand_pattern, expand_scalar
+from seatfem.structures.elements.element_kernels import add_elements, expand_pattern, expand_scalar, nodal_mass
 from seatfem.structures.elements.ports import places_across, ports_on
 from seatfem.structures.elements.shape_functions import (
     Discretization,
     discretize,
+    facets_of,
     mass_rule,
     nodal_rule,
     stiffness_rule,
+    surface,
 )
-from seatfem.structures.elements.supports import Support, support_matrices
-from seatfem.structures.elements.surfaces import Surface, facets_of, surface
-from seatfem.structures.elements.whole_model import whole_model
+from seatfem.structures.elements.supports import Freedom, Support, freedom, held, spread_supports, whole_model
 from seatfem.structures.face_lip import FaceLip
 from seatfem.structures.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrderModel
@@ -109,19 +107,22 @@ def assemble(
     body = _Body(space, solids, region, _modes(space, solids, dilatation), unknowns, mass)
     cuts = [np.asarray(f) for cut, f in (mesh.boundaries or {}).items() if cut in _CUTS and copies > 1]
     across = partial(places_across, mesh, cuts=np.concatenate([np.zeros(0, np.int64), *cuts]), copies=copies)
-    of_nodes: dict[str, Port] = {}
+    of_nodes, T = dict[str, Port](), unknowns.displacements
     for port, name in patches.items():
-        patch = partial(_patch, space, name)
+        patch = surface(space, name, "port", _FINE_RULE if rings > 1 or lip is not None else None)
         of_nodes |= ports_on(port, name, rings, patch, across, solids, region, space.size, lip)
     of_ports = {
-        name: Port(unknowns.vector(port.vector), copies * (port.area or 0.0), copies * (port.impedance or 0.0))
+        name: Port(
+            unknowns.displacements.T @ port.vector, copies * (port.area or 0.0), copies * (port.impedance or 0.0)
+        )
         for name, port in of_nodes.items()
     }
+    bodies = [surface(space, support.boundary, type(support).__name__) for support in supports]
     added = {
-        key: unknowns.restricted(matrix) for key, matrix in support_matrices(space, supports, solids, region).items()
+        key: unknowns.turned(sparse.csr_array(matrix[unknowns.base][:, unknowns.base]))
+        for key, matrix in spread_supports(supports, bodies, solids, region, space.size).items()
     }
-    turned = None if unknowns.turn is None else unknowns.displacements
-    dofs = DofMap(space.nodes, unknowns.free, mesh, turned)
+    dofs = DofMap(space.nodes, unknowns.free, mesh, None if unknowns.turn is None else T)
     model = whole_model(partial(body.matrices, progress), solids, rayleigh, added, of_ports, dofs, copies)
     progress("assembly", 1.0)
     return model
@@ -216,10 +217,6 @@ def _modes(made: Discretization, solids: Sequence[Solid], dilatation: Dilatation
 def names(given: str | Sequence[str]) -> tuple[str, ...]:
     """Return boundaries, of which one may be given by its name alone."""
     return (given,) if isinstance(given, str) else tuple(given)
-
-
-def _patch(made: Discretization, name: str, fine: bool) -> Surface:
-    return surface(made, name, "port", _FINE_RULE if fine else None)
 
 
 def check_ports(mesh: Any, patches: Mapping[str, str], held: Mapping[str, Sequence[str]]) -> None:

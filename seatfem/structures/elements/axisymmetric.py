@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -14,7 +13,6 @@ from scipy import sparse
 from impact.progress import Progress, silent
 from impact.quantities import percent
 from seatfem.structures.elements.assembly import check_ports, names, solids_by_region
-from seatfem.structures.elements.constraints import Constraint, freedom
 from seatfem.structures.elements.ports import ONE_RADIUS, ports_on
 from seatfem.structures.elements.revolved_elements import (
     Section,
@@ -25,9 +23,8 @@ from seatfem.structures.elements.revolved_elements import (
     ring_surface,
     stiffness_blocks,
 )
-from seatfem.structures.elements.supports import Support, spread_supports
-from seatfem.structures.elements.surfaces import Surface
-from seatfem.structures.elements.whole_model import Matrices, whole_model
+from seatfem.structures.elements.shape_functions import Surface
+from seatfem.structures.elements.supports import Constraint, Matrices, Support, freedom, spread_supports, whole_model
 from seatfem.structures.errors import ModelError
 from seatfem.structures.materials import Solid, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, Port, SecondOrderModel
@@ -110,7 +107,7 @@ def assemble_axisymmetric(
     }
     whole: dict[str, Port] = {}
     for port, name in patches.items():
-        patch = partial(_patch, section, name)
+        patch = ring_surface(section, name, "port", 2 * math.pi, _FINE_RULE if rings > 1 else None)
         whole |= ports_on(port, name, rings, patch, _places, solids, region, section.n_nodes)
     half = 1.0 if harmonic == 0 else 0.5
     of_ports = {
@@ -143,18 +140,16 @@ def _matrices(
 
     def matrices(scale: Array) -> tuple[sparse.csr_array, sparse.csr_array]:
         stiffness = section.gather(blocks * scale[region, 0][:, None, None, None, None])
-        inertia = _scalar_mass(section, volumes, (density * scale[:, 1])[region])
+        dense = volumes * (density * scale[:, 1])[region].reshape(-1, *[1] * (volumes.ndim - 1))
+        inertia = (
+            section.gather(dense[:, :, None, :, None])
+            if dense.ndim == 3
+            else sparse.diags_array(np.bincount(section.cells.T.ravel(), dense.ravel(), section.n_nodes), format="csr")
+        )
         inertia = sparse.kron(inertia, np.eye(len(components)), format="csr")
         return sparse.csr_array(moving.T @ stiffness @ moving), sparse.csr_array(moving.T @ inertia @ moving)
 
     return matrices
-
-
-def _scalar_mass(section: Section, volumes: Array, density: Array) -> sparse.csr_array:
-    if volumes.ndim == 3:
-        return section.gather((volumes * density[:, None, None])[:, :, None, :, None])
-    lumps = np.bincount(section.cells.T.ravel(), (volumes * density[:, None]).ravel(), section.n_nodes)
-    return sparse.diags_array(lumps, format="csr")
 
 
 def _constraints(
@@ -173,10 +168,6 @@ def _constraints(
         if (off := float(np.ptp(normals, axis=0).max())) > 1e-6:
             raise ModelError(f"sliding: boundary {name!r} must be straight (its normal changes by {off:.1e})")
         yield boundary_nodes(section, name, "sliding"), normals[0]
-
-
-def _patch(section: Section, name: str, fine: bool) -> Surface:
-    return ring_surface(section, name, "port", 2 * math.pi, _FINE_RULE if fine else None)
 
 
 def _places(patch: Surface) -> Array:

@@ -28,7 +28,7 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from impact.brief import brief
-from seatfem.structures.elements.whole_model import whole_model
+from seatfem.structures.elements.supports import whole_model
 from seatfem.structures.errors import ModelError
 from seatfem.structures.lip import Patch
 from seatfem.structures.materials import Material
@@ -95,13 +95,6 @@ class PlateMesh:
         return f"({1e3 * x:.4g}, {1e3 * y:.4g}) mm"
 
 
-def elements_patch(mesh: PlateMesh, cells: Sequence[int] | Integers) -> Patch:
-    """Return the patch of whole elements."""
-    _, weights, shapes = _jacobians(mesh, *_gauss(3), cells)
-    places = np.einsum("qk,mkc->mqc", shapes, mesh.points[mesh.cells[cells]])
-    return Patch(places.reshape(-1, 2), weights.ravel())
-
-
 def assemble_plate(
     mesh: PlateMesh,
     material: Material,
@@ -142,43 +135,48 @@ def plate_dofs(
 ) -> DofMap:
     """Return unknowns of `assemble_plate`, without its matrices. Raises `ModelError` of a line that is not there."""
     lines = [clamped] if isinstance(clamped, str) else clamped
-    return _dofs(mesh, _free(mesh, {**held, **dict.fromkeys(lines, UNKNOWNS)}))
+    count, moves = len(mesh.points), np.ones((len(mesh.points), 3), dtype=bool)
+    for name, unknowns in {**held, **dict.fromkeys(lines, UNKNOWNS)}.items():
+        if name not in mesh.lines:
+            raise ModelError(f"plate: no line {name!r}; the mesh has {', '.join(mesh.lines) or 'none'}")
+        for unknown in unknowns:
+            moves[mesh.lines[name], UNKNOWNS.index(unknown)] = False
+    free = np.flatnonzero(moves)
+    upwards = sparse.coo_array((np.ones(count), (3 * np.arange(count) + 2, 3 * np.arange(count))), (3 * count,) * 2)
+    rigid = np.zeros((count, 3, 3))  # w = 1, x, y with their rotations
+    rigid[:, 0, 0], rigid[:, 0, 1:] = 1.0, mesh.points - mesh.points.mean(axis=0)
+    rigid[:, 1, 1] = rigid[:, 2, 2] = mesh.side
+    points = np.column_stack([mesh.points, np.zeros(count)]).T
+    return DofMap(points, free, mesh, sparse.csr_array(upwards.tocsc()[:, free]), rigid.reshape(3 * count, 3)[free])
 
 
 def plate_ports(mesh: PlateMesh, patches: Mapping[str, Patch], material: Material, free: Integers) -> dict[str, Port]:
-    """Return the patches whose mean deflection is observed, pushed by a uniform pressure; ``free``: unknowns that may
-    move.
+    """Return ports of patches, pushed by a uniform pressure; ``free``: the unknowns that may move.
 
     Raises:
         ModelError: a point of a patch that lies off the plate.
     """
-    impedance = material.density * material.c_p
     areas = [float(patch.weights.sum()) for patch in patches.values()]
-    vectors = _averages(mesh, patches)
+    vectors = average(mesh, *patches.values(), names=tuple(patches))
     return {
-        name: Port(vector[free], area, impedance * area)
+        name: Port(vector[free], area, material.density * material.c_p * area)
         for name, vector, area in zip(patches, vectors, areas, strict=True)
     }
 
 
-def average(mesh: PlateMesh, patch: Patch, name: str = "port") -> Array:
-    """Return the (3 n,) b, so that b'u is the mean deflection over a patch.
+def average(mesh: PlateMesh, *patches: Patch, names: Sequence[str] = ("port",)) -> list[Array]:
+    """Return (3 n,) b of each patch, so that b'u is the mean deflection over it; all points are located at once.
 
     Raises:
-        ModelError: a point of the patch that lies off the plate.
+        ModelError: a point of a patch that lies off the plate; ``names``: of the patches, for the message.
     """
-    return _averages(mesh, {name: patch})[0]
-
-
-def _averages(mesh: PlateMesh, patches: Mapping[str, Patch]) -> list[Array]:
-    """Return `average` of each; all points are located at once."""
-    ends = np.cumsum([len(patch.weights) for patch in patches.values()])
-    if not len(ends):
+    counts = [len(patch.weights) for patch in patches]
+    if not counts:
         return []
-    names = np.repeat(list(patches), np.diff(ends, prepend=0))
-    cells, inside = located(mesh, np.concatenate([patch.points for patch in patches.values()]), names)
+    whose = np.repeat(list(names), counts)
+    cells, inside = located(mesh, np.concatenate([patch.points for patch in patches]), whose)
     averages = []
-    for patch, rows in zip(patches.values(), np.split(np.arange(ends[-1]), ends[:-1]), strict=True):
+    for patch, rows in zip(patches, np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1]), strict=True):
         vector = np.zeros(len(mesh.points))
         shares = shapes_at(inside[rows])[0] * (patch.weights / patch.weights.sum())[:, None]
         np.add.at(vector, mesh.cells[cells[rows]], shares)
@@ -193,35 +191,11 @@ def deflections(mesh: PlateMesh, nodal: Array, points: Array) -> Array:
 
 
 def everywhere(mesh: PlateMesh) -> Array:
-    """Return the (3 n,) b, so that b'u is the mean deflection of the whole plate: a pressure or the weight does b, per
-    newton."""
+    """Return (3 n,) b, so that b'u is the mean deflection of the plate: a pressure or the weight does b, per newton."""
     _, weights, shapes = _jacobians(mesh, *_gauss(3))
     vector = np.zeros(len(mesh.points))
     np.add.at(vector, mesh.cells, weights @ shapes)
     return np.asarray(np.kron(vector / weights.sum(), [1.0, 0.0, 0.0]))
-
-
-def _free(mesh: PlateMesh, held: Mapping[str, Sequence[Unknown]]) -> Integers:
-    """Return the unknowns that are free to move among all, three a node."""
-    free = np.ones((len(mesh.points), 3), dtype=bool)
-    for name, unknowns in held.items():
-        if name not in mesh.lines:
-            raise ModelError(f"plate: no line {name!r}; the mesh has {', '.join(mesh.lines) or 'none'}")
-        for unknown in unknowns:
-            free[mesh.lines[name], UNKNOWNS.index(unknown)] = False
-    return np.flatnonzero(free)
-
-
-def _dofs(mesh: PlateMesh, free: Integers) -> DofMap:
-    """Return deflections as displacements along z, and the rigid motions w = 1, x, y with their rotations."""
-    count = len(mesh.points)
-    upwards = sparse.coo_array((np.ones(count), (3 * np.arange(count) + 2, 3 * np.arange(count))), (3 * count,) * 2)
-    x = mesh.points - mesh.points.mean(axis=0)
-    rigid = np.zeros((count, 3, 3))
-    rigid[:, 0, 0], rigid[:, 0, 1:] = 1.0, x
-    rigid[:, 1, 1] = rigid[:, 2, 2] = mesh.side
-    points = np.column_stack([mesh.points, np.zeros(count)]).T
-    return DofMap(points, free, mesh, sparse.csr_array(upwards.tocsc()[:, free]), rigid.reshape(3 * count, 3)[free])
 
 
 def _stiffness(mesh: PlateMesh, material: Material, thickness: float) -> Array:
@@ -236,19 +210,14 @@ def _stiffness(mesh: PlateMesh, material: Material, thickness: float) -> Array:
     law = rigidity * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
     stiffness = _energy(bend, weights, law)
     slopes, weights, shapes = _jacobians(mesh, *_gauss(2))
-    stiffness += _energy(_shear_strain(slopes, shapes), weights, shear * np.eye(2))
+    strain = np.zeros((*weights.shape, 2, 9, 3))  # grad w - a
+    strain[..., 0] = np.swapaxes(slopes, 2, 3)
+    strain[:, :, 0, :, 1] = strain[:, :, 1, :, 2] = -shapes
+    stiffness += _energy(strain, weights, shear * np.eye(2))
     unseen = _unseen(mesh)
     area = _jacobians(mesh, *_gauss(3))[1].sum(axis=1)
     factor: Array = _NORM * shear * thickness**2 / (thickness**2 + area)
     return stiffness + factor[:, None, None] * unseen[:, :, None] * unseen[:, None, :]
-
-
-def _shear_strain(slopes: Array, shapes: Array) -> Array:
-    """Return the (m, Q, 2, 9, 3) arrays that take the unknowns to grad w - a."""
-    strain = np.zeros((*slopes.shape[:2], 2, 9, 3))
-    strain[..., 0] = np.swapaxes(slopes, 2, 3)
-    strain[:, :, 0, :, 1] = strain[:, :, 1, :, 2] = -shapes
-    return strain
 
 
 def _unseen(mesh: PlateMesh) -> Array:
@@ -312,12 +281,10 @@ def shapes_at(points: Array) -> tuple[Array, Array]:
     return np.asarray(in_s * in_t), along
 
 
-def _jacobians(
-    mesh: PlateMesh, points: Array, weights: Array, cells: Sequence[int] | Integers | slice = slice(None)
-) -> tuple[Array, Array, Array]:
+def _jacobians(mesh: PlateMesh, points: Array, weights: Array) -> tuple[Array, Array, Array]:
     """Return slopes (m, Q, 9, 2) along x and y, weights (m, Q) times the Jacobian, and the shape functions (Q, 9)."""
     shapes, slopes = shapes_at(points)
-    tangents = np.einsum("qks,mkc->mqsc", slopes, mesh.points[mesh.cells[cells]])
+    tangents = np.einsum("qks,mkc->mqsc", slopes, mesh.points[mesh.cells])
     turned = np.einsum("qks,mqcs->mqkc", slopes, np.linalg.inv(tangents), optimize=True)
     return turned, np.linalg.det(tangents) * weights, shapes
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from seatfem.structures.elements.surfaces import Surface
+from seatfem.structures.elements.shape_functions import Surface
 from seatfem.structures.errors import ModelError
 from seatfem.structures.face_lip import FaceLip
 from seatfem.structures.materials import Solid
@@ -30,7 +30,7 @@ def ports_on(
     name: str,
     boundary: str,
     rings: int,
-    surface: Callable[[bool], Surface],
+    patch: Surface,
     places: Callable[[Surface], Array],
     solids: Sequence[Solid],
     region: NDArray[np.int32],
@@ -39,23 +39,17 @@ def ports_on(
 ) -> dict[str, Port]:
     """Return a port for each of the ``rings`` of a boundary, NAME or NAME_1, NAME_2, ... from its inner edge on.
 
-    Of a ``lip``, for each of its arcs and their rings, by their own names.
-
-    With n the outward normal, b = integral of n . N over the ring / its area A, over all 3 ``n_nodes`` displacements;
-    A = integral of 1 [m^2]; the impedance is the integral of rho c_p [N s/m].
+    Of a ``lip``, for each of its arcs and their rings, by their own names. With n the outward normal, b = integral of
+    n . N over the ring / its area A [m^2], over all 3 ``n_nodes`` displacements; the impedance is that of rho c_p.
 
     Args:
-        name: of the port.
-        boundary: of the mesh, for messages.
-        surface: the patch; with true, by a quadrature that is fine enough for rings that end within elements.
-        lip: in whose parts the boundary is divided.
+        name, boundary: of the port and of its patch.
+        patch: by a quadrature that is fine enough for rings that end within elements, where there are several.
         places: (f, Q) where the points of the patch lie between its edges; asked for more rings than one.
-        solids, region: the solids and which of them each element is made of.
 
     Raises:
         ModelError: a patch without area.
     """
-    patch = surface(rings > 1 or lip is not None)
     if not patch.area > 0:
         raise ModelError(f"port: boundary {boundary!r} has area {patch.area:g} m^2, which must be positive")
     shares, called = patch.weights[None], ring_names(name, rings)
@@ -69,8 +63,7 @@ def ports_on(
 
 
 def along(lip: FaceLip, patch: Surface) -> Array:
-    """Return the (p, f, Q) weights of the points of a patch in each part of a lip: equal areas around it, shares across
-    each arc.
+    """Return (p, f, Q) weights of a patch's points in each part of a lip: equal areas around, shares across each arc.
 
     Elements are cut at the borders by what their points weigh; all parts add up to the patch.
     """
@@ -147,8 +140,7 @@ def _sides(mesh: Any, facets: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _axis(patch: Surface, copies: int) -> tuple[Array, Array]:
-    """Return a point of the patch's axis and its direction: centroid and mean normal; z for one of several equal
-    sectors."""
+    """Return a point of the patch's axis and its direction: centroid and mean normal; z of several equal sectors."""
     if copies > 1:
         return np.zeros(3), np.array([0.0, 0.0, 1.0])
     centre = np.einsum("fq,fqa->a", patch.weights, patch.places) / patch.area
@@ -163,8 +155,7 @@ def _radius(points: Array, middle: Array, axis: Array) -> Array:
 
 
 def _is_round(radii: Array, area: float) -> bool:
-    """Return whether these radii of the rim are one, or two, with the patch's area (seen along its axis) between
-    them."""
+    """Return whether these radii of the rim are one, or two with the patch's area (along its axis) between them."""
     largest = float(radii.max())
     outer = radii >= (radii.min() + largest) / 2
     circles = [radii[part] for part in (outer, ~outer) if part.any()]

@@ -21,8 +21,7 @@ from scipy import sparse
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefLine
 
-from seatfem.structures.elements.shape_functions import element_of
-from seatfem.structures.elements.surfaces import Surface, facets_of
+from seatfem.structures.elements.shape_functions import Surface, element_of, facets_of
 from seatfem.structures.model import Array, ModelError
 
 _ELEMENTS = {
@@ -35,8 +34,7 @@ _CHUNK = 2048  # elements per batch: bounds the memory of the strain matrices
 
 
 def section_element(mesh: Any, order: int | None) -> Any:
-    """Return scikit-fem's element of an ``order`` (default: that of the mesh) on a mesh of triangles or
-    quadrilaterals."""
+    """Return scikit-fem's element of an ``order`` (default: the mesh's) on triangles or quadrilaterals."""
     wanted = (1 if mesh.dofs.element_dofs.shape[0] == mesh.t.shape[0] else 2) if order is None else order
     return element_of(mesh, wanted, _ELEMENTS, " in a meridian section")
 
@@ -59,8 +57,7 @@ class Section:
 
     @staticmethod
     def of(mesh: Any, order: int | None) -> Section:
-        """Return the checked section: two dimensions, r >= 0, no folded cell; nodes within 1e-9 of the outer radius are
-        on the axis."""
+        """Return the checked section: r >= 0, no folded cell; nodes within 1e-9 of the outer radius are on the axis."""
         if mesh.dim() != 2:
             raise ModelError(
                 f"a meridian section must have two dimensions (r, z), this {type(mesh).__name__} has {mesh.dim()}"
@@ -94,8 +91,7 @@ class Section:
 
     @property
     def quadrature_order(self) -> int:
-        """Return the order that is exact for the mass of straight cells; two more for others. 1/r is never needed on
-        the axis itself."""
+        """Return the order that is exact for the mass of straight cells; two more for others."""
         jacobian = self.mesh.mapping().DF(np.asarray(self.mesh.elem.refdom.p, dtype=float))
         straight = np.ptp(jacobian, axis=-1).max() <= 1e-10 * np.abs(jacobian).max()
         return 2 * self.order + (1 if straight else 3)
@@ -178,9 +174,13 @@ def stiffness_blocks(section: Section, elasticity: Array, harmonic: int, *, tors
     out = np.empty((section.cells.shape[1], local * d, local * d))
     soft = nearly_incompressible(elasticity)
     for some, basis in section.bases():
-        strain = _strains(basis, harmonic)[..., components]
-        weight = basis.dx * basis.global_coordinates().value[0] * angle_integral(harmonic)
-        strain = np.ascontiguousarray(strain).reshape(*strain.shape[:3], local * d)
+        r = np.asarray(basis.global_coordinates().value[0])
+        strain = np.zeros((*r.shape, 6, local, 3))
+        for i, (field, *_) in enumerate(basis.basis):
+            by_r, by_z = np.broadcast_to(field.grad, (2, *r.shape))
+            revolved_strains(by_r, by_z, np.broadcast_to(np.asarray(field), r.shape) / r, harmonic, strain[..., i, :])
+        weight = basis.dx * r * angle_integral(harmonic)
+        strain = np.ascontiguousarray(strain[..., components]).reshape(*strain.shape[:3], local * d)
         if np.any(picked := soft[some]):
             strain[picked] = _projected(section, basis, strain, weight, picked)
         strain = strain[:, :, rows]
@@ -190,20 +190,14 @@ def stiffness_blocks(section: Section, elasticity: Array, harmonic: int, *, tors
     return out.reshape(-1, local, d, local, d)
 
 
-def _strains(basis: Any, harmonic: int) -> Array:
-    """Return the (cells, points, 6, n_local, 3) strains of unit nodal amplitudes (U, V, W)."""
-    r = np.asarray(basis.global_coordinates().value[0])
-    out = np.zeros((*r.shape, 6, len(basis.basis), 3))
-    for i, (field, *_) in enumerate(basis.basis):
-        by_r, by_z = np.broadcast_to(field.grad, (2, *r.shape))
-        over = np.broadcast_to(np.asarray(field), r.shape) / r
-        out[:, :, 0, i, 0] = by_r
-        out[:, :, 1, i, 0], out[:, :, 1, i, 1] = over, harmonic * over
-        out[:, :, 2, i, 2] = by_z
-        out[:, :, 3, i, 1], out[:, :, 3, i, 2] = by_z, -harmonic * over
-        out[:, :, 4, i, 0], out[:, :, 4, i, 2] = by_z, by_r
-        out[:, :, 5, i, 0], out[:, :, 5, i, 1] = -harmonic * over, by_r - over
-    return out
+def revolved_strains(by_r: Array, by_z: Array, over: Array, harmonic: int, out: Array) -> None:
+    """Fill the (..., 6, 3) strains of a unit nodal amplitude (U, V, W), of its slopes and its value over r (...)."""
+    out[..., 0, 0] = by_r
+    out[..., 1, 0], out[..., 1, 1] = over, harmonic * over
+    out[..., 2, 2] = by_z
+    out[..., 3, 1], out[..., 3, 2] = by_z, -harmonic * over
+    out[..., 4, 0], out[..., 4, 2] = by_z, by_r
+    out[..., 5, 0], out[..., 5, 1] = -harmonic * over, by_r - over
 
 
 def nearly_incompressible(elasticity: Array, limit: float = 0.45) -> NDArray[np.bool_]:
@@ -214,8 +208,7 @@ def nearly_incompressible(elasticity: Array, limit: float = 0.45) -> NDArray[np.
 
 
 def _projected(section: Section, basis: Any, strain: Array, weight: Array, picked: NDArray[np.bool_]) -> Array:
-    """Return the picked cells' strains with the dilatation projected, in the weighted mean square, on its first
-    terms."""
+    """Return the picked cells' strains with the dilatation projected, in the weighted mean square."""
     terms = 3 if len(section.cells) == 9 else 1
     place = np.moveaxis(np.asarray(basis.global_coordinates().value), 0, -1)[picked]
     place = place - place.mean(axis=1, keepdims=True)

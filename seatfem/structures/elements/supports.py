@@ -1,25 +1,123 @@
-"""What holds a boundary without clamping it: springs and dashpots per area, and the absorbing boundary.
+"""What holds a body, and the second-order model that its matrices, damping and supports make, in every model alike.
 
-With the traction t = -(k_n n n' + k_t (I - n n')) u - (d_n n n' + d_t (I - n n')) u' on a boundary, K and C gain
+At each node the forbidden directions span a space; the unknowns are the displacements along an orthonormal basis of its
+complement, so that K -> T'KT keeps symmetry and T'MT keeps a nodal mass diagonal. With the traction
+t = -(k_n n n' + k_t (I - n n')) u - (d_n n n' + d_t (I - n n')) u' on a boundary, K and C gain
 
     integral of N' (k_n n n' + k_t (I - n n')) N dA,        integral of N' (d_n n n' + d_t (I - n n')) N dA
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from seatfem.structures.damping import Damping
 from seatfem.structures.elements.ports import of_solids
-from seatfem.structures.elements.shape_functions import Array, Discretization
-from seatfem.structures.elements.surfaces import Surface, surface
+from seatfem.structures.elements.shape_functions import Array, Discretization, Surface, surface
 from seatfem.structures.errors import ModelError
 from seatfem.structures.materials import Solid
+from seatfem.structures.model import DofMap, Port, SecondOrderModel
+
+Constraint = tuple[NDArray[np.integer], Array]
+"""Nodes, and the (3,) direction in which none of them may move."""
+_ALIGNED = 1e-6  # a unit normal this close to an axis is that axis
+_FREE = 1e-9  # least eigenvalue of the sum of d d' over held unit directions d that counts as held
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """The unknowns left of three displacements a node.
+
+    Attributes:
+        displacements: (3 n, n_free) T with orthonormal columns: displacements = T unknowns.
+        free: (n_free,) 3 node + component of each unknown; nodes whose unknowns are turned count them instead.
+    """
+
+    displacements: sparse.csr_array
+    free: NDArray[np.int64]
+
+    @cached_property
+    def base(self) -> NDArray[np.int64]:
+        """Return (n_base,) numbers 3 node + component of the displacements that move: those that are assembled."""
+        return np.flatnonzero(np.diff(self.displacements.indptr))
+
+    @cached_property
+    def unknown(self) -> NDArray[np.int32]:
+        """Return the (n, 3) number of each displacement among those assembled, -1 where held."""
+        numbers = np.full(self.displacements.shape[0], -1, dtype=np.int32)
+        numbers[self.base] = np.arange(len(self.base))
+        return numbers.reshape(-1, 3)
+
+    @cached_property
+    def turn(self) -> sparse.csr_array | None:
+        """Return (n_base, n_free) from unknowns to assembled displacements, ``None`` where they are the same."""
+        return None if np.array_equal(self.base, self.free) else sparse.csr_array(self.displacements[self.base])
+
+    def turned(self, matrix: sparse.csr_array) -> sparse.csr_array:
+        """Return a matrix over the displacements assembled, in the unknowns."""
+        if self.turn is None:
+            return matrix
+        product = (self.turn.T @ matrix @ self.turn).tocsr()
+        return sparse.csr_array((product + product.T) / 2)
+
+
+def freedom(n_nodes: int, constraints: Iterable[Constraint]) -> Freedom:
+    """Return unknowns that constraints leave. A node whose held directions are axes keeps the other axes, in order."""
+    forbidden = np.zeros((n_nodes, 3, 3))
+    for nodes, direction in constraints:
+        unit = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+        forbidden[nodes] += np.outer(unit, unit)
+    axes = np.eye(3, dtype=bool)
+    strength, bases = forbidden[:, axes], np.broadcast_to(np.eye(3), forbidden.shape).copy()
+    oblique = np.flatnonzero(np.any(forbidden[:, ~axes], axis=1))
+    if oblique.size:
+        strength[oblique], bases[oblique] = np.linalg.eigh(forbidden[oblique])
+    node, column = np.nonzero(strength < _FREE)
+    values, rows = bases[node, :, column], 3 * node[:, None] + np.arange(3)
+    columns = np.broadcast_to(np.arange(len(node))[:, None], rows.shape)
+    used = values != 0
+    shape = (3 * n_nodes, len(node))
+    turned = sparse.csr_array((values[used], (rows[used], columns[used])), shape=shape)
+    return Freedom(turned, 3 * node + column)
+
+
+def held(
+    made: Discretization, fixed: Sequence[str], sliding: Sequence[str], antisymmetric: Sequence[str]
+) -> Iterator[Constraint]:
+    """Yield what is held of clamped faces, and of planes without normal or without tangential motion.
+
+    Raises:
+        ModelError: a boundary that is missing, empty or, for the latter two, not plane.
+    """
+    for name in fixed:
+        nodes = surface(made, name, "fixed").nodes
+        yield from ((nodes, axis) for axis in np.eye(3))
+    for role, group in (("sliding", sliding), ("antisymmetric", antisymmetric)):
+        for name in group:
+            plane = surface(made, name, role)
+            normal, *along = _frame(plane.normals.reshape(-1, 3), f"{role}: boundary {name!r}")
+            yield from ((plane.nodes, axis) for axis in ([normal] if role == "sliding" else along))
+
+
+def _frame(normals: Array, what: str) -> Array:
+    """Return (3, 3) rows: the one normal of a plane, an axis where it is close to one, and two directions across it."""
+    n = normals[0] / np.linalg.norm(normals[0])
+    if (off := 1 - np.abs(normals @ n).min()) > _ALIGNED:
+        raise ModelError(f"{what} must be plane (its normal turns by {np.degrees(np.arccos(1 - off)):.2g} degrees)")
+    axis = int(np.argmax(np.abs(n)))
+    if 1 - abs(n[axis]) <= _ALIGNED:
+        return np.roll(np.eye(3), -axis, axis=0)
+    across = np.cross(n, np.eye(3)[int(np.argmin(np.abs(n)))])
+    across /= np.linalg.norm(across)
+    return np.stack([n, across, np.cross(n, across)])
+
 
 _MINDLIN = 0.82  # tangential over normal stiffness of a contact at nu = 0.3, 2 (1 - nu)/(2 - nu)
 
@@ -88,8 +186,7 @@ class Absorbing:
     centre: tuple[float, float, float] | None = None
 
     def densities(self, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]) -> Densities:
-        """Return dashpots and, with a centre, springs; see `Densities`. Raises `ModelError` on a meridian, which has
-        none."""
+        """Return dashpots and, with a centre, springs; `ModelError` on a meridian, which has no centre."""
         along = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_p_along(normals))
         across = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_s)
         if self.centre is None:
@@ -104,15 +201,6 @@ class Absorbing:
 Support = Foundation | Bolted | Dashpot | Absorbing
 
 
-def support_matrices(
-    made: Discretization, supports: Sequence[Support], solids: Sequence[Solid], region: NDArray[np.int32]
-) -> dict[Literal["K", "C"], sparse.csr_array]:
-    """Return what the supports add to "K" and "C", (3 n, 3 n) over all nodes; a key is absent where nothing is
-    added."""
-    patches = [surface(made, support.boundary, type(support).__name__) for support in supports]
-    return spread_supports(supports, patches, solids, region, made.size)
-
-
 def spread_supports(
     supports: Sequence[Support],
     patches: Sequence[Surface],
@@ -120,7 +208,7 @@ def spread_supports(
     region: NDArray[np.int32],
     n_nodes: int,
 ) -> dict[Literal["K", "C"], sparse.csr_array]:
-    """Return the same as `support_matrices`, on the ``patches`` that belong to the supports."""
+    """Return what supports add on their ``patches`` to "K" and "C", (3 n, 3 n); no key where nothing is added."""
     sums: dict[Literal["K", "C"], sparse.csr_array] = {}
     for support, patch in zip(supports, patches, strict=True):
         for target, along, across in support.densities(patch, solids, region):
@@ -140,3 +228,50 @@ def _spread(patch: Surface, along: Array, across: Array, size: int) -> sparse.cs
     rows, columns = np.repeat(unknowns, width, axis=1).ravel(), np.tile(unknowns, (1, width)).ravel()
     matrix = sparse.csr_array((blocks.ravel(), (rows, columns)), shape=(size, size))
     return sparse.csr_array((matrix + matrix.T) / 2)  # symmetric to the last bit
+
+
+Matrices = Callable[[Array], tuple[sparse.csr_array, sparse.csr_array]]
+"""(K, M) of a body, each region's stiffness and density times its row of the argument (regions, 2)."""
+
+
+def whole_model(
+    matrices: Matrices,
+    solids: Sequence[Solid],
+    rayleigh: tuple[float, float] | None,
+    supports: Mapping[Literal["K", "C"], sparse.csr_array],
+    ports: Mapping[str, Port],
+    dofs: DofMap,
+    copies: int = 1,
+) -> SecondOrderModel:
+    """Return M, K, C = sum of alpha_r M_r + beta_r K_r and H = sum of eta_r K_r over regions r, with supports.
+
+    Args:
+        matrices: of the body, in its unknowns.
+        solids: of the regions.
+        rayleigh: (alpha [1/s], beta [s]) of all regions, on top of their own.
+        supports: what they add to K and C, in the unknowns; a key is absent where nothing is added.
+        copies: how often the body is repeated: all matrices are times as large.
+    """
+    pairs = np.array([solid.rayleigh for solid in solids]) + np.array(rayleigh or (0.0, 0.0))
+    losses = np.array([solid.loss_factor for solid in solids])
+    K, M = matrices(np.ones_like(pairs))
+    C = H = None
+    if np.ptp(pairs, axis=0).any():
+        of_stiffness, of_mass = matrices(pairs[:, ::-1])
+        C = of_mass + of_stiffness
+    elif pairs.any():
+        C = pairs[0, 0] * M + pairs[0, 1] * K
+    if np.ptp(losses):
+        H = matrices(np.stack([losses, np.zeros_like(losses)], axis=1))[0]
+    elif losses.any():
+        H = losses[0] * K
+    if "K" in supports:
+        K = K + supports["K"]
+    if "C" in supports:
+        C = supports["C"] if C is None else C + supports["C"]
+    if copies > 1:
+        M, K = M * copies, K * copies
+        C, H = (None if matrix is None else matrix * copies for matrix in (C, H))
+    springs, dashpots = (key in supports and bool(supports[key].count_nonzero()) for key in ("K", "C"))
+    known = Damping.of_regions(pairs, losses, H, springs=springs, dashpots=dashpots)
+    return SecondOrderModel(M, C, K, ports, dofs, H, known)

@@ -18,7 +18,7 @@ from seatfem.structures.rings import rings_behind
 from seatfem.structures.shapes.profile import profile_of
 
 if TYPE_CHECKING:
-    from seatfem.structures.mesh.seat_mesh import SeatMesh
+    from seatfem.structures.mesh.meshing import SeatMesh
 
 
 SECTION_ELEMENT, HEXAHEDRON = 0.5, 3.0  # effort of making one, over that of a tetrahedron

@@ -22,32 +22,12 @@ if TYPE_CHECKING:
     from seatfem.structures.fields.solids import elements_of as elements_of
     from seatfem.structures.fields.solids import solid_stress as solid_stress
 
-__all__ = [
-    "LargestStress",
-    "Sites",
-    "StressField",
-    "at_points",
-    "at_time",
-    "elements_of",
-    "histories",
-    "largest",
-    "on_surface",
-    "plate_nodes",
-    "plate_points",
-    "plate_stress",
-    "principal",
-    "recover",
-    "solid_stress",
-    "von_mises",
-]
-
-__getattr__ = lazy_names(
-    __name__,
-    {
-        "seatfem.structures.fields.peaks": "LargestStress largest principal von_mises",
-        "seatfem.structures.fields.plates": "plate_nodes plate_points plate_stress",
-        "seatfem.structures.fields.recovery": "StressField at_time histories recover",
-        "seatfem.structures.fields.sites": "Sites at_points on_surface",
-        "seatfem.structures.fields.solids": "elements_of solid_stress",
-    },
-)
+_PLACES = {
+    "seatfem.structures.fields.peaks": "LargestStress largest principal von_mises",
+    "seatfem.structures.fields.plates": "plate_nodes plate_points plate_stress",
+    "seatfem.structures.fields.recovery": "StressField at_time histories recover",
+    "seatfem.structures.fields.sites": "Sites at_points on_surface",
+    "seatfem.structures.fields.solids": "elements_of solid_stress",
+}
+__all__ = sorted(" ".join(_PLACES.values()).split())
+__getattr__ = lazy_names(__name__, _PLACES)

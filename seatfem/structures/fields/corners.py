@@ -1,4 +1,4 @@
-"""Edges at which elasticity knows no stress: reentrant corners without a fillet, and where a clamped face ends."""
+"""Where stress is largest, where elasticity knows none (reentrant corners, ends of clamped faces), and mesh error."""
 
 from __future__ import annotations
 
@@ -44,9 +44,7 @@ def singular_points(mesh: Any, clamped: Sequence[str]) -> Array:
 
 def near(points: Array, singular: Array, distance: float) -> NDArray[np.bool_]:
     """Return (P,) which of the points are closer than ``distance`` [m] to one of them."""
-    if not len(singular):
-        return np.zeros(len(points), dtype=bool)
-    return np.asarray(cKDTree(singular).query(points)[0] < distance * (1 - 1e-9))
+    return np.asarray(edge_distances(points, singular) < distance * (1 - 1e-9))
 
 
 def _normals(mesh: Any, vertices: NDArray[np.int64], elements: NDArray[np.int64]) -> Array:
@@ -80,3 +78,49 @@ def sharp_nodes(mesh: PlateMesh) -> Array:
     angles = np.arccos(np.clip(np.sum(one * two, axis=2) / size, -1.0, 1.0))
     around = np.bincount(mesh.cells[:, :4].ravel(), angles.ravel(), len(mesh.points))
     return mesh.points[(around > math.pi + SHARPEST) & (around < 2 * math.pi - 1e-3)]
+
+
+def local_maxima(points: Array, values: Array, apart: float, *, least: float = 0.0) -> NDArray[np.int64]:
+    """Return the numbers of the points (P, d) that have the largest of the values (P,) within a distance of ``apart``
+    [m], the largest first; of equal ones the first of the list. Values below ``least`` times the largest are no
+    maxima."""
+    order = np.lexsort((np.arange(len(values)), -values))
+    order = order[values[order] >= least * values.max(initial=0.0)]
+    rank = np.full(len(values), len(values))
+    rank[order] = np.arange(len(order))
+    tree, maxima = cKDTree(points), []
+    for number in order:
+        if rank[tree.query_ball_point(points[number], apart)].min() == rank[number]:
+            maxima.append(int(number))
+    return np.array(maxima, dtype=np.int64)
+
+
+def edge_distances(points: Array, singular: Array) -> Array:
+    """Return (P,) distances from each point to the nearest of the singular ones [m]; ``inf`` where there are none."""
+    if not len(singular):
+        return np.full(len(points), np.inf)
+    return np.asarray(cKDTree(singular).query(points)[0])
+
+
+REACH: Final = 2.0  # over the distance of the coarser mesh's sites: within it either mesh has its own largest stress
+
+
+def left_by_mesh(points: Array, stress: Array, coarser_points: Array, on_coarser: Array, weight: float) -> float:
+    """Return the error of the largest ``stress`` (P,) at points (P, d) [Pa], by that (Q,) of a coarser mesh.
+
+    Any place may bear what it has, more or less ``weight`` times what the coarser mesh changes there; the largest of
+    all places lies between the largest of either. The larger of two that lie apart may change little from mesh to
+    mesh, and the other, where the mesh is too coarse, overtake it. Sites of two meshes are not the same: the largest
+    stresses around each are compared.
+    """
+    trees = cKDTree(points), cKDTree(coarser_points)
+    coarse = trees[1]
+    reach = REACH * float(np.median(coarse.query(coarser_points, k=[2])[0]))
+    nearest = np.asarray(coarse.query(points)[1])
+    near, coarse_near = (
+        [np.asarray(each, dtype=int) for each in tree.query_ball_point(points, reach)] for tree in trees
+    )
+    fine_peaks = np.array([stress[each].max() for each in near])
+    coarse_peaks = np.array([on_coarser[[*each, k]].max() for each, k in zip(coarse_near, nearest, strict=True)])
+    change, peak = np.abs(coarse_peaks - fine_peaks), float(stress.max())
+    return float(max((stress + weight * change).max() - peak, peak - (stress - weight * change).max()))

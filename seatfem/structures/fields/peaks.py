@@ -165,8 +165,7 @@ def _thinned(part: Array, times: Array, bound: Array, largest: float) -> tuple[A
 
 
 def norms(stress: Array) -> Array:
-    """Return the (...) Frobenius norm of (..., 6): no principal stress is larger, and sqrt(3/2) of it no von Mises
-    stress."""
+    """Return the (...) Frobenius norm of (..., 6): a bound of principal stresses, sqrt(3/2) of it of von Mises's."""
     return np.asarray(np.sqrt(np.sum(stress[..., :3] ** 2, axis=-1) + 2 * np.sum(stress[..., 3:] ** 2, axis=-1)))
 
 

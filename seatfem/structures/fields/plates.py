@@ -34,8 +34,7 @@ def plate_nodes(mesh: PlateMesh) -> Sites:
 def plate_stress(
     mesh: PlateMesh, material: Material, thickness: float, model: SecondOrderModel, sites: Sites
 ) -> sparse.csr_array:
-    """Return the (6 P, n) C, so that C u is the stress at P sites of the face z = h/2 [Pa], xx, yy, zz, yz, xz, xy of
-    each.
+    """Return (6 P, n) C, so that C u is the stress xx, yy, zz, yz, xz, xy at P sites of the face z = h/2 [Pa].
 
     With moments M = D ((1 - nu) kappa + nu tr(kappa) I), kappa = -sym grad a, it is 6 M/h^2 in the plane and zero
     across it; the opposite in the face z = -h/2.
@@ -69,8 +68,7 @@ def plate_shear(
 
 
 def _at_gauss(mesh: PlateMesh, sites: Sites) -> tuple[Array, Array]:
-    """Return the (E, 9, 2) slopes of the shape functions along x and y, and (E, 9) their values, led on from the Gauss
-    points."""
+    """Return (E, 9, 2) slopes of the shape functions and (E, 9) their values, led on from the Gauss points."""
     shapes, slopes = shapes_at(_GAUSS)
     s, t = sites.inside
     weights = (1 + 3 * s[:, None] * _GAUSS[:, 0]) * (1 + 3 * t[:, None] * _GAUSS[:, 1]) / 4

@@ -11,15 +11,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 from impact.after.stresses import coordinates
 from impact.bodies.body import Body
 from impact.greens.modal import ModalGreens
-from seatfem.structures.fields.peaks import Field, Integers, norms
+from impact.life.multiaxial import deviators
+from seatfem.structures.fields.peaks import TIMES_PER_RADIAN, Field, Integers, norms
 from seatfem.structures.fields.peaks import Largest as Largest
 from seatfem.structures.fields.peaks import LargestStress as LargestStress
 from seatfem.structures.fields.peaks import largest as largest
@@ -76,7 +78,10 @@ class StressField:
         return StressField(self.points[which], self.static[which], self.modal[which], self.body)
 
     def coordinates(self, force: Array, dt: float, stride: int) -> Iterator[Array]:
-        return coordinates(self._pushes(force), dt, self.body, stride)
+        pushes, ports = np.atleast_2d(np.asarray(force, dtype=float).T), self.static.shape[2]
+        if len(pushes) != ports:
+            raise ModelError(f"forces of shape {force.shape} on a body of {ports} ports: give one column for each")
+        return coordinates(pushes, dt, self.body, stride)
 
     def stress(self, which: Integers, values: Array, kept: Integers) -> Iterator[Array]:
         modes = self.modal.shape[2]
@@ -84,13 +89,6 @@ class StressField:
         columns = [self.modal[which][:, :, of_modes], self.left_out[which][:, :, of_forces]]
         stress = np.concatenate(columns, axis=2).reshape(6 * len(which), -1) @ values
         yield stress.reshape(len(which), 1, 6, -1)
-
-    def _pushes(self, force: Array) -> Array:
-        """Return the (p, n + 1) forces on the ports."""
-        pushes, ports = np.atleast_2d(np.asarray(force, dtype=float).T), self.static.shape[2]
-        if len(pushes) != ports:
-            raise ModelError(f"forces of shape {force.shape} on a body of {ports} ports: give one column for each")
-        return pushes
 
 
 def recover(
@@ -136,8 +134,7 @@ def at_time(field: Field, force: Array, dt: float, steps: int) -> Array:
 
 
 def at_own_times(field: Field, force: Array, dt: float, steps: Integers) -> Array:
-    """Return the (P, 6) stress at each of its points at the end of a step of its own, number ``steps`` (P,) [Pa]; the
-    force as in `histories`."""
+    """Return (P, 6) stress at each point at the end of its own step (P,) [Pa]; the force as in `histories`."""
     stress, first = np.zeros((len(steps), 6)), 0
     for part in field.coordinates(force, dt, 1):
         for k in np.flatnonzero((steps >= first) & (steps < first + len(part))):
@@ -156,3 +153,83 @@ def _all(field: Field, part: Array) -> Array:
 def _norms(fields: Array) -> Array:
     """Return the (P, K) norms of (P, 6, K)."""
     return norms(np.swapaxes(fields, 1, 2))
+
+
+def in_frames(field: StressField, force: Array, dt: float, steps: range) -> Array:
+    """Return (F, P, 6) stress at all points [Pa] at the ends of steps that are multiples of the range's own step.
+
+    Memory holds the frames, and coordinates of one block of them.
+
+    Args:
+        field, force, dt: as in `seatfem.structures.fields.recovery.histories`.
+        steps: their numbers, from 0 on.
+    """
+    assert steps.start % steps.step == 0
+    kept: list[Array] = []
+    behind = 0
+    for part in field.coordinates(force[: steps[-1] + 1], dt, steps.step):
+        kept.append(part[max(0, steps.start // steps.step - behind) :])
+        behind += len(part)
+    return np.asarray(np.tensordot(np.concatenate(kept), field.fields, axes=(1, 2)))
+
+
+def response_in_frames(response: Response, force: Array, dt: float, steps: range) -> Array:
+    """Return the (F, n) unknowns of a body at the ends of steps, as `in_frames` gives stress: C of `solid_stress` times
+    them is the stress then, by mode acceleration likewise.
+    """
+    size = len(response.rest)
+    rows = -(-size // 6)  # a field has six numbers a point
+    alike = sparse.eye_array(6 * rows, size, format="csr")
+    field = field_of(response, sparse.csr_array(alike), np.zeros((rows, 1)))
+    return in_frames(field, force, dt, steps).reshape(len(steps), -1)[:, :size]
+
+
+EACH: Final = 4  # of the points of a region
+_HELD: Final = 16  # points whose whole histories are held at once
+
+
+def mises_range(field: Field, force: Array, dt: float, *, since: int = 0) -> Array:
+    """Return (P,) sqrt 3 times the diagonal of the box, in Ilyushin's space, that holds each point's deviators [Pa].
+
+    Under proportional stress it is the von Mises stress of the difference of the two states furthest apart, otherwise
+    that at least and sqrt 5 times it at most: no point with a large range is passed over. Looked at two times a radian
+    of the highest frequency retained.
+
+    Args:
+        field: stress of a body.
+        force, dt: as in `seatfem.structures.fields.recovery.histories`.
+        since: number of the step from which on.
+    """
+    stride = max(1, int(1.0 / (TIMES_PER_RADIAN * float(field.radians.max()) * dt)))
+    parts = [part.T for part in field.coordinates(force, dt, stride)]
+    course, ranges = np.concatenate(parts, axis=1)[:, since // stride :], np.zeros(len(field.points))
+    single = course.astype(np.float32)
+    for first in range(0, len(ranges), _HELD):
+        some = field.at(np.arange(first, min(first + _HELD, len(ranges))))
+        for number, path in enumerate(_paths(some, course, single)):
+            ranges[first + number] = np.sqrt(3) * float(np.linalg.norm(np.ptp(path, axis=1)))
+    return ranges
+
+
+def _paths(field: Field, course: Array, single: NDArray[np.float32]) -> Iterator[Array]:
+    """Yield the (5, m) deviators of each point, of coordinates (K, m); ``single``: these in single precision."""
+    if isinstance(field, StressField):
+        turned = deviators(np.swapaxes(field.fields, 1, 2).reshape(-1, 6)).reshape(len(field.points), -1, 5)
+        yield from (np.asarray(each.T.astype(np.float32) @ single, dtype=np.float64) for each in turned)
+        return
+    every = np.arange(len(field.bounds)), np.arange(len(field.radians))
+    for stress in field.stress(every[0], course, every[1]):
+        yield from (deviators(each.T).T for each in stress.reshape(-1, 6, course.shape[1]))
+
+
+def hottest(ranges: Array, regions: NDArray[np.str_], each: int = EACH) -> NDArray[np.int64]:
+    """Return the numbers of the points (P,) with the largest ranges, so many of each region."""
+    order = np.argsort(-ranges, kind="stable")
+    return np.concatenate([order[regions[order] == name][:each] for name in np.unique(regions)]).astype(np.int64)
+
+
+def tensor_histories(field: Field, force: Array, dt: float) -> Iterator[Array]:
+    """Yield the (n + 1, 6) stress of each of its points, one after the other; memory holds a few of them."""
+    for first in range(0, len(field.points), _HELD):
+        some = np.arange(first, min(first + _HELD, len(field.points)))
+        yield from np.swapaxes(histories(field.at(some), force, dt), 1, 2)

@@ -84,20 +84,17 @@ class Response:
             ritz = [(modes.omega[:k], shapes[:k], np.eye(k)) for k in (count, max(1, int(FEWER * count)))]
         else:
             most = min(MOST, model.size, VECTORS + MORE * (ports - 1) if vectors is None else vectors)
-            V, ritz = _krylov(model, 2 * math.pi * bandwidth, most)
+            shift = 2 * math.pi * bandwidth
+            basis = KrylovBasis(model, factorize(model.K + shift**2 * model.M, name="K + s^2 M"), shift, most)
+            basis.grow(most)
+            V, ritz = basis.V, [basis.ritz(k) for k in (basis.size, max(1, int(FEWER * basis.size)))]
+            del basis  # and with it the factor, most of the memory
         pairs, fewer = (_pairs(model, damping_ratio, (dt, resting), V, each) for each in ritz)
         return Response(_at_rest(model, V, *ritz[0]), V, pairs, fewer)
 
 
 Ritz = tuple[Array, Array, Array]
 """(k,) angular frequencies, (k, p) shapes at the ports, (k, k) coefficients in a space."""
-
-
-def _krylov(model: SecondOrderModel, shift: float, most: int) -> tuple[Array, list[Ritz]]:
-    """Return vectors, and the Ritz pairs of all and of `FEWER`; the factor, most of the memory, ends here."""
-    basis = KrylovBasis(model, factorize(model.K + shift**2 * model.M, name="K + s^2 M"), shift, most)
-    basis.grow(most)
-    return basis.V, [basis.ritz(k) for k in (basis.size, max(1, int(FEWER * basis.size)))]
 
 
 def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coefficients: Array) -> Array:

@@ -65,7 +65,8 @@ def at_points(made: Discretization, points: Array) -> Sites:
     near = cKDTree(vertices.mean(axis=1)).query(points, k=count)[1].reshape(len(points), count)
     site, element = np.repeat(np.arange(len(points)), count), near.ravel().astype(np.int64)
     inside = _inside(made, element, points[site])
-    off = _outside(made, inside).reshape(len(points), count)
+    beyond = inside.sum(axis=0) if made.element.refdom.__name__ in ("RefTet", "RefTri") else inside.max(axis=0)
+    off = np.maximum(-inside.min(axis=0), beyond - 1.0).reshape(len(points), count)  # of the reference element
     least = off.min(axis=1)
     if (lost := np.flatnonzero(least > _BESIDE)).size:
         place = ", ".join(f"{1e3 * x:.4g}" for x in points[lost[0]])
@@ -117,9 +118,3 @@ def _inside(made: Discretization, element: Integers, targets: Array) -> Array:
         step = np.linalg.solve(jacobian + 1e-12 * np.abs(jacobian).max() * np.eye(len(inside)), off[..., None])
         inside = np.clip(inside - step[..., 0].T, -0.5, 1.5)
     return inside
-
-
-def _outside(made: Discretization, inside: Array) -> Array:
-    """Return (E,) how far reference coordinates are outside the reference element; negative within."""
-    beyond = inside.sum(axis=0) if made.element.refdom.__name__ in ("RefTet", "RefTri") else inside.max(axis=0)
-    return np.asarray(np.maximum(-inside.min(axis=0), beyond - 1.0))

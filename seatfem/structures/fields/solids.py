@@ -14,7 +14,7 @@ import numpy as np
 from scipy import sparse
 
 from seatfem.structures.elements.assembly import PROJECT_ABOVE, solids_by_region
-from seatfem.structures.elements.revolved_elements import Section, nearly_incompressible
+from seatfem.structures.elements.revolved_elements import Section, nearly_incompressible, revolved_strains
 from seatfem.structures.elements.shape_functions import Discretization, discretize, gradients, values
 from seatfem.structures.fields.sites import Array, Sites
 from seatfem.structures.materials import Solid
@@ -133,12 +133,7 @@ def _around(harmonic: int) -> Callable[[Discretization, Sites], Array]:
         radius = np.einsum("ev,ev->e", values(made.geometry, inside), made.places[made.corners[sites.element], 0])
         by_r, by_z, over = slopes[..., 0], slopes[..., 1], values(made.element, inside) / radius[:, None]
         out = np.zeros((len(slopes), 6, slopes.shape[1], 3))
-        out[:, 0, :, 0] = by_r
-        out[:, 1, :, 0], out[:, 1, :, 1] = over, harmonic * over
-        out[:, 2, :, 2] = by_z
-        out[:, 3, :, 1], out[:, 3, :, 2] = by_z, -harmonic * over
-        out[:, 4, :, 0], out[:, 4, :, 2] = by_z, by_r
-        out[:, 5, :, 0], out[:, 5, :, 1] = -harmonic * over, by_r - over
+        revolved_strains(by_r, by_z, over, harmonic, out.transpose(0, 2, 1, 3))
         return out
 
     return strain

@@ -49,15 +49,6 @@ def _flat(values: Any) -> np.ndarray[Any, Any]:
     return array[:, 0] if array.ndim == 2 and array.shape[1] == 1 else array
 
 
-def check_hdf5(folder: Path) -> None:
-    """Raise `ValueError` for an HDF5 file of the folder that is not plain."""
-    for file in sorted(folder.iterdir()):
-        with file.open("rb") as content:
-            is_hdf5 = content.read(8) == _HDF5
-        if is_hdf5:
-            check_structure(file, ValueError)
-
-
 def answer(line: str) -> str:
     """Read the file of a job; return what its arrays are called, or the error."""
     job = json.loads(line)
@@ -65,7 +56,11 @@ def answer(line: str) -> str:
     try:
         import meshio
 
-        check_hdf5(Path(job["file"]).parent)
+        for file in sorted(Path(job["file"]).parent.iterdir()):
+            with file.open("rb") as content:
+                is_hdf5 = content.read(8) == _HDF5
+            if is_hdf5:
+                check_structure(file, ValueError)
         arrays, said = plain(meshio.read(job["file"], file_format=job["format"]))
         np.savez(job["arrays"], **arrays)  # type: ignore[arg-type]
     except (Exception, SystemExit) as error:  # meshio raises what it likes, and leaves by sys.exit

@@ -1,15 +1,15 @@
-"""Meshes in Abaqus input files (.inp)."""
+"""Meshes in Abaqus input files (.inp): keyword blocks, sets, and the files that they include."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from seatfem.structures.formats.abaqus_deck import Block, Sets, read_blocks
+from impact.files.input_files import MB, read_bytes, read_text
 from seatfem.structures.formats.file_mesh import (
     ABAQUS,
     ABAQUS_HEX_FACES,
@@ -24,8 +24,213 @@ from seatfem.structures.formats.file_mesh import (
     free_face_mask,
     stacked,
 )
-from seatfem.structures.mesh.cell_kinds import Floats, Integers, distinct
-from seatfem.structures.mesh.io import MeshError
+from seatfem.structures.mesh.io import Floats, Integers, MeshError, distinct
+
+_WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
+GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "TRANSFORM SYSTEM")
+DEPTH = 8  # of files that include files
+MOST_FILES = 200
+MOST_BYTES = 512 * MB  # of all files of a deck together
+MOST_MEMBERS = 5_000_000  # of all sets of a deck together
+_INCLUDE = re.compile(r'^\*[ \t]*INCLUDE[ \t]*,\s*INPUT[ \t]*=[ \t]*"?([^",\r\n]+)', re.IGNORECASE | re.MULTILINE)
+
+
+@dataclass
+class Budget:
+    """The amount left to be read of a deck: each file counts as often as it is included."""
+
+    files: int = MOST_FILES
+    size: int = MOST_BYTES
+
+    def text(self, path: Path) -> str:
+        """Return the text of a file. Raises `MeshError` where the deck is at its end."""
+        if self.files == 0:
+            raise MeshError(f"{path}: is included after {MOST_FILES} other files, the most of a deck; write one file")
+        data = read_bytes(path, self.size, MeshError)
+        self.files -= 1
+        self.size -= len(data)
+        return data.decode("utf-8", errors="replace")
+
+
+@dataclass(frozen=True)
+class Block:
+    """A keyword line with its options, and its data lines split at commas."""
+
+    keyword: str
+    options: Mapping[str, str]
+    rows: Sequence[list[str]]
+    place: str
+
+    def fail(self, why: str) -> MeshError:
+        return MeshError(f"{self.place}: *{self.keyword}: {why}")
+
+    def integers(self) -> Integers:
+        """Return every number of the data lines."""
+        try:
+            return np.array([int(word) for row in self.rows for word in row if word], dtype=np.int64)
+        except ValueError as error:
+            raise self.fail(f"whole numbers expected ({error})") from None
+
+
+def read_blocks(path: Path) -> list[Block]:
+    """Return all blocks of a file, included files in their place; `MeshError` for what would move or make nodes."""
+    blocks = list(_blocks(path, 0, Budget()))
+    for block in blocks:
+        if block.keyword in GENERATORS:
+            raise block.fail("not supported; write the file with every node and element listed")
+        if block.keyword == "INSTANCE" and any(any(row) for row in block.rows):
+            raise block.fail("the instance is moved or turned; write a flat input file")
+    for keyword in ("PART", "INSTANCE"):
+        names = [block.options.get("NAME", "") for block in blocks if block.keyword == keyword]
+        if len(names) > 1:
+            raise MeshError(f"{path}: {len(names)} blocks *{keyword} ({', '.join(names)}); write a flat input file")
+    return blocks
+
+
+def _blocks(path: Path, depth: int, budget: Budget) -> Iterator[Block]:
+    head: tuple[str, dict[str, str], str] | None = None
+    rows: list[list[str]] = []
+    for place, line in _logical_lines(path, budget):
+        if not line.startswith("*"):
+            rows.append([word.strip() for word in line.split(",")])
+            continue
+        if head:
+            yield Block(head[0], head[1], rows, head[2])
+        keyword, options = _keyword(line)
+        head, rows = (keyword, options, place), []
+        if "INPUT" in options:
+            if keyword != "INCLUDE":
+                raise MeshError(f"{place}: *{keyword}, INPUT=: not supported; use *INCLUDE")
+            other = path.parent / options["INPUT"]
+            if depth >= DEPTH or not other.exists():
+                raise MeshError(
+                    f"{place}: INCLUDE: no such file {other}, or files that include each other; write one file"
+                )
+            yield from _blocks(other, depth + 1, budget)
+    if head:
+        yield Block(head[0], head[1], rows, head[2])
+
+
+def _logical_lines(path: Path, budget: Budget) -> Iterator[tuple[str, str]]:
+    """Yield place and text of every line that says something; keyword lines that end in a comma with what follows."""
+    begun: list[str] = []
+    place = ""
+    for number, raw in enumerate(budget.text(path).splitlines(), start=1):
+        line = raw.strip()
+        if not line or line.startswith("**"):
+            continue
+        place = place if begun else f"{path}:{number}"
+        begun.append(line)
+        if not (begun[0].startswith("*") and line.endswith(",")):
+            yield place, "".join(begun)
+            begun = []
+    if begun:
+        yield place, "".join(begun)
+
+
+def _keyword(line: str) -> tuple[str, dict[str, str]]:
+    keyword, *words = line[1:].split(",")
+    pairs = [word.partition("=") for word in words if word.strip()]
+    options = {_squeezed(key).upper(): value.strip().strip('"') for key, _, value in pairs}
+    return _squeezed(keyword).upper(), options
+
+
+def _squeezed(text: str) -> str:
+    return re.sub(r"\s+", " ", text.strip())
+
+
+@dataclass(eq=False)
+class Sets:
+    """Named sets of node or element numbers; names without regard to case, as in Abaqus."""
+
+    kind: str
+    members: dict[str, list[Integers]] = field(default_factory=dict)
+    names: dict[str, str] = field(default_factory=dict)
+    internal: set[str] = field(default_factory=set)
+    count: float = 0
+
+    def used(self, more: float, block: Block) -> None:
+        """Count members. Raises `MeshError` where they are more than sets may have."""
+        self.count += more
+        if self.count > MOST_MEMBERS:
+            raise block.fail(
+                f"{more:.4g} members, {self.count:.4g} with those before; all sets of a deck may have "
+                f"{MOST_MEMBERS:.0e} together; check first, last and step"
+            )
+
+    def add(self, name: str, numbers: Integers) -> None:
+        self.names.setdefault(name.casefold(), name)
+        self.members.setdefault(name.casefold(), []).append(numbers)
+
+    def add_block(self, block: Block) -> None:
+        """Add the block of *NSET or *ELSET: numbers, names of earlier sets, or ranges under GENERATE."""
+        name = block.options.get(self.kind)
+        if not name:
+            raise block.fail(f"{self.kind}= is missing; add it")
+        if "INTERNAL" in block.options:
+            self.internal.add(name.casefold())
+        self.add(name, self._ranges(block) if "GENERATE" in block.options else self._listed(block))
+
+    def members_of(self, word: str, block: Block) -> Integers:
+        """Return the numbers that a word stands for, itself or those of a set, and count them."""
+        word = word.strip('"').rpartition(".")[2]  # without the name of the instance
+        if _WHOLE.fullmatch(word):
+            return np.array([int(word)], dtype=np.int64)
+        if word.casefold() not in self.members:
+            known = ", ".join(map(repr, sorted(self.names.values()))) or "none"
+            raise block.fail(f"no {self.kind} {word!r} before this line; there are: {known}")
+        parts = self.members[word.casefold()]
+        self.used(sum(map(len, parts)), block)
+        return np.concatenate(parts)
+
+    def named(self) -> dict[str, Integers]:
+        """Return the sets a user has named, with every number once."""
+        return {
+            self.names[key]: distinct(np.concatenate(parts))
+            for key, parts in self.members.items()
+            if key not in self.internal
+        }
+
+    def _listed(self, block: Block) -> Integers:
+        numbers: list[int] = []
+        sets: list[Integers] = [np.empty(0, dtype=np.int64)]
+        for row in block.rows:
+            for word in filter(None, row):
+                if _WHOLE.fullmatch(word):
+                    numbers.append(int(word))
+                else:
+                    sets.append(self.members_of(word, block))
+        return distinct(np.concatenate([np.array(numbers, dtype=np.int64), *sets]))
+
+    def _ranges(self, block: Block) -> Integers:
+        try:
+            triples = [[int(word) for word in row if word] for row in block.rows]
+            ranges = [range(first, last + 1, *step) for first, last, *step in triples]
+        except (TypeError, ValueError) as error:
+            raise block.fail(f"GENERATE needs first, last, step ({error})") from None
+        for each in ranges:
+            self.used(max(0.0, (each.stop - each.start) / each.step), block)
+        parts = (np.arange(each.start, each.stop, each.step, dtype=np.int64) for each in ranges)
+        return np.concatenate([np.empty(0, dtype=np.int64), *parts])
+
+
+def with_included(path: Path) -> tuple[Path, ...]:
+    """Return ``path`` and, of an Abaqus input file, every file that it brings in by *INCLUDE, those within those too.
+
+    Files that are not there are left out. Nastran's INCLUDE is refused by `read_nastran`.
+    """
+    files: dict[Path, None] = {}  # in order
+    waiting = [path]
+    while waiting and len(files) <= MOST_FILES:  # a deck of more is refused when it is read
+        file = waiting.pop().resolve()
+        if file in files or not file.is_file():
+            continue
+        files[file] = None
+        if path.suffix.lower() == ".inp":
+            text = read_text(file, MOST_BYTES, MeshError, errors="replace")
+            waiting += [file.parent / name.strip() for name in _INCLUDE.findall(text)[:MOST_FILES]]
+    return tuple(files)
+
 
 SOLID = re.compile(r"[DAQ]?C3D(4|8|10|20|27)[A-Z]*$")
 OTHER_SOLID = re.compile(r"[DAQ]?C3D|COH3D|CSS|SC\d|CCL")

@@ -22,8 +22,7 @@ from typing import Final
 import numpy as np
 
 from seatfem.structures.elements.mindlin import PlateMesh
-from seatfem.structures.formats.calculix_deck import CalculixBody
-from seatfem.structures.formats.calculix_mesh import Integers, as_set, cut
+from seatfem.structures.formats.calculix_deck import CalculixBody, Integers, as_set, cut
 from seatfem.structures.materials import Material
 from seatfem.structures.model import Array, ModelError
 
@@ -84,8 +83,7 @@ class PlateStriker:
 def plate_contact(
     deck: CalculixBody, plate: PlateStriker, stiffness: float, duration: float, dt: float
 ) -> Iterator[str]:
-    """Yield the deck of a plate that lands; the step prints the force on the patch, `STRUCK`. Arguments and errors as
-    `mass_contact`."""
+    """Yield the deck of a plate that lands; the step prints the force on the patch. Else as `mass_contact`."""
     check_patch(deck)
     node, cell = deck.node + 3 * len(plate.mesh.points), deck.cells + len(plate.mesh.cells)
     side = plate.thickness

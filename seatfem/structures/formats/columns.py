@@ -57,8 +57,7 @@ def check_scattered(path: Path, table: Mapping[str, Array]) -> None:
 
 
 def between(table: Mapping[str, Array], name: str, points: Array) -> Array:
-    """Return the (n,) values of a column at points (n, 2), linear between the points x, y of a table; nan where these
-    surround none."""
+    """Return (n,) values of a column at points (n, 2), linear between those of a table; nan outside."""
     from scipy.interpolate import LinearNDInterpolator  # of scattered points only
 
     return np.asarray(LinearNDInterpolator(np.column_stack([table["x"], table["y"]]), table[name])(points))

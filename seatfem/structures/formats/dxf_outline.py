@@ -1,18 +1,18 @@
-"""The outline of a sheet in a DXF file: lines, arcs, circles and polylines that close loops, the largest around the
-holes."""
+"""Outlines of sheets in DXF files: lines, arcs, circles and polylines that close loops, the largest first."""
 
 from __future__ import annotations
 
 import io
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from impact.files.atomic import write_whole
 from impact.files.input_files import MB, read_text
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
@@ -109,8 +109,7 @@ def _entities(groups: Iterator[Group], path: Path) -> Iterator[Groups]:
 
 
 def _chain(entity: Groups, path: Path, most: float) -> Array:
-    """Return the (n, 3) corners and bulges of a curve, the first again at the end of a closed one; (0, 3) of what is
-    none."""
+    """Return (n, 3) corners and bulges of a curve, a closed one's first again at its end; (0, 3) of no curve."""
     name = entity[0][1]
     if name in OTHERS:
         raise _wrong(path, f"a {name}; an outline may have {', '.join(CURVES)}: explode or convert it")
@@ -161,3 +160,27 @@ def _polyline(entity: Groups, *, closed: bool) -> Array:
     if len(points) < 2 or not np.isfinite(points).all():
         raise ValueError("at least two vertices are needed")
     return np.vstack([points, points[:1]]) if closed else points
+
+
+MM: Final = 4  # $INSUNITS
+LAYER: Final = "0"
+HEAD: Final = ((0, "SECTION"), (2, "HEADER"), (9, "$ACADVER"), (1, "AC1015"), (9, "$INSUNITS"), (70, MM), (0, "ENDSEC"))
+
+
+def write_outline(loops: Sequence[Array], path: Path) -> None:
+    """Write closed loops (n, 3) of corners x, y [m] and bulges, `seatfem.structures.shapes.loops`; whole or absent.
+
+    Coordinates have all their digits. Source: DXF reference of AutoCAD 2000 (AC1015).
+    """
+    write_whole(path, "".join(f"{code:>3}\n{value}\n" for code, value in _written_groups(loops)).encode("ascii"))
+
+
+def _written_groups(loops: Sequence[Array]) -> Iterator[tuple[int, object]]:
+    yield from HEAD
+    yield from ((0, "SECTION"), (2, "ENTITIES"))
+    for handle, loop in enumerate(loops, start=0x100):
+        yield from ((0, "LWPOLYLINE"), (5, f"{handle:X}"), (100, "AcDbEntity"), (8, LAYER), (100, "AcDbPolyline"))
+        yield from ((90, len(loop)), (70, 1))
+        for x, y, bulge in loop.tolist():
+            yield from ((10, 1e3 * x), (20, 1e3 * y), (42, bulge))
+    yield from ((0, "ENDSEC"), (0, "EOF"))

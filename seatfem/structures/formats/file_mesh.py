@@ -14,18 +14,20 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from seatfem.structures.mesh.cell_kinds import (
+from seatfem.structures.mesh.checks import near_pairs
+from seatfem.structures.mesh.io import (
     HEX_EDGES,
     HEX_FACES,
     TET_EDGES,
     CellKind,
     Floats,
     Integers,
+    MeshArrays,
+    MeshError,
     distinct,
+    facets_within,
     serendipity_to_27,
 )
-from seatfem.structures.mesh.checks import near_pairs
-from seatfem.structures.mesh.io import MeshArrays, MeshError, facets_within
 
 MOST_GROUPS = 5000  # of a file: sets of nodes, of elements, surfaces
 Groups = tuple[tuple[int, ...], ...]
@@ -93,8 +95,7 @@ def check_group_count(count: int, source: str) -> None:
 
 
 def to_arrays(mesh: FileMesh, unit: float, source: str) -> MeshArrays:
-    """Return the arrays in metres, 20-node hexahedra as 27, and node sets as surfaces: the free faces all of whose
-    vertices they hold.
+    """Return arrays in metres, 20-node hexahedra as 27, node sets as the free faces whose vertices they hold.
 
     A node set of a name that a surface has already, and one that holds no whole face, makes no surface.
     """
@@ -104,7 +105,8 @@ def to_arrays(mesh: FileMesh, unit: float, source: str) -> MeshArrays:
     arrays = MeshArrays(points, cells, mesh.surfaces, mesh.volumes, source)
     if not mesh.node_sets:
         return arrays
-    free = free_faces(arrays)
+    faces = np.array(arrays.kind.faces)
+    free = arrays.cells[:, faces][free_face_mask(arrays.cells, faces)]
     held = {name: free[facets_within(free.T, rows)] for name, rows in mesh.node_sets.items()}
     surfaces = {name: faces for name, faces in held.items() if len(faces)} | dict(mesh.surfaces)
     return MeshArrays(points, cells, surfaces, mesh.volumes, source)
@@ -117,15 +119,8 @@ def free_face_mask(cells: Integers, faces: Integers) -> NDArray[np.bool_]:
     return np.asarray(count[number.ravel()] == 1).reshape(len(cells), len(faces))
 
 
-def free_faces(arrays: MeshArrays) -> Integers:
-    """Return the vertices of the faces that belong to one element only: (f, 3 or 4)."""
-    faces = np.array(arrays.kind.faces)
-    return np.asarray(arrays.cells[:, faces][free_face_mask(arrays.cells, faces)])
-
-
 def merged(mesh: FileMesh, tolerance: float, source: str) -> FileMesh:
-    """Return the mesh with nodes nearer to each other than ``tolerance`` (the file's unit) made one: the first of
-    them."""
+    """Return the mesh with nodes nearer to each other than ``tolerance`` (the file's unit) made one."""
     pairs = near_pairs(mesh.points, tolerance, source)
     n = len(mesh.points)
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
@@ -17,11 +18,10 @@ from seatfem.structures.formats.file_mesh import FileMesh, merged, to_arrays
 from seatfem.structures.formats.meshio_files import FORMATS, SURFACES_ONLY, read_by_meshio
 from seatfem.structures.formats.nastran_mesh import read_nastran
 from seatfem.structures.formats.unv_mesh import read_unv
-from seatfem.structures.mesh.cell_kinds import distinct
 from seatfem.structures.mesh.checks import check_coincident
 from seatfem.structures.mesh.gmsh_process import STAGE, MeshingError, run_gmsh
-from seatfem.structures.mesh.io import MeshArrays, MeshError, groups
-from seatfem.structures.mesh.seat_mesh import MeshProvenance, SeatMesh, seat_mesh
+from seatfem.structures.mesh.io import MeshArrays, MeshError, distinct, groups
+from seatfem.structures.mesh.meshing import MeshProvenance, SeatMesh, seat_mesh
 from seatfem.structures.shapes import GeometryError
 
 BY_GMSH = (".msh", ".med")
@@ -126,28 +126,19 @@ def read_file(path: Path) -> FileMesh:
 
 def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
     """Return the mesh in the file's unit, and the version of gmsh where that has read it."""
-    reader = _reader(path)
-    if reader is not None:
-        progress(STAGE, 0.0)
-        return _by_us(reader, path), ""
-    try:
-        arrays = run_gmsh({"task": "read", "path": str(path.resolve()), "unit": 1.0}, progress)
-    except (GeometryError, MeshingError) as error:
-        message = str(error).removeprefix(f"{path.resolve()}: ")
-        raise MeshError(f"{path}: {message}") from error
-    surfaces, volumes, node_sets = (groups(arrays, kind) for kind in ("surface", "volume", "nodes"))
-    return FileMesh(arrays["points"], arrays["cells"], surfaces, volumes, node_sets), str(arrays["gmsh_version"])
-
-
-def _reader(path: Path) -> Callable[[Path], FileMesh] | None:
-    """Return what reads the file; None: gmsh. Fluent's meshes are called .msh too, and begin with a bracket."""
-    if path.suffix.lower() == ".msh":
+    reader = READERS.get(path.suffix.lower())
+    if path.suffix.lower() == ".msh":  # Fluent's meshes are called so, too, and begin with a bracket
         with path.open("rb") as file:
-            return (lambda path: read_by_meshio(path, "ansys")) if file.read(1) == b"(" else None
-    return READERS.get(path.suffix.lower())
-
-
-def _by_us(reader: Callable[[Path], FileMesh], path: Path) -> FileMesh:
+            reader = partial(read_by_meshio, form="ansys") if file.read(1) == b"(" else None
+    if reader is None:
+        try:
+            arrays = run_gmsh({"task": "read", "path": str(path.resolve()), "unit": 1.0}, progress)
+        except (GeometryError, MeshingError) as error:
+            message = str(error).removeprefix(f"{path.resolve()}: ")
+            raise MeshError(f"{path}: {message}") from error
+        surfaces, volumes, node_sets = (groups(arrays, kind) for kind in ("surface", "volume", "nodes"))
+        return FileMesh(arrays["points"], arrays["cells"], surfaces, volumes, node_sets), str(arrays["gmsh_version"])
+    progress(STAGE, 0.0)
     try:
         mesh = reader(path)
     except MeshError:
@@ -156,7 +147,7 @@ def _by_us(reader: Callable[[Path], FileMesh], path: Path) -> FileMesh:
         raise MeshError(f"{path}: not readable as a mesh ({type(error).__name__}: {error}); export it again") from error
     if len(mesh.cells) == 0 or mesh.points.ndim != 2 or mesh.points.shape[1] != 3:
         raise MeshError(f"{path}: {len(mesh.cells)} elements and points {mesh.points.shape}: must be a mesh in space")
-    return mesh
+    return mesh, ""
 
 
 def _check_size(arrays: MeshArrays, unit: float) -> None:

@@ -18,9 +18,8 @@ from impact.files.atomic import write_whole
 from seatfem.structures.formats.file_mesh import to_vtk
 from seatfem.structures.formats.mesh_files import read_file
 from seatfem.structures.formats.meshio_files import FORMATS
-from seatfem.structures.mesh.cell_kinds import CELL_KINDS, Floats, Integers
-from seatfem.structures.mesh.io import MeshError
-from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.io import CELL_KINDS, Floats, Integers, MeshError
+from seatfem.structures.mesh.meshing import SeatMesh
 
 READ_ONLY: Final = (".node", ".su2", ".hmf", ".ugrid", ".f3grid")
 """The nodes of .ele; formats whose writers in meshio 5.3 fail for solids with faces, or write what it cannot read."""
@@ -89,18 +88,15 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
                 f"{path}: cannot be written as {form} ({what}: {type(error).__name__}: {error}); try .msh"
             ) from error
         if form == "nastran":
-            _mend_nastran(Path(folder) / path.name, names)
+            # meshio calls its elements CTETRA_ and CHEXA_, names that no other program knows
+            written = (Path(folder) / path.name).read_text(encoding="utf-8")
+            text = re.sub(r"^(CTETRA|CHEXA)_", r"\1 ", written, flags=re.MULTILINE)
+            comments = "".join(f"$ PID {number}: {name}\n" for number, name in enumerate(names, start=1))
+            write_whole(Path(folder) / path.name, (comments + text).encode("utf-8"))
         _check(Path(folder) / path.name, path, cells)
         for file in sorted(Path(folder).iterdir()):
             os.replace(file, path.parent / file.name)
     return names
-
-
-def _mend_nastran(written: Path, names: tuple[str, ...]) -> None:
-    """Mend what meshio calls CTETRA_ and CHEXA_, names that no other program knows; add group names as comments."""
-    text = re.sub(r"^(CTETRA|CHEXA)_", r"\1 ", written.read_text(encoding="utf-8"), flags=re.MULTILINE)
-    comments = "".join(f"$ PID {number}: {name}\n" for number, name in enumerate(names, start=1))
-    write_whole(written, (comments + text).encode("utf-8"))
 
 
 def _check(written: Path, path: Path, cells: Integers) -> None:
@@ -128,8 +124,7 @@ def _nodes(seat: SeatMesh) -> tuple[Floats, Integers]:
 
 
 def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMesh) -> tuple[tuple[str, ...], Any]:
-    """Return the names of the groups, and a mesh of two blocks: solids, and the faces of each boundary one after the
-    other."""
+    """Return the names of the groups, and a mesh of two blocks: solids, and the faces of each boundary in turn."""
     mesh = seat.mesh
     surfaces = {name: mesh.facets[:, facets].T for name, facets in mesh.boundaries.items()}
     volumes = {name: rows for name, rows in mesh.subdomains.items() if name != "seat" or len(mesh.subdomains) == 1}

@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 from impact.files.input_files import MB, check_file, read_text
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import LineWorker
-from seatfem.structures.formats.abaqus_deck import with_included
+from seatfem.structures.formats.abaqus_mesh import with_included
 from seatfem.structures.formats.file_mesh import VTK, FileMesh, face_width, one_kind, stacked, to_gmsh
-from seatfem.structures.mesh.cell_kinds import Integers
-from seatfem.structures.mesh.io import MeshError
+from seatfem.structures.mesh.io import Integers, MeshError
 
 LIMIT: Final = 1024 * MB
 PATIENCE: Final = 3600.0  # s of the clock, on a machine that is busy otherwise too
@@ -71,14 +70,20 @@ def read_by_meshio(path: Path, form: str = "") -> FileMesh:
         copy = _alone(path, form, folder)
         arrays, said = _read(copy, form, folder, path)
     blocks = [(kind, np.asarray(arrays[f"cells {k}"], dtype=np.int64)) for k, kind in enumerate(said["types"])]
-    one_kind(_by_type(blocks), str(path))
+    elements: dict[str, tuple[int, Integers | None]] = {}
+    for kind, rows in blocks:
+        if kind in SOLIDS or kind.startswith(OTHER_SOLIDS):
+            elements[kind] = (elements.get(kind, (0, None))[0] + len(rows), rows if kind in SOLIDS else None)
+    one_kind(elements, str(path))
     solid = [k for k, (kind, _) in enumerate(blocks) if kind in SOLIDS]
     points = arrays["points"]
     cells = to_gmsh(np.concatenate([blocks[k][1] for k in solid]), VTK)
     width = face_width(cells)
     skin = [k for k, (kind, _) in enumerate(blocks) if SKINS.get(kind) == width]
     faces = stacked([blocks[k][1][:, :width] for k in skin], width)
-    _refuse_missing_nodes(path, [cells, faces], len(points))
+    used = np.concatenate([cells.ravel(), faces.ravel()])
+    if outside := int(np.sum((used < 0) | (used >= len(points)))):
+        raise MeshError(f"{path}: {outside} node numbers of its cells are outside 0 ... {len(points) - 1}")
     surfaces: dict[str, Integers] = {}
     volumes: dict[str, Integers] = {}
     for name, marks in _cell_groups(said, arrays, blocks).items():
@@ -128,8 +133,7 @@ def beside(path: Path) -> tuple[Path, ...]:
 
 
 def all_files(path: Path) -> tuple[Path, ...]:
-    """Return ``path`` and every file that it is read with and that is there: includes of a deck, and what lies
-    `beside`."""
+    """Return ``path`` and every file that it is read with and that is there: includes, and what lies `beside`."""
     included = with_included(path)
     return (*included, *(other for other in beside(path) if other.is_file())) if included else ()
 
@@ -189,23 +193,8 @@ def _joined(marks: list[NDArray[np.bool_]], blocks: list[int]) -> NDArray[np.boo
     return np.concatenate([np.empty(0, dtype=bool), *(marks[k] for k in blocks)])
 
 
-def _refuse_missing_nodes(path: Path, blocks: list[Integers], nodes: int) -> None:
-    used = np.concatenate([rows.ravel() for rows in blocks])
-    if outside := int(np.sum((used < 0) | (used >= nodes))):
-        raise MeshError(f"{path}: {outside} node numbers of its cells are outside 0 ... {nodes - 1}")
-
-
-def _by_type(blocks: list[tuple[str, Integers]]) -> dict[str, tuple[int, Integers | None]]:
-    elements: dict[str, tuple[int, Integers | None]] = {}
-    for kind, cells in blocks:
-        if kind in SOLIDS or kind.startswith(OTHER_SOLIDS):
-            elements[kind] = (elements.get(kind, (0, None))[0] + len(cells), cells if kind in SOLIDS else None)
-    return elements
-
-
 def _values(name: str, data: list[NDArray[Any]]) -> list[tuple[str, int]]:
-    """Return the names and values of the groups that an array tells apart; none for real numbers, vectors and
-    numberings."""
+    """Return names and values of the groups that an array tells apart; none for reals, vectors and numberings."""
     joined = np.concatenate(data) if data else np.empty(0)
     if joined.dtype.kind not in "iub":
         return []

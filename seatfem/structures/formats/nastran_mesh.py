@@ -222,8 +222,7 @@ def _solid_nodes(card: Card) -> list[int]:
 
 
 def _loaded_faces(card: Card, cards: Cards) -> list[list[int]]:
-    """Return the face of a solid that PLOAD4 names by a vertex and the one opposite it (CTETRA: the one off the
-    face)."""
+    """Return the face that PLOAD4 names by a vertex and the one opposite it (CTETRA: the one off the face)."""
     element = card.integer(1)
     if element not in cards.solids or not card.field(6):
         return []  # loads a shell

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -53,9 +54,15 @@ def write_reduced(greens: GreensFunction, folder: Path) -> Iterator[Path]:
         w, rest = modal.omega, modal.residual
         second = {"M": np.eye(len(w)), "Cq": np.diag(2 * modal.zeta * w), "K": np.diag(w**2), "phi": modal.shapes.T}
         arrays |= second | {f"residual_{name}": getattr(rest, name) for name in ("shapes", "rates", "compliance")}
-    for name, save in (("reduced.npz", np.savez), ("reduced.mat", _savemat)):
+    named = {name: np.asarray(value) for name, value in arrays.items()}
+    plain = {name: value.astype(object) if value.dtype.kind == "U" else value for name, value in named.items()}
+    saves = {
+        "reduced.npz": partial(np.savez, **arrays),
+        "reduced.mat": partial(io.savemat, mdict=plain, oned_as="column"),
+    }
+    for name, save in saves.items():
         with whole_file(folder / name) as temporary, temporary.open("wb") as file:
-            save(file, **arrays)
+            save(file)
         yield folder / name
     files = [f"{port}.csv" for port in _file_names(space.ports)]
     if second:
@@ -69,15 +76,6 @@ def write_reduced(greens: GreensFunction, folder: Path) -> Iterator[Path]:
             yield folder / name
     write_whole(folder / "README.txt", _readme(space.states, space.ports, second, arrays, files).encode())
     yield folder / "README.txt"
-
-
-def _savemat(file: Any, **arrays: Any) -> None:
-    named = {name: value.astype(object) if value.dtype.kind == "U" else value for name, value in _arrays(arrays)}
-    io.savemat(file, named, oned_as="column")
-
-
-def _arrays(arrays: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    return ((name, np.asarray(value)) for name, value in arrays.items())
 
 
 def _file_names(ports: tuple[str, ...]) -> Iterator[str]:

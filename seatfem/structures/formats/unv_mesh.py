@@ -52,8 +52,7 @@ class Contents:
 
 
 def read_unv(path: Path) -> FileMesh:
-    """Read datasets 2411 (nodes), 2412 (elements) and 2435, 2452, 2467, 2477 (groups), by the format's public
-    description.
+    """Read datasets 2411 (nodes), 2412 (elements) and 2435, 2452, 2467, 2477 (groups) of a universal file.
 
     A group's solids are a volume, its shells a surface, its nodes a node set. Raises `MeshError`.
     """

@@ -22,6 +22,9 @@ from seatfem.structures.shapes.faces import Colour, Vector
 EVEN: Final = 1e-6  # of the cosine between normals of faces that look the same way
 
 
+EMPTY: Final = Shape(np.zeros((0, 3)), np.zeros((0, 3), np.int64), {}, np.zeros((0, 4), np.int64), 0.0)
+
+
 @dataclass(frozen=True)
 class FoundFace:
     """One face of a geometry's solids; lengths in metres.
@@ -29,7 +32,7 @@ class FoundFace:
     Attributes:
         numbers: places in the file's order, from 1, by which scenes may select it.
         kind: of surface.
-        area, centre, perimeter: of the face.
+        area, centre: of the face.
         normal: outward, of a flat face.
         axis: a point and the direction of a cylinder's or cone's axis, and the cone's half angle [rad].
         radii: the least and the largest distance from that axis.
@@ -42,7 +45,6 @@ class FoundFace:
     kind: str
     area: float
     centre: Vector
-    perimeter: float
     normal: Vector | None
     axis: tuple[Vector, Vector, float] | None
     radii: tuple[float, float] | None
@@ -115,7 +117,7 @@ def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspecte
     answer = json.loads(str(arrays["found"]))
     rows = [np.flatnonzero(arrays["faces"] == face["tag"]) for face in answer["faces"]] if answer["faces"] else []
     if not rows:
-        return Inspected((), _problems(answer), (), _empty(), ())
+        return Inspected((), _problems(answer), (), EMPTY, ())
     groups = {
         name: np.flatnonzero(np.isin(arrays["faces"], tags)).astype(np.int64) for name, tags in answer["groups"].items()
     }
@@ -131,11 +133,7 @@ def _alike(normals: Sequence[Vector | None]) -> bool:
 
 
 def _nothing(error: GeometryError) -> Inspected:
-    return Inspected((), ((error.field or "path", str(error)),), (), _empty(), ())
-
-
-def _empty() -> Shape:
-    return Shape(np.zeros((0, 3)), np.zeros((0, 3), np.int64), {}, np.zeros((0, 4), np.int64), 0.0)
+    return Inspected((), ((error.field or "path", str(error)),), (), EMPTY, ())
 
 
 def _problems(found: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
@@ -149,6 +147,6 @@ def _face(face: Mapping[str, object], groups: Mapping[str, list[int]]) -> FoundF
         value = face[key]
         return tuple(tuple(v) if isinstance(v, list) else v for v in value) if isinstance(value, list) else value
 
-    keys = ("numbers", "kind", "area", "centre", "perimeter", "normal", "axis", "radii", "colour", "name", "solids")
+    keys = ("numbers", "kind", "area", "centre", "normal", "axis", "radii", "colour", "name", "solids")
     mine = tuple(name for name, tags in groups.items() if face["tag"] in tags)
     return FoundFace(**{key: plain(key) for key in keys}, groups=mine)  # type: ignore[arg-type]

@@ -17,7 +17,7 @@ from seatfem.structures.errors import ModelError
 from seatfem.structures.inspection.cad import FoundFace
 from seatfem.structures.inspection.shape import Array, Integers, Shape
 from seatfem.structures.lands import Land, land_of
-from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.meshing import SeatMesh
 from seatfem.structures.shapes.inspect import FREEFORM, fitted_cylinder, triple
 
 SHARP: Final = math.radians(25.0)  # between neighbouring triangles of different faces
@@ -28,8 +28,7 @@ ROUND: Final = 0.01  # scatter of the radius
 
 
 def shape_of(mesh: SeatMesh) -> Shape:
-    """Return the surface of the mesh with its named faces, as straight triangles that look outwards, two per
-    quadrilateral."""
+    """Return the surface with its named faces, as straight triangles that look outwards, two per quadrilateral."""
     solid = mesh.mesh
     outside = np.unique(np.concatenate([solid.boundary_facets(), *(solid.boundaries or {}).values()]))
     corners = solid.facets[:, outside].T
@@ -74,14 +73,12 @@ def _around(quadrilaterals: Integers, points: Array) -> Integers:
 
 
 def regions_of(mesh: Any) -> tuple[str, ...]:
-    """Return the names of its volumes, ours or scikit-fem's, that materials may be given to; of one that names none
-    "seat"."""
+    """Return the names of the volumes that materials may be given to; of a mesh that names none "seat"."""
     return tuple(name for name in getattr(mesh, "mesh", mesh).subdomains or () if name != "seat") or ("seat",)
 
 
 def faces_of(shape: Shape) -> tuple[tuple[FoundFace, ...], tuple[Integers, ...]]:
-    """Return the faces in the order of the mesh's own triangles, and the rows of triangles of each; named groups bound
-    faces."""
+    """Return the faces in the order of the mesh's triangles, and the rows of each; named groups bound faces."""
     label = _labels(shape)
     order = np.unique(label, return_index=True)[1].argsort()
     rows = tuple(np.flatnonzero(label == label_of) for label_of in np.unique(label)[order])
@@ -109,8 +106,6 @@ def _labels(shape: Shape) -> Integers:
 def _described(shape: Shape, rows: Integers, number: int) -> FoundFace:
     areas, normals = shape.areas[rows], shape.normals[rows]
     middles = shape.points[shape.triangles[rows]].mean(axis=1)
-    alone = Shape(shape.points, shape.triangles[rows], {"": np.arange(len(rows))}, shape.cells, 0.0)
-    edges = alone.outline("")
     kind, normal, axis, radii = FREEFORM, None, None, None
     if np.abs(normals - normals[0]).max() < FLAT:
         kind, normal = "Plane", triple(normals[0])
@@ -122,7 +117,6 @@ def _described(shape: Shape, rows: Integers, number: int) -> FoundFace:
         kind=kind,
         area=float(areas.sum()),
         centre=triple(np.average(middles, axis=0, weights=areas)),
-        perimeter=float(np.linalg.norm(shape.points[edges[:, 0]] - shape.points[edges[:, 1]], axis=1).sum()),
         normal=normal,
         axis=axis,
         radii=radii,

@@ -10,7 +10,7 @@ from seatfem.structures.inspection.cad import FoundFace, Inspected, inspect_geom
 from seatfem.structures.inspection.mesh_file import faces_of, regions_of, shape_of
 from seatfem.structures.inspection.shape import Integers, Shape
 from seatfem.structures.kinds.parts import METRES, LengthUnit
-from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.meshing import SeatMesh
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError
 from seatfem.structures.shapes.cad import BREP_SUFFIXES, STEP_SUFFIXES
 
@@ -67,8 +67,7 @@ def _of_cad(path: Path, unit: LengthUnit | None) -> Part:
 
 
 def _of_found(name: str, found: Inspected, keys: str | None, notes: tuple[str, ...]) -> Part:
-    """Return the part; ``keys``: in front of the fields that problems name; ``None``: groups are nobody's wish, and
-    none is missed."""
+    """Return the part; ``keys``: in front of the fields that problems name; ``None``: problems are left out."""
     if not found.faces:
         raise GeometryError("\n".join(message for _, message in found.problems))
     messages = (

@@ -61,8 +61,7 @@ class Shape:
         return float(self.areas[self.groups[group]].sum())
 
     def normal(self, group: str) -> Array | None:
-        """Return the (3,) unit vector that most of the group's faces look along, of either sign; ``None`` of a bore:
-        none is."""
+        """Return the (3,) unit vector that most of the group's faces look along, or its opposite; ``None``: a bore."""
         rows = self.groups[group]
         n = self.normals[rows]
         values, vectors = np.linalg.eigh(np.einsum("i,ij,ik->jk", self.areas[rows], n, n))
@@ -76,23 +75,20 @@ class Shape:
         return np.asarray(distinct[counts == 1], dtype=np.int64)
 
     def width(self, group: str) -> float:
-        """Return twice the area over the length of the outline [m]: of a ring or strip its width, of a disc its
-        radius."""
+        """Return twice the area over the length of the outline [m]: of a ring its width, of a disc its radius."""
         edges = self.outline(group)
         around = float(np.linalg.norm(self.points[edges[:, 0]] - self.points[edges[:, 1]], axis=1).sum())
         return 2 * self.area(group) / around if around > 0 else math.sqrt(self.area(group))
 
     def depth(self, group: str) -> float:
-        """Return the depth of the body behind the group, along its normal [m]; where that has none, the body's shortest
-        side."""
+        """Return the depth behind the group, along its normal [m]; where that has none, the body's shortest side."""
         normal = self.normal(group)
         if normal is None:
             return float(self.extent.min())
         return float(np.ptp(self.points[np.unique(self.triangles)] @ normal))
 
     def span(self, group: str, held: Sequence[str]) -> float:
-        """Return the mean distance, along the group's plane, from the group to what is held [m]; 0 where that lies
-        beneath.
+        """Return the mean distance, along its plane, from the group to what is held [m]; 0 where that lies beneath.
 
         Of a body that nothing holds: to the farthest point.
         """
@@ -112,8 +108,7 @@ class Shape:
 
 
 def distances(points: Array, others: Array) -> Array:
-    """Return the (n,) distances from each of ``points`` (n, 3) to the nearest of ``others`` (m, 3), some hundreds of
-    them."""
+    """Return (n,) distances from ``points`` (n, 3) to the nearest of ``others`` (m, 3), some hundreds."""
     nearest = np.full(len(points), np.inf)
     squares = np.einsum("ij,ij->i", points, points)
     for some in np.array_split(others, max(1, len(others) // BLOCK)):

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from seatfem.structures.estimates.costs import Numbers
     from seatfem.structures.inspection.parts import Part
     from seatfem.structures.lands import Land
-    from seatfem.structures.mesh.seat_mesh import SeatMesh
+    from seatfem.structures.mesh.meshing import SeatMesh
     from seatfem.structures.natural_modes import NaturalModes, Wanted
 
 FLAT: Final = 0.01  # of unit normals, by coordinates of few digits: a face is flat

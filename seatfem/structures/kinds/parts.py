@@ -69,7 +69,7 @@ class Registered:
     @property
     def options(self) -> tuple[str, ...]:
         """Return all names there are."""
-        from seatfem.structures.reduction.registry import reducers  # for load time: most scenes name none
+        from seatfem.structures.reduction.greens import reducers  # for load time: most scenes name none
 
         return (AUTO, *reducers())
 

@@ -11,7 +11,7 @@ from seatfem.fields import DampingRatio, default
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.parts import GreensSettings
 from seatfem.structures.method import AUTO, Applicability, Method
-from seatfem.structures.reduction.memory import memory as forgotten_after
+from seatfem.structures.method import memory as forgotten_after
 
 
 class Reduced(Moving):
@@ -49,7 +49,7 @@ class Reduced(Moving):
     def is_convolved(self) -> bool:
         if self.greens.method == AUTO:
             return self.couples
-        from seatfem.structures.reduction.registry import named  # for load time: most scenes name none
+        from seatfem.structures.reduction.greens import named  # for load time: most scenes name none
 
         return not named(self.greens.method).oscillators
 

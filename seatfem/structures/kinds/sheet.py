@@ -219,7 +219,7 @@ damping_ratio = 0.02
             return self.clamped.segment
         if self.file is None or (frame := self._from_file.frame) is None:
             raise KeyProblem("clamped", "faces are those of a STEP file; give both ends of a straight part")
-        from seatfem.structures.inspection.sides import straight_side  # of outlines in files only
+        from seatfem.structures.inspection.outline import straight_side  # of outlines in files only
 
         return straight_side(self.file, self.clamped.selectors(), frame)
 

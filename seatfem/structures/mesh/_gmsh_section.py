@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seatfem.structures.mesh._gmsh_arrays import rows_of
-from seatfem.structures.mesh._gmsh_model import set_sizes
+from seatfem.structures.mesh._gmsh_base import rows_of, set_sizes
 from seatfem.structures.mesh.spec import MeshSpec
 
 TRIANGLES = {1: 2, 2: 9}  # gmsh's element types by order
@@ -41,19 +40,14 @@ def mesh_section(gmsh: Any, spec: MeshSpec, refined: list[int], arcs: Mapping[in
         option("Mesh.RecombinationAlgorithm", BLOSSOM)
     set_sizes(gmsh, spec, [], refined, (HALVING if quadrilaterals else 1.0) / unit, arcs)
     mesh.generate(2)
-    mend_flat_corners(gmsh)
+    for _ in range(PASSES):  # what replaces one flat corner may have another
+        if not _mend(gmsh):
+            break
     if quadrilaterals:
         option("Mesh.SubdivisionAlgorithm", ALL_QUADRILATERALS)
         mesh.refine()
     option("Mesh.SecondOrderLinear", 0 if spec.curved else 1)
     mesh.setOrder(spec.order)
-
-
-def mend_flat_corners(gmsh: Any) -> None:
-    """Mend flat corners on the mesh of order 1, in a few passes: what replaces one flat corner may have another."""
-    for _ in range(PASSES):
-        if not _mend(gmsh):
-            return
 
 
 def _mend(gmsh: Any) -> bool:
@@ -62,7 +56,11 @@ def _mend(gmsh: Any) -> bool:
     surfaces = [tag for _, tag in gmsh.model.getEntities(2)]
     mesh.setOrder(2)
     points = _points(mesh)
-    angles = [_angles(mesh, tag, points) for tag in surfaces]
+    kinds = ((TRIANGLES[2], 6), (QUADRILATERALS[2], 9))
+    angles = [
+        [row for kind, width in kinds for row in corner_angles(points, _cells(mesh, kind, tag, width)[1])]
+        for tag in surfaces
+    ]
     mesh.setOrder(1)
     points = _points(mesh)
     changed = False
@@ -88,12 +86,6 @@ def _points(mesh: Any) -> NDArray[np.float64]:
     return points
 
 
-def _angles(mesh: Any, tag: int, points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Return the angles at the corners of each triangle, then of each quadrilateral, of a surface."""
-    kinds = ((TRIANGLES[2], 6), (QUADRILATERALS[2], 9))
-    return [row for kind, width in kinds for row in corner_angles(points, _cells(mesh, kind, tag, width)[1])]
-
-
 def _cells(mesh: Any, kind: int, tag: int, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     elements, nodes = mesh.getElementsByType(kind, tag)
     return elements.astype(np.int64), nodes.reshape(-1, width).astype(np.int64)
@@ -102,8 +94,7 @@ def _cells(mesh: Any, kind: int, tag: int, width: int) -> tuple[NDArray[np.int64
 def plane_arrays(
     gmsh: Any, spec: MeshSpec, lines: dict[str, list[int]], areas: dict[str, list[int]], unit: float
 ) -> dict[str, NDArray[Any]]:
-    """Return the plane mesh in metres: "points" (n, 2), "cells" (m, 3 | 4 | 6 | 9), "line:NAME" (k, 2), "area:NAME"
-    (k,)."""
+    """Return "points" (n, 2) [m], "cells" (m, 3 | 4 | 6 | 9), "line:NAME" (k, 2) and "area:NAME" (k,)."""
     mesh = gmsh.model.mesh
     tags, coordinates, _ = mesh.getNodes()
     index = rows_of(tags)
@@ -121,8 +112,7 @@ def plane_arrays(
 
 
 def corner_angles(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the interior angles (m, c) at the vertices of curved plane elements of order 2, from the tangents of their
-    edges.
+    """Return (m, c) interior angles at the vertices of curved plane elements of order 2, by their edges' tangents.
 
     ``cells`` (m, 6 | 8 | 9): vertices counter-clockwise, then the middles of the edges 01, 12, ...
     """
@@ -153,7 +143,8 @@ def without_flat_corners(
                 (*_best(points, union, _interior(angles, [*gone, other], union)), other)
                 for edge in _edges(ring)
                 if (other := across.get((edge[1], edge[0]))) is not None
-                and len(set(union := _merged(ring, edge, other))) == len(union)
+                and len(set(union := _from(ring, ring.index(edge[1])) + _from(other, other.index(edge[1]))[2:]))
+                == len(union)
             ]
             if not unions:
                 break
@@ -163,11 +154,6 @@ def without_flat_corners(
             removed += gone
             added += _fan(best[1])
     return removed, added
-
-
-def _merged(ring: Cell, edge: tuple[int, int], other: Cell) -> Cell:
-    """Return the union of a polygon with the cell across one of its edges."""
-    return _from(ring, ring.index(edge[1])) + _from(other, other.index(edge[1]))[2:]
 
 
 def _interior(angles: Mapping[Cell, NDArray[np.float64]], cells: list[Cell], ring: Cell) -> dict[int, float]:

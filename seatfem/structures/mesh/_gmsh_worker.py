@@ -20,12 +20,8 @@ import numpy as np
 
 from seatfem.jobs.worker import lines_from_parent
 from seatfem.machine.libraries import GMSH_LIBRARIES, apt_command, missing_packages
-from seatfem.structures.mesh._gmsh_arrays import arrays
-from seatfem.structures.mesh._gmsh_input import handed_over
-from seatfem.structures.mesh._gmsh_inspect import inspect
-from seatfem.structures.mesh._gmsh_messages import send, stage
-from seatfem.structures.mesh._gmsh_model import KeptModel
-from seatfem.structures.mesh._gmsh_outline import outline
+from seatfem.structures.mesh._gmsh_base import KeptModel, arrays, handed_over, send, stage
+from seatfem.structures.mesh._gmsh_inspect import inspect, outline
 from seatfem.structures.mesh._gmsh_section import mesh_section, plane_arrays
 from seatfem.structures.mesh._gmsh_solid import build, make
 from seatfem.structures.mesh.spec import MeshSpec

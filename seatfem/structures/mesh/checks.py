@@ -1,23 +1,115 @@
-"""What must hold of a mesh before it is used."""
+"""How good the elements of a mesh are, and what must hold of it before it is used."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
+from skfem.quadrature import get_quadrature
 
-from seatfem.structures.mesh.cell_kinds import Floats, Integers, distinct
-from seatfem.structures.mesh.io import MeshArrays, MeshError
-from seatfem.structures.mesh.quality import scaled_jacobian, straight_determinants
+from seatfem.structures.mesh.io import (
+    CELL_KINDS,
+    CellKind,
+    Floats,
+    Integers,
+    MeshArrays,
+    MeshError,
+    SolidMesh,
+    distinct,
+)
 
 FLAT = 1e-9  # of the volume of a box as long as the element's bounding box
 SAME_PLACE = 1e-7  # of the diagonal of the mesh: nodes that were meant to be one
 MOST_PAIRS = 16  # for each node: of nodes that are to be one
 SHOWN = 3  # places in a message
+
+
+@dataclass(frozen=True)
+class MeshQuality:
+    """Measures of a mesh in SI units; volumes by a quadrature that is exact for the elements' maps.
+
+    ``min_scaled_jacobian``: smallest det J at the nodes and centroid of an element over the mean of its straight twin;
+    1 for straight tetrahedra and parallelepipeds, 0 where an element starts to fold. ``cad_volume`` and ``cad_areas``
+    are exact, None and empty where the mesh came from a file. Of a meridian all but the Jacobian, which is over that of
+    the element itself, are those of the solid of revolution.
+    """
+
+    nodes: int
+    elements: int
+    min_scaled_jacobian: float
+    volume: float
+    areas: Mapping[str, float]
+    cad_volume: float | None
+    cad_areas: Mapping[str, float]
+
+
+def measure(
+    mesh: SolidMesh, arrays: MeshArrays, cad_volume: float | None, cad_areas: Mapping[str, float]
+) -> MeshQuality:
+    """Return the volume, areas and element quality of a mesh made by `to_skfem`."""
+    return MeshQuality(
+        nodes=mesh.doflocs.shape[1],
+        elements=mesh.nelements,
+        min_scaled_jacobian=float(scaled_jacobian(arrays).min()),
+        volume=float(_integrals(arrays.kind, arrays.points, arrays.cells).sum()),
+        areas={name: _area(mesh, facets) for name, facets in mesh.boundaries.items()},
+        cad_volume=cad_volume,
+        cad_areas=dict(cad_areas),
+    )
+
+
+def straight_determinants(arrays: MeshArrays) -> Floats:
+    """Return the mean det J over each straight twin, negative where its vertices are in mirrored order; (m,)."""
+    return _integrals(CELL_KINDS[arrays.kind.corners], arrays.points, arrays.vertices, mean=True)
+
+
+def scaled_jacobian(arrays: MeshArrays) -> Floats:
+    """Return the smallest det J over nodes and centroid of each element over |mean det J| of its straight twin; (m,).
+
+    -inf where the straight twin is flat. The sign of the straight twin counts too, so an element with vertices in
+    mirrored order is negative.
+    """
+    kind = arrays.kind
+    straight = straight_determinants(arrays)
+    least = straight.copy()
+    if kind.degree > 0:
+        for determinant in _determinants(kind, arrays.points, arrays.cells, kind.places):
+            np.minimum(least, determinant, out=least)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(straight == 0.0, -np.inf, least / np.abs(straight))
+
+
+def _integrals(kind: CellKind, points: Floats, cells: Integers, *, mean: bool = False) -> Floats:
+    """Return the integral of det J over each element, its volume; or its mean; (m,)."""
+    places, weights = get_quadrature(kind.element.refdom, kind.degree)
+    if mean:
+        weights = weights / weights.sum()
+    total = np.zeros(len(cells))
+    for weight, determinant in zip(weights, _determinants(kind, points, cells, places.T), strict=True):
+        total += weight * determinant
+    return total
+
+
+def _determinants(kind: CellKind, points: Floats, cells: Integers, places: Floats) -> Iterator[Floats]:
+    """Yield det J of every element, (m,), at one place after the other."""
+    nodes = points[cells.T].transpose(0, 2, 1).reshape(cells.shape[1], -1)
+    for gradient in kind.gradients(places):
+        a, b, c = (gradient.T @ nodes).reshape(3, 3, -1)
+        yield (
+            a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+        )
+
+
+def _area(mesh: SolidMesh, facets: Integers) -> float:
+    """Return the area of facets; a FacetBasis would invert the elements' maps, which fails on coarse curved ones."""
+    points, weights = get_quadrature(mesh.brefdom, 6)
+    return float(np.sum(np.abs(mesh.mapping().detDG(points, find=facets)) * weights))
 
 
 def check_mesh(arrays: MeshArrays, required: tuple[str, ...] = ("contact", "fixed"), parts: int = 1) -> MeshArrays:
@@ -50,8 +142,7 @@ def check_groups(arrays: MeshArrays, required: tuple[str, ...]) -> None:
 
 
 def right_side_out(arrays: MeshArrays) -> MeshArrays:
-    """Return a mesh of mirrored elements only, as mirroring a part leaves it, with their nodes reordered; else as it
-    is."""
+    """Return a mesh of mirrored elements only, as mirroring a part leaves it, turned; else as it is."""
     if len(arrays.cells) == 0 or not np.all(straight_determinants(arrays) < 0.0):
         return arrays
     nodes = arrays.kind.nodes
@@ -89,15 +180,17 @@ def check_elements(arrays: MeshArrays) -> None:
 
 
 def check_parts(arrays: MeshArrays, parts: int = 1) -> None:
-    """Raise `MeshError` unless the elements hang together in as many parts as expected; parts that share no node are
-    different ones."""
+    """Raise `MeshError` unless the elements make as many parts, which share no node, as expected."""
     label = part_of_element(arrays)
     count = int(label.max(initial=-1)) + 1
     if count == parts:
         return
     sizes = np.bincount(label)
     largest = np.argsort(sizes)[::-1][: 2 * SHOWN]
-    listed = "; ".join(f"{sizes[k]} elements around {_place(_middle(arrays, label == k))}" for k in largest)
+    listed = "; ".join(
+        f"{sizes[k]} elements around {_place(arrays.points[arrays.vertices[label == k]].mean(axis=(0, 1)))}"
+        for k in largest
+    )
     more = f"; {count - len(largest)} more" if count > len(largest) else ""
     raise MeshError(
         f"{arrays.source}: the mesh has {count} parts that share no node, not {parts}: {listed}{more}; "
@@ -153,10 +246,6 @@ def _none(arrays: MeshArrays, bad: NDArray[np.bool_], measure: Floats, what: str
         worst = rows[np.argsort(measure[rows], kind="stable")]
         centres = arrays.points[arrays.vertices[worst[:SHOWN]]].mean(axis=1)
         raise MeshError(f"{arrays.source}: {len(rows)} {what}, near {_places(centres)}; {remedy}")
-
-
-def _middle(arrays: MeshArrays, chosen: NDArray[np.bool_]) -> Floats:
-    return np.asarray(arrays.points[arrays.vertices[chosen]].mean(axis=(0, 1)))
 
 
 def _places(points: Floats) -> str:

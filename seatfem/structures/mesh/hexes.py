@@ -1,9 +1,9 @@
-"""Meshes of hexahedra: revolved half sections and extruded plans."""
+"""Meshes of hexahedra from plane meshes of quadrilaterals: half sections revolved about z, plans extruded along z."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -15,19 +15,127 @@ from seatfem.structures.mesh.gmsh_process import Gmsh, run_gmsh
 from seatfem.structures.mesh.io import MeshArrays, groups
 from seatfem.structures.mesh.plan_grid import cut_lines, graded, rectangle_plan
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec
-from seatfem.structures.mesh.swept import extrude, revolve
 from seatfem.structures.shapes import Geometry, GeometryError, Profile, encode
 from seatfem.structures.shapes.shape import EVERYWHERE, Plan
 
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Plane = Mapping[str, NDArray[Any]]
+
+# (level, node of the quadrilateral) of every node of gmsh's hexahedra; levels 0, 1, 2 are bottom, middle and top.
+HEX27 = (
+    *((0, 0), (0, 1), (0, 2), (0, 3), (2, 0), (2, 1), (2, 2), (2, 3)),
+    *((0, 4), (0, 7), (1, 0), (0, 5), (1, 1), (0, 6), (1, 2), (1, 3), (2, 4), (2, 7), (2, 5), (2, 6)),
+    *((0, 8), (1, 4), (1, 7), (1, 5), (1, 6), (2, 8), (1, 8)),
+)
+HEX8 = ((0, 0), (0, 1), (0, 2), (0, 3), (1, 0), (1, 1), (1, 2), (1, 3))
+ORDERS = {4: 1, 9: 2}  # by the nodes of a quadrilateral
+REVERSED = {4: [0, 3, 2, 1], 9: [0, 3, 2, 1, 7, 6, 5, 4, 8]}
+
 
 @dataclass(frozen=True, eq=False)
-class Hexes:
-    """Arrays of a mesh of hexahedra; ``cad_volume`` and ``cad_areas`` of the part are exact."""
+class _Levels:
+    """Copies of the plane mesh, one per level; copy j of node i is the point j n + i, the last the first if closed."""
 
-    arrays: MeshArrays
-    gmsh_version: str
-    cad_volume: float | None
-    cad_areas: Mapping[str, float]
+    nodes: int
+    layers: int
+    order: int
+    closed: bool
+
+    @property
+    def count(self) -> int:
+        return self.order * self.layers + (0 if self.closed else 1)
+
+    def nodes_at(self, layer: int, level: int, nodes: Integers) -> Integers:
+        return ((self.order * layer + level) % self.count) * self.nodes + nodes
+
+    def cells(self, quadrilaterals: Integers) -> Integers:
+        """Return the hexahedra, layer by layer."""
+        pattern = HEX8 if self.order == 1 else HEX27
+        stacks = [
+            np.column_stack([self.nodes_at(layer, level, quadrilaterals[:, column]) for level, column in pattern])
+            for layer in range(self.layers)
+        ]
+        return np.concatenate(stacks)
+
+    def walls(self, ends: Integers) -> Integers:
+        """Return the faces swept by lines."""
+        corners = ((0, 0), (0, 1), (self.order, 1), (self.order, 0))
+        parts = [
+            np.column_stack([self.nodes_at(layer, level, ends[:, end]) for level, end in corners])
+            for layer in range(self.layers)
+        ]
+        return np.concatenate(parts)
+
+    def floor(self, quadrilaterals: Integers) -> Integers:
+        return self.nodes_at(0, 0, quadrilaterals[:, :4])
+
+    def ceiling(self, quadrilaterals: Integers) -> Integers:
+        return self.nodes_at(self.layers - 1, self.order, quadrilaterals[:, :4])
+
+
+def revolve(section: Plane, layers: int, sectors: int, curved: bool, source: str) -> MeshArrays:
+    """Return the hexahedra of the sector 0 <= theta <= 2 pi / ``sectors`` from the half section (r, z), in ``layers``.
+
+    The section's lines become surfaces; a sector's cut faces are "symmetry_0" and "symmetry_1". ``curved`` = False
+    puts the nodes between the layers on chords.
+    """
+    quadrilaterals = _turned(section, REVERSED, wanted=-1.0)
+    levels = _Levels(len(section["points"]), layers, ORDERS[quadrilaterals.shape[1]], sectors == 1)
+    angles = np.arange(levels.count) * (2 * np.pi / sectors / (levels.order * layers))
+    r, z = section["points"].T
+    x, y = np.outer(np.cos(angles), r), np.outer(np.sin(angles), r)
+    points = np.stack([x, y, np.broadcast_to(z, x.shape)])
+    if not curved and levels.order == 2:
+        points[:, 1::2] = (points[:, ::2] + np.roll(points, -2, axis=1)[:, ::2])[:, : points[:, 1::2].shape[1]] / 2
+    surfaces = {name: levels.walls(ends) for name, ends in groups(section, "line").items() if name != "axis"}
+    if sectors > 1:
+        surfaces |= {"symmetry_0": levels.floor(quadrilaterals), "symmetry_1": levels.ceiling(quadrilaterals)}
+    return MeshArrays(points.reshape(3, -1).T.copy(), levels.cells(quadrilaterals), surfaces, {}, source)
+
+
+def extrude(
+    flat: Plane, plan: Plan, fractions: Floats, top: Callable[[Floats], Floats] | None, source: str
+) -> MeshArrays:
+    """Return hexahedra above a plan (x, y); ``fractions``: of the height, borders of the layers from 0 to 1.
+
+    ``top``: height of the upper side at points (n, 2), the plan's if None; nodes in between are shifted in
+    proportion. The plan's lines become surfaces, and its areas those that ``plan`` says.
+    """
+    quadrilaterals = _turned(flat, REVERSED, wanted=1.0)
+    order = ORDERS[quadrilaterals.shape[1]]
+    levels = _Levels(len(flat["points"]), len(fractions) - 1, order, closed=False)
+    if order == 2:
+        fractions = np.insert(fractions, range(1, len(fractions)), (fractions[1:] + fractions[:-1]) / 2)
+    height = np.full(len(flat["points"]), plan.height) if top is None else top(flat["points"])
+    x, y = (np.tile(column, len(fractions)) for column in flat["points"].T)
+    points = np.column_stack([x, y, np.outer(fractions, height).ravel()])
+    surfaces = {name: levels.walls(ends) for name, ends in groups(flat, "line").items()}
+    for named, face in ((plan.top, levels.ceiling), (plan.bottom, levels.floor)):
+        for name, areas in named.items():
+            rows = _rows(flat, areas, len(quadrilaterals))
+            if len(rows):
+                surfaces[name] = face(quadrilaterals[rows])
+    return MeshArrays(points, levels.cells(quadrilaterals), surfaces, {}, source)
+
+
+def _rows(flat: Plane, areas: tuple[str, ...], cells: int) -> Integers:
+    if EVERYWHERE in areas:
+        return np.arange(cells)
+    parts = [flat[f"area:{name}"] for name in areas if f"area:{name}" in flat]
+    return np.unique(np.concatenate([np.empty(0, dtype=np.int64), *parts]))
+
+
+def _turned(flat: Plane, order: Mapping[int, list[int]], wanted: float) -> Integers:
+    """Return quadrilaterals whose signed area has the wanted sign, others being run through backwards."""
+    cells = flat["cells"]
+    a, b, c, d = np.moveaxis(flat["points"][cells[:, :4]], 1, 0)
+    diagonals = (c - a)[:, 0] * (d - b)[:, 1] - (c - a)[:, 1] * (d - b)[:, 0]
+    return np.where((wanted * diagonals < 0)[:, None], cells[:, order[cells.shape[1]]], cells)
+
+
+Hexes = tuple[MeshArrays, str, float | None, Mapping[str, float]]
+"""Arrays of a mesh of hexahedra, the version of gmsh, and the volume and areas of the part, which are exact."""
 
 
 def make_hexes(
@@ -54,7 +162,7 @@ def _revolved(
     layers = math.ceil(around / sectors)
     arrays = revolve(section, layers, sectors, spec.curved, type(geometry).__name__)
     areas = {name: profile.area(name) / sectors for name in profile.names}
-    return Hexes(arrays, str(section["gmsh_version"]), profile.volume / sectors, areas)
+    return arrays, str(section["gmsh_version"]), profile.volume / sectors, areas
 
 
 def _extruded(geometry: Geometry, plan: Plan, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh) -> Hexes:
@@ -78,7 +186,7 @@ def _extruded(geometry: Geometry, plan: Plan, spec: MeshSpec, sectors: int, prog
         areas = {name: profile.area(name) / sectors for name in areas}
     else:
         volume = cad[EVERYWHERE] * plan.height
-    return Hexes(arrays, version, volume, areas)
+    return arrays, version, volume, areas
 
 
 def _plane(

@@ -11,14 +11,14 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 from skfem import Basis, ElementQuad0, ElementTriP0, MeshQuad, MeshQuad2, MeshTri, MeshTri2
-from skfem.assembly import Dofs
 from skfem.quadrature import get_quadrature
 
 from impact.brief import brief
 from impact.progress import Progress, silent
+from seatfem.structures.mesh.checks import MeshQuality
 from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
-from seatfem.structures.mesh.io import groups
-from seatfem.structures.mesh.seat_mesh import MeshProvenance
+from seatfem.structures.mesh.io import groups, matched_facets, node_places
+from seatfem.structures.mesh.meshing import MeshProvenance
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import Geometry, GeometryError, Profile, encode, fingerprint
 from seatfem.structures.shapes.profile import profile_of
@@ -26,23 +26,6 @@ from seatfem.structures.shapes.profile import profile_of
 PlaneMesh: TypeAlias = MeshTri | MeshTri2 | MeshQuad | MeshQuad2
 MESHES: Mapping[int, type[PlaneMesh]] = {3: MeshTri, 6: MeshTri2, 4: MeshQuad, 9: MeshQuad2}
 QUADRATURE = 8
-
-
-@dataclass(frozen=True)
-class MeridianQuality:
-    """Measures of a meridian mesh; volume and areas are those of the full solid of revolution, in SI units.
-
-    ``min_scaled_jacobian``: smallest det J at the nodes of an element over its mean. ``cad_volume``, ``cad_areas``:
-    exact.
-    """
-
-    nodes: int
-    elements: int
-    min_scaled_jacobian: float
-    volume: float
-    areas: Mapping[str, float]
-    cad_volume: float
-    cad_areas: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +38,7 @@ class MeridianMesh:
 
     mesh: PlaneMesh
     order: int
-    quality: MeridianQuality
+    quality: MeshQuality
     provenance: MeshProvenance
 
     __repr__ = brief
@@ -88,8 +71,7 @@ def make_meridian(
 
 
 def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
-    """Return scikit-fem's mesh of plane arrays: "points" (n, 2) = (r, z), "cells", and every "line:NAME" as a
-    boundary."""
+    """Return scikit-fem's mesh of "points" (n, 2) = (r, z), "cells", and every "line:NAME" as a boundary."""
     cells, points = section["cells"], section["points"]
     corners = cells.shape[1] if cells.shape[1] < 6 else {6: 3, 9: 4}[cells.shape[1]]
     used, t = np.unique(cells[:, :corners], return_inverse=True)
@@ -100,25 +82,12 @@ def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
     straight = kind(np.ascontiguousarray(points[used].T), t) if corners == cells.shape[1] else None
     flat = straight if straight is not None else MESHES[corners](np.ascontiguousarray(points[used].T), t)
     places = flat.doflocs
-    if straight is None:
-        dofs = Dofs(_unsorted(flat, t), kind.elem())
-        places = np.empty((2, dofs.N))
-        for row, column in zip(dofs.element_dofs, range(cells.shape[1]), strict=True):
-            places[:, row] = points[cells[:, column]].T
-    boundaries = {name: _facets(flat, number[ends]) for name, ends in groups(section, "line").items()}
+    if straight is None:  # meshes of order 2 keep the vertices of an element in the given order
+        kept = MeshTri(flat.doflocs, t, sort_t=False) if isinstance(flat, MeshTri) else flat
+        places = node_places(kept, kind.elem(), points, cells, range(cells.shape[1]))
+    lines = groups(section, "line")
+    boundaries = {name: matched_facets(flat, number[ends], name, "meridian") for name, ends in lines.items()}
     return kind(places, t, boundaries)
-
-
-def _unsorted(mesh: PlaneMesh, t: NDArray[np.int64]) -> PlaneMesh:
-    """Return the straight mesh with its vertices per element in the given order, as meshes of order 2 keep them."""
-    return MeshTri(mesh.doflocs, t, sort_t=False) if isinstance(mesh, MeshTri) else mesh
-
-
-def _facets(mesh: PlaneMesh, ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    base = int(mesh.nvertices)
-    keys = np.array([base, 1]) @ np.sort(mesh.facets, axis=0)
-    wanted = np.sort(ends, axis=1) @ np.array([base, 1])
-    return np.flatnonzero(np.isin(keys, wanted))
 
 
 def _content_hash(geometry: Geometry, spec: MeshSpec) -> str:
@@ -126,13 +95,7 @@ def _content_hash(geometry: Geometry, spec: MeshSpec) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _same_sign(det: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the smallest det J of each element, positive where it keeps its sign: scikit-fem turns elements over
-    freely."""
-    return np.asarray((det * np.sign(det.mean(axis=1, keepdims=True))).min(axis=1))
-
-
-def _measure(mesh: PlaneMesh, profile: Profile) -> MeridianQuality:
+def _measure(mesh: PlaneMesh, profile: Profile) -> MeshQuality:
     constant = ElementTriP0() if isinstance(mesh, MeshTri) else ElementQuad0()
     cells = Basis(mesh, constant, intorder=QUADRATURE)
     places, weights = get_quadrature(mesh.brefdom, QUADRATURE)
@@ -142,10 +105,11 @@ def _measure(mesh: PlaneMesh, profile: Profile) -> MeridianQuality:
         areas[name] = float(2 * np.pi * np.sum(mesh.mapping().G(places, find=facets)[0] * lengths))
     corners = mesh.elem.doflocs[~np.isnan(mesh.elem.doflocs).any(axis=1)].T
     det = mesh.mapping().detDF(corners)
-    return MeridianQuality(
+    mean = det.mean(axis=1)  # of either sign: scikit-fem turns elements over freely
+    return MeshQuality(
         nodes=mesh.doflocs.shape[1],
         elements=mesh.nelements,
-        min_scaled_jacobian=float(np.min(_same_sign(det) / np.abs(det.mean(axis=1)))),
+        min_scaled_jacobian=float(np.min((det * np.sign(mean[:, None])).min(axis=1) / np.abs(mean))),
         volume=float(2 * np.pi * np.sum(cells.global_coordinates().value[0] * cells.dx)),
         areas=areas,
         cad_volume=profile.volume,

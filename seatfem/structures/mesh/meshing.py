@@ -1,21 +1,26 @@
-"""The way from a geometry to the mesh of a seat."""
+"""The mesh of a seat: what every way to it ends with, and the way from a geometry."""
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
+from impact.brief import brief
 from impact.files.atomic import whole_file
 from impact.progress import Progress, silent
+from seatfem.structures.mesh.checks import MeshQuality, check_mesh, measure
 from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
 from seatfem.structures.mesh.hexes import make_hexes
-from seatfem.structures.mesh.io import MeshError, from_gmsh, groups
-from seatfem.structures.mesh.seat_mesh import MeshProvenance, SeatMesh, seat_mesh
+from seatfem.structures.mesh.io import MeshArrays, MeshError, SolidMesh, distinct, from_gmsh, groups, to_skfem
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import (
     CONTACT_COLOUR,
@@ -30,6 +35,77 @@ from seatfem.structures.shapes.cad import check_readable
 from seatfem.structures.shapes.sectors import check_sectors
 
 VOLUME_TOLERANCE = 0.02  # relative; a circle of four curved elements is 1.3 % off
+PLURALS = MappingProxyType({"tetrahedron": "tetrahedra", "hexahedron": "hexahedra"})
+
+
+@dataclass(frozen=True)
+class MeshProvenance:
+    """The origin of a mesh.
+
+    ``geometry`` and ``spec`` are plain data, empty where it was read from a file; ``gmsh_version``: "" where gmsh had
+    no part in it; ``notes``: what was mended on the way.
+    """
+
+    source: str
+    content_hash: str
+    gmsh_version: str
+    geometry: Mapping[str, Any]
+    spec: Mapping[str, Any]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class SeatMesh:
+    """Mesh of a seat in metres, of tetrahedra or hexahedra.
+
+    ``mesh``: scikit-fem's, with boundaries "contact" and "fixed" (and others) and the subdomain "seat" (and others):
+    MeshTet or MeshHex for order 1, MeshTet2 or MeshHex2 (isoparametric) for order 2. ``shape``: of its elements,
+    "tetrahedron" or "hexahedron".
+    """
+
+    mesh: SolidMesh
+    order: int
+    quality: MeshQuality
+    provenance: MeshProvenance
+    shape: str = "tetrahedron"
+
+    __repr__ = brief
+
+    def __str__(self) -> str:
+        q = self.quality
+        patches = ", ".join(f"{name} {1e6 * area:.5g} mm^2" for name, area in q.areas.items())
+        return (
+            f"{self.provenance.source}: {q.nodes} nodes ({3 * q.nodes} dof), {q.elements} {PLURALS[self.shape]} of "
+            f"order {self.order}, volume {1e9 * q.volume:.6g} mm^3, {patches}, "
+            f"smallest scaled Jacobian {q.min_scaled_jacobian:.2f}"
+            + "".join(f"; {note}" for note in self.provenance.notes)
+        )
+
+
+def seat_mesh(
+    arrays: MeshArrays,
+    provenance: MeshProvenance,
+    cad_volume: float | None = None,
+    cad_areas: Mapping[str, float] = MappingProxyType({}),
+    required: tuple[str, ...] = ("contact", "fixed"),
+    parts: int = 1,
+) -> SeatMesh:
+    """Return the mesh checked, converted and measured. Raises `MeshError` like `check_mesh` and `to_skfem`."""
+    checked = check_mesh(arrays, required, parts)
+    notes = list(provenance.notes)
+    if checked is not arrays:
+        notes.append("all elements were in mirrored node order and are reordered")
+    if loose := len(arrays.points) - len(distinct(arrays.cells)):
+        notes.append(f"{loose} nodes of no element are dropped")
+    mesh = to_skfem(checked)
+    for name in required:
+        facets = mesh.boundaries[name]
+        if inside := int(np.sum(mesh.f2t[1, facets] >= 0)):
+            raise MeshError(
+                f"{arrays.source}: {inside} of {len(facets)} faces of {name!r} lie inside the mesh: must be outside"
+            )
+    quality = measure(mesh, checked, cad_volume, cad_areas)
+    return SeatMesh(mesh, arrays.order, quality, dataclasses.replace(provenance, notes=tuple(notes)), arrays.shape)
 
 
 def content_hash(geometry: Geometry, spec: MeshSpec, sector: int = 1) -> str:
@@ -62,9 +138,8 @@ def make_mesh(
         if msh is not None:
             raise GeometryError(f"{msh}: only tetrahedra are written as .msh; use shape='tet'")
         notes: tuple[str, ...] = ()
-        hexes = make_hexes(geometry, spec, sector, progress, gmsh)
-        arrays, version = hexes.arrays, hexes.gmsh_version
-        cad_volume, cad = hexes.cad_volume, dict(hexes.cad_areas)
+        arrays, version, cad_volume, areas = make_hexes(geometry, spec, sector, progress, gmsh)
+        cad = dict(areas)
     else:
         job = {"task": "mesh", "geometry": data, "spec": asdict(spec), "sectors": sector}
         with _replacing(msh) as temporary:
@@ -83,19 +158,14 @@ def make_mesh(
     )
     required = tuple(name for name in ("contact", "fixed") if name in geometry.patches)
     seat = seat_mesh(arrays, provenance, cad_volume, cad, required)
-    _check_volume(seat, spec)
-    progress(STAGE, 1.0)
-    return seat
-
-
-def _check_volume(seat: SeatMesh, spec: MeshSpec) -> None:
-    """Raise `MeshError` of a curved mesh of order 2 without the volume of its CAD."""
-    exact, volume = seat.quality.cad_volume, seat.quality.volume
+    exact, volume = cad_volume, seat.quality.volume
     if exact and spec.order == 2 and spec.curved and abs(volume / exact - 1.0) > VOLUME_TOLERANCE:
         raise MeshError(
-            f"{seat.provenance.source}: the mesh has {1e9 * volume:.6g} mm^3, the CAD {1e9 * exact:.6g} mm^3; use "
-            f"smaller elements where faces curve (MeshSpec.curvature), or mend the CAD"
+            f"{source}: the mesh has {1e9 * volume:.6g} mm^3, the CAD {1e9 * exact:.6g} mm^3; use smaller elements "
+            "where faces curve (MeshSpec.curvature), or mend the CAD"
         )
+    progress(STAGE, 1.0)
+    return seat
 
 
 def write_step(geometry: Geometry, path: str | Path, progress: Progress = silent) -> None:

@@ -14,10 +14,9 @@ Floats = NDArray[np.float64]
 
 
 def rectangle_plan(rectangle: Rectangle, spec: MeshSpec, sectors: int) -> dict[str, NDArray[Any]]:
-    """Return the plane arrays: "points" (n, 2), "cells" (m, 4 | 9), "area:patch", or "line:sides_x" and "_y" where all
-    of it is struck."""
+    """Return "points" (n, 2), "cells" (m, 4 | 9), "area:patch", or "line:sides_x" and "_y" where all is struck."""
     sides, patch = rectangle.sides, rectangle.patch or rectangle.sides
-    x, y = (_half_axis(side, edge, spec) for side, edge in zip(sides, patch, strict=True))
+    x, y = (half_axis(side, edge, spec) for side, edge in zip(sides, patch, strict=True))
     plane = _grid(x if sectors == 4 else _mirrored(x), y if sectors > 1 else _mirrored(y), spec.order)
     corners = plane["points"][plane["cells"][:, :4]]
     if rectangle.patch is None:
@@ -51,7 +50,7 @@ def cut_lines(plane: dict[str, NDArray[Any]], sectors: int) -> dict[str, NDArray
     return out
 
 
-def _half_axis(side: float, edge: float, spec: MeshSpec) -> Floats:
+def half_axis(side: float, edge: float, spec: MeshSpec) -> Floats:
     """Return the grid lines from 0 to ``side``: even over the patch, growing beyond its ``edge``."""
     inner = np.linspace(0.0, edge, max(1, int(np.ceil(edge / spec.patch_size - 1e-9))) + 1)
     if edge == side:
@@ -77,8 +76,7 @@ def _grid(x: Floats, y: Floats, order: int) -> dict[str, NDArray[Any]]:
 
 
 def graded(length: float, fine: float, coarse: float, grading: float) -> Floats:
-    """Return the places from 0 to ``length``: spacing ``fine`` at 0, growing by ``grading`` per unit distance up to
-    ``coarse``."""
+    """Return places from 0 to ``length``: spacing ``fine`` at 0, growing by ``grading`` up to ``coarse``."""
     places = [0.0]
     while places[-1] < length * (1 - 1e-9):
         places.append(places[-1] + min(coarse, fine + grading * max(0.0, places[-1] - fine)))

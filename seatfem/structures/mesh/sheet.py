@@ -30,11 +30,7 @@ def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gms
     Of a sheet that the line y = 0 mirrors one half is meshed, the other is its image: the mesh is as symmetric. Its
     line "clamped", of a sheet that is, holds the nodes there.
 
-    Args:
-        shape: with a plan.
-        size: of the elements [m].
-        progress: informed of the meshing.
-        gmsh: what carries out the job.
+    ``size``: of the elements [m].
 
     Raises:
         GeometryError: no plan, a size that is not positive. MeshingError: gmsh fails. MeshError: an area that differs
@@ -61,8 +57,7 @@ def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gms
 
 
 def with_image(points: Array, cells: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
-    """Return the points (n, 2) and cells (m, 9) of the half beside y = 0, and their image; the nodes on that line stay
-    one."""
+    """Return points (n, 2) and cells (m, 9) of the half beside y = 0, and their image; nodes on it stay one."""
     off = np.abs(points[:, 1]) > ON_THE_LINE * np.ptp(points)
     half = points * np.column_stack([np.ones(len(points)), off])
     image = np.where(off, len(points) + np.cumsum(off) - 1, np.arange(len(points)))

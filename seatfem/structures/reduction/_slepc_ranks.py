@@ -186,8 +186,7 @@ class Model:
         return {"lost": float(np.abs(gram - np.eye(self.basis.size)).max())}
 
     def do_eigen(self, low: float, high: float, tolerance: float) -> Answer:
-        """Find all eigenvalues from low to high, by spectrum slicing: Krylov-Schur about shifts whose inertia
-        counts."""
+        """Find all eigenvalues from low to high, by spectrum slicing about shifts whose inertia counts."""
         eps = SLEPc.EPS().create()
         eps.setOperators(self.K, self.M)
         eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)

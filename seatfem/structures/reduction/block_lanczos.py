@@ -118,7 +118,8 @@ class BlockLanczos:
         self._projected[first:last, first:last] = (own + own.T) / 2
         self._coupled, self.size = first, last
         following, mass, self._link = _orthonormal(self.model, image, _DEPENDENT * before)
-        self._append((following, mass))
+        self._mass_block = mass
+        self._vectors[:, self.size : self.size + following.shape[1]] = following
         if self.width == 0 and self.unseen > 0:  # an invariant space: beside it there are others
             self.renew()
 
@@ -147,8 +148,7 @@ class BlockLanczos:
         return RitzValues(self.sigma + 1 / safe, theta, errors, coefficients)
 
     def vectors(self, ritz: RitzValues, chosen: Array) -> Array:
-        """Return (n, len(chosen)) M-normalised OP y/theta of the chosen Ritz vectors y: inverse iteration at no
-        cost."""
+        """Return (n, len(chosen)) M-normalised OP y/theta of chosen Ritz vectors y: inverse iteration at no cost."""
         coefficients = ritz.coefficients[:, chosen]
         residual = self._residual(coefficients) / ritz.theta[chosen]
         together = np.concatenate([coefficients, residual]) / np.sqrt(1 + np.sum(residual**2, axis=0))
@@ -174,10 +174,6 @@ class BlockLanczos:
     def _residual(self, coefficients: Array) -> Array:
         """Return Q' M (OP y - theta y) of vectors y in the basis."""
         return np.asarray(self._link @ coefficients[self.size - self._link.shape[1] : self.size])
-
-    def _append(self, block: tuple[Array, Array]) -> None:
-        vectors, self._mass_block = block
-        self._vectors[:, self.size : self.size + vectors.shape[1]] = vectors
 
     def _fresh(self) -> tuple[Array, Array]:
         """Return random vectors, M-orthonormal to all there are."""

@@ -60,8 +60,7 @@ def face_greens(
 
 
 def _modes(model: SecondOrderModel, aims: Aims) -> Modes:
-    """Return all up to `BEYOND` times the band; raises `ConvergenceError` of too many, with the band that has few
-    enough."""
+    """Return all up to `BEYOND` times the band; `ConvergenceError` of too many names a band with few enough."""
     try:
         return solve_modes(model, up_to_hz=BEYOND * aims.bandwidth, limit=MOST_MODES, backend=aims.backend)
     except CrowdedError as crowded:

@@ -12,14 +12,11 @@ from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, SecondOrderModel
-from seatfem.structures.reduction.backends import Here, backend_of
-from seatfem.structures.reduction.checks import passivity
-from seatfem.structures.reduction.convergence import History
-from seatfem.structures.reduction.growth import Grown
-from seatfem.structures.reduction.krylov_basis import KrylovBasis
+from seatfem.structures.reduction.growth import Grown, History, RitzSpace
+from seatfem.structures.reduction.krylov_basis import Here, KrylovBasis, backend_of
 from seatfem.structures.reduction.modes import ConvergenceError, Modes, eigen_residuals
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
-from seatfem.structures.reduction.ritz import RitzSpace
+from seatfem.structures.reduction.residual import passivity
 
 if TYPE_CHECKING:
     from seatfem.structures.reduction.slepc import Ranks

@@ -1,4 +1,4 @@
-"""The growing M-orthonormal block-Krylov basis of (K + s^2 M)^-1 M, and its Ritz pairs.
+"""The growing M-orthonormal block-Krylov basis of (K + s^2 M)^-1 M, its Ritz pairs, and where it is kept.
 
 Rigid-body shapes, where they are known, are its first vectors with a stiffness of exactly zero.
 """
@@ -6,11 +6,22 @@ Rigid-body shapes, where they are known, are its first vectors with a stiffness 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from impact.progress import Progress
+from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
-from seatfem.structures.reduction.factorization import Factorization
+from seatfem.structures.reduction.eigen_search import rigid_shapes
+from seatfem.structures.reduction.factorization import Backend, Factorization, factorize
+from seatfem.structures.reduction.spectrum import Spectrum
+
+if TYPE_CHECKING:
+    from seatfem.structures.reduction.slepc import Ranks, RanksSpectrum
 
 
 class KrylovBasis:
@@ -103,3 +114,35 @@ class KrylovBasis:
     def orthogonality_error(self) -> float:
         """Return the largest entry of V'MV - I."""
         return float(np.abs(self.V.T @ (self.model.M @ self.V) - np.eye(self.size)).max())
+
+
+@dataclass(frozen=True)
+class Here:
+    """This process; `slepc.Ranks` answers the same."""
+
+    model: SecondOrderModel
+    backend: Backend
+
+    def factorize(self, square: float) -> Factorization:
+        """Return the factorization of K + ``square`` M, positive definite."""
+        return factorize(self.model.K + square * self.model.M, backend=self.backend, name="K + s^2 M")
+
+    def basis(self, shift: float, limit: int) -> KrylovBasis:
+        """Return a basis that is empty but for the rigid motions, about -``shift``^2."""
+        return KrylovBasis(self.model, self.factorize(shift**2), shift, limit, rigid_shapes(self.model))
+
+    def spectrum(self, progress: Progress) -> Spectrum | RanksSpectrum:
+        """Return a spectrum of which nothing is known yet."""
+        return Spectrum(self.model, backend=self.backend, progress=progress)
+
+
+@contextmanager
+def backend_of(model: SecondOrderModel, aims: Aims) -> Iterator[Here | Ranks]:
+    """Yield what the aims ask for, while it is needed."""
+    if not aims.distributed:
+        yield Here(model, aims.backend)
+        return
+    from seatfem.structures.reduction.slepc import on_ranks  # of such reductions only
+
+    with on_ranks(model) as ranks:
+        yield ranks

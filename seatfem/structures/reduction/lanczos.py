@@ -8,8 +8,8 @@ T the block tridiagonal matrix of k block Lanczos steps: the Gauss quadrature of
 (eigenvalues of T), weights from the first rows of its eigenvectors. Only two blocks of vectors are kept, and no
 vector is orthogonalised again: the copies of converged nodes that appear share one weight between them. sin(sqrt(x) t)/
 sqrt(x) is of degree t sqrt(theta_max)/2 in x to any accuracy, a k-point Gauss rule exact to degree 2 k - 1, so the
-quadrature is exact to round-off while t < 4 k/sqrt(theta_max), and worth nothing beyond. With a mass that is not
-diagonal the same recursion runs on M^-1 K in M's inner product (`lanczos_consistent`), which takes ten times as long.
+quadrature is exact to round-off while t < 4 k/sqrt(theta_max), and worth nothing beyond. A mass that is not diagonal
+takes ten times as long.
 
 Sources: Golub and Meurant, Matrices, Moments and Quadrature with Applications (2010); Druskin and Knizhnerman, Numer.
 Linear Algebra Appl. 2 (1995) 205 (without orthogonalisation); Zimmerling, Druskin and Simoncini, J. Sci. Comput. 103
@@ -29,12 +29,10 @@ from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
-from seatfem.structures.reduction.checks import passivity
-from seatfem.structures.reduction.growth import Grown
-from seatfem.structures.reduction.lanczos_consistent import ConsistentRecursion
+from seatfem.structures.reduction.growth import Grown, RitzSpace
 from seatfem.structures.reduction.lanczos_recursion import Recursion
 from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
-from seatfem.structures.reduction.ritz import RitzSpace
+from seatfem.structures.reduction.residual import passivity
 
 _CEILING = 12.0  # bandwidths; nodes above follow the pulse as a spring, to 1/144
 _PRODUCT = 1.2e-9  # s for each entry of K in a product, measured
@@ -70,8 +68,7 @@ class Lanczos(Reducer):
         return ""
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Return 1.2 T sqrt(theta_max)/4 steps over the duration T, theta_max by 20 of them; for each, a product a
-        port.
+        """Return 1.2 T sqrt(theta_max)/4 steps over the duration T, theta_max by 20 of them, a product a port each.
 
         With a mass that is not diagonal it is asked for by name: it serves where no memory holds a factorization.
         """
@@ -107,7 +104,7 @@ class _Nodes(RitzSpace):
     def __init__(self, model: SecondOrderModel, damping: Damping, aims: Aims, most: int, progress: Progress) -> None:
         super().__init__(model, damping, aims)
         self.most, self.progress = most, progress
-        self.recursion = Recursion(model) if model.mass_is_diagonal else ConsistentRecursion(model)
+        self.recursion = Recursion(model)
         self.recursion.extend(min(30, most))
         self.valid = int(np.ceil(aims.duration * np.sqrt(self.recursion.highest()) / 4))
         self.wanted = min(max(30, self.valid // 2), most)
@@ -128,8 +125,7 @@ class _Nodes(RitzSpace):
 
 
 def nodes(recursion: Recursion, ceiling: float) -> tuple[Array, Array, Array]:
-    """Return (omega (m,), shapes (m, p), beyond (p, p)): Gauss nodes up to ``ceiling`` [rad/s], static compliance of
-    the rest.
+    """Return (omega (m,), shapes (m, p), beyond (p, p)): Gauss nodes up to ``ceiling`` [rad/s], compliance of the rest.
 
     Rigid-body motions come first, at exactly 0.
     """

@@ -1,8 +1,10 @@
-"""Block Lanczos on A = M^-1/2 K M^-1/2 with a diagonal M: three-term, two blocks of vectors in memory."""
+"""Block Lanczos on M^-1 K without a factorization: three terms, two blocks of vectors in memory; its Gauss rule."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from typing import Final
 
 import numba
 import numpy as np
@@ -10,31 +12,97 @@ import scipy.linalg
 
 from impact.progress import silent
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
-from seatfem.structures.reduction.gauss_rule import gauss_rule
-from seatfem.structures.reduction.rigid import rigid_shapes
+from seatfem.structures.reduction.eigen_search import rigid_shapes
+
+TOLERANCE: Final = 1e-13  # relative residual of M z = r; g is off by ten times as much
+MOST: Final = 200  # iterations; tetrahedra take 30 to 40
+_DEPENDENT: Final = 1e-13  # of the Gram matrix of ports, each made one
+
+
+def gauss_rule(diagonal: Array, below: Array) -> tuple[Array, Array]:
+    """Return (values (k,) ascending, first components (k,)) of the eigenpairs of a symmetric tridiagonal matrix.
+
+    Implicit QL with Wilkinson's shift, applied to the first row of the vectors only: O(k^2) time, O(k) memory, and no
+    trouble with the clusters of equal values that Lanczos leaves, on which LAPACK's dstemr can fail.
+    Source: Golub and Welsch, Math. Comp. 23 (1969) 221.
+
+    Args:
+        diagonal, below: (k,) and (k - 1,).
+    """
+    values, first = np.array(diagonal, dtype=float), np.zeros(len(diagonal))
+    first[0] = 1.0
+    _ql(values, np.append(below, 0.0), first)
+    order = np.argsort(values)
+    return values[order], first[order]
+
+
+@numba.njit(cache=True)
+def _ql(d: Array, e: Array, z: Array) -> None:
+    """Diagonalise in place: ``d`` becomes the values, ``z`` (the first row of the unit matrix) their components."""
+    n = len(d)
+    for low in range(n):
+        while True:
+            high = low
+            while high < n - 1 and abs(e[high]) > 2.3e-16 * (abs(d[high]) + abs(d[high + 1])):
+                high += 1
+            if high == low:
+                break
+            ratio = (d[low + 1] - d[low]) / (2 * e[low])
+            g = d[high] - d[low] + e[low] / (ratio + math.copysign(math.hypot(ratio, 1.0), ratio))
+            sine, cosine, moved, split = 1.0, 1.0, 0.0, False
+            for i in range(high - 1, low - 1, -1):
+                f, b = sine * e[i], cosine * e[i]
+                r = math.hypot(f, g)
+                e[i + 1] = r
+                if r == 0.0:
+                    d[i + 1] -= moved
+                    e[high] = 0.0
+                    split = True
+                    break
+                sine, cosine = f / r, g / r
+                g = d[i + 1] - moved
+                r = (d[i] - g) * sine + 2 * cosine * b
+                moved = sine * r
+                d[i + 1] = g + moved
+                g = cosine * r - b
+                z[i + 1], z[i] = sine * z[i] + cosine * z[i + 1], cosine * z[i] - sine * z[i + 1]
+            if not split:
+                d[low] -= moved
+                e[low] = g
+                e[high] = 0.0
 
 
 class Recursion:
-    """T = tridiag(B_j, A_j, B_j+1') with p x p blocks, grown step by step from q = M^-1/2 B = Q_1 R, M diagonal.
+    """T = tridiag(B_j, A_j, B_j+1') with p x p blocks, grown step by step from M^-1 B = Q_1 R, in M's inner product.
 
-    Known rigid-body motions are taken out of q and kept apart.
+    Beside each block Q it keeps the dual P = M Q, Q'P = 1. A mass that is not diagonal is inverted once a step by
+    conjugate gradients: scaled by its diagonal, that of elements has a condition number of 5 (linear) or about 10
+    (quadratic tetrahedra), whatever the mesh. Source: A. Wathen, IMA J. Numer. Anal. 7 (1987) 449. Known rigid-body
+    motions are taken out of the ports and kept apart.
 
     Attributes:
-        start: (w, p) R; w <= p is the rank of q.
+        start: (w, p) R; w <= p is the rank of the ports.
         rigid: (r, p) port components of the M-orthonormal rigid-body shapes.
         steps: blocks in T.
-        complete: whether q spans an invariant subspace of that size: nothing more can be found.
+        complete: whether the ports span an invariant subspace of that size: nothing more can be found.
     """
 
     def __init__(self, model: SecondOrderModel) -> None:
-        self._K, self._root = model.K, 1 / np.sqrt(model.M.diagonal())
-        shapes = rigid_shapes(model)
-        self.rigid = shapes.T @ model.port_matrix
-        q = self._root[:, None] * model.port_matrix - (shapes / self._root[:, None]) @ self.rigid
-        basis, sizes, right = np.linalg.svd(q, full_matrices=False)
-        kept = sizes > 1e-12 * np.linalg.norm(self._root[:, None] * model.port_matrix)
-        self._now, self.start = np.ascontiguousarray(basis[:, kept]), sizes[kept, None] * right[kept]
-        self._before, self._link = np.zeros_like(self._now), np.zeros((self.width, self.width))
+        self._K, self._M, self._inverse = model.K, model.M, 1 / model.M.diagonal()[:, None]
+        self._diagonal_mass = model.mass_is_diagonal
+        shapes, ports = rigid_shapes(model), model.port_matrix
+        self.rigid = shapes.T @ ports
+        moved = self._solve(ports)
+        whole = np.sum(ports * moved, axis=0)
+        loads, moved = ports - model.M @ (shapes @ self.rigid), moved - shapes @ self.rigid
+        gram = loads.T @ moved
+        lengths = np.sqrt(np.maximum(np.diag(gram), 1e-24 * whole))
+        squares, turn = np.linalg.eigh(gram / np.outer(lengths, lengths))
+        kept = squares > _DEPENDENT * max(squares[-1], 1.0)
+        change = turn[:, kept] / np.sqrt(squares[kept]) / lengths[:, None]
+        self.start = np.sqrt(squares[kept])[:, None] * turn[:, kept].T * lengths
+        self._now, self._dual = np.ascontiguousarray(moved @ change), np.ascontiguousarray(loads @ change)
+        self._dual_before, self._link = np.zeros_like(self._now), np.zeros((self.width, self.width))
         self._diagonal: list[Array] = []
         self._below: list[Array] = []  # B_j+1 of step j
         self.complete = self.width == 0
@@ -52,7 +120,12 @@ class Recursion:
     def extend(self, steps: int, progress: Callable[[int], None] = lambda done: silent("", 0.0)) -> None:
         """Go on until there are ``steps`` blocks."""
         while self.steps < steps and not self.complete:
-            block = self._step()
+            residual = np.asarray(self._K @ self._now)
+            _subtract(residual, self._dual_before, np.ascontiguousarray(self._link.T))
+            block = _gram(self._now, residual)
+            _subtract(residual, self._dual, block)
+            self._dual_before = self._dual
+            self._now, self._dual, self._link = _orthonormal(self._solve(residual), residual)
             self._diagonal.append((block + block.T) / 2)
             self._below.append(self._link)
             scale = max(np.abs(self._diagonal[0]).max(), np.abs(block).max())
@@ -60,20 +133,39 @@ class Recursion:
             if self.steps % 50 == 0:
                 progress(self.steps)
 
-    def _step(self) -> Array:
-        """Return the next block of vectors and its link; the diagonal block of T."""
-        root = self._root[:, None]
-        w = root * (self._K @ (root * self._now))
-        _subtract(w, self._before, np.ascontiguousarray(self._link.T))
-        block = _gram(self._now, w)
-        _subtract(w, self._now, block)
-        self._before = self._now
-        self._now, self._link = _orthonormal(w)
-        return block
+    def _solve(self, right: Array) -> Array:
+        """Return M^-1 right, column by column at once.
+
+        Raises:
+            ModelError: a mass that is not positive definite, or worse scaled than any of elements.
+        """
+        solution = self._inverse * right
+        if self._diagonal_mass:
+            return np.asarray(solution)
+        wanted = TOLERANCE**2 * np.sum(right * solution, axis=0)
+        residual = right - self._M @ solution
+        scaled = self._inverse * residual
+        direction, square = scaled, np.sum(residual * scaled, axis=0)
+        for _ in range(MOST):
+            if np.all(square <= wanted):
+                return np.asarray(solution)
+            image = self._M @ direction
+            length = np.sum(direction * image, axis=0)
+            if np.any((length <= 0) & (square > wanted)):
+                break
+            step = square / np.maximum(length, 1e-300)
+            solution += step * direction
+            residual -= step * image
+            scaled = self._inverse * residual
+            before, square = np.maximum(square, 1e-300), np.sum(residual * scaled, axis=0)
+            direction = scaled + square / before * direction
+        raise ModelError(
+            f"the mass is none of elements: it is not positive definite, or so badly scaled that {MOST} iterations of "
+            "conjugate gradients do not invert it; use method='krylov'"
+        )
 
     def banded(self) -> Array:
-        """Return the (2 w, k w) lower bands of T; blocks B are upper triangular, so that T has w bands below its
-        diagonal."""
+        """Return (w + 1, k w) lower bands of T; blocks B are upper triangular, and T has w bands below its diagonal."""
         k, w = self.steps, self.width
         bands = np.zeros((w + 1, k * w))
         for j, block in enumerate(self._diagonal):
@@ -86,8 +178,7 @@ class Recursion:
         return bands
 
     def highest(self) -> float:
-        """Return the largest eigenvalue of T [1/s^2]: within a per cent of A's from a few dozen steps on, from
-        below."""
+        """Return the largest eigenvalue of T [1/s^2]: within 1 % of A's from a few dozen steps on, from below."""
         bands = self.banded()
         last = bands.shape[1] - 1
         return float(
@@ -95,8 +186,7 @@ class Recursion:
         )
 
     def eigen(self, below: float) -> tuple[Array, Array]:
-        """Return (values (m,), first block rows (m, w) of the vectors) of the eigenvalues of T up to ``below``
-        [1/s^2]."""
+        """Return (values (m,), first block rows (m, w) of the vectors) of T's eigenvalues up to ``below`` [1/s^2]."""
         bands = self.banded()
         if self.width == 1:
             values, components = gauss_rule(bands[0], bands[1, :-1])
@@ -165,13 +255,19 @@ def _gram(a: Array, b: Array) -> Array:
     return out
 
 
-def _orthonormal(w: Array) -> tuple[Array, Array]:
-    """Return the QR factors of a tall block; one column without LAPACK."""
-    if w.shape[1] == 1:
-        size = float(np.sqrt(_gram(w, w)[0, 0]))
-        return (w / size if size > 0 else w), np.array([[size]])
-    q, r = np.linalg.qr(w)
-    return np.ascontiguousarray(q), r
+def _orthonormal(moved: Array, left: Array) -> tuple[Array, Array, Array]:
+    """Return (Q, P, R) with Q R = ``moved``, P R = ``left``, Q'P = 1 and R upper triangular, of M Q = P."""
+    if left.shape[1] == 1:
+        size = float(np.sqrt(max(_gram(left, moved)[0, 0], 0.0)))
+        return (moved / size, left / size, np.array([[size]])) if size > 0 else (moved, left, np.array([[size]]))
+    upper = np.eye(left.shape[1])
+    for _ in range(2):
+        squares, turn = np.linalg.eigh(left.T @ moved)
+        roots = np.sqrt(np.maximum(squares, 1e-30 * max(squares[-1], 1e-300)))
+        _, link = np.linalg.qr(roots[:, None] * turn.T)
+        moved, left = (scipy.linalg.solve_triangular(link, each.T, trans="T").T for each in (moved, left))
+        upper = link @ upper
+    return np.ascontiguousarray(moved), np.ascontiguousarray(left), upper
 
 
 def _dense(bands: Array) -> Array:

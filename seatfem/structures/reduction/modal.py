@@ -15,13 +15,11 @@ from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, SecondOrderModel
-from seatfem.structures.reduction.backends import Here, backend_of
-from seatfem.structures.reduction.checks import passivity
-from seatfem.structures.reduction.eigen_search import ConvergenceError, CountError
+from seatfem.structures.reduction.eigen_search import ConvergenceError, CountError, default_shift
+from seatfem.structures.reduction.krylov_basis import Here, backend_of
 from seatfem.structures.reduction.modes import DENSE, Modes, dense_modes, modes_of
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
-from seatfem.structures.reduction.residual import truncate
-from seatfem.structures.reduction.rigid import default_shift
+from seatfem.structures.reduction.residual import left_out, passivity, truncate
 
 if TYPE_CHECKING:
     from seatfem.structures.reduction.slepc import Ranks
@@ -50,8 +48,7 @@ class Modal(Reducer):
     distributes = True
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
-        """Return a cost of nothing on a small model, where the rest of any other reduction takes longer; else ten times
-        Krylov's."""
+        """Return no cost on a small model, where any other reduction takes longer; else ten times Krylov's."""
         if model.size <= ALL_MODES:
             return Cost(0.0, f"all modes at once (up to {ALL_MODES})")
         return Cost(factorized(model, 10 * USUAL * len(model.ports)), "the modes, ten times as many vectors")
@@ -67,47 +64,41 @@ class Modal(Reducer):
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
         """Reduce as `Reducer.reduce`; the modes found are all up to the cutoff."""
-        with backend_of(model, aims) as backend:
-            return self._reduce(model, damping, aims, backend, progress)
-
-    def _reduce(
-        self, model: SecondOrderModel, damping: Damping, aims: Aims, backend: Here | Ranks, progress: Progress
-    ) -> Reduction:
         scale = default_shift(model)
         small = dense_modes(model, scale) if model.size <= DENSE and not aims.distributed else None
-        spectrum = backend.spectrum(progress)
-        static: tuple[float, Array, bool] | None = None
-        cutoff, count, error = 3.0 * aims.bandwidth, 0, np.inf
-        while True:
-            square = (2 * np.pi * cutoff) ** 2
-            if small is None:
-                try:
-                    spectrum.below(square, self.most)
-                    spectrum.first(1)  # a band below the lowest mode knows that one
-                except CountError as problem:
-                    raise CountError(f"{problem}: use method='krylov'") from problem
-                except ConvergenceError as problem:
-                    raise ConvergenceError(
-                        f"{problem}, and {count} leave an error of {error:.1e} (tolerance {aims.tolerance:.1e}): use "
-                        "method='krylov'"
-                    ) from problem
-            modes = modes_of(spectrum, scale) if small is None else small
-            count = len(modes.omega)
-            if static is None:
-                static = _static(model, modes, backend)
-            greens, error = _of_modes(model, damping, modes, cutoff, aims, static)
-            if error <= aims.tolerance or (count == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
-                break
-            cutoff *= 1.3
-        progress("reduction", 1.0)
-        return Reduction(_told(greens, error, count, cutoff), modes)
+        with backend_of(model, aims) as backend:
+            spectrum = backend.spectrum(progress)
+            static: tuple[float, Array, bool] | None = None
+            cutoff, count, error = 3.0 * aims.bandwidth, 0, np.inf
+            while True:
+                square = (2 * np.pi * cutoff) ** 2
+                if small is None:
+                    try:
+                        spectrum.below(square, self.most)
+                        spectrum.first(1)  # a band below the lowest mode knows that one
+                    except CountError as problem:
+                        raise CountError(f"{problem}: use method='krylov'") from problem
+                    except ConvergenceError as problem:
+                        raise ConvergenceError(
+                            f"{problem}, and {count} leave an error of {error:.1e} (tolerance {aims.tolerance:.1e}): "
+                            "use method='krylov'"
+                        ) from problem
+                modes = modes_of(spectrum, scale) if small is None else small
+                count = len(modes.omega)
+                if static is None:
+                    static = _static(model, modes, backend)
+                greens, error = _of_modes(model, damping, modes, cutoff, aims, static)
+                if error <= aims.tolerance or (count == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
+                    break
+                cutoff *= 1.3
+            progress("reduction", 1.0)
+            return Reduction(_told(greens, error, count, cutoff), modes)
 
 
 def with_modes(
     model: SecondOrderModel, damping: Damping, modes: Modes, cutoff: float, aims: Aims, pushed: Sequence[int]
 ) -> ModalGreens:
-    """Return the Green's function of a model's ports by ``modes`` that are known, all up to ``cutoff`` [Hz]; see
-    `Modal`.
+    """Return the Green's function of a model's ports by known ``modes``, all up to ``cutoff`` [Hz]; see `Modal`.
 
     ``pushed``: numbers of the ports under whose impulses its error is judged.
     """
@@ -165,8 +156,7 @@ def modal_error(
 def _static(
     model: SecondOrderModel, modes: Modes, backend: Here | Ranks, *, deflated: bool = False
 ) -> tuple[float, Array, bool]:
-    """Return (s^2, B'P'(K + s^2 M)^-1 P B, ``deflated``), s far below the modes left out, P = 1 - M R R' of the rigid
-    modes R.
+    """Return (s^2, B'P'(K + s^2 M)^-1 P B, ``deflated``), s below the modes left out, P = 1 - M R R' of rigid modes R.
 
     P B are loads that its inertia balances, under which a free body does not move away. ``deflated``: with all modes in
     place of R, so that only those left out yield, and no digits are lost in a difference.
@@ -184,16 +174,10 @@ def _static(
 def _left_out(
     model: SecondOrderModel, modes: Modes, shapes: Array, square: float, static: Array, deflated: bool
 ) -> Array:
-    """Return the (p, p) static compliance of the modes not in ``modes``: that of `_static`, minus theirs where it has
-    them."""
+    """Return (p, p) static compliance of the modes not in ``modes``: `_static` minus theirs where it has them."""
     if len(modes.omega) == model.size:
         return np.zeros((shapes.shape[1], shapes.shape[1]))
     elastic = (modes.omega > 0) & (not deflated)
     known = shapes[elastic]
     rest = static - (known / (modes.omega[elastic] ** 2 + square)[:, None]).T @ known
-    values, vectors = np.linalg.eigh((rest + rest.T) / 2)
-    if values[0] < -1e-6 * np.abs(static).max():
-        raise ConvergenceError(
-            f"the modes exceed the static compliance by {-values[0]:.2e} m/N: not converged; use method='krylov'"
-        )
-    return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
+    return left_out(rest, 1e-6 * float(np.abs(static).max()), "use method='krylov'")

@@ -1,9 +1,9 @@
-"""Natural modes, complete by inertia, and their checks."""
+"""Natural modes, complete by inertia, and their checks; of plates that y = 0 mirrors each even or odd."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import scipy.linalg
@@ -11,11 +11,15 @@ import scipy.linalg
 from impact.after.frame import frame_of
 from impact.brief import brief
 from impact.progress import Progress, silent
-from seatfem.structures.model import Array, ModelError, SecondOrderModel
-from seatfem.structures.reduction.eigen_search import ConvergenceError, CountError
+from seatfem.structures.model import Array, DofMap, ModelError, SecondOrderModel
+from seatfem.structures.reduction.eigen_search import (
+    ConvergenceError,
+    CountError,
+    default_shift,
+    null_limit,
+    rigid_shapes,
+)
 from seatfem.structures.reduction.factorization import Backend
-from seatfem.structures.reduction.mode_shift import null_limit
-from seatfem.structures.reduction.rigid import default_shift, rigid_shapes
 from seatfem.structures.reduction.spectrum import Spectrum, uncounted
 
 if TYPE_CHECKING:
@@ -61,8 +65,7 @@ class Modes:
         return f"Modes, {f.size}, {span}, {count}, residuals up to {worst:.1e} ({self.backend})"
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Return the frequency and residual, a row a mode; raises `impact.after.frame.FrameError` where pandas is
-        missing."""
+        """Return frequency and residual, a row a mode; raises `impact.after.frame.FrameError` without pandas."""
         return frame_of({"frequency_hz": self.frequencies_hz, "residual": self.residuals})
 
     @property
@@ -198,3 +201,45 @@ def eigen_residuals(model: SecondOrderModel, square: Array, shapes: Array, shift
     mass = model.M @ shapes
     residuals = np.linalg.norm(model.K @ shapes - mass * square, axis=0)
     return np.asarray(residuals / ((square + shift**2) * np.linalg.norm(mass, axis=0)))
+
+
+SIGNS: Final = (1.0, 1.0, -1.0)  # of w, a_x and a_y = dw/dy in the image of an even motion
+ALMOST: Final = 1e-8  # 1 - |parity|: a mode nearer to even or odd is that but for the solver's error
+
+
+def with_parity(modes: Modes, model: SecondOrderModel, points: Array) -> Modes:
+    """Return the modes without what the solver's error leaves of the other parity, (y + p P y)/2, p = sign of y'M P y.
+
+    P takes a motion to its image. Rigid modes, any mixture of which is one, are first turned into even and odd ones.
+    Other modes of both parities, as pairs of equal frequency may be, stay as they are, and so do all on a mesh that is
+    not its own image.
+
+    Args:
+        modes: of ``model``, a plate's.
+        model: three unknowns a node.
+        points: (n, 2) of its nodes.
+    """
+    image = points * (1, -1)
+    order, image_order = (np.lexsort(each.T) for each in (points, image))
+    dofs = model.dofs
+    if not np.array_equal(points[order], image[image_order]) or not isinstance(dofs, DofMap):
+        return modes
+    node = np.empty_like(order)
+    node[order] = image_order
+    free = dofs.free
+
+    def image_of(shapes: Array) -> Array:
+        full = np.zeros((3 * len(points), shapes.shape[1]))
+        full[free] = shapes
+        seen = full.reshape(len(points), 3, -1)[node] * np.array(SIGNS)[:, None]
+        return np.asarray(seen.reshape(full.shape)[free])
+
+    shapes, rigid = modes.shapes.copy(), modes.omega == 0
+    if np.any(rigid):
+        _, turns = np.linalg.eigh(shapes[:, rigid].T @ (model.M @ image_of(shapes[:, rigid])))
+        shapes[:, rigid] = shapes[:, rigid] @ turns
+    seen = image_of(shapes)
+    parity = np.sum(shapes * (model.M @ seen), axis=0)
+    pure = np.where(np.abs(parity) > 1 - ALMOST, np.sign(parity), 0.0)
+    shapes = np.where(pure == 0, shapes, (shapes + pure * seen) / 2)
+    return replace(modes, shapes=shapes / np.sqrt(np.sum(shapes * (model.M @ shapes), axis=0)))

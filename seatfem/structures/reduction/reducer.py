@@ -78,8 +78,7 @@ class Reducer(ABC):
 
     @abstractmethod
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
-        """Return g of all ports with ``error_estimate.reduction``, and in ``origin`` what it took; asked where it can
-        be used.
+        """Return g of all ports with ``error_estimate.reduction``, and in ``origin`` what it took.
 
         ``damping`` is the model's with what is asked for beside it.
 

@@ -1,12 +1,51 @@
-"""The passive residual that stands for the modes left out."""
+"""The passive residual that stands for the modes left out, and what is checked of every Green's function."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from impact.greens.modal import ModalGreens, Residual
+from impact.greens.poles import PoleGreens
+from impact.measured.pole_passivity import pole_passivity
 from seatfem.structures.damping import Damping
 from seatfem.structures.model import Array, SecondOrderModel
+from seatfem.structures.reduction.eigen_search import ConvergenceError
+
+
+def reciprocity(matrix: Array) -> float:
+    """Return max |G - G'| / max |G| of (p, p) or (p, p, n) values: 0 for a symmetric function."""
+    largest = float(np.abs(matrix).max())
+    return float(np.abs(matrix - np.swapaxes(matrix, 0, 1)).max()) / largest if largest else 0.0
+
+
+def passivity(greens: ModalGreens) -> dict[str, object]:
+    """Return whether it is passive, and by what margin.
+
+    Modes with zeta >= 0 beside relaxations with positive rates and a positive semidefinite compliance cannot gain
+    energy.
+    """
+    compliance = float(np.linalg.eigvalsh(greens.residual.compliance)[0])
+    least = float(greens.zeta.min(initial=np.inf))
+    return {
+        "passive": bool(least >= 0 and compliance >= 0 and np.all(greens.residual.rates >= 0)),
+        "least_damping_ratio": least if np.isfinite(least) else None,
+        "least_residual_compliance": compliance,
+    }
+
+
+def passivity_of_poles(greens: PoleGreens) -> dict[str, object]:
+    """Return the same of complex poles: the mobility's real part is searched over all frequencies."""
+    verdict = pole_passivity(greens)
+    return {"passive": verdict.passive, "margin": verdict.margin, "margin_at_Hz": verdict.frequency}
+
+
+def feeding(model: SecondOrderModel, damping: Damping) -> str:
+    """Say how the model's C would feed energy; "" where it does not, as far as its diagonal shows."""
+    least = 0.0 if model.C is None else float(model.C.diagonal().min(initial=0.0))
+    if least < 0:
+        return f"C has a diagonal value {least:g}: it must not be negative and feed energy"
+    return "" if damping.coupling else damping.refusal
+
 
 _LEAST = 1e-9  # of the largest first velocity: what round-off leaves of the smallest
 
@@ -24,6 +63,16 @@ def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> Resi
         impedances = [1e-9 * damping.beta / max(r, 1e-300) for r in np.diag(left_out)]
     start = np.diag(damping.first_velocity() / np.array(impedances, dtype=float))
     return relaxation((left_out + left_out.T) / 2, start, damping.beta)
+
+
+def left_out(rest: Array, allowed: float, remedy: str) -> Array:
+    """Return a compliance (p, p) without the negative part that round-off leaves, `ConvergenceError` of more."""
+    values, vectors = np.linalg.eigh((rest + rest.T) / 2)
+    if len(values) and values[0] < -allowed:
+        raise ConvergenceError(
+            f"the modes exceed the static compliance by {-values[0]:.2e} m/N: not converged; {remedy}"
+        )
+    return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
 
 
 def relaxation(compliance: Array, start: Array, beta: float) -> Residual:
@@ -44,8 +93,7 @@ def relaxation(compliance: Array, start: Array, beta: float) -> Residual:
 def truncate(
     omega: Array, zeta: Array, shapes: Array, above: float, extra: Array, model: SecondOrderModel, damping: Damping
 ) -> ModalGreens:
-    """Return the modes up to the angular frequency ``above``; the others' static compliance, plus ``extra``, in the
-    residual.
+    """Return modes up to the angular frequency ``above``; the others' compliance, plus ``extra``, as residual.
 
     Args:
         omega, zeta, shapes: (m,), (m,) and (m, p) mass-normalised modes.

@@ -82,8 +82,7 @@ def mixing(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int) ->
 
 
 def summed(patches: Mapping[str, RingPatch], harmonics: NDArray[np.int64], law: Array, places: list[int]) -> Array:
-    """Return the (p, p) sum over n of s_ni s_nj cos n(th_i - th_j) law_n, for rings ``places`` (p,) and ``law`` (rings,
-    rings, n).
+    """Return (p, p) sum over n of s_ni s_nj cos n(th_i - th_j) law_n, rings ``places`` (p,), law (rings, rings, n).
 
     cos n(th_i - th_j) is a product of cosines plus one of sines.
     """

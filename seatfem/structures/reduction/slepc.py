@@ -27,10 +27,9 @@ from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import LineWorker
 from seatfem.machine.petsc import SCRIPT, PetscSetting, petsc_setting
 from seatfem.structures.model import Array, SecondOrderModel
-from seatfem.structures.reduction.eigen_search import ConvergenceError
+from seatfem.structures.reduction.eigen_search import ConvergenceError, rigid_shapes
 from seatfem.structures.reduction.factorization import Factorization, FactorizationError
 from seatfem.structures.reduction.krylov_basis import KrylovBasis
-from seatfem.structures.reduction.rigid import rigid_shapes
 from seatfem.units import write_quantity
 
 TAIL: Final = 12  # lines of what the ranks wrote, in messages
@@ -94,8 +93,7 @@ class Ranks:
         return np.array(values)
 
     def factorize(self, square: float, *, definite: bool = True) -> Factorization:
-        """Return the factorization of K + ``square`` M. Raises `FactorizationError` as `factorization.factorize`
-        does."""
+        """Return the factorization of K + ``square`` M. Raises as `factorization.factorize`."""
         answer, n = self.ask("factorize", square=square), self.model.size
         name = f"K + s^2 M ({n} unknowns): mumps"
         if (failed := answer.get("mumps")) is not None:

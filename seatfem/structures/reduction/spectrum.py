@@ -25,9 +25,9 @@ from seatfem.structures.reduction.eigen_search import (
     between,
     counting_shift,
     expected,
+    rigid_shapes,
 )
 from seatfem.structures.reduction.factorization import Backend, factorize
-from seatfem.structures.reduction.rigid import rigid_shapes
 from seatfem.units import write_quantity
 
 TOLERANCE: Final = 1e-8  # ||OP y - theta y||/|theta|: the eigenvalue is then right to its square, or to round-off
@@ -101,7 +101,6 @@ class Spectrum:
             return
         top = self._shift(value)
         if most is not None and top.count > most:
-            highest = write_quantity(np.sqrt(value) / (2 * np.pi), "frequency", 3)
             highest = write_quantity(np.sqrt(value) / (2 * np.pi), "frequency", 3)
             words = f"{top.count} modes lie below {highest} (limit {most}); lower the bandwidth"
             raise CrowdedError(words, top.count)
@@ -207,8 +206,7 @@ class Spectrum:
         self.restarts += lanczos.restarts
 
     def _once(self, want: int) -> bool:
-        """Return whether so many are found with fewer operations from one shift above them than from two
-        factorizations."""
+        """Return whether so many take fewer operations from one shift above them than from two factorizations."""
         solid = self.model.dofs is None or len(self.model.dofs.points) == 3
         return solid and want <= _EXTRA * self.model.size**0.47
 
@@ -288,8 +286,7 @@ def _grow(lanczos: BlockLanczos, size: int) -> None:
 
 
 def uncounted(model: SecondOrderModel, n: int, square: float, backend: Backend) -> tuple[Array, Array]:
-    """Return the ``n`` lowest eigenvalues (n,) and vectors that Lanczos finds from the shift -``square``; some may be
-    missing.
+    """Return the ``n`` lowest values (n,) and vectors from the shift -``square``; some may be missing.
 
     Raises:
         ConvergenceError: the error of one is too large.

@@ -25,18 +25,17 @@ from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, ModelError, SecondOrderModel, as_csr
-from seatfem.structures.reduction.checks import feeding, reciprocity
+from seatfem.structures.reduction.eigen_search import default_shift
 from seatfem.structures.reduction.factorization import Backend, FactorizationError, factorize
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
-from seatfem.structures.reduction.rigid import default_shift
+from seatfem.structures.reduction.residual import feeding, reciprocity
 
 
 def march(
     model: SecondOrderModel, dt: float, n_steps: int, *, backend: Backend = "auto", progress: Progress = silent
 ) -> Array:
-    """Return the (p, p, n_steps + 1) velocities of the ports under unit step forces at t = 0, dt, ...: samples of g
-    [m/(N s)].
+    """Return (p, p, n_steps + 1) velocities of the ports under unit step forces: samples of g [m/(N s)].
 
     Symmetric to the round-off of the solves.
     """
@@ -131,8 +130,7 @@ def _run(model: SecondOrderModel, duration: float, n: int, backend: Backend, pro
 
 
 def _refuse_indefinite(model: SecondOrderModel, backend: Backend) -> None:
-    """Raise `ModelError` of an indefinite K: a body that is merely free to move has a positive definite K + s^2 M for
-    any s > 0, however small."""
+    """Raise `ModelError` of an indefinite K: of a body that is merely free, K + s^2 M is positive definite."""
     try:
         factorize(model.K + 1e-6 * default_shift(model) ** 2 * model.M, backend=backend, name="K + s^2 M")
     except FactorizationError as error:

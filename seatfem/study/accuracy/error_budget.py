@@ -35,7 +35,7 @@ from seatfem.structures.rings import (
     rings_of,
     with_fewer_rings,
 )
-from seatfem.structures.statics import with_start
+from seatfem.structures.solved import with_start
 from seatfem.study.accuracy.other_bodies import of_stopper, of_striker, other_modes
 from seatfem.study.accuracy.prerun import Bench, window_of
 from seatfem.study.accuracy.record_end import CLOCK, LastTouch, clock_off, with_end, without_clock

@@ -13,7 +13,7 @@ from impact.greens.base import GreensFunction
 from impact.march.problem import ContactProblem
 from impact.runs.variations import Terms, Variation, narrower, of_g, ringing_on, with_body
 from seatfem.structures.rings import OF_TWICE, Division, divided_less, face_compliance, left_by, parts_behind
-from seatfem.structures.statics import bed
+from seatfem.structures.solved import bed
 from seatfem.study.impacts.contact import problem_of, solved_stopper, solved_striker, striker_of
 from seatfem.study.impacts.touches import stopper_in
 from seatfem.study.method import RunMethod

@@ -19,7 +19,7 @@ import impact
 from impact.runs.budget import Values, larger, times
 from impact.runs.variations import NARROWER, left_by_step, narrowed
 from seatfem.structures.rings import Division, face_compliance
-from seatfem.structures.statics import at_once, bed
+from seatfem.structures.solved import at_once, bed
 from seatfem.study.accuracy.other_bodies import other_modes
 from seatfem.study.accuracy.prerun import Bench, relative_changes
 from seatfem.study.method import MODES as REED_MODES

@@ -22,13 +22,12 @@ from impact.runs.budget import Values
 from impact.runs.variations import with_body
 from seatfem.machine.memory import available_memory
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.build import Cache, Solved, build
-from seatfem.structures.cache import key_of
+from seatfem.structures.cache import Cache, build, key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.roles import in_role, in_words_of
 from seatfem.structures.method import Method
 from seatfem.structures.rings import Division
-from seatfem.structures.statics import bed
+from seatfem.structures.solved import Solved, bed
 from seatfem.study.impacts.base import check_base, on_its_base
 from seatfem.study.impacts.external import loaded
 from seatfem.study.impacts.landings import Landings, landings_of_march

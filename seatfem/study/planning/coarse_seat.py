@@ -9,7 +9,7 @@ from typing import Final
 from impact.greens.base import GreensFunction
 from impact.quantities import percent
 from impact.runs.budget import safety, times
-from seatfem.structures.build import Cache
+from seatfem.structures.cache import Cache
 from seatfem.structures.estimates.costs import seat_seconds
 from seatfem.structures.estimates.mesh_size import ERRORS
 from seatfem.structures.method import Method

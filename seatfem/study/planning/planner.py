@@ -116,9 +116,9 @@ def _at_hand(decision: Decision, folder: Path | None, store: Store) -> tuple[Run
         return decision.method, ""  # with nothing there, no key need be formed
     for method in _as_fine(decision):
         key, duration = cache.key_of(seen.scene.seat, method.seat), seen.scene.run.duration
-        if file is not None and on_file == key and cache.at(file, key, duration) is not None:
+        if file is not None and on_file == key and cache.load_cached(file, key, duration) is not None:
             return method, f"in {file.name}"
-        if cache.at(store.path(key), key, duration) is not None:
+        if cache.load_cached(store.path(key), key, duration) is not None:
             return method, "in the store"
     return decision.method, ""
 

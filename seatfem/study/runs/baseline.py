@@ -16,7 +16,7 @@ from impact.runs.budget import SAFETY, Budget, Values
 from impact.runs.variations import Variation, budget_of
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.rings import Division, face_compliance
-from seatfem.structures.statics import bed
+from seatfem.structures.solved import bed
 from seatfem.study.impacts.contact import RunError, problem_of, record_of, run_contacts, stress_of
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.measures import RECORD, RunRecord, blow_of, stress_since, values_of_record

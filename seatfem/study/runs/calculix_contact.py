@@ -16,7 +16,7 @@ from impact.bodies.body import ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunction
 from seatfem.structures.formats.calculix_contact import PlateStriker, check_patch, mass_contact, plate_contact
-from seatfem.structures.formats.calculix_mesh import Integers
+from seatfem.structures.formats.calculix_deck import Integers
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import tilted

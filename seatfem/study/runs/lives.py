@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from impact.after.stresses import ReedStress
 from impact.progress import Progress, silent
-from seatfem.structures.fields.ranges import hottest, mises_range, tensor_histories
-from seatfem.structures.fields.recovery import StressField
+from seatfem.structures.fields.recovery import StressField, hottest, mises_range, tensor_histories
 from seatfem.study.impacts.life import STRESS, Histories, Lasting, asked_keys, block_from, lasting, life_keys, of_beam
 from seatfem.study.impacts.life_json import as_json, from_json
 from seatfem.study.impacts.touches import Touches

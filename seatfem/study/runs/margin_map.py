@@ -16,7 +16,7 @@ from seatfem.pictures.apart import Picture
 from seatfem.pictures.margin_map import MarginMap, plot_margin_map, write_margins
 from seatfem.pictures.skin import skin_of, skin_of_plate, skin_of_section
 from seatfem.structures.fields.around import AnyField, RingField
-from seatfem.structures.fields.ranges import mises_range, tensor_histories
+from seatfem.structures.fields.recovery import mises_range, tensor_histories
 from seatfem.structures.fields.solids import elements_of
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.study.impacts.life import block_from

@@ -30,7 +30,7 @@ from seatfem.pictures.skin import skin_of
 from seatfem.pictures.stabilisation_plot import plot_stabilisation
 from seatfem.structures.cache import key_of
 from seatfem.structures.mesh.meridian import MeridianMesh
-from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.meshing import SeatMesh
 from seatfem.structures.model import Array
 from seatfem.structures.rings import as_a_whole
 from seatfem.structures.solved import Solved

@@ -14,7 +14,7 @@ from impact.progress import Progress, Tell, silent, untold
 from impact.storage.hdf5 import save_results
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.pictures.apart import Painter
-from seatfem.structures.build import Cache
+from seatfem.structures.cache import Cache
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.impacts.contact import RunError, check_step, seat_of
 from seatfem.study.impacts.gas import GasRun, gas_csv, gas_keys

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from impact.after.stresses import ReedStress
 from impact.bodies.body import Body
 from impact.greens.base import Array
-from seatfem.structures.fields.corners import near
-from seatfem.structures.fields.doubt import left_by_mesh
+from seatfem.structures.fields.corners import left_by_mesh, near
 from seatfem.structures.fields.peaks import LITTLE
 from seatfem.structures.fields.recovery import LargestStress, StressField, largest
 from seatfem.structures.kinds.thin_plate import ThinPlate

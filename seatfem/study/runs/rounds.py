@@ -15,8 +15,7 @@ from impact.runs.budget import Budget, Values, total
 from impact.storage.hdf5 import save_greens
 from seatfem.machine.memory import peak_memory
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.build import Cache
-from seatfem.structures.cache import key_of
+from seatfem.structures.cache import Cache, key_of
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.study.accuracy.error_budget import error_budget, with_bars_of_measures
 from seatfem.study.impacts.contact import (

@@ -16,9 +16,7 @@ from impact.progress import Progress, silent
 from seatfem.pictures.apart import Picture
 from seatfem.pictures.stress_plot import plot_stress, write_stress_vtu
 from seatfem.structures.fields.around import AnyField, RingField
-from seatfem.structures.fields.corners import near
-from seatfem.structures.fields.doubt import left_by_mesh
-from seatfem.structures.fields.hot_spots import edge_distances, local_maxima
+from seatfem.structures.fields.corners import edge_distances, left_by_mesh, local_maxima, near
 from seatfem.structures.fields.peaks import Largest
 from seatfem.structures.fields.recovery import at_time, histories, largest, von_mises
 from seatfem.structures.fields.solids import elements_of

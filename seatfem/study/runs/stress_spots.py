@@ -17,7 +17,7 @@ from impact.greens.base import Array
 from impact.storage.hdf5 import StorageError, finite_array, opened, written
 from seatfem.pictures.apart import Picture
 from seatfem.pictures.stress_histories import plot_stress_histories
-from seatfem.structures.fields.hot_spots import edge_distances
+from seatfem.structures.fields.corners import edge_distances
 from seatfem.structures.fields.recovery import at_own_times, histories, von_mises
 from seatfem.study.impacts.life import beam_histories
 from seatfem.study.runs.reed_stress import PlatePeaks, parts_of_plate, plate_pushes, singular_of_plate

@@ -21,8 +21,8 @@ from seatfem.pictures.stress_wave import StressWave, animate_wave, plot_wave, wr
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.fields.around import turned
 from seatfem.structures.fields.corners import near
-from seatfem.structures.fields.frames import in_frames, response_in_frames, unknowns_in_frames
-from seatfem.structures.fields.recovery import von_mises
+from seatfem.structures.fields.recovery import in_frames, response_in_frames, von_mises
+from seatfem.structures.fields.response import Response
 from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.fields.solids import elements_of
 from seatfem.structures.kinds.elastic import Elastic
@@ -93,7 +93,9 @@ def seat_wave(done: Round, stress: SeatStress) -> StressWave | None:
     skin = skin_of(model)
     sites = at_nodes(elements, skin.nodes)
     bandwidth = done.plan.method.seat.bandwidth or 1 / scene.run.filter_width
-    unknowns = unknowns_in_frames(model, force, dt, steps, bandwidth=bandwidth, damping_ratio=body.damping_ratio)
+    unknowns = response_in_frames(
+        Response.of(model, dt=dt, bandwidth=bandwidth, damping_ratio=body.damping_ratio), force, dt, steps
+    )
     functional = stress.drawn.stress_of(model, sites)
     mises = von_mises(np.moveaxis((functional @ unknowns.T).reshape(len(sites), 6, -1), 2, 0))
     known = ~near(sites.points, stress.drawn.singular, scene.stress.distance)

@@ -17,8 +17,7 @@ from seatfem.fields import KeyProblem
 from seatfem.structures.errors import GeometryError, ModelError
 from seatfem.structures.face_lip import face_lip
 from seatfem.structures.inspection.cad import FoundFace, Inspected, inspect_geometry
-from seatfem.structures.inspection.outline import DrawnOutline, outline_in
-from seatfem.structures.inspection.sides import straight_side
+from seatfem.structures.inspection.outline import DrawnOutline, outline_in, straight_side
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.sheet import AnyClamp, Clamp, Place
 from seatfem.structures.lands import Land

@@ -20,7 +20,7 @@ from impact.march.motion import Discrete, mean_displacement
 from impact.march.problem import ContactError, ContactProblem
 from impact.runs.batch import ImpactBatch
 from seatfem.jobs.folders import private_folder
-from seatfem.structures.build import Cache
+from seatfem.structures.cache import Cache
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import problem_of, seat_of, solved_striker, stress_of, striker_of, time_step
 from seatfem.study.impacts.landings import landings_of_one_contact

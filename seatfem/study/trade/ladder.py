@@ -18,7 +18,7 @@ from typing import Final
 from impact.march.engines import Engine
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import PER_WAVELENGTH, AnyLevel, Method
-from seatfem.structures.reduction.registry import reducers
+from seatfem.structures.reduction.greens import reducers
 from seatfem.structures.rings import MOST_RINGS, Division
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.simpler import BEAM, ONE_PORT, simpler_bodies

@@ -1,0 +1,243 @@
+"""What every task of the gmsh process needs: messages, files from outside, the model that is kept, sizes, plain arrays.
+
+gmsh runs what it does not recognise as a script (`SystemCall`, `Merge`, `Printf > file`), and FILE.opt beside FILE.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.files.input_files import MB, opened_file
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.shapes import GeometryError
+from seatfem.structures.shapes.profile import PER_ARC
+
+BOUNDED: Final = ("building the geometry", "reading the mesh")
+LONGEST: Final = 100  # s of these: sound files take seconds, and some broken ones keep the CAD kernel busy for ever
+
+
+def send(**message: Any) -> None:
+    """Send one JSON line to the parent."""
+    sys.stdout.write(json.dumps(message) + "\n")
+    sys.stdout.flush()
+
+
+def stage(what: str, done: float) -> None:
+    """Report what is begun; the system ends the process where reading a file takes longer than `LONGEST`."""
+    if hasattr(signal, "alarm"):  # not on Windows
+        signal.alarm(LONGEST if what in BOUNDED else 0)
+    send(stage=what, done=done)
+
+
+LIMIT: Final = 2048 * MB
+HEAD: Final = 400  # bytes
+HEADS: Final[Mapping[str, tuple[re.Pattern[bytes], str]]] = MappingProxyType(
+    {
+        ".msh": (
+            re.compile(rb"\$MeshFormat[ \t]*\r?\n[ \t]*[234](\.\d+)?[ \t]+[01][ \t]+8[ \t]*\r?\n"),
+            "'$MeshFormat' and a line like '4.1 0 8' (gmsh, versions 2 to 4)",
+        ),
+        ".med": (re.compile(rb"\x89HDF\r\n\x1a\n"), "the mark of an HDF5 file"),
+        ".step": (re.compile(rb"\s*ISO-10303-21\s*;"), "'ISO-10303-21;'"),
+        ".brep": (re.compile(rb"\s*(DBRep_DrawableShape\s+)?CASCADE Topology"), "'CASCADE Topology'"),
+    }
+)
+SAME: Final = MappingProxyType({".stp": ".step"})
+
+
+@contextmanager
+def handed_over(path: Path) -> Iterator[Path]:
+    """Yield a copy of the file, under a plain name and alone in a private folder, once its first bytes are those of its
+    format; what goes wrong with it is reported of the file itself. Raises `GeometryError` where they are not.
+    """
+    suffix = SAME.get(path.suffix.lower(), path.suffix.lower())
+    if suffix not in HEADS:
+        raise GeometryError(f"{path}: {suffix or 'no suffix'}: export it as one of {', '.join(HEADS)}")
+    with tempfile.TemporaryDirectory(prefix="seatfem-") as folder:
+        copy = Path(folder) / f"input{suffix}"
+        with opened_file(path, LIMIT, GeometryError) as source, copy.open("xb") as target:
+            while block := source.read(MB):
+                target.write(block)
+        with copy.open("rb") as file:
+            head = file.read(HEAD)
+        pattern, wanted = HEADS[suffix]
+        if not pattern.match(head):
+            raise GeometryError(
+                f"{path}: is no {suffix} file; it begins with {head[:20]!r} instead of {wanted}. Export it again"
+            )
+        if suffix == ".med":
+            from impact.files.hdf5_structure import check_structure  # here, for h5py takes its time
+
+            check_structure(copy, GeometryError)
+        try:
+            yield copy
+        except Exception as error:
+            message = str(error).replace(str(copy), str(path))
+            if isinstance(error, GeometryError):
+                raise GeometryError(message, error.field) from error
+            raise RuntimeError(message) from error
+
+
+Integers = NDArray[np.int64]
+
+# gmsh's element types
+SOLIDS = {4: "tetrahedron", 11: "tetrahedron", 5: "hexahedron", 17: "hexahedron", 12: "hexahedron"}
+FACES = {"tetrahedron": (2, 9), "hexahedron": (3, 10, 16)}
+CORNERS = {"tetrahedron": 3, "hexahedron": 4}
+
+
+def arrays(gmsh: Any, scale: float) -> dict[str, Any]:
+    """Return the points (metres), cells and named groups as plain arrays, which `mesh_io.from_gmsh` takes.
+
+    ``scale``: metres per model unit. Keys: "points", "cells", and one "volume:NAME", "surface:NAME" or "nodes:NAME" per
+    group; groups of one dimension and one name are one. Raises `GeometryError` naming what it found where the volume
+    elements are not of one kind: tetrahedra or hexahedra of order 1 or 2.
+    """
+    mesh = gmsh.model.mesh
+    tags, coordinates, _ = mesh.getNodes()
+    index = rows_of(tags)
+    solid = _solid_type(mesh)
+    elements, nodes = mesh.getElementsByType(solid)
+    row = rows_of(elements)
+    out = {"points": scale * coordinates.reshape(-1, 3), "cells": index[nodes].reshape(len(elements), -1)}
+    groups: dict[str, list[Integers]] = {}
+    for dimension, tag in gmsh.model.getPhysicalGroups():
+        name = gmsh.model.getPhysicalName(dimension, tag).strip() or f"group {tag}"  # .med pads with blanks
+        entities = gmsh.model.getEntitiesForPhysicalGroup(dimension, tag)
+        if dimension == 3:
+            parts = [mesh.getElementsByType(solid, entity)[0] for entity in entities]
+            members, kind = row[np.concatenate([[], *parts]).astype(np.int64)], "volume"
+        elif dimension == 2:
+            members, kind = index[_faces(mesh, SOLIDS[solid], entities)], "surface"
+        elif dimension == 0:
+            members, kind = index[mesh.getNodesForPhysicalGroup(0, tag)[0].astype(np.int64)], "nodes"
+        else:
+            continue
+        groups.setdefault(f"{kind}:{name}", []).append(members)
+    return out | {key: np.concatenate(parts) for key, parts in groups.items()}
+
+
+def _solid_type(mesh: Any) -> int:
+    present = [kind for kind in mesh.getElementTypes() if mesh.getElementProperties(kind)[1] == 3]
+    if len(present) != 1 or present[0] not in SOLIDS:
+        listed = ", ".join(_described(mesh, kind) for kind in present) or "none"
+        raise GeometryError(
+            f"volume elements must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {listed}"
+        )
+    return int(present[0])
+
+
+def _described(mesh: Any, kind: int) -> str:
+    name, _, _, nodes, *_ = mesh.getElementProperties(kind)
+    return f"{len(mesh.getElementsByType(kind)[0])} {name} of {nodes} nodes"
+
+
+def _faces(mesh: Any, shape: str, entities: list[int]) -> Integers:
+    """Return vertex tags of the faces on some entities; (f, 3) or (f, 4)."""
+    corners = CORNERS[shape]
+    parts = [np.empty((0, corners), dtype=np.int64)]
+    for kind in FACES[shape]:
+        width = mesh.getElementProperties(kind)[3]
+        parts += [mesh.getElementsByType(kind, entity)[1].reshape(-1, width)[:, :corners] for entity in entities]
+    return np.concatenate(parts).astype(np.int64)
+
+
+def rows_of(tags: Any) -> Integers:
+    """Return the row of each tag, -1 for tags that are not there."""
+    index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)
+    index[tags.astype(np.int64)] = np.arange(len(tags))
+    return index
+
+
+Tags = TypeVar("Tags")
+
+GEOMETRY: Final = ("task", "geometry", "sectors")  # what of a job decides the geometry
+UNKNOWN: Final = "unknown"
+SAMPLES_PER_CURVE = 200
+GROWTH_FROM_ARC = 1.0  # of the size per unit distance
+
+
+@dataclass
+class KeptModel:
+    """The content of gmsh's model: ``key`` of the geometry, "" of none; ``tags``: what its recipe returned."""
+
+    key: str = ""
+    tags: Any = None
+
+    def forget(self) -> None:
+        """Build anew at the next occasion."""
+        self.key = UNKNOWN
+
+    def built(self, gmsh: Any, job: Mapping[str, Any], build: Callable[[], Tags], heal: bool = False) -> Tags:
+        """Return the tags of the job's geometry: by ``build``, or of the model where the job before had the same.
+
+        A model that is used again has lost its mesh and size fields.
+        """
+        rings = job.get("spec", {}).get("rings")  # corners of a half section
+        key = json.dumps([heal, rings, *(job.get(name) for name in GEOMETRY)], sort_keys=True)
+        if key == self.key:
+            gmsh.model.mesh.clear()
+            for field in gmsh.model.mesh.field.list():
+                gmsh.model.mesh.field.remove(field)
+            tags: Tags = self.tags
+            return tags
+        if self.key:
+            gmsh.clear()
+        self.forget()
+        self.tags = build()
+        self.key = key
+        return self.tags  # type: ignore[no-any-return]
+
+
+def set_sizes(
+    gmsh: Any,
+    spec: MeshSpec,
+    surfaces: list[int],
+    curves: list[int],
+    scale: float,
+    arcs: Mapping[int, int] | None = None,
+) -> None:
+    """Set the background size: constant near the contact patch, then growing linearly to the bulk's.
+
+    ``surfaces``, ``curves``: of the patch and its outline. ``scale``: model units per metre. ``arcs``: curves with
+    so many elements along them at least.
+    """
+    near, far = scale * spec.patch_size, scale * spec.size
+    fields = [_growing(gmsh, surfaces, curves, near, far, spec.grading, start=near)]
+    for arc, elements in (arcs or {}).items():
+        if (size := gmsh.model.occ.getMass(1, arc) / max(PER_ARC, spec.fillets * elements)) < far:
+            fields.append(_growing(gmsh, [], [arc], size, far, GROWTH_FROM_ARC, start=0.0))
+    least = gmsh.model.mesh.field.add("Min")
+    gmsh.model.mesh.field.setNumbers(least, "FieldsList", fields)
+    gmsh.model.mesh.field.setAsBackgroundMesh(least)
+
+
+def _growing(
+    gmsh: Any, surfaces: list[int], curves: list[int], near: float, far: float, growth: float, *, start: float
+) -> int:
+    """Return the size ``near`` up to the distance ``start``, then growing to ``far``."""
+    field = gmsh.model.mesh.field
+    distance = field.add("Distance")
+    field.setNumbers(distance, "SurfacesList", surfaces)
+    field.setNumbers(distance, "CurvesList", curves)
+    field.setNumber(distance, "Sampling", SAMPLES_PER_CURVE)
+    threshold = field.add("Threshold")
+    field.setNumber(threshold, "InField", distance)
+    field.setNumber(threshold, "SizeMin", near)
+    field.setNumber(threshold, "SizeMax", far)
+    field.setNumber(threshold, "DistMin", start)
+    field.setNumber(threshold, "DistMax", max(near + (far - near) / growth, start + 1e-3 * near))
+    return int(threshold)
