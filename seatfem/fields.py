@@ -117,34 +117,29 @@ class ReadQuantity:
     dimension: str
 
     def __call__(self, value: object) -> float:
-        if isinstance(value, str):
-            return self._sane(parse_quantity(value, self.dimension), value)
-        raise UnitError(f"{value!r} has no unit; write a string, e.g. {DIMENSIONS[self.dimension].example!r}")
-
-    def _sane(self, value: float, written: str) -> float:
         wanted = DIMENSIONS[self.dimension]
-        least, most = wanted.sane
-        if value == 0.0 or least <= abs(value) <= most:
-            return value
-        raise UnitError(f"{written!r} is out of any sane range: {least:g} to {most:g} {wanted.si}")
+        if not isinstance(value, str):
+            raise UnitError(f"{value!r} has no unit; write a string, e.g. {wanted.example!r}")
+        number, (least, most) = parse_quantity(value, self.dimension), wanted.sane
+        if number != 0.0 and not least <= abs(number) <= most:
+            raise UnitError(f"{value!r} is out of any sane range: {least:g} to {most:g} {wanted.si}")
+        return number
 
 
 def read_number(value: object) -> float:
     """Read a number such as 0.1 or "10 %"."""
-    if isinstance(value, str):
-        return parse_fraction(value)
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value)
-    raise UnitError(f"{value!r} is not a number; write 0.1 or '10 %'")
+    return parse_fraction(value) if isinstance(value, str) else _plain_number(value, "0.1 or '10 %'")
 
 
 def read_rpm(value: object) -> float:
     """Read a speed of a crank in turns a minute: 3000 or "3000 1/min"."""
-    if isinstance(value, str):
-        return parse_rpm(value)
+    return parse_rpm(value) if isinstance(value, str) else _plain_number(value, "3000 or '3000 1/min'")
+
+
+def _plain_number(value: object, examples: str) -> float:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)
-    raise UnitError(f"{value!r} is not a number; write 3000 or '3000 1/min'")
+    raise UnitError(f"{value!r} is not a number; write {examples}")
 
 
 def read_temperature(value: object) -> float:
