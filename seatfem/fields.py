@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
@@ -31,6 +32,24 @@ class KeyProblem(ValueError):
         self.key = key
 
 
+@contextmanager
+def keys_of(table: str) -> Iterator[None]:
+    """Tell the problems of a ``table`` by the dotted keys that they have in the table around it."""
+    try:
+        yield
+    except KeyProblem as problem:
+        raise KeyProblem(f"{table}.{problem.key}", str(problem)) from None
+
+
+@contextmanager
+def problem_of(key: str, *errors: type[Exception], drop: str = "") -> Iterator[None]:
+    """Tell these ``errors`` as problems of the ``key``, their messages without the prefix ``drop``."""
+    try:
+        yield
+    except errors as error:
+        raise KeyProblem(key, str(error).removeprefix(drop)) from None
+
+
 class Table(BaseModel):
     """A table of the scene: every key is known, and nothing changes after reading."""
 
@@ -39,8 +58,21 @@ class Table(BaseModel):
     sample: ClassVar[str] = ""
     """What a table of this class may begin with (`seatfem init`): lines of TOML, its required keys among them."""
 
+    inlined: ClassVar[str] = ""
+    """The field whose own keys stand in this table itself, in place of it."""
+
     also: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
     """Names of other kinds under which this one is meant, where one of these keys of its own stands beside them."""
+
+    def given_keys(self, *keys: str) -> list[str]:
+        """Return those of these keys that have a value."""
+        return [key for key in keys if getattr(self, key) is not None]
+
+    def check_one_of(self, keys: tuple[str, ...], nothing: str) -> None:
+        """Raise `KeyProblem` unless exactly one of these keys has a value; ``nothing``: what it means that none has."""
+        if len(given := self.given_keys(*keys)) != 1:
+            words = f"{' and '.join(given)} are given" if given else nothing
+            raise KeyProblem(given[1] if given else keys[0], f"{words}: give exactly one of {', '.join(keys)}")
 
 
 def of_same_names(made: type[Made], *tables: Table, **others: object) -> Made:

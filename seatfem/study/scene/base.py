@@ -8,7 +8,7 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from impact.bodies.base_motion import BaseMotion, Kind
 from impact.bodies.time_series import TimeSeriesError, read_time_series
-from seatfem.fields import ExistingFile, KeyProblem, Table
+from seatfem.fields import ExistingFile, Table, problem_of
 from seatfem.structures.kinds.record_columns import CourseColumns, CourseUnits, Record, stated_in
 
 
@@ -43,31 +43,24 @@ displacement = "base.csv"
 
     @model_validator(mode="after")
     def _one_of_three(self, info: ValidationInfo) -> Self:
-        if len(keys := self._given) != 1:
-            words = f"{' and '.join(keys)} are given" if keys else "nothing says how it moves"
-            raise KeyProblem(keys[1] if keys else "displacement", f"{words}: give exactly one of {', '.join(KINDS)}")
-        if (info.context or {}).get("unread"):
-            return self
-        try:
-            self.record()
-        except TimeSeriesError as error:
-            raise KeyProblem(keys[0], str(error)) from None
+        self.check_one_of(KINDS, "nothing says how it moves")
+        if not (info.context or {}).get("unread"):
+            with problem_of(self._kind, TimeSeriesError):
+                self.record()
         return self
 
     @property
-    def _given(self) -> list[Kind]:
-        return [kind for kind in KINDS if getattr(self, kind) is not None]
+    def _kind(self) -> Kind:
+        return next(kind for kind in KINDS if getattr(self, kind) is not None)
 
     def record(self) -> Record:
         """Return the course of its file. Raises `TimeSeriesError`."""
-        (kind,) = self._given
-        columns, units = stated_in(self.columns), stated_in(self.units)
+        kind, columns, units = self._kind, stated_in(self.columns), stated_in(self.units)
         return Record(kind, read_time_series(getattr(self, kind), kind, columns=columns, units=units))
 
     def motion(self) -> BaseMotion:
         """Return the base's motion as its file has it. Raises `TimeSeriesError`."""
-        (kind,) = self._given
-        return BaseMotion.of(self.record().course, kind)
+        return BaseMotion.of(self.record().course, self._kind)
 
 
 KINDS: tuple[Kind, ...] = get_args(Kind)

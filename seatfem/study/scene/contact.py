@@ -90,28 +90,20 @@ class Contact(Table):
         if abs(self.tilt) > STEEPEST:
             raise KeyProblem("tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg")
         arcs = self.ports or 1
+        parts = f"{arcs} segments in {self.rings} rings"
         if arcs * self.rings > MOST_PORTS:
-            raise KeyProblem(
-                "ports",
-                f"{arcs} segments in {self.rings} rings are more than {MOST_PORTS}; their mutual compliances take "
-                f"{8e-9 * (arcs * self.rings) ** 2:.2g} GB for each body: take fewer of either",
-            )
+            size = f"their mutual compliances take {8e-9 * (arcs * self.rings) ** 2:.2g} GB for each body"
+            raise KeyProblem("ports", f"{parts} are more than {MOST_PORTS}; {size}: take fewer of either")
         if arcs > 1 and arcs % 2 and 2 * arcs * self.rings > MOST_CHOSEN:  # half as many tell what they leave
-            raise KeyProblem(
-                "ports", f"{arcs} segments in {self.rings} rings: so many must be an even number of segments"
-            )
+            raise KeyProblem("ports", f"{parts}: so many must be an even number of segments")
         if self.ports == 1 and self.uneven:
-            raise KeyProblem(
-                "ports", f"a single contact point has only a mean gap, {self.uneven} needs several: remove one key"
-            )
+            words = f"a single contact point has only a mean gap, {self.uneven} needs several: remove one key"
+            raise KeyProblem("ports", words)
         if not 0 < self.line_arc <= 2 * math.pi * (1 + 1e-9):
             raise KeyProblem("line_arc", f"{math.degrees(self.line_arc):g} deg must be above 0 and at most 360 deg")
         angles = [angle for angle, _ in self.waviness]
         for a, b in itertools.pairwise(angles):
             if not a < b < angles[0] + 2 * math.pi:
-                raise KeyProblem(
-                    "waviness",
-                    f"{math.degrees(b):g} deg after {math.degrees(a):g} deg: its angles must rise from one entry to "
-                    "the next, within 360 deg",
-                )
+                words = f"{math.degrees(b):g} deg after {math.degrees(a):g} deg: its angles must rise from one entry to"
+                raise KeyProblem("waviness", f"{words} the next, within 360 deg")
         return self

@@ -45,9 +45,8 @@ class AreaByLift(Table):
             if after <= before:
                 raise KeyProblem("lift", f"the lifts must increase: {1e3 * after:g} mm follows {1e3 * before:g} mm")
         if (least := min(self.area)) <= 0:
-            raise KeyProblem(
-                "area", f"an area of {1e6 * least:g} mm^2: areas must be positive; for none remove the load"
-            )
+            words = f"an area of {1e6 * least:g} mm^2: areas must be positive; for none remove the load"
+            raise KeyProblem("area", words)
         return self
 
     def __call__(self, lift: float) -> float:
@@ -90,17 +89,13 @@ area = "80 mm^2"
 
     @model_validator(mode="after")
     def _one_of_all(self) -> Self:
-        if len(keys := [key for key in ACTING if getattr(self, key) is not None]) != 1:
-            words = f"{' and '.join(keys)} are given" if keys else "nothing acts"
-            raise KeyProblem(keys[1] if keys else ACTING[0], f"{words}: give exactly one of {', '.join(ACTING)}")
-        if (self.area is None) != (self.pressure is None):
-            missing = self.pressure is not None
-            raise KeyProblem(
-                "area", "required key is missing: effective area" if missing else "there is no pressure; remove the key"
-            )
-        for key in ("at", "point"):
-            if getattr(self, key) is not None and self.force is None:
-                raise KeyProblem(key, "only a force has a place; remove the key")
+        self.check_one_of(ACTING, "nothing acts")
+        if self.area is None and self.pressure is not None:
+            raise KeyProblem("area", "required key is missing: effective area")
+        if self.area is not None and self.pressure is None:
+            raise KeyProblem("area", "there is no pressure; remove the key")
+        if self.force is None and (places := self.given_keys("at", "point")):
+            raise KeyProblem(places[0], "only a force has a place; remove the key")
         if self.at is not None and self.point is not None:
             raise KeyProblem("point", "at is given too; keep one")
         return self

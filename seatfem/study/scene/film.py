@@ -43,10 +43,8 @@ floor = "2 um"
             raise KeyProblem("film", f"the film is known across the whole lip, not in {rings} rings: remove either")
         for key in ("width", "length"):
             if ring is None and getattr(self, key) is None:
-                words = f"of a seat of kind {seat!r}, as it is given here, no lip is known"
-                raise KeyProblem(
-                    f"film.{key}", f"required key is missing: {words}; give width and length of the strip that closes"
-                )
+                words = f"required key is missing: of a seat of kind {seat!r}, as it is given here, no lip is known"
+                raise KeyProblem(f"film.{key}", f"{words}; give width and length of the strip that closes")
 
     def of(self, ring: tuple[float, float] | None) -> SqueezeFilm:
         """Return the film on the whole lip."""

@@ -29,6 +29,7 @@ from seatfem.fields import (
     Temperature,
     Volume,
     default,
+    problem_of,
 )
 from seatfem.structures.kinds.record_columns import CourseColumns, CourseUnits, Record, stated_in
 from seatfem.units import write_quantity
@@ -95,10 +96,8 @@ class MeasuredArea(Table):
 
     @model_validator(mode="after")
     def _is_a_table(self) -> Self:
-        try:
+        with problem_of("area", GasError):
             _ = self.table
-        except GasError as problem:
-            raise KeyProblem("area", str(problem)) from None
         return self
 
 
@@ -173,35 +172,26 @@ port_diameter = "12 mm"
 
     @model_validator(mode="after")
     def _computed_or_prescribed(self) -> Self:
-        keys = [key for key in OF_THE_CRANK if getattr(self, key) is not None]
+        keys = self.given_keys(*OF_THE_CRANK)
         if self.cylinder_pressure is not None:
-            if unused := [key for key in (*OF_THE_CRANK, *BESIDE) if getattr(self, key) is not None]:
+            if unused := [*keys, *self.given_keys(*BESIDE)]:
                 raise KeyProblem(unused[0], "cylinder_pressure prescribes the pressure; keep one of the two")
             _ = self.course
         elif self.columns is not None or self.units is not None:
-            raise KeyProblem(
-                "units" if self.columns is None else "columns", "there is no cylinder_pressure; remove the key"
-            )
+            raise KeyProblem(self.given_keys("columns", "units")[0], "there is no cylinder_pressure; remove the key")
         elif len(keys) < len(OF_THE_CRANK):
             missing = next(key for key in OF_THE_CRANK if key not in keys)
             words = type(self).model_fields[missing].description
             raise KeyProblem(missing, f"required key is missing: {words}; or give cylinder_pressure")
         else:
-            try:
+            with problem_of("rod", GasError):
                 _ = self.crank
-            except GasError as problem:
-                raise KeyProblem("rod", str(problem)) from None
         if self.suction.pressure >= self.discharge.pressure:
-            raise KeyProblem(
-                "discharge.pressure",
-                f"{write_quantity(self.discharge.pressure, 'pressure')} is not above suction.pressure = "
-                f"{write_quantity(self.suction.pressure, 'pressure')}: nothing "
-                "is compressed; exchange them, or raise it",
-            )
-        try:
+            high, low = (write_quantity(each.pressure, "pressure") for each in (self.discharge, self.suction))
+            words = f"{high} is not above suction.pressure = {low}: nothing is compressed; exchange them, or raise it"
+            raise KeyProblem("discharge.pressure", words)
+        with problem_of("force", GasError):
             _ = self.areas
-        except GasError as problem:
-            raise KeyProblem("force", str(problem)) from None
         return self
 
     @property
@@ -233,29 +223,18 @@ port_diameter = "12 mm"
         """Return the prescribed pressure. Raises `KeyProblem` for a record that cannot be read, or has gaps."""
         path = self.cylinder_pressure
         assert path is not None
-        try:
+        columns, units = stated_in(self.columns), stated_in(self.units)
+        with problem_of("cylinder_pressure", TimeSeriesError):
             table = read_csv(path, TimeSeriesError)
-            columns, units = stated_in(self.columns), stated_in(self.units)
             named = table is not None and table.column_of("time", ("time",), {}) is not None
             by_time = "time" in columns or (named and "angle" not in columns)
             rpm, start = None if by_time else self.rpm, math.degrees(self.angle)
             series = read_time_series(
-                path,
-                "pressure",
-                outside="hold",
-                columns=columns,
-                units=units,
-                rpm=rpm,
-                start=start,
-                most_gap=WIDEST,
+                path, "pressure", outside="hold", columns=columns, units=units, rpm=rpm, start=start, most_gap=WIDEST
             )
-        except TimeSeriesError as problem:
-            raise KeyProblem("cylinder_pressure", str(problem)) from None
         if (least := float(series.value.min())) <= 0:
-            raise KeyProblem(
-                "cylinder_pressure",
-                f"{path}: {write_quantity(least, 'pressure')}: pressures are absolute, they must be above 0 Pa",
-            )
+            words = f"{write_quantity(least, 'pressure')}: pressures are absolute, they must be above 0 Pa"
+            raise KeyProblem("cylinder_pressure", f"{path}: {words}")
         return series
 
     @property

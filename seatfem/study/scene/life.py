@@ -80,7 +80,7 @@ source = "report, page"
             if self.impact_speed_limit is None:
                 raise KeyProblem("strength", "required key is missing: a file of strength (or impact_speed_limit)")
             return self
-        if self.cycles is not None and (beside := [key for key in ("hours", "rpm") if getattr(self, key) is not None]):
+        if self.cycles is not None and (beside := self.given_keys("hours", "rpm")):
             raise KeyProblem(beside[0], "cycles is given too; keep cycles, or hours with rpm")
         if (self.contact_modulus is None) != (not self.contact_criterion):
             missing = "contact_modulus" if self.contact_criterion else "contact_criterion"
@@ -168,23 +168,21 @@ source = "report, page"
         if self.seat_strength is not None and scene.stress is None:
             raise KeyProblem("seat_strength", "stress in the seat is not computed: add the table [stress]")
         if self.multiaxial and not (self.seat_strength or scene.reed.has_surface_stress):
-            raise KeyProblem(
-                "multiaxial",
-                f"a body of kind {scene.reed.kind!r} has no stress of several axes: remove it, or give seat_strength",
+            words = (
+                f"a body of kind {scene.reed.kind!r} has no stress of several axes: remove it, or give seat_strength"
             )
+            raise KeyProblem("multiaxial", words)
         if self.curves is not None:
             self.curves.check(scene)
         if self.block == "last cycle":
-            turn = turn_of(scene)
-            if turn is None:
+            if (turn := turn_of(scene)) is None:
                 raise KeyProblem("block", "no load of one rpm repeats in this scene; take the run as the block")
             if scene.run.duration < TURNS * turn * (1 - 1e-9):
-                raise KeyProblem(
-                    "block",
-                    f"run.duration = {write_quantity(scene.run.duration, 'time')} holds fewer than {TURNS} turns of "
-                    f"{write_quantity(turn, 'time')}, so that "
-                    "the last one would hold the start: watch longer, or take the run as the block",
+                duration, each = (write_quantity(time, "time") for time in (scene.run.duration, turn))
+                words = (
+                    f"run.duration = {duration} holds fewer than {TURNS} turns of {each}, so that the last one would"
                 )
+                raise KeyProblem("block", f"{words} hold the start: watch longer, or take the run as the block")
 
 
 def turn_of(scene: Scene) -> float | None:

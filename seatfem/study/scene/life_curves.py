@@ -55,13 +55,12 @@ class Curves(Table):
 
     def check(self, scene: Scene) -> None:
         """Raise `KeyProblem` for a value that the scene cannot have."""
-        for name, values in self.asked():
-            for value in values:
-                try:
-                    check_start(varied(scene, name, value))
-                except KeyProblem as problem:
-                    number = value * UNITS[name][1]
-                    raise KeyProblem(f"curves.{name}", f"{number:g} {UNITS[name][0]}: {problem}") from None
+        for name, value in ((name, value) for name, values in self.asked() for value in values):
+            try:
+                check_start(varied(scene, name, value))
+            except KeyProblem as problem:
+                unit, factor = UNITS[name]
+                raise KeyProblem(f"curves.{name}", f"{value * factor:g} {unit}: {problem}") from None
 
 
 def varied(scene: Scene, name: str, value: float) -> Scene:

@@ -29,11 +29,8 @@ class Run(Table):
     @model_validator(mode="after")
     def _several_steps(self) -> Self:
         if self.time_step is not None and 2 * self.time_step > self.duration:
-            raise KeyProblem(
-                "time_step",
-                f"{write_quantity(self.time_step, 'time')} must leave at least two steps in "
-                f"{write_quantity(self.duration, 'time')}",
-            )
+            step, duration = (write_quantity(time, "time") for time in (self.time_step, self.duration))
+            raise KeyProblem("time_step", f"{step} must leave at least two steps in {duration}")
         return self
 
 

@@ -55,8 +55,7 @@ preload = "5 N"
         if (self.number is None) != (self.radius is None):
             missing = "number" if self.number is None else "radius"
             raise KeyProblem(missing, "required key is missing: springs on a circle have number and radius")
-        keys = [key for key in ("at", "points", "number") if getattr(self, key) is not None]
-        if len(keys) > 1:
+        if len(keys := self.given_keys("at", "points", "number")) > 1:
             raise KeyProblem(keys[1], f"{keys[0]} is given too; keep one")
         return self
 

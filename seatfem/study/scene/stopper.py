@@ -31,7 +31,6 @@ class Stopper(Table):
     """
 
     inlined: ClassVar[str] = "body"
-    """The field whose keys stand in this table itself."""
 
     sample: ClassVar[str] = """
 kind = "spring"
@@ -86,9 +85,8 @@ gap = "1.5 mm"
         if self.gap is not None and self.lift is not None:
             raise KeyProblem("lift", "gap is given too; keep one of the two")
         if self.lift is not None and self.lift <= 0:
-            raise KeyProblem(
-                "lift", f"{1e3 * self.lift:g} mm: the stopper would lie below the seat; it must be more than 0 mm"
-            )
+            words = f"{1e3 * self.lift:g} mm: the stopper would lie below the seat; it must be more than 0 mm"
+            raise KeyProblem("lift", words)
         return self
 
     @property
@@ -100,9 +98,8 @@ gap = "1.5 mm"
     @model_validator(mode="after")
     def _in_parts(self) -> Self:
         if (self.arcs or 1) * self.rings > MOST_PORTS:
-            raise KeyProblem(
-                "arcs", f"{self.arcs} segments in {self.rings} rings are more than {MOST_PORTS}: take fewer"
-            )
+            words = f"{self.arcs} segments in {self.rings} rings are more than {MOST_PORTS}: take fewer"
+            raise KeyProblem("arcs", words)
         if abs(self.tilt) > STEEPEST:
             raise KeyProblem("tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg")
         if self.tilt and self.arcs == 1:

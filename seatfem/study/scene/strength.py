@@ -22,6 +22,7 @@ from seatfem.fields import (
     Table,
     Temperature,
     of_same_names,
+    problem_of,
 )
 from seatfem.structures.formats.columns import ColumnsError, read_columns
 from seatfem.study.scene.load import load_table
@@ -58,16 +59,12 @@ class CurveTable(Table):
         if measured and (any(knee.values()) or self.second_slope or self.endurance_limit):
             raise KeyProblem(key, "a curve is given by a knee and slopes or by points; give one of them")
         if missing := [key for key, value in knee.items() if value is None and not measured]:
-            raise KeyProblem(
-                missing[0],
-                f"a curve needs knee_stress, knee_cycles and slope, or points; missing: {', '.join(missing)}",
-            )
+            words = f"a curve needs knee_stress, knee_cycles and slope, or points; missing: {', '.join(missing)}"
+            raise KeyProblem(missing[0], words)
         if self.endurance_limit and self.second_slope:
             raise KeyProblem("second_slope", "an endurance limit leaves no second slope; state one of them")
-        try:
+        with problem_of(key, LifeError, ColumnsError):
             _ = self.curve
-        except (LifeError, ColumnsError) as problem:
-            raise KeyProblem(key, str(problem)) from None
         return self
 
     @cached_property

@@ -66,18 +66,13 @@ frames = 40
         if not self.frames and (idle := [key for key in ("frames_from", "frames_until") if getattr(self, key)]):
             raise KeyProblem(idle[0], "there are no frames: state their number, or remove the key")
         if self.frames_from and self.frames_until and self.frames_from >= self.frames_until:
-            raise KeyProblem(
-                "frames_until",
-                f"{write_quantity(self.frames_until, 'time')} must be later than frames_from = "
-                f"{write_quantity(self.frames_from, 'time')}",
-            )
+            last, first = (write_quantity(time, "time") for time in (self.frames_until, self.frames_from))
+            raise KeyProblem("frames_until", f"{last} must be later than frames_from = {first}")
         return self
 
     def check(self, duration: float) -> None:
         """Raise `KeyProblem` for frames that lie beyond the run, ``duration`` [s]."""
-        for key in ("frames_from", "frames_until"):
-            if (time := getattr(self, key)) is not None and time > duration:
-                raise KeyProblem(
-                    key,
-                    f"{write_quantity(time, 'time')} must be at most run.duration = {write_quantity(duration, 'time')}",
-                )
+        for key in self.given_keys("frames_from", "frames_until"):
+            if (time := getattr(self, key)) > duration:
+                stated, most = (write_quantity(each, "time") for each in (time, duration))
+                raise KeyProblem(key, f"{stated} must be at most run.duration = {most}")
