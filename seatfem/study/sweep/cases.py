@@ -166,7 +166,7 @@ def columns_of(cases: list[Case], study: Study) -> Mapping[str, list[object]]:
     """Return the values of each key by scene: numbers in the unit of the key, else as they are."""
     columns: dict[str, list[object]] = {}
     for key, variation in study.vary.items():
-        texts = isinstance(variation, Listed) and not variation.numbers()
+        texts = isinstance(variation, Listed) and not variation.quantities()
         values = [case.changed[key] for case in cases]
         name = f"{key} [{variation.unit}]" if variation.unit else key
         columns[name] = [str(value) if texts else number_and_unit(value)[0] for value in values]
