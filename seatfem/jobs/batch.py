@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager
 
@@ -42,7 +42,7 @@ def crew(program: Program, *, workers: int) -> Iterator[Ask]:
         for desk in desks:
             ours.callback(desk.end)
 
-        def ask(jobs: Sequence[str], limit: float) -> Iterator[tuple[int, str | Lost]]:
+        def ask(jobs: Iterable[str], limit: float) -> Iterator[tuple[int, str | Lost]]:
             waiting, pending = iter(enumerate(jobs)), dict[Future[str | Lost], tuple[Desk, int]]()
 
             def hand_out(desk: Desk) -> None:

@@ -43,6 +43,7 @@ FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
     REED_BAND: ("reed", "bandwidth"),
 }
 """Where a method has what a scene states at a dotted key, for every key that a plan may choose."""
+_UNITS: Final = {SIZE: "m", CONTACT_SIZE: "m", BAND: "Hz", STEP: "s", REED_BAND: "Hz"}
 
 
 @dataclass(frozen=True)
@@ -119,6 +120,11 @@ def value_of(scene: Scene, key: str) -> Any:
     for part in key.split("."):
         value = getattr(value, part)
     return value
+
+
+def written(key: str, value: object) -> object:
+    """Return an SI value of a key of `FIELDS` as a scene file has it: ``"0.001 m"``."""
+    return f"{value!r} {_UNITS[key]}" if key in _UNITS else value
 
 
 def is_given(scene: Scene, key: str) -> bool:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,19 +14,28 @@ from seatfem.study.scene.measures import LifeMargin, Stress, any_needs_stress
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
+    from seatfem.structures.kinds.structure import Structure
+    from seatfem.study.scene.contact import Contact
+    from seatfem.study.scene.gas import CompressorGas
     from seatfem.study.scene.models import Scene
+    from seatfem.study.scene.stress import Stress as StressTable
 
 
 def check_agreement(scene: Scene) -> None:
     """Raise the first `KeyProblem`."""
-    for check in _CHECKS:
-        check(scene)
+    if scene.gas is not None:
+        _check_gas(scene.gas, scene.run.duration)
+    _check_roles(scene)
+    _check_loads(scene)
+    _check_bases(scene)
+    _check_contact(scene.reed, scene.seat.struck_ring, scene.contact.at)
+    check_start(scene)
+    _check_lip(scene.seat, scene.reed, scene.contact)
+    _check_parts_of_the_seat(scene.seat, scene.contact, scene.stress, scene.run.duration)
+    _check_stress_of_the_reed(scene)
 
 
-def _gas_of_the_run(scene: Scene) -> None:
-    if (gas := scene.gas) is None:
-        return
-    duration = scene.run.duration
+def _check_gas(gas: CompressorGas, duration: float) -> None:
     takes = write_quantity(duration, "time")
     if gas.cycles is not None and not math.isclose(gas.cycles * gas.turn, duration, rel_tol=1e-6):
         words = f"{gas.cycles:g} turns take {write_quantity(gas.cycles * gas.turn, 'time')}, run.duration is {takes}"
@@ -40,7 +48,7 @@ def _gas_of_the_run(scene: Scene) -> None:
             raise KeyProblem("gas.cylinder_pressure", f"{words}: give a longer record, or shorten run.duration")
 
 
-def _in_their_roles(scene: Scene) -> None:
+def _check_roles(scene: Scene) -> None:
     """Check that what is struck is at rest, and what strikes moves."""
     if scene.seat.motion:
         words = "the struck body is at rest; remove the key, or use the body as the reed"
@@ -56,42 +64,41 @@ def _in_their_roles(scene: Scene) -> None:
         reed.check_motion()
 
 
-def _loads_on_the_reed(scene: Scene) -> None:
+def _check_loads(scene: Scene) -> None:
+    """Check that loads and springs act where the reed has a place, and on what is known of it."""
+    reed = scene.reed
     for number, load in enumerate(scene.load):
-        scene.reed.check_place(load.at, f"load.{number}.at")
+        reed.check_place(load.at, f"load.{number}.at")
         if load.point is not None:
-            scene.reed.check_points(np.array([load.point]), f"load.{number}.point")
-        if load.needs_weight and not scene.reed.has_weight:
+            reed.check_points(np.array([load.point]), f"load.{number}.point")
+        if load.needs_weight and not reed.has_weight:
             [key] = load.given_keys(*ACTING)
-            words = f"of a reed of kind {scene.reed.kind!r} it is not known how its mass is spread; give a force"
+            words = f"of a reed of kind {reed.kind!r} it is not known how its mass is spread; give a force"
             raise KeyProblem(f"load.{number}.{key}", words)
-
-
-def _springs_on_the_reed(scene: Scene) -> None:
     for number, spring in enumerate(scene.spring):
         with keys_of(f"spring.{number}"):
-            spring.check(scene.reed)
+            spring.check(reed)
     if scene.spring and scene.base_of("reed") is not None:
         words = "the guard that springs stand on is at rest, [[base]] moves the reed's clamp: remove one of the two"
         raise KeyProblem("spring.0.stiffness", f"{words}, or move the seat")
 
 
-def _bases_of_what_is_held(scene: Scene) -> None:
+def _check_bases(scene: Scene) -> None:
     for number, base in enumerate(scene.base):
+        key = f"base.{number}.of"
         if base.of not in scene.bodies:
-            raise KeyProblem(f"base.{number}.of", "there is no [stopper]; add one, or remove the table")
+            raise KeyProblem(key, "there is no [stopper]; add one, or remove the table")
         if base is not scene.base_of(base.of):
-            raise KeyProblem(f"base.{number}.of", f"the base of the {base.of} has a table before; keep one")
+            raise KeyProblem(key, f"the base of the {base.of} has a table before; keep one")
         if loose := scene.bodies[base.of].loose:
             words = loose.replace("seat.kind", f"{base.of}.kind")
-            raise KeyProblem(f"base.{number}.of", f"{words}: it has no base that could move it; remove the table")
+            raise KeyProblem(key, f"{words}: it has no base that could move it; remove the table")
         if base.of == "reed" and not scene.reed.has_weight:
             words = f"of a reed of kind {scene.reed.kind!r} it is not known how its mass is spread"
-            raise KeyProblem(f"base.{number}.of", f"{words}; give a beam or a plate")
+            raise KeyProblem(key, f"{words}; give a beam or a plate")
 
 
-def _contact_on_the_reed(scene: Scene) -> None:
-    reed, ring, at = scene.reed, scene.seat.struck_ring, scene.contact.at
+def _check_contact(reed: Structure, ring: tuple[float, float] | None, at: float | None) -> None:
     reed.check_contact(at)
     if ring is None or reed.reach is None or at is None:
         return
@@ -129,38 +136,37 @@ def check_start(scene: Scene) -> None:
         raise KeyProblem(f"stopper.{key}", f"{words} {least}, or release the reed from a smaller deflection")
 
 
-def _lip_of_a_seat(scene: Scene) -> None:
-    if (key := scene.contact.along_a_lip) and (why := scene.seat.no_lip):
-        raise KeyProblem(f"contact.{key}", f"a seat of kind {scene.seat.kind!r}, {why}")
-    if scene.seat.is_curved:
+def _check_lip(seat: Structure, reed: Structure, contact: Contact) -> None:
+    if (key := contact.along_a_lip) and (why := seat.no_lip):
+        raise KeyProblem(f"contact.{key}", f"a seat of kind {seat.kind!r}, {why}")
+    if seat.is_curved:
         raise KeyProblem("seat.curvature", "only the reed may be curved; remove the key")
-    if scene.reed.is_curved and (why := scene.seat.no_lip):
-        raise KeyProblem("reed.curvature", f"a seat of kind {scene.seat.kind!r}, {why}")
-    if scene.reed.is_curved and scene.contact.ports == 1:
+    if reed.is_curved and (why := seat.no_lip):
+        raise KeyProblem("reed.curvature", f"a seat of kind {seat.kind!r}, {why}")
+    if reed.is_curved and contact.ports == 1:
         words = "a single contact point has only a mean gap, reed.curvature needs several: remove it"
         raise KeyProblem("contact.ports", words)
-    if any(scene.contact.offset) and not scene.reed.meets_lips:
-        words = f"a body of kind {scene.reed.kind!r} touches with one rigid face; remove the key"
+    if any(contact.offset) and not reed.meets_lips:
+        words = f"a body of kind {reed.kind!r} touches with one rigid face; remove the key"
         raise KeyProblem("contact.offset", words)
 
 
-def _parts_of_the_seat(scene: Scene) -> None:
+def _check_parts_of_the_seat(seat: Structure, contact: Contact, stress: StressTable | None, duration: float) -> None:
     """Check the film on its lip, the stress in its finite elements, and the rings of its contact face."""
-    seat, contact = scene.seat, scene.contact
     if contact.film is not None:
         with keys_of("contact"):
             contact.film.check(seat.struck_ring, seat.kind, contact.rings)
-    if scene.stress is not None:
+    if stress is not None:
         if not seat.is_meshed:
             raise KeyProblem("stress", f"a seat of kind {seat.kind!r} has no finite elements; remove the table")
         with keys_of("stress"):
-            scene.stress.check(scene.run.duration)
+            stress.check(duration)
     if contact.rings > 1 and not seat.has_rings:
         words = f"a seat of kind {seat.kind!r} has no contact face that could be divided; remove the key"
         raise KeyProblem("contact.rings", words)
 
 
-def _stress_of_what_bends(scene: Scene) -> None:
+def _check_stress_of_the_reed(scene: Scene) -> None:
     """Check the measures that look at the reed's stress, and its life."""
     wanted = scene.accuracy.measures
     name = LifeMargin.name if LifeMargin.name in wanted else Stress.name
@@ -174,17 +180,3 @@ def _stress_of_what_bends(scene: Scene) -> None:
     if scene.life is not None:
         with keys_of("life"):
             scene.life.check(scene)
-
-
-_CHECKS: Final[tuple[Callable[[Scene], None], ...]] = (
-    _gas_of_the_run,
-    _in_their_roles,
-    _loads_on_the_reed,
-    _springs_on_the_reed,
-    _bases_of_what_is_held,
-    _contact_on_the_reed,
-    check_start,
-    _lip_of_a_seat,
-    _parts_of_the_seat,
-    _stress_of_what_bends,
-)

@@ -91,6 +91,5 @@ class Optimise(Table):
     def check_keys(self, count: int) -> None:
         """Raise `KeyProblem` where the evaluations do not do for a quadratic model in so many keys."""
         if self.most < 2 * count + 3:
-            raise KeyProblem(
-                "optimise.most", f"{self.most} evaluations are too few for {count} keys: at least {2 * count + 3}"
-            )
+            words = f"{self.most} evaluations are too few for {count} keys: at least {2 * count + 3}"
+            raise KeyProblem("optimise.most", words)

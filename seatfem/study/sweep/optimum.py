@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+
 from impact.files.atomic import write_whole
 from impact.progress import Progress, Tell, silent, untold
 from seatfem.jobs.folders import private_folder
@@ -26,7 +28,7 @@ from seatfem.study.sweep.effort import USUAL, Effort
 from seatfem.study.sweep.goal import CONFIRMED, Optimise
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import STAGE, StudyError, check_effort, crew_of, folder_of_ours, read_journal, run_cases
-from seatfem.study.sweep.search import NEAREST, Found, Level, Shift, changes_at, first_points, improve, rank
+from seatfem.study.sweep.search import NEAREST, Level, Shift, changes_at, first_points, improve, rank
 from seatfem.study.sweep.study import Study, load_study
 from seatfem.study.sweep.table import check_measures, write_csv
 
@@ -109,18 +111,14 @@ def _search(search: Level, target: Level, goal: Optimise) -> None:
             raise StudyError(
                 f"optimise: none of {len(ranked)} scenes has the numbers that are asked for; the first: {message}"
             )
-        for each in ranked:
-            if math.isfinite(rank(each, goal, shift)[0]) and all(
-                _apart(each, other) for other in target.found.values()
-            ):
+        known = [each for each in ranked if math.isfinite(rank(each, goal, shift)[0])]
+        others = [np.array(other.point) for other in target.found.values()]
+        for each in known:
+            if all(np.abs(other - each.point).max() >= NEAREST for other in others):
                 [fine] = target.at([each.point])
                 moved = {name: fine.value(name) - each.value(name) for name in goal.measures}
                 shift = moved if all(map(math.isfinite, moved.values())) else shift
                 break
-
-
-def _apart(one: Found, other: Found) -> bool:
-    return max(abs(a - b) for a, b in zip(one.point, other.point, strict=True)) >= NEAREST
 
 
 def optimise(

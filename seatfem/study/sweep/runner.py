@@ -112,7 +112,7 @@ def run_cases(
                 continue
             outcomes = [_lost(answer, effort.limit)] * len(bundle) if isinstance(answer, Lost) else _read(answer)
             for case, outcome in zip(bundle, outcomes, strict=True):
-                append(journal, case, outcome)
+                append(journal, case.key, outcome, changed=case.changed)
                 results[case.key] = outcome
                 heard(outcome)
             progress(STAGE, len(results) / len(wanted))
@@ -134,14 +134,15 @@ def _turn(case: Case) -> tuple[bool, int]:
 def crew_of(workers: int, cluster: str | None = None) -> AbstractContextManager[Ask]:
     """Start so many workers for `run_cases`, one call or several; or take those of the cluster at an address."""
     program = Program(WORKER, renew=RENEW, own_session=True, environment=ONE_THREAD)
-    return crew(program, workers=workers) if cluster is None else cluster_crew(cluster, program, _packed)
+    return crew(program, workers=workers) if cluster is None else cluster_crew(cluster, program, packed_job)
 
 
-def _packed(line: str) -> Parcel:
-    """Return a job with all files of its scene."""
+def packed_job(line: str) -> Parcel:
+    """Return a job with all files of its scene; clocks of other computers tell nothing of when it was ``begun``."""
     job = json.loads(line)
     place, changed, files = packed(Path(job["path"]), job["changed"])
-    return Parcel(json.dumps(job | {"path": place, "changed": changed}), files)
+    clock = {"begun": math.nan} if "begun" in job else {}
+    return Parcel(json.dumps(job | {"path": place, "changed": changed} | clock), files)
 
 
 def _job(
@@ -166,12 +167,12 @@ def _read(answer: str) -> list[Outcome]:
 
 def read_journal(path: Path) -> dict[str, Outcome]:
     """Return outcomes by key. A line that a kill cut short, or that is none of ours, is skipped."""
-    return lines.outcomes(path, "key", lambda changed, outcome: Outcome(**outcome))
+    return lines.outcomes(path, "key", lambda outcome, **_: Outcome(**outcome))
 
 
-def append(path: Path, case: Case, outcome: Outcome) -> None:
-    """Append one more line, on file at once."""
-    lines.append(path, {"key": case.key, "changed": case.changed, "outcome": asdict(outcome)})
+def append(path: Path, key: str, outcome: Outcome, **about: object) -> None:
+    """Append one more line, on file at once; ``about``: what was carried out, for people."""
+    lines.append(path, {"key": key, **about, "outcome": asdict(outcome)})
 
 
 def _again(outcome: Outcome, effort: Effort) -> bool:

@@ -45,6 +45,7 @@ def _objective(text: str) -> str:
 
 
 Objective = Annotated[str, AfterValidator(_objective)]
+WholeKey = Annotated[str, AfterValidator(_whole_key)]
 
 
 class Outputs(Table):
@@ -55,8 +56,8 @@ class Outputs(Table):
         max_length=MOST_KEYS,
         description="keys of summary.json; those that the scene is judged by where absent, of its accuracy.measures",
     )
-    pareto: tuple[Annotated[str, AfterValidator(_objective)], Annotated[str, AfterValidator(_objective)]] | None = (
-        Field(None, description="two measures, of which less is better, as 'max life_margin' more; none where absent")
+    pareto: tuple[Objective, Objective] | None = Field(
+        None, description="two measures, of which less is better, as 'max life_margin' more; none where absent"
     )
 
     def asked(self) -> tuple[str, ...]:
@@ -73,7 +74,7 @@ class Study(Table):
     number: int | None = Field(None, strict=True, ge=1, le=MOST_SCENES, description="scenes that are drawn")
     seed: int = Field(1, strict=True, ge=0, lt=2**32, description="of what is drawn")
     limit: int = Field(10_000, strict=True, ge=1, le=MOST_SCENES, description="scenes that are allowed at most")
-    vary: dict[Annotated[str, AfterValidator(_whole_key)], AnyVariation] = Field(
+    vary: dict[WholeKey, AnyVariation] = Field(
         min_length=1, max_length=MOST_KEYS, description="values by dotted key of the scene"
     )
     error_bars: Literal["every", "sampled"] = Field(
@@ -126,10 +127,8 @@ class Study(Table):
         for key in {"design", "number"} & self.model_fields_set:
             raise KeyProblem(key, "[optimise] chooses the scenes; remove the key, or the table")
         if self.error_bars == "sampled":
-            raise KeyProblem(
-                "error_bars",
-                "'sampled' is for designs; [optimise] chooses its scenes one by one, leave error_bars out there",
-            )
+            words = "'sampled' is for designs; [optimise] chooses its scenes one by one, leave error_bars out there"
+            raise KeyProblem("error_bars", words)
         if self.outputs.pareto:
             raise KeyProblem("outputs.pareto", "[optimise] has one measure to improve; make the other a limit there")
         for key, each in self.vary.items():
@@ -144,11 +143,9 @@ class Study(Table):
     def _contact_data(self) -> Self:
         for key, each in self.vary.items() if self.error_bars == "sampled" else ():
             if key not in CONTACT_DATA and not (isinstance(each, Listed) and len(each.values) == 1):
-                raise KeyProblem(
-                    f"vary.{key}",
-                    f"is no contact data, of which alone scenes may differ with error_bars = 'sampled' "
-                    f"({', '.join(CONTACT_DATA)}): give it one value, or leave error_bars out",
-                )
+                words = "is no contact data, of which alone scenes may differ with error_bars = 'sampled'"
+                remedy = f"({', '.join(CONTACT_DATA)}): give it one value, or leave error_bars out"
+                raise KeyProblem(f"vary.{key}", f"{words} {remedy}")
         return self
 
     @model_validator(mode="after")
@@ -163,27 +160,22 @@ class Study(Table):
         if self.is_drawn and self.number is None:
             raise KeyProblem("number", f"required key is missing: scenes that design = {self.design!r} draws")
         if not self.is_drawn and self.number is not None:
-            raise KeyProblem(
-                "number", f"design = {self.design!r} draws none: its scenes are those of [vary]; remove it"
-            )
+            words = f"design = {self.design!r} draws none: its scenes are those of [vary]; remove it"
+            raise KeyProblem("number", words)
         if self.design in POWERS and self.number is not None and self.number & (self.number - 1):
             lower = 1 << (self.number.bit_length() - 1)
-            raise KeyProblem(
-                "number", f"{self.number} is no power of two, as Sobol's points need; {lower} is, or {2 * lower}"
-            )
+            words = f"{self.number} is no power of two, as Sobol's points need; {lower} is, or {2 * lower}"
+            raise KeyProblem("number", words)
         if self.design == "zip":
             lengths = {key: len(each.levels(key)) for key, each in self.vary.items()}
             first, length = next(iter(lengths.items()))
             for key, other in lengths.items():
                 if other != length:
-                    raise KeyProblem(
-                        f"vary.{key}",
-                        f"{other} values beside {length} of {first}: design = 'zip' takes one of each; give as many",
-                    )
+                    words = f"{other} values beside {length} of {first}: design = 'zip' takes one of each; give as many"
+                    raise KeyProblem(f"vary.{key}", words)
         if (count := self.number_of_scenes) > self.limit:
-            raise KeyProblem(
-                "limit", f"{count} scenes are more than limit = {self.limit}: vary less, or raise the limit"
-            )
+            words = f"{count} scenes are more than limit = {self.limit}: vary less, or raise the limit"
+            raise KeyProblem("limit", words)
         return self
 
 

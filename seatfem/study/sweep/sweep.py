@@ -68,9 +68,8 @@ def run_study(
     workers = check_effort(effort)
     is_usable("pyarrow")  # not first when its file is written, after the last scene
     if study.optimise is not None:
-        raise StudyError(
-            "optimise: this study asks for one best scene; run it by seatfem optimise, or remove the table"
-        )
+        words = "this study asks for one best scene; run it by seatfem optimise, or remove the table"
+        raise StudyError(f"optimise: {words}")
     if study.number_of_scenes > LOOKED_AT and study.error_bars == "every":
         predicted = ahead_of_many(study, file)
         tell(predicted.in_words(workers or predicted.workers()))
@@ -166,8 +165,8 @@ def sweep(
     """
     values = {key: each.tolist() if isinstance(each, np.ndarray) else each for key, each in vary.items()}
     content = {"scene": str(scene), "vary": values, "design": design, "seed": seed, "limit": limit}
-    content |= {"error_bars": error_bars}
-    content |= {"outputs": {"measures": list(measures)}, **({} if number is None else {"number": number})}
+    content |= {"error_bars": error_bars, "outputs": {"measures": list(measures)}}
+    content |= {} if number is None else {"number": number}
     try:
         study = Study.model_validate(content, context={"folder": Path()})
     except ValidationError as error:

@@ -86,8 +86,7 @@ class StudyTable:
     @property
     def left_out(self) -> NDArray[np.bool_]:
         """Return (scenes,) carried out, and left out of what follows from a measure that is asked for."""
-        needing = [name for name in self.measures if needs_landing(name)]
-        return self.has_numbers & ~self.has_landed if needing else np.zeros(len(self), dtype=np.bool_)
+        return self.has_numbers & ~self.has_landed & any(map(needs_landing, self.measures))
 
     def left_out_in_words(self) -> str:
         """Return how many scenes did not land or were cut off, and so count for nothing; "" of none."""
@@ -100,8 +99,7 @@ class StudyTable:
         """Return the least, mean and largest of each measure that is a number, over the scenes that count [SI]."""
         lines = []
         for name in self.measures:
-            values = self.values(name)
-            values = values[np.isfinite(values)]
+            values = self.values(name)[np.isfinite(self.values(name))]
             if values.size and not name.startswith(BAR):
                 lines.append(f"{name}: {values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}")
         return lines
@@ -201,9 +199,8 @@ def is_usable(package: str) -> bool:
     try:
         import_module(MODULES[package])
     except Exception as error:  # a broken one raises anything
-        raise StudyError(
-            f"tables of studies: {how_to_mend(package, 'tables', error)}, or go without: pip uninstall {package}"
-        ) from error
+        remedy = f"{how_to_mend(package, 'tables', error)}, or go without: pip uninstall {package}"
+        raise StudyError(f"tables of studies: {remedy}") from error
     return True
 
 
