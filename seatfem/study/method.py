@@ -104,8 +104,7 @@ def stated_method(scene: Scene) -> RunMethod:
 
     An open ``seat.model`` becomes the cheapest level that leaves out little beside the target of the accuracy.
 
-    Raises:
-        LevelError: a level that does not describe the seat is stated.
+    Raises `LevelError`: a level that does not describe the seat is stated.
     """
     rings = scene.contact.rings if scene.seat.is_meshed or is_given(scene, RINGS) else None
     seat = scene.seat.stated(scene.accuracy.target / LEVEL_SHARE, rings)

@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 def check_files(scene: Scene) -> None:
     """Open what the scene names, and look for the faces, groups and regions that it speaks of.
 
-    Raises:
-        SceneError: all that is wrong, by key; `seatfem.study.scene.located` adds the scene's file and its lines.
+    Raises `SceneError`: all that is wrong, by key; `seatfem.study.scene.located` adds the scene's file and its lines.
     """
     findings = [((role, *path), text) for role, body in scene.bodies.items() for path, text in body.problems()]
     if not findings and (key := scene.contact.along_a_lip or ("ports" if scene.contact.ports else "")):

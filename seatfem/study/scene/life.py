@@ -119,8 +119,7 @@ source = "report, page"
     def demand(self, of: Of = "reed") -> Demand | None:
         """Return what a body or the contact has to endure; ``None`` where no strength is given, or nobody asks.
 
-        Raises:
-            KeyProblem: a file of strength that is wrong, or lacks what the criterion or the survival needs.
+        Raises `KeyProblem`: a file of strength that is wrong, or lacks what the criterion or the survival needs.
         """
         from impact.life.curves import LifeError  # of scenes with a life only
         from impact.life.mean_stress import mean_stress

@@ -46,8 +46,7 @@ def scene_template(name: str, *, file: str = "scene.toml") -> str:
         name: of any kind that `[seat]` and `[reed]` take; it stands where it usually does.
         file: what the comments call the scene.
 
-    Raises:
-        NoTemplate: there is no such kind.
+    Raises `NoTemplate`: there is no such kind.
     """
     kinds = {kind_of(each): each for each in kinds_of()}
     if name not in kinds:

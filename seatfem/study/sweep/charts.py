@@ -52,8 +52,7 @@ def size_of(count: int) -> tuple[int, int]:
 def draw_effects(table: StudyTable, effects: Sequence[Effect], path: Path) -> None:
     """Draw a panel for each parameter (columns) and measure (rows): every scene, and the mean with its standard error.
 
-    Raises:
-        PictureError: matplotlib is missing; as all functions here.
+    Raises `PictureError`: matplotlib is missing; as all functions here.
     """
     parameters = list(dict.fromkeys(each.parameter for each in effects))[:MOST]
     measures = list(dict.fromkeys(each.measure for each in effects))[:MOST]

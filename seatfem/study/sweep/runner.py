@@ -61,8 +61,7 @@ def check_effort(effort: Effort) -> int | None:
 def folder_of_ours(folder: Path) -> Iterator[Path]:
     """Yield the journal in a folder that can be written to and that no other study is at work in.
 
-    Raises:
-        OutputError, StudyError: it is not so.
+    Raises `OutputError`, `StudyError`: it is not so.
     """
     journal = folder / JOURNAL
     check_writable(journal)

@@ -160,8 +160,7 @@ def sweep(
         (landed, no landing, cut off, never opened), "status" (done, missed, stopped, failed), "wall_time_s", "message",
         "notes" (of the run, divided by " | ").
 
-    Raises:
-        SceneError, StudyError, OutputError: as `run_study`.
+    Raises `SceneError`, `StudyError`, `OutputError`: as `run_study`.
     """
     values = {key: each.tolist() if isinstance(each, np.ndarray) else each for key, each in vary.items()}
     content = {"scene": str(scene), "vary": values, "design": design, "seed": seed, "limit": limit}

@@ -52,8 +52,7 @@ def draw_trade(trade: Trade, path: Path) -> None:
     Errors below the reference's own uncertainty (shaded) are drawn at its edge. Line: Pareto front, without the guesses
     (hollow).
 
-    Raises:
-        PictureError: matplotlib is missing.
+    Raises `PictureError`: matplotlib is missing.
     """
     columns, rows = size_of(len(trade.measures))
     with sheet(path, 0.6 + 3.3 * columns, 1.5 + 3.0 * rows) as figure:
