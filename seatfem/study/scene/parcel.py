@@ -11,7 +11,7 @@ from seatfem.jobs.desk import FILES
 from seatfem.structures.store import content_key
 from seatfem.study.scene.load import load_scene, load_table
 from seatfem.study.scene.models import Scene
-from seatfem.study.scene.problems import Problem, SceneError
+from seatfem.study.scene.problems import scene_error
 from seatfem.study.scene.strength import StrengthTable
 
 _SUFFIX: Final = re.compile(r"(\.[A-Za-z0-9_]{1,8}){1,2}$")
@@ -40,7 +40,7 @@ def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any],
                     f"{file} is read with {other}, which cannot travel to another computer: put it into the same "
                     "folder under a name of letters, digits and _.-"
                 )
-                raise SceneError((Problem(path, 0, key, text),))
+                raise scene_error(key, text, path)
             files[f"{number}/{inner}"] = other
     return f"{FILES}/0/input.toml", renamed, files
 

@@ -61,6 +61,11 @@ class SceneError(ValueError):
         self.problems = problems
 
 
+def scene_error(key: str, message: str, file: Path | None = None, line: int = 0) -> SceneError:
+    """Return the error of one ``key``; ``line``: 0 of the whole file, or where it is not known (`located` finds it)."""
+    return SceneError((Problem(file, line, key, message, tuple(filter(None, key.split(".")))),))
+
+
 def explain(
     error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], file: Path, lines: Mapping[KeyPath, int]
 ) -> tuple[Problem, ...]:

@@ -126,8 +126,7 @@ def cases_of(
             message = f"{problem.message}; {others} more scene{'s'[: others > 1]} alike"
             problems[key] = replace(problem, message=message)
     if problems:
-        failure = SceneError(tuple(problems.values()))
-        raise failure if file is None else located(failure, file)
+        raise located(SceneError(tuple(problems.values())), file)
     return cases
 
 

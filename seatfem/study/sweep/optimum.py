@@ -18,8 +18,8 @@ from seatfem.jobs.folders import private_folder
 from seatfem.machine.libraries import require_gmsh_libraries
 from seatfem.study.impacts.landed import LANDED, STATUS, left_out_in_words
 from seatfem.study.safety import MOST_ROUNDS
-from seatfem.study.scene import SceneError, load_scene, located
-from seatfem.study.scene.problems import Problem
+from seatfem.study.scene import load_scene, located
+from seatfem.study.scene.problems import scene_error
 from seatfem.study.sweep.ahead import Ahead, ahead
 from seatfem.study.sweep.best import Optimum, goal_of, violation
 from seatfem.study.sweep.cases import Case, Cases, cases_of
@@ -178,8 +178,7 @@ def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
     finest = load_scene(study.scene, changes_at(study, points[1])).accuracy.target
     if goal.coarse < finest:
         words = f"{goal.coarse:g} is finer than the scene's accuracy.target, {finest:g}; raise one or lower the other"
-        wrong = SceneError((Problem(None, 0, "optimise.coarse", words, ("optimise", "coarse")),))
-        raise wrong if file is None else located(wrong, file)
+        raise located(scene_error("optimise.coarse", words), file)
     return SearchAhead(price(_coarse(study), goal.most), target)
 
 

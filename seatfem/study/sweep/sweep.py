@@ -119,7 +119,7 @@ def scenes_of(
     try:
         return divided(study, cases_of(study, rounds, file, changes), scene, measures), scene, measures
     except SceneError as error:
-        raise error if file is None else located(error, file) from None
+        raise located(error, file) from None
 
 
 def sweep(
