@@ -134,9 +134,16 @@ def one_of(kinds: tuple[type[Table], ...]) -> Any:
     return Annotated[Union[kinds], Field(discriminator="kind"), BeforeValidator(as_meant)]  # noqa: UP007
 
 
-def default(written: object, description: str, example: object = None) -> Any:
+def default(written: object, description: str, example: object = None, **limits: Any) -> Any:
     """Return a field's default, and an example, as a user writes them; the default is read like any value."""
-    return Field(written, description=description, examples=None if example is None else [example])
+    if example is not None:
+        limits["examples"] = [example]
+    return Field(written, description=description, **limits)
+
+
+def absent(description: str, **limits: Any) -> Any:
+    """Return a field that need not be stated, and then has the value ``None``."""
+    return Field(None, description=description, **limits)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from impact.bodies.base_motion import BaseMotion, Kind
 from impact.bodies.time_series import TimeSeriesError, read_time_series
-from seatfem.fields import ExistingFile, Table, problem_of
+from seatfem.fields import ExistingFile, Table, absent, problem_of
 from seatfem.structures.kinds.record_columns import CourseColumns, CourseUnits, Record, stated_in
 
 
@@ -26,20 +26,18 @@ displacement = "base.csv"
 """
 
     of: Literal["reed", "seat", "stopper"] = Field(description="whose base")
-    displacement: ExistingFile | None = Field(
-        None, description="CSV file, its header as in `time [ms],displacement [um]`; in between a cubic spline"
+    displacement: ExistingFile | None = absent(
+        "CSV file, its header as in `time [ms],displacement [um]`; in between a cubic spline"
     )
-    velocity: ExistingFile | None = Field(
-        None, description="or `time [ms],velocity [m/s]`, in between linear; the body moves along at the start"
+    velocity: ExistingFile | None = absent(
+        "or `time [ms],velocity [m/s]`, in between linear; the body moves along at the start"
     )
-    acceleration: ExistingFile | None = Field(
-        None, description="or `time [ms],acceleration [m/s^2]`, in between linear, from rest at the start"
+    acceleration: ExistingFile | None = absent(
+        "or `time [ms],acceleration [m/s^2]`, in between linear, from rest at the start"
     )
 
-    columns: CourseColumns | None = Field(
-        None, description="heads of its columns, where they say neither time nor quantity"
-    )
-    units: CourseUnits | None = Field(None, description="units of its columns, where the header does not say them")
+    columns: CourseColumns | None = absent("heads of its columns, where they say neither time nor quantity")
+    units: CourseUnits | None = absent("units of its columns, where the header does not say them")
 
     @model_validator(mode="after")
     def _one_of_three(self, info: ValidationInfo) -> Self:

@@ -6,9 +6,9 @@ import itertools
 import math
 from typing import TYPE_CHECKING, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from seatfem.fields import Angle, KeyProblem, Length, Opening, Position, Table, default, one_of
+from seatfem.fields import Angle, KeyProblem, Length, Opening, Position, Table, absent, default, one_of
 from seatfem.structures.rings import MOST_CHOSEN, MOST_PORTS, MOST_RINGS
 from seatfem.study.scene.film import Film
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
@@ -32,28 +32,27 @@ class Contact(Table):
     """
 
     law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
-    film: Film | None = Field(None, description="fluid in the gap; none where absent")
-    at: Length | None = Field(None, description="position on the reed, from its root; the tip where absent")
+    film: Film | None = absent("fluid in the gap; none where absent")
+    at: Length | None = absent("position on the reed, from its root; the tip where absent")
     gap: Opening = default("0 mm", "opening between the undeformed bodies")
-    preload: bool = Field(
-        False, strict=True, description="whether the bodies start in equilibrium with the reed's loads and each other"
+    preload: bool = default(
+        False, "whether the bodies start in equilibrium with the reed's loads and each other", strict=True
     )
-    rings: int = Field(
+    rings: int = default(
         1,
+        "parts across the contact face, from edge to edge, each with its own contact; 1: one contact "
+        "with the mean displacement",
         strict=True,
         ge=1,
         le=MOST_RINGS,
-        description="parts across the contact face, from edge to edge, each with its own contact; 1: one contact "
-        "with the mean displacement",
     )
 
-    ports: int | None = Field(
-        None,
+    ports: int | None = absent(
+        "segments of the lip, each with its own contact; chosen where absent: then faces other than "
+        "rings of bodies of revolution are struck as a whole, unless another key of a lip is given",
         strict=True,
         ge=1,
         le=MOST_PORTS,
-        description="segments of the lip, each with its own contact; chosen where absent: then faces other than "
-        "rings of bodies of revolution are struck as a whole, unless another key of a lip is given",
     )
     tilt: Angle = default("0 deg", "between the plane of the seat's lip and the undeformed reed")
     tilt_axis: Angle = default(
@@ -63,11 +62,11 @@ class Contact(Table):
         ("0 mm", "0 mm"), "of the lip's centre from the reed's contact, along and across the reed"
     )
     line_arc: Angle = default("45 deg", "part of the lip over which forces per length are averaged")
-    waviness: tuple[tuple[Angle, Position], ...] = Field(
+    waviness: tuple[tuple[Angle, Position], ...] = default(
         (),
-        max_length=1000,
-        description="heights of the gap over the lip's angle, added to the tilt: a list of [angle, height], in between "
+        "heights of the gap over the lip's angle, added to the tilt: a list of [angle, height], in between "
         "linear; from the direction of the reed's tip, anticlockwise",
+        max_length=1000,
     )
 
     @model_validator(mode="before")

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Self
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from seatfem.fields import Acceleration, KeyProblem, Length, Position, SignedArea, Table
+from seatfem.fields import Acceleration, KeyProblem, Length, Position, SignedArea, Table, absent
 from seatfem.structures.kinds.motion import AnyAcceleration, AnyForce, AnyPressure
 
 ACTING = ("pressure", "force", "gravity", "base_motion")
@@ -64,27 +64,22 @@ pressure = "-0.2 bar"
 area = "80 mm^2"
 """
 
-    pressure: AnyPressure | None = Field(
-        None,
-        description="over the reed, on area, at its contact, positive off the seat; a constant one may be text",
+    pressure: AnyPressure | None = absent(
+        "over the reed, on area, at its contact, positive off the seat; a constant one may be text"
     )
-    area: Annotated[AreaByLift, BeforeValidator(_as_table)] | None = Field(
-        None,
-        description="effective area of the pressure: one, or by the lift as in "
-        '`[["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]]`',
+    area: Annotated[AreaByLift, BeforeValidator(_as_table)] | None = absent(
+        'effective area of the pressure: one, or by the lift as in `[["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]]`'
     )
-    force: AnyForce | None = Field(
-        None, description="at one place, positive off the seat; a constant one may be written as text"
+    force: AnyForce | None = absent("at one place, positive off the seat; a constant one may be written as text")
+    at: Length | None = absent("of the force, from the root; where absent: at the contact")
+    point: tuple[Position, Position] | None = absent(
+        "of the force on a plate, along and across it, from the centre of its contact"
     )
-    at: Length | None = Field(None, description="of the force, from the root; where absent: at the contact")
-    point: tuple[Position, Position] | None = Field(
-        None, description="of the force on a plate, along and across it, from the centre of its contact"
+    gravity: Acceleration | None = absent(
+        "component of the acceleration along the normal; negative presses the reed on the seat"
     )
-    gravity: Acceleration | None = Field(
-        None, description="component of the acceleration along the normal; negative presses the reed on the seat"
-    )
-    base_motion: AnyAcceleration | None = Field(
-        None, description="acceleration of the frame along the normal; a constant one may be written as text"
+    base_motion: AnyAcceleration | None = absent(
+        "acceleration of the frame along the normal; a constant one may be written as text"
     )
 
     @model_validator(mode="after")

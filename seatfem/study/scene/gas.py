@@ -28,6 +28,7 @@ from seatfem.fields import (
     Table,
     Temperature,
     Volume,
+    absent,
     default,
     problem_of,
 )
@@ -43,10 +44,10 @@ BESIDE: Final = ("start_pressure", "other_valve_area")
 class Fluid(Table):
     """A perfect gas of constant specific heats: one of those known by name, or its numbers."""
 
-    name: Literal[tuple(GASES)] | None = Field(None, description="one that is known, in the ideal-gas limit")  # type: ignore[valid-type]
-    k: float | None = Field(None, gt=1, le=2, description="ratio of the specific heats")
-    molar_mass: MolarMass | None = Field(None, description="of the gas")
-    source: str = Field("", description="citation of the numbers")
+    name: Literal[tuple(GASES)] | None = absent("one that is known, in the ideal-gas limit")  # type: ignore[valid-type]
+    k: float | None = absent("ratio of the specific heats", gt=1, le=2)
+    molar_mass: MolarMass | None = absent("of the gas")
+    source: str = default("", "citation of the numbers")
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
@@ -104,8 +105,8 @@ class MeasuredArea(Table):
 class Directions(Table):
     """Effective areas, which differ with the direction of the flow."""
 
-    forward: MeasuredArea | None = Field(None, description="through the port, which lifts the reed")
-    back: MeasuredArea | None = Field(None, description="as the valve leaks back; where absent, those of forward")
+    forward: MeasuredArea | None = absent("through the port, which lifts the reed")
+    back: MeasuredArea | None = absent("as the valve leaks back; where absent, those of forward")
 
     def tables(self, estimate: AreaTable) -> tuple[AreaTable, AreaTable]:
         """Return the tables forward and back; ``estimate`` where nothing is stated."""
@@ -139,33 +140,29 @@ port_diameter = "12 mm"
     discharge: GasPlenum = Field(description="plenum that it delivers to")
     rpm: Rpm = Field(le=1e6, description="speed of the crank: a number (1/min), or with its unit")
     angle: Angle = default("0 deg", "crank angle at the start of the run, from the top dead centre")
-    cycles: float | None = Field(None, gt=0, le=1e4, description="turns of the crank; instead of run.duration")
-    bore: Length | None = Field(None, description="diameter of the cylinder")
-    stroke: Length | None = Field(None, description="of the piston")
-    rod: Length | None = Field(None, description="length of the connecting rod")
-    clearance: Volume | None = Field(None, description="volume at the top dead centre")
-    start_pressure: Pressure | None = Field(
-        None,
-        description="in the cylinder at the start, as if brought there isentropically from the suction plenum, whose "
-        "pressure it is where absent",
+    cycles: float | None = absent("turns of the crank; instead of run.duration", gt=0, le=1e4)
+    bore: Length | None = absent("diameter of the cylinder")
+    stroke: Length | None = absent("of the piston")
+    rod: Length | None = absent("length of the connecting rod")
+    clearance: Volume | None = absent("volume at the top dead centre")
+    start_pressure: Pressure | None = absent(
+        "in the cylinder at the start, as if brought there isentropically from the suction plenum, whose "
+        "pressure it is where absent"
     )
-    other_valve_area: Area | None = Field(
-        None, description="effective flow area of the ideal valve that is not the reed; no such valve where absent"
+    other_valve_area: Area | None = absent(
+        "effective flow area of the ideal valve that is not the reed; no such valve where absent"
     )
-    cylinder_pressure: ExistingFile | None = Field(
-        None,
-        description="instead of bore, stroke, rod, clearance: CSV file with `angle [deg],pressure [bar]` over a turn, "
-        "or `time [ms],pressure [bar]` over the run",
+    cylinder_pressure: ExistingFile | None = absent(
+        "instead of bore, stroke, rod, clearance: CSV file with `angle [deg],pressure [bar]` over a turn, "
+        "or `time [ms],pressure [bar]` over the run"
     )
-    columns: CourseColumns | None = Field(
-        None, description="heads of the columns of cylinder_pressure, where they say neither time nor quantity"
+    columns: CourseColumns | None = absent(
+        "heads of the columns of cylinder_pressure, where they say neither time nor quantity"
     )
-    units: CourseUnits | None = Field(
-        None, description="units of the columns of cylinder_pressure, where the header does not say them"
-    )
+    units: CourseUnits | None = absent("units of the columns of cylinder_pressure, where the header does not say them")
     port_diameter: Length = Field(description="of the hole that the reed covers")
-    discharge_coefficient: float = Field(
-        0.6, gt=0, le=1, description="of the estimated flow area, min(2 pi R x, pi R^2): not measured"
+    discharge_coefficient: float = default(
+        0.6, "of the estimated flow area, min(2 pi R x, pi R^2): not measured", gt=0, le=1
     )
     flow: Directions = default({}, "effective flow areas; estimated where absent")
     force: Directions = default({}, "effective force areas; that of the port where absent")

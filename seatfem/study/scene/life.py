@@ -5,9 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from seatfem.fields import ExistingFile, Fraction, KeyProblem, PoissonRatio, Pressure, Rpm, Speed, Table, default
+from seatfem.fields import (
+    ExistingFile,
+    Fraction,
+    KeyProblem,
+    PoissonRatio,
+    Pressure,
+    Rpm,
+    Speed,
+    Table,
+    absent,
+    default,
+)
 from seatfem.study.scene.life_curves import Curves
 from seatfem.units import write_quantity
 
@@ -37,34 +48,29 @@ impact_speed_limit = "6 m/s"
 source = "report, page"
 """
 
-    strength: ExistingFile | None = Field(None, description="file of measured strength of the reed's material")
-    seat_strength: ExistingFile | None = Field(
-        None, description="the same of the seat's, whose surface is judged, too; needs [stress]"
+    strength: ExistingFile | None = absent("file of measured strength of the reed's material")
+    seat_strength: ExistingFile | None = absent("the same of the seat's, whose surface is judged, too; needs [stress]")
+    criterion: str = default("goodman", "for mean stress: goodman, gerber, morrow, walker or swt")
+    multiaxial: str = default(
+        "", "in addition, for stress tensors of plates and seats: crossland, dang_van, papadopoulos"
     )
-    criterion: str = Field("goodman", description="for mean stress: goodman, gerber, morrow, walker or swt")
-    multiaxial: str = Field(
-        "", description="in addition, for stress tensors of plates and seats: crossland, dang_van, papadopoulos"
+    survival: Fraction | None = absent("share of parts that survive, as 0.999; that of the S-N curve where absent")
+    cycles: float | None = absent("blocks to be survived; or give hours and rpm", gt=0)
+    hours: float | None = absent("of running to be survived, with rpm", gt=0)
+    rpm: Rpm | None = absent("blocks a minute, with hours: a number (1/min), or with its unit")
+    block: Literal["run", "last cycle"] = default("run", "what repeats: the run, or the crank's last turn")
+    contact_criterion: str = default(
+        "", "for the stress below a contact of Hertz: crossland, dang_van, papadopoulos; cycles may be absent"
     )
-    survival: Fraction | None = Field(
-        None, description="share of parts that survive, as 0.999; that of the S-N curve where absent"
-    )
-    cycles: float | None = Field(None, gt=0, description="blocks to be survived; or give hours and rpm")
-    hours: float | None = Field(None, gt=0, description="of running to be survived, with rpm")
-    rpm: Rpm | None = Field(None, description="blocks a minute, with hours: a number (1/min), or with its unit")
-    block: Literal["run", "last cycle"] = Field("run", description="what repeats: the run, or the crank's last turn")
-    contact_criterion: str = Field(
-        "",
-        description="for the stress below a contact of Hertz: crossland, dang_van, papadopoulos; cycles may be absent",
-    )
-    contact_modulus: Pressure | None = Field(
-        None, description="E* of both bodies, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, with contact_criterion"
+    contact_modulus: Pressure | None = absent(
+        "E* of both bodies, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, with contact_criterion"
     )
     contact_poisson: PoissonRatio = default(0.3, "of the body whose strength it is")
-    curves: Curves | None = Field(None, description="margins over other speeds, tilts and lifts")
-    impact_speed_limit: Speed | None = Field(
-        None, description="largest speed of closing that experience allows; that of the strength file where absent"
+    curves: Curves | None = absent("margins over other speeds, tilts and lifts")
+    impact_speed_limit: Speed | None = absent(
+        "largest speed of closing that experience allows; that of the strength file where absent"
     )
-    source: str = Field("", description="citation of impact_speed_limit")
+    source: str = default("", "citation of impact_speed_limit")
 
     @model_validator(mode="after")
     def _complete(self) -> Self:

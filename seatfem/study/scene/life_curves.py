@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from seatfem.fields import Angle, Gap, KeyProblem, Speed, Table
+from seatfem.fields import Angle, Gap, KeyProblem, Speed, Table, default
 from seatfem.study.scene.agreement import check_start
 from seatfem.study.scene.stopper import STEEPEST
 
@@ -28,9 +28,9 @@ class Curves(Table):
     stays. Files margin_over_speed.csv and .png, ...; in summary.json life_allowed_speed_m_per_s, ... is the value with
     a margin of 1, where the curve reaches it."""
 
-    speed: tuple[Speed, ...] = Field((), description="of the reed at its start, towards the seat, as [1, 2, 4] m/s")
-    tilt: tuple[Angle, ...] = Field((), description="of the reed on the seat's lip: contact.tilt")
-    lift: tuple[Gap, ...] = Field((), description="to the stopper: its gap, or its lift where that is stated")
+    speed: tuple[Speed, ...] = default((), "of the reed at its start, towards the seat, as [1, 2, 4] m/s")
+    tilt: tuple[Angle, ...] = default((), "of the reed on the seat's lip: contact.tilt")
+    lift: tuple[Gap, ...] = default((), "to the stopper: its gap, or its lift where that is stated")
 
     @model_validator(mode="after")
     def _two_each(self) -> Self:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, create_model, model_serializer, model_validator
 
-from seatfem.fields import Angle, Gap, KeyProblem, Length, Position, Table, default, one_of
+from seatfem.fields import Angle, Gap, KeyProblem, Length, Position, Table, absent, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.rings import MOST_PORTS, MOST_RINGS, Division
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
@@ -38,25 +38,21 @@ stiffness = "20 N/um"
 gap = "1.5 mm"
 """
 
-    gap: Gap | None = Field(
-        None, description="distance from the undeformed reed to the stopper, on the side away from the seat"
+    gap: Gap | None = absent("distance from the undeformed reed to the stopper, on the side away from the seat")
+    lift: Position | None = absent(
+        "instead of gap: travel of the reed from the seat to the stopper; the reed on its seat lies "
+        "contact.gap below its undeformed place, so that gap = lift - contact.gap"
     )
-    lift: Position | None = Field(
-        None,
-        description="instead of gap: travel of the reed from the seat to the stopper; the reed on its seat lies "
-        "contact.gap below its undeformed place, so that gap = lift - contact.gap",
-    )
-    at: Length | None = Field(None, description="position on the reed, from its root; that of the contact where absent")
-    arcs: int | None = Field(
-        None,
+    at: Length | None = absent("position on the reed, from its root; that of the contact where absent")
+    arcs: int | None = absent(
+        "segments of its face, each with its own contact, for a reed that is a plate: of the flat ring or "
+        "disc that is struck, of the faces of cad and mesh, or, of a stopper without a face such as a spring, of the "
+        "reed's contact face; 32 where rings or a tilt are given, else the stopper is struck as a whole",
         strict=True,
         ge=1,
         le=MOST_PORTS,
-        description="segments of its face, each with its own contact, for a reed that is a plate: of the flat ring or "
-        "disc that is struck, of the faces of cad and mesh, or, of a stopper without a face such as a spring, of the "
-        "reed's contact face; 32 where rings or a tilt are given, else the stopper is struck as a whole",
     )
-    rings: int = Field(1, strict=True, ge=1, le=MOST_RINGS, description="parts across each of its segments")
+    rings: int = default(1, "parts across each of its segments", strict=True, ge=1, le=MOST_RINGS)
     tilt: Angle = default("0 deg", "between the stopper's plane and the undeformed reed; gap is then the smallest")
     tilt_axis: Angle = default("0 deg", "direction about which it is tilted, as contact.tilt_axis")
     law: _Law = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")

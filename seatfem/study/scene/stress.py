@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from seatfem.fields import Gap, KeyProblem, Position, Table, Time, default
+from seatfem.fields import Gap, KeyProblem, Position, Table, Time, absent, default
 from seatfem.units import write_quantity
 
 MOST = 100
@@ -23,40 +23,37 @@ distance = "0.2 mm"
 frames = 40
 """
 
-    points: tuple[tuple[Position, Position, Position], ...] = Field(
+    points: tuple[tuple[Position, Position, Position], ...] = default(
         (),
-        max_length=MOST,
-        description="named places x, y, z in the seat's own coordinates, whose histories are kept; of a body of "
+        "named places x, y, z in the seat's own coordinates, whose histories are kept; of a body of "
         "revolution about z that is struck all around the angle does not matter",
+        max_length=MOST,
     )
-    surface: bool = Field(
-        True, strict=True, description="whether the whole surface is searched for the largest; else only the points"
+    surface: bool = default(
+        True, "whether the whole surface is searched for the largest; else only the points", strict=True
     )
     distance: Gap = default(
         "0.2 mm",
         "from sharp inner corners and the rim of clamped faces, within which no stress is reported",
     )
-    struck: bool = Field(
+    struck: bool = default(
         True,
-        strict=True,
-        description="whether the surface includes the struck face and its neighbourhood within distance, where a "
+        "whether the surface includes the struck face and its neighbourhood within distance, where a "
         "coarse mesh is unreliable and the stress at a rigid rim has no limit",
+        strict=True,
     )
     apart: Gap = default("1 mm", "within which the largest of the stress is one hot spot")
-    frames: int = Field(
+    frames: int = default(
         0,
+        "of the stress wave on the seat, and on the faces of a reed that is a plate: stress_wave.gif and "
+        ".png, reed_stress_wave.gif and .png, for ParaView seat_stress.pvd and reed_stress.pvd; 0: none",
         ge=0,
         le=MOST_FRAMES,
-        description="of the stress wave on the seat, and on the faces of a reed that is a plate: stress_wave.gif and "
-        ".png, reed_stress_wave.gif and .png, for ParaView seat_stress.pvd and reed_stress.pvd; 0: none",
     )
-    frames_from: Time | None = Field(
-        None, description="time of their first; absent: the first touch; of a reed a little before it"
-    )
-    frames_until: Time | None = Field(
-        None,
-        description="time of their last; absent: when shear waves have gone along the seat twice; of a reed a little "
-        "after its first contact",
+    frames_from: Time | None = absent("time of their first; absent: the first touch; of a reed a little before it")
+    frames_until: Time | None = absent(
+        "time of their last; absent: when shear waves have gone along the seat twice; of a reed a little "
+        "after its first contact"
     )
 
     @model_validator(mode="after")

@@ -7,9 +7,9 @@ import re
 from dataclasses import dataclass
 from typing import Annotated, Any, Final, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, model_validator
 
-from seatfem.fields import Fraction, KeyProblem, Table, default
+from seatfem.fields import Fraction, KeyProblem, Table, absent, default
 
 LEAST: Final = 5  # evaluations: three for a line and its curvature, one to begin with, one that uses them
 CONFIRMED: Final = 3  # points that are carried out at the scene's own target
@@ -54,12 +54,12 @@ def _constraint(text: object) -> Constraint:
 class Optimise(Table):
     """Which scene is sought."""
 
-    minimise: str | None = Field(None, pattern=r"^\w+$", description="key of summary.json of which less is better")
-    maximise: str | None = Field(None, pattern=r"^\w+$", description="key of summary.json of which more is better")
-    subject_to: tuple[Annotated[Any, BeforeValidator(_constraint)], ...] = Field(
-        (), max_length=20, description="limits, as 'life_margin >= 1.2', of keys of summary.json [SI]"
+    minimise: str | None = absent("key of summary.json of which less is better", pattern=r"^\w+$")
+    maximise: str | None = absent("key of summary.json of which more is better", pattern=r"^\w+$")
+    subject_to: tuple[Annotated[Any, BeforeValidator(_constraint)], ...] = default(
+        (), "limits, as 'life_margin >= 1.2', of keys of summary.json [SI]", max_length=20
     )
-    most: int = Field(40, strict=True, ge=LEAST, le=10_000, description="scenes of the search, at most")
+    most: int = default(40, "scenes of the search, at most", strict=True, ge=LEAST, le=10_000)
     coarse: Fraction = default("20 %", "accuracy.target of the search")
 
     @property

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from seatfem.fields import ExistingFile, KeyProblem, Table, default, kinds_below
+from seatfem.fields import ExistingFile, KeyProblem, Table, absent, default, kinds_below
 from seatfem.study.scene.load import load_table
 from seatfem.study.sweep.goal import Optimise
 from seatfem.study.sweep.variations import AnyVariation, Listed, Range, Variation
@@ -51,13 +51,13 @@ WholeKey = Annotated[str, AfterValidator(_whole_key)]
 class Outputs(Table):
     """What is asked of the table."""
 
-    measures: tuple[str, ...] = Field(
+    measures: tuple[str, ...] = default(
         (),
+        "keys of summary.json; those that the scene is judged by where absent, of its accuracy.measures",
         max_length=MOST_KEYS,
-        description="keys of summary.json; those that the scene is judged by where absent, of its accuracy.measures",
     )
-    pareto: tuple[Objective, Objective] | None = Field(
-        None, description="two measures, of which less is better, as 'max life_margin' more; none where absent"
+    pareto: tuple[Objective, Objective] | None = absent(
+        "two measures, of which less is better, as 'max life_margin' more; none where absent"
     )
 
     def asked(self) -> tuple[str, ...]:
@@ -68,22 +68,22 @@ class Outputs(Table):
 class Study(Table):
     """Many scenes: one of them, with other values of some keys."""
 
-    title: str = Field("", description="for reports and pictures")
+    title: str = default("", "for reports and pictures")
     scene: ExistingFile = Field(description="the scene's file; what it does not state is chosen for each scene anew")
-    design: Design = Field("grid", description="how the values are combined")
-    number: int | None = Field(None, strict=True, ge=1, le=MOST_SCENES, description="scenes that are drawn")
-    seed: int = Field(1, strict=True, ge=0, lt=2**32, description="of what is drawn")
-    limit: int = Field(10_000, strict=True, ge=1, le=MOST_SCENES, description="scenes that are allowed at most")
+    design: Design = default("grid", "how the values are combined")
+    number: int | None = absent("scenes that are drawn", strict=True, ge=1, le=MOST_SCENES)
+    seed: int = default(1, "of what is drawn", strict=True, ge=0, lt=2**32)
+    limit: int = default(10_000, "scenes that are allowed at most", strict=True, ge=1, le=MOST_SCENES)
     vary: dict[WholeKey, AnyVariation] = Field(
         min_length=1, max_length=MOST_KEYS, description="values by dotted key of the scene"
     )
-    error_bars: Literal["every", "sampled"] = Field(
+    error_bars: Literal["every", "sampled"] = default(
         "every",
-        description="every scene has its own, or some run in full and the others, which must differ in contact data "
+        "every scene has its own, or some run in full and the others, which must differ in contact data "
         "alone, are marched side by side with theirs",
     )
     outputs: Outputs = default({}, "what is asked of the table")
-    optimise: Optimise | None = Field(None, description="of the values in between, which are best; none where absent")
+    optimise: Optimise | None = absent("of the values in between, which are best; none where absent")
 
     @model_validator(mode="before")
     @classmethod

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from seatfem.fields import KeyProblem, Table, kinds_below, one_of
+from seatfem.fields import KeyProblem, Table, absent, kinds_below, one_of
 from seatfem.units import number_and_unit
 
 MOST: Final = 10_000  # values of a key
@@ -108,7 +108,7 @@ class Range(Variation):
     kind: Literal["range"]
     low: Quantity = Field(alias="from", description="lowest value")
     high: Quantity = Field(alias="to", description="highest value")
-    number: int | None = Field(None, strict=True, ge=2, le=MOST, description="of levels")
+    number: int | None = absent("of levels", strict=True, ge=2, le=MOST)
     scale: Literal["linear", "log"] = "linear"
 
     @model_validator(mode="after")
