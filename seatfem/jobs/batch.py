@@ -11,12 +11,7 @@ from seatfem.jobs.folders import private_folder
 
 
 def answers(
-    jobs: Sequence[str],
-    module: str,
-    *arguments: str,
-    limit: float,
-    renew: int = NEVER,
-    own_session: bool = False,
+    jobs: Sequence[str], module: str, *arguments: str, limit: float, renew: int = NEVER, own_session: bool = False
 ) -> Iterator[str | Lost]:
     """Yield the answer to each job, a line, in their order; from one worker at a time.
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from seatfem.fields import KeyProblem, keys_of
 from seatfem.structures.rings import Division
-from seatfem.study.scene.external import ACTING
 from seatfem.study.scene.measures import LifeMargin, Stress, any_needs_stress
 from seatfem.units import write_quantity
 
@@ -71,10 +70,9 @@ def _check_loads(scene: Scene) -> None:
         reed.check_place(load.at, f"load.{number}.at")
         if load.point is not None:
             reed.check_points(np.array([load.point]), f"load.{number}.point")
-        if load.needs_weight and not reed.has_weight:
-            [key] = load.given_keys(*ACTING)
+        if (keys := load.given_keys("gravity", "base_motion")) and not reed.has_weight:
             words = f"of a reed of kind {reed.kind!r} it is not known how its mass is spread; give a force"
-            raise KeyProblem(f"load.{number}.{key}", words)
+            raise KeyProblem(f"load.{number}.{keys[0]}", words)
     for number, spring in enumerate(scene.spring):
         with keys_of(f"spring.{number}"):
             spring.check(reed)

@@ -99,8 +99,3 @@ area = "80 mm^2"
     def by_lift(self) -> bool:
         """Return whether the load depends on how far the reed is off its seat."""
         return self.area is not None and len(set(self.area.area)) > 1
-
-    @property
-    def needs_weight(self) -> bool:
-        """Return whether the load acts on the mass of the reed."""
-        return self.gravity is not None or self.base_motion is not None

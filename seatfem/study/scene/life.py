@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 
 from pydantic import model_validator
@@ -191,15 +190,8 @@ source = "report, page"
 
 
 def turn_of(scene: Scene) -> float | None:
-    """Time of one turn of the crank by which loads on the reed repeat [s]; ``None`` without, or with several."""
-    turns = {60.0 / rpm for rpm in _rpm_of(scene)}
+    """Return the time of one turn of the crank by which loads repeat [s]; ``None`` without, or with several."""
+    courses: list[object] = [course for load in scene.load for course in (load.pressure, load.force, load.base_motion)]
+    courses += [scene.gas, *(getattr(scene.reed, key, None) for key in scene.reed.moved_by)]
+    turns = {60.0 / rpm for course in courses if (rpm := getattr(course, "rpm", None)) is not None}
     return turns.pop() if len(turns) == 1 else None
-
-
-def _rpm_of(scene: Scene) -> Iterator[float]:
-    courses = [course for load in scene.load for course in (load.pressure, load.force, load.base_motion)]
-    for course in (*courses, *(getattr(scene.reed, key, None) for key in scene.reed.moved_by)):
-        if (rpm := getattr(course, "rpm", None)) is not None:
-            yield rpm
-    if scene.gas is not None:
-        yield scene.gas.rpm

@@ -71,7 +71,9 @@ def explain(
 ) -> tuple[Problem, ...]:
     """Return pydantic's findings in the words of scene files, in the order of the file; of a crowd the first `MOST`."""
     places = [_Place.of(details, model, lines) for details in error.errors(include_url=False)]
-    places = [place for place in places if not _follows(place, places)]
+    elements = {place.path[:length] for place in places for length in range(len(place.path))}
+    # a list may be too short only because of what is wrong with one of its elements
+    places = [each for each in places if not (each.details["type"] == "too_short" and each.path in elements)]
     places.sort(key=lambda place: place.line)
     problems = [Problem(file, place.line, place.key, _message(place, data)) for place in places[:MOST]]
     if len(places) > MOST:
@@ -79,14 +81,6 @@ def explain(
             Problem(file, places[MOST].line, "", f"{len(places) - MOST} more problems from here on; mend these first")
         )
     return tuple(problems)
-
-
-def _follows(place: _Place, found: list[_Place]) -> bool:
-    """Return whether a list is only too short because of what is wrong with one of its elements."""
-    size = len(place.path)
-    return place.details["type"] == "too_short" and any(
-        len(other.path) > size and other.path[:size] == place.path for other in found
-    )
 
 
 @dataclass(frozen=True)
@@ -157,7 +151,8 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
         case "greater_than_equal" if context["ge"] == 0:
             return f"{written!r} must be >= 0"
         case "model_type" | "model_attributes_type" | "dict_type":
-            return f"{written!r} is no table; write {_as_table(path)}{_content(place)}"
+            table = f"[{path[-1]}]" if len(path) == 1 else f"{path[-1]} = {{ ... }}"
+            return f"{written!r} is no table; write {table}{_content(place)}"
         case "value_error":
             return str(context["error"])
         case limit if limit in _LIMITS:
@@ -192,11 +187,6 @@ def _content(place: _Place) -> str:
     if len(place.choices) == 1:
         return f"; keys: {', '.join(own_keys(place.choices[0]))}"
     return f"; kinds: {kinds_in_words(place.choices)}" if any(map(kind_of, place.choices)) else ""
-
-
-def _as_table(path: KeyPath) -> str:
-    """Return how a table is written: of the scene itself under its name, others in one line."""
-    return f"[{path[-1]}]" if len(path) == 1 else f"{path[-1]} = {{ ... }}"
 
 
 def _not_one_of(written: object, expected: str, kinds: tuple[type[BaseModel], ...] = ()) -> str:

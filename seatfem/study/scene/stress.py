@@ -33,8 +33,7 @@ frames = 40
         True, "whether the whole surface is searched for the largest; else only the points", strict=True
     )
     distance: Gap = default(
-        "0.2 mm",
-        "from sharp inner corners and the rim of clamped faces, within which no stress is reported",
+        "0.2 mm", "from sharp inner corners and the rim of clamped faces, within which no stress is reported"
     )
     struck: bool = default(
         True,

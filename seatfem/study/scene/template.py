@@ -95,12 +95,13 @@ def table_lines(
     """
     keys = {key: field for key, field in own_keys(table).items() if key not in leave}
     lines = [line for key in given for line in _key(key, given[key], keys[key])]
-    plain = {key: field for key, field in keys.items() if key not in given and not _is_table(field)}
-    lines += [line for key, field in plain.items() for line in _key(key, None, field)]
+    blocks = []
     for key, field in keys.items():
-        if key not in given and key not in plain:
-            lines += _block(f"{of}.{key}" if of else key, field, beside)
-    return lines
+        if key not in given and tables_in(field.annotation) and not isinstance(field.default, str):
+            blocks += _block(f"{of}.{key}" if of else key, field, beside)
+        elif key not in given:
+            lines += _key(key, None, field)
+    return lines + blocks
 
 
 def _block(name: str, field: FieldInfo, beside: Stated | None) -> list[str]:
@@ -151,10 +152,6 @@ def _example(field: FieldInfo) -> str:
     if examples := re.findall("`([^`]+)`", words):
         return str(examples[0])
     return _SPOKEN.get(words, f"[{_SPOKEN.get(words.removeprefix('list of ').rstrip('s'), '')}]")
-
-
-def _is_table(field: FieldInfo) -> bool:
-    return bool(tables_in(field.annotation)) and not isinstance(field.default, str)
 
 
 def _commented(text: str, words: str) -> list[str]:

@@ -79,7 +79,7 @@ class Optimum:
             f"margin of {limit}": [
                 None if math.isnan(m := limit.margin(each.value(limit.measure))) else m for each in of
             ]
-            for limit in self.goal.constraints
+            for limit in self.goal.subject_to
         }
         return replace(results, columns={**results.columns, **margins})
 
@@ -87,7 +87,7 @@ class Optimum:
         """Return the best point, how it stands to the limits, and how it was found."""
         best, limits = self.best, []
         bars = {name: _bar(best, name) for name in self.goal.measures}
-        for limit in self.goal.constraints:
+        for limit in self.goal.subject_to:
             margin, bar = limit.margin(best.value(limit.measure)), bars[limit.measure]
             found = {"margin": _known(margin), "error_bar": _known(bar), "holds": bool(limit.holds(margin, bar))}
             limits.append({"constraint": str(limit), **found})
@@ -114,13 +114,13 @@ class Optimum:
             return f"no optimum: the best points could not be confirmed: {why}"
         goal, best = self.goal, self.best
         where = ", ".join(f"{key} = {_short(value)}" for key, value in changes_at(self.study, best.point).items())
-        limits = [f"{name} = {_with_bar(best, name)} ({each})" for each in goal.constraints for name in (each.measure,)]
+        limits = [f"{name} = {_with_bar(best, name)} ({each})" for each in goal.subject_to for name in (each.measure,)]
         extreme = "least" if goal.minimise else "greatest"
         words = f"{extreme} {goal.measure} = {_with_bar(best, goal.measure)} at {where}"
         words += f", with {', '.join(limits)}" if limits else ""
         if not self.is_met:
             words = f"no point within all limits was found; the nearest has {words.split(' ', 1)[1]}"
-        elif any(each.margin(best.value(each.measure)) < 0 for each in goal.constraints):
+        elif any(each.margin(best.value(each.measure)) < 0 for each in goal.subject_to):
             words += "; a limit is exceeded, but by less than its error bar"
         if not self.is_told_apart:
             words += "; the second best differs by less than the error bars"
@@ -147,7 +147,7 @@ def goal_of(study: Study) -> Optimise:
 def violation(found: Found, goal: Optimise) -> float:
     """Return the relative violation of the limits not kept up to the error bars; infinite without numbers."""
     total = 0.0
-    for each in goal.constraints:
+    for each in goal.subject_to:
         margin = each.margin(found.value(each.measure))
         if not each.holds(margin, _bar(found, each.measure)):
             total += math.inf if math.isnan(margin) else -margin / (abs(each.limit) or 1.0)

@@ -202,11 +202,7 @@ def draw_front(table: StudyTable, path: Path) -> None:
 
 
 def draw_history(
-    table: StudyTable,
-    goal: Optimise,
-    within: Sequence[bool],
-    confirmed: Sequence[tuple[int, float, float]],
-    path: Path,
+    table: StudyTable, goal: Optimise, within: Sequence[bool], confirmed: Sequence[tuple[int, float, float]], path: Path
 ) -> None:
     """Draw the measure of every scene of a search, the best so far, and the confirmed: number, value, error bar."""
     number, value, inside = table.numbers("scene"), table.values(goal.measure), np.array(within)

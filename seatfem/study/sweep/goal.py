@@ -73,14 +73,9 @@ class Optimise(Table):
         return 1.0 if self.minimise else -1.0
 
     @property
-    def constraints(self) -> tuple[Constraint, ...]:
-        """Return all limits."""
-        return self.subject_to
-
-    @property
     def measures(self) -> tuple[str, ...]:
         """Return all measures that are asked for, each once."""
-        return tuple(dict.fromkeys((self.measure, *(each.measure for each in self.constraints))))
+        return tuple(dict.fromkeys((self.measure, *(each.measure for each in self.subject_to))))
 
     @model_validator(mode="after")
     def _one_aim(self) -> Self:

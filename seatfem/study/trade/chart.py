@@ -78,7 +78,9 @@ def _panel(axes: Axes, trade: Trade, measure: str) -> None:
             )  # fmt: skip
     _front(axes, trade, measure)
     axes.axhline(100 * trade.target, color="black", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1.6)
-    low, high = _limits(trade, measure)
+    errors = [100 * trade.trusted_error(point.name, measure) for point in trade.done()]
+    shown = [*(error for error in errors if math.isfinite(error) and error > 0), 100 * trade.target]
+    low, high = max(min(shown) / 4, 1e-12), 2.5 * max(shown)  # from below the floor to above the largest error
     axes.set_ylim(low, high)
     costs = [trade.cost(point.name) for point in trade.done()]
     _ticks(axes.xaxis, math.log10(max(costs) / min(costs)))
@@ -98,13 +100,6 @@ def _panel(axes: Axes, trade: Trade, measure: str) -> None:
                 trade.cost(name), 100 * trade.trusted_error(name, measure), marker, markersize=size, zorder=5,
                 markerfacecolor="#F0E442", markeredgecolor="black", markeredgewidth=0.9,
             )  # fmt: skip
-
-
-def _limits(trade: Trade, measure: str) -> tuple[float, float]:
-    """Return the limits of the error [%]: from below the floor to above the largest error."""
-    errors = [100 * trade.trusted_error(point.name, measure) for point in trade.done()]
-    shown = [*(e for e in errors if math.isfinite(e) and e > 0), 100 * trade.target]
-    return max(min(shown) / 4, 1e-12), 2.5 * max(shown)
 
 
 def _front(axes: Axes, trade: Trade, measure: str) -> None:
