@@ -18,7 +18,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import psutil
@@ -134,7 +133,7 @@ def of_study(workers: int) -> tuple[Spent, int]:
     """Of the study, each scene with its line in the journal, once the processes are there; and how many scenes."""
     from seatfem.study.sweep.cases import cases_of
     from seatfem.study.sweep.effort import Effort
-    from seatfem.study.sweep.runner import crew_of, run_cases
+    from seatfem.study.sweep.runner import Runner, crew_of
     from seatfem.study.sweep.study import load_study
 
     study = load_study(STUDY)
@@ -144,9 +143,12 @@ def of_study(workers: int) -> tuple[Spent, int]:
         crew_of(1, address) as ask,
         tempfile.TemporaryDirectory() as folder,
     ):
-        run = partial(run_cases, study.scene, about={}, effort=Effort(limit=600.0), ask=ask, known={})
-        run(cases[: 2 * workers], Path(folder) / "first.jsonl")
-        return measured(processes, len(cases), lambda: run(cases, Path(folder) / "study.jsonl")), len(cases)
+        first, every = (
+            Runner(study, Path(folder) / name, Effort(limit=600.0), lambda _: None)
+            for name in ("first.jsonl", "study.jsonl")
+        )
+        first.carry_out(cases[: 2 * workers], ask)
+        return measured(processes, len(cases), lambda: every.carry_out(cases, ask)), len(cases)
 
 
 def speed(workers: float, scene: float, spent: Spent) -> float:

@@ -27,7 +27,7 @@ from seatfem.study.sweep.design import Changes
 from seatfem.study.sweep.effort import USUAL, Effort
 from seatfem.study.sweep.goal import CONFIRMED, Optimise
 from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.sweep.runner import STAGE, StudyError, check_effort, crew_of, folder_of_ours, read_journal, run_cases
+from seatfem.study.sweep.runner import STAGE, Runner, StudyError, check_effort, crew_of, folder_of_ours
 from seatfem.study.sweep.search import NEAREST, Level, Shift, changes_at, first_points, improve, rank
 from seatfem.study.sweep.study import Study, load_study
 from seatfem.study.sweep.table import check_measures, write_csv
@@ -64,21 +64,16 @@ def run_optimum(
         require_gmsh_libraries()
     workers = workers or predicted.workers()
     with folder_of_ours(folder) as journal, crew_of(workers, effort.cluster) as ask:
-        known = {key: each for key, each in read_journal(journal).items() if each.has_numbers or not effort.retry}
-        about = study.model_dump(mode="json", by_alias=True)
         tell(predicted.in_words(workers))
 
         def heard(outcome: Outcome) -> None:
             check_measures(goal.measures, outcome, "optimise")
             check_measures(study.outputs.asked(), outcome)
 
+        runner = Runner(study, journal, effort, heard)
+
         def carry_out(cases: Sequence[Case]) -> Mapping[str, Outcome]:
-            for outcome in [known[case.key] for case in cases if case.key in known][:1]:
-                heard(outcome)
-            once = replace(effort, retry=False)  # those of this very search
-            outcomes = run_cases(study.scene, cases, journal, known, about=about, effort=once, ask=ask, heard=heard)
-            known.update(outcomes)
-            about.clear()
+            outcomes = runner.carry_out(cases, ask)
             progress(STAGE, min(1.0, (len(search.found) + len(target.found) + 1) / (goal.most + CONFIRMED)))
             return outcomes
 
@@ -108,17 +103,14 @@ def _search(search: Level, target: Level, goal: Optimise) -> None:
             first = ranked[0].outcome
             statuses = [each.outcome.summary.get(STATUS, LANDED) for each in search.found.values()]
             message = first.message or left_out_in_words(statuses) or f"{', '.join(goal.measures)}: not known"
-            raise StudyError(
-                f"optimise: none of {len(ranked)} scenes has the numbers that are asked for; the first: {message}"
-            )
-        known = [each for each in ranked if math.isfinite(rank(each, goal, shift)[0])]
+            words = f"none of {len(ranked)} scenes has the numbers that are asked for; the first: {message}"
+            raise StudyError(f"optimise: {words}")
         others = [np.array(other.point) for other in target.found.values()]
-        for each in known:
-            if all(np.abs(other - each.point).max() >= NEAREST for other in others):
-                [fine] = target.at([each.point])
-                moved = {name: fine.value(name) - each.value(name) for name in goal.measures}
-                shift = moved if all(map(math.isfinite, moved.values())) else shift
-                break
+        apart = (each for each in ranked if all(np.abs(other - each.point).max() >= NEAREST for other in others))
+        if (best := next(apart, None)) is not None and math.isfinite(rank(best, goal, shift)[0]):
+            [fine] = target.at([best.point])
+            moved = {name: fine.value(name) - best.value(name) for name in goal.measures}
+            shift = moved if all(map(math.isfinite, moved.values())) else shift
 
 
 def optimise(

@@ -77,8 +77,7 @@ class Level:
                 case = Case(number, changed, f"no scene {number}")
                 self.found[point] = Found(point, case, Outcome("failed", str(error), 0.0))
         if new:
-            earlier = [each.case for each in self.found.values() if each.case.leads or each.case.guides]
-            outcomes = self.carry_out([*earlier, *new.values()])
+            outcomes = self.carry_out(list(new.values()))
             self.found |= {point: Found(point, case, outcomes[case.key]) for point, case in new.items()}
         return [self.found[point] for point in points]
 

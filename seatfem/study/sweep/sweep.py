@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,8 +20,7 @@ from seatfem.study.scene.problems import explain
 from seatfem.study.sweep.ahead import LOOKED_AT, ahead, ahead_of_many
 from seatfem.study.sweep.cases import Case, cases_of
 from seatfem.study.sweep.effort import USUAL, Effort
-from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.sweep.runner import StudyError, check_effort, crew_of, folder_of_ours, read_journal, run_cases
+from seatfem.study.sweep.runner import Runner, StudyError, check_effort, crew_of, folder_of_ours
 from seatfem.study.sweep.sampled import divided, settings
 from seatfem.study.sweep.study import Study
 from seatfem.study.sweep.table import (
@@ -77,26 +77,15 @@ def run_study(
     if any(body.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
     with folder_of_ours(folder) as journal:
-        on_file = read_journal(journal)
-        known = {case.key: on_file[case.key] for case in cases if case.key in on_file}
-
-        def heard(outcome: Outcome) -> None:
-            check_measures(measures, outcome)
-
-        for outcome in [each for each in known.values() if each.has_numbers][:1]:
-            heard(outcome)
-        pending = list({case.key: case for case in cases if case.key not in known}.values())
-        if pending:
+        runner = Runner(study, journal, effort, partial(check_measures, measures))
+        if pending := runner.pending(cases):
             predicted = ahead(study.scene, pending)
             workers = workers or predicted.workers()
             tell(predicted.in_words(workers))
-        if known:
+        if any(case.key in runner.known for case in cases):
             tell(f"{len(cases) - len(pending)} of {len(cases)} scenes are in {journal} already")
-        about = study.model_dump(mode="json", by_alias=True)
         with crew_of(workers or 1, effort.cluster) as ask:
-            outcomes = run_cases(
-                study.scene, cases, journal, known, about=about, effort=effort, ask=ask, progress=progress, heard=heard
-            )  # fmt: skip
+            outcomes = runner.carry_out(cases, ask, progress)
         table = table_of(study, cases, outcomes, measures)
         write_csv(folder / TABLE, table.columns)
         write_parquet(folder / PARQUET, table.columns)

@@ -15,7 +15,6 @@ from impact.progress import Progress, silent
 from seatfem.structures.store import Store
 from seatfem.study.impacts.landed import LANDED, STATUS, has_landed, left_out_in_words
 from seatfem.study.method import FIELDS, is_given
-from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import FIRST, HARDEST
@@ -149,7 +148,10 @@ def measure_trade(
     scene = load_scene(path)
     check_writable(journal)
     begun = time.perf_counter()
-    planned = _planned(path, scene, Store(journal.parent / "no-store"))  # never written: no seat is at hand
+    empty = Store(journal.parent / "no-store")  # never written: no seat is at hand
+    planned = [_planned(PLANNED, load_scene(path, ALL_OPEN), empty)]
+    if any(is_given(scene, key) for key in FIELDS):
+        planned.append(_planned(AS_FILED, scene, empty))
     planning = time.perf_counter() - begun
     rings = max(int(str(point.settings.get("contact.rings") or 1)) for point in planned)
     ladder = Ladder(scene, rings)
@@ -161,8 +163,8 @@ def measure_trade(
     runs.carry_out(rungs, progress=progress)
     runs.check_landed([point.name for point in rungs])
     runs.carry_out(planned, LONGER)
-    finer = _finer(runs, 1 if quick else FINEST)
-    exact, back = _reference(runs, len(finer), lambda _, done: progress("reference", done))
+    finer = runs.finer(1 if quick else FINEST)
+    exact, back = runs.reference(len(finer), lambda _, done: progress("reference", done))
     judged, values, others = tuple(scene.accuracy.judged), runs.found[exact].summary, runs.found[back].summary
     floor = {name: _relative(others, values, name) / (RATIO - 1) for name in judged}
     points, title = (*rungs, *finer, *planned), scene.title or path.stem
@@ -171,7 +173,7 @@ def measure_trade(
 
 @dataclass
 class _Runs:
-    """The points of one scene that were carried out so far: their outcomes by name."""
+    """Points of one scene that are carried out; ``found``: their outcomes by name."""
 
     path: Path
     ladder: Ladder
@@ -208,50 +210,42 @@ class _Runs:
             return math.inf
         return processor_of(last) * GROWTH[centre.is_solid] ** notches
 
+    def finer(self, most: int) -> list[Point]:
+        """Run the diagonal above the centre while a rung is predicted to end in half the limit; return its points."""
+        added: list[Point] = []
+        while len(added) < most and self.seconds(len(added), 1) <= self.limit / 2:
+            added.append(self.ladder.finer(len(added) + 1))
+            self.carry_out(added[-1:])
+        return added
 
-def _planned(path: Path, scene: Scene, empty: Store) -> tuple[Point, ...]:
-    """Return the planner's choice with every key open and, where the file states some, of the file as it is."""
-    points = [_as_point(PLANNED, plan_scene(load_scene(path, ALL_OPEN), store=empty))]
-    if any(is_given(scene, key) for key in FIELDS):
-        points.append(_as_point(AS_FILED, plan_scene(scene, store=empty)))
-    return tuple(points)
+    def reference(self, top: int, progress: Progress) -> tuple[str, str]:
+        """Return the finest that can be afforded: its name, and that of the same one notch back.
+
+        All candidates are finer than the rung ``top``, the ladder's last; the first is predicted to take half the time
+        allowed.
+        """
+        notches = [n for n in (3, 2) if self.seconds(top, n) <= LONGER * self.limit / 2]
+        tried = []
+        for fineness in [top + n for n in (*notches, 1.0, 0.5)] if self.ladder.centre.size else [float(FINEST)]:
+            pair = [self.ladder.reference(fineness, coarser=coarser) for coarser in (False, True)]
+            self.carry_out(pair, LONGER, progress)
+            exact, back = (point.name for point in pair)
+            if failed := [name for name in (exact, back) if self.found[name].state != "done"]:
+                tried += [f"{name}: {self.found[name].message}" for name in failed]
+                continue
+            self.check_landed([exact])
+            self.check_landed([back])
+            return exact, back
+        raise TradeError(f"{self.path}: no reference ended ({'; '.join(tried)}); give each point more time (--limit)")
 
 
-def _as_point(name: str, plan: Plan) -> Point:
+def _planned(name: str, scene: Scene, empty: Store) -> Point:
+    """Return what the planner chooses for a scene, no seat of which is at hand."""
+    plan = plan_scene(scene, store=empty)
     seconds = sum(plan.cost.parts.get(stage, 0.0) for stage in CARRIED_OUT)
     settings = {**ALL_OPEN, **stated_choices(plan.scene, plan.method)}
     family = "as given" if plan.level == "closed form" else plan.level
     return Point(name, family, "planned", settings, predicted=seconds)
-
-
-def _finer(runs: _Runs, most: int) -> list[Point]:
-    """Run the diagonal above the centre while a rung is predicted to end in half the limit; return its points."""
-    added: list[Point] = []
-    while len(added) < most and runs.seconds(len(added), 1) <= runs.limit / 2:
-        added.append(runs.ladder.finer(len(added) + 1))
-        runs.carry_out(added[-1:])
-    return added
-
-
-def _reference(runs: _Runs, top: int, progress: Progress) -> tuple[str, str]:
-    """Return the finest that can be afforded: its name, and that of the same one notch back.
-
-    All candidates are finer than the rung ``top``, the ladder's last; the first is predicted to take half the time
-    allowed.
-    """
-    notches = [n for n in (3, 2) if runs.seconds(top, n) <= LONGER * runs.limit / 2]
-    tried = []
-    for fineness in [top + n for n in (*notches, 1.0, 0.5)] if runs.ladder.centre.size else [float(FINEST)]:
-        pair = [runs.ladder.reference(fineness, coarser=coarser) for coarser in (False, True)]
-        runs.carry_out(pair, LONGER, progress)
-        failed = [point.name for point in pair if runs.found[point.name].state != "done"]
-        if not failed:
-            exact, back = (point.name for point in pair)
-            runs.check_landed([exact])
-            runs.check_landed([back])
-            return exact, back
-        tried += [f"{name}: {runs.found[name].message}" for name in failed]
-    raise TradeError(f"{runs.path}: no reference ended ({'; '.join(tried)}); give each point more time (--limit)")
 
 
 def _answers(outcome: Outcome, measures: Sequence[str]) -> bool:
