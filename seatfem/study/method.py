@@ -113,7 +113,7 @@ def stated_method(scene: Scene) -> RunMethod:
     return RunMethod(seat, reed, scene.run.time_step).along(scene, scene.contact.ports)
 
 
-def value_of(scene: Scene, key: str) -> Any:
+def value_of(scene: BaseModel, key: str) -> Any:
     """Return what the file states at a dotted ``key``, or its default."""
     value: Any = scene
     for part in key.split("."):
@@ -126,7 +126,7 @@ def written(key: str, value: object) -> object:
     return f"{value!r} {_UNITS[key]}" if key in _UNITS else value
 
 
-def is_given(scene: Scene, key: str) -> bool:
+def is_given(scene: BaseModel, key: str) -> bool:
     """Return whether the file states the dotted ``key``; "auto" and an absent value are no statement."""
     if not has_key(scene, key):
         return False
@@ -135,7 +135,7 @@ def is_given(scene: Scene, key: str) -> bool:
     return name in table.model_fields_set and getattr(table, name) not in (None, "auto")
 
 
-def has_key(scene: Scene, key: str) -> bool:
+def has_key(scene: BaseModel, key: str) -> bool:
     """Return whether this kind of scene knows the dotted ``key`` at all."""
     value: Any = scene
     for part in key.split("."):

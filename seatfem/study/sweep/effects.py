@@ -242,12 +242,9 @@ def pareto_front(costs: Sequence[float], errors: Sequence[float]) -> tuple[int, 
     A point is beaten by one that is at least as cheap and at least as accurate, and better in one of the two; of equal
     points the first stands for all. Points with a cost or error that is no finite number are left out.
     """
-    order = sorted(
-        (i for i in range(len(costs)) if math.isfinite(costs[i]) and math.isfinite(errors[i])),
-        key=lambda i: (costs[i], errors[i], i),
-    )
+    finite = [i for i in range(len(costs)) if math.isfinite(costs[i]) and math.isfinite(errors[i])]
     front: list[int] = []
-    for i in order:
+    for i in sorted(finite, key=lambda i: (costs[i], errors[i], i)):
         if not front or errors[i] < errors[front[-1]]:
             front.append(i)
     return tuple(front)

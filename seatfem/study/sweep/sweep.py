@@ -101,7 +101,7 @@ def scenes_of(
     """
     cases = cases_of(study, rounds, file, progress=progress)
     scene = load_scene(study.scene, cases[0].changed)
-    measures = measures_of(study, scene)
+    measures = measures_of(study, scene.accuracy.judged)
     if study.error_bars == "every":
         return cases, scene, measures
     changes = [{**each.changed, **settings(scene)} for each in cases]

@@ -20,7 +20,6 @@ from impact.brief import brief
 from impact.extras import how_to_mend
 from impact.files.atomic import whole_file, write_whole
 from seatfem.study.impacts.landed import BAR, LANDED, STATUS, has_landed, left_out_in_words, needs_landing
-from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import key_of
 from seatfem.study.sweep.cases import Case, columns_of
 from seatfem.study.sweep.outcome import NOTES, Outcome
@@ -136,10 +135,9 @@ class StudyTable:
         ]
 
 
-def measures_of(study: Study, first: Scene) -> tuple[str, ...]:
+def measures_of(study: Study, judged: Sequence[str]) -> tuple[str, ...]:
     """Return the keys of summary.json that the study asks for; without any those that its first scene is judged by."""
-    named = study.outputs.measures
-    usual = () if named else tuple(map(key_of, first.accuracy.judged))
+    usual = () if study.outputs.measures else tuple(map(key_of, judged))
     return tuple(dict.fromkeys((*usual, *study.outputs.asked())))
 
 
