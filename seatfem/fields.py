@@ -7,10 +7,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar, Union, get_args, get_origin
 
 from annotated_types import Ge, Gt, Lt
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from impact.files.input_files import MB, check_file
 from seatfem.units import DIMENSIONS, UnitError, parse_fraction, parse_quantity, parse_rpm, write_quantity
@@ -67,6 +67,16 @@ class Table(BaseModel):
     def given_keys(self, *keys: str) -> list[str]:
         """Return those of these keys that have a value."""
         return [key for key in keys if getattr(self, key) is not None]
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Yield the keys to change, and why, where several together are wrong; the first of them is reported."""
+        yield from ()
+
+    @model_validator(mode="after")
+    def _without_contradictions(self) -> Self:
+        for key, words in self.contradictions():
+            raise KeyProblem(key, words)
+        return self
 
     def check_one_of(self, keys: tuple[str, ...], nothing: str) -> None:
         """Raise `KeyProblem` unless exactly one of these keys has a value; ``nothing``: what it means that none has."""

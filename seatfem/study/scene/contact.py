@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import TYPE_CHECKING, Self
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from pydantic import model_validator
 
-from seatfem.fields import Angle, KeyProblem, Length, Opening, Position, Table, absent, default, one_of
+from seatfem.fields import Angle, Length, Opening, Position, Table, absent, default, one_of
 from seatfem.structures.rings import MOST_CHOSEN, MOST_PORTS, MOST_RINGS
 from seatfem.study.scene.film import Film
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
@@ -84,25 +85,22 @@ class Contact(Table):
         """Return the first key that only a lip has a use for; "" where none is given."""
         return "ports" if (self.ports or 1) > 1 else self.uneven or ("offset" if any(self.offset) else "")
 
-    @model_validator(mode="after")
-    def _of_a_lip(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if abs(self.tilt) > STEEPEST:
-            raise KeyProblem("tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg")
+            yield "tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg"
         arcs = self.ports or 1
         parts = f"{arcs} segments in {self.rings} rings"
         if arcs * self.rings > MOST_PORTS:
             size = f"their mutual compliances take {8e-9 * (arcs * self.rings) ** 2:.2g} GB for each body"
-            raise KeyProblem("ports", f"{parts} are more than {MOST_PORTS}; {size}: take fewer of either")
+            yield "ports", f"{parts} are more than {MOST_PORTS}; {size}: take fewer of either"
         if arcs > 1 and arcs % 2 and 2 * arcs * self.rings > MOST_CHOSEN:  # half as many tell what they leave
-            raise KeyProblem("ports", f"{parts}: so many must be an even number of segments")
+            yield "ports", f"{parts}: so many must be an even number of segments"
         if self.ports == 1 and self.uneven:
-            words = f"a single contact point has only a mean gap, {self.uneven} needs several: remove one key"
-            raise KeyProblem("ports", words)
+            yield "ports", f"a single contact point has only a mean gap, {self.uneven} needs several: remove one key"
         if not 0 < self.line_arc <= 2 * math.pi * (1 + 1e-9):
-            raise KeyProblem("line_arc", f"{math.degrees(self.line_arc):g} deg must be above 0 and at most 360 deg")
+            yield "line_arc", f"{math.degrees(self.line_arc):g} deg must be above 0 and at most 360 deg"
         angles = [angle for angle, _ in self.waviness]
         for a, b in itertools.pairwise(angles):
             if not a < b < angles[0] + 2 * math.pi:
                 words = f"{math.degrees(b):g} deg after {math.degrees(a):g} deg: its angles must rise from one entry to"
-                raise KeyProblem("waviness", f"{words} the next, within 360 deg")
-        return self
+                yield "waviness", f"{words} the next, within 360 deg"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
-from typing import Annotated, ClassVar, Self
+from collections.abc import Iterator, Mapping
+from typing import Annotated, ClassVar
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
-from seatfem.fields import Acceleration, KeyProblem, Length, Position, SignedArea, Table, absent
+from seatfem.fields import Acceleration, Length, Position, SignedArea, Table, absent
 from seatfem.structures.kinds.motion import AnyAcceleration, AnyForce, AnyPressure
 
 ACTING = ("pressure", "force", "gravity", "base_motion")
@@ -35,19 +35,16 @@ class AreaByLift(Table):
     lift: tuple[Position, ...] = Field(min_length=1, description="opening at the contact, increasing")
     area: tuple[SignedArea, ...] = Field(min_length=1, description="area at each of them")
 
-    @model_validator(mode="after")
-    def _one_for_each(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if len(self.lift) != len(self.area):
-            raise KeyProblem("area", f"{len(self.area)} areas at {len(self.lift)} lifts: give one for each")
+            yield "area", f"{len(self.area)} areas at {len(self.lift)} lifts: give one for each"
         if self.lift[0] < 0:
-            raise KeyProblem("lift", f"a lift of {1e3 * self.lift[0]:g} mm: lifts are >= 0, counted from the seat")
+            yield "lift", f"a lift of {1e3 * self.lift[0]:g} mm: lifts are >= 0, counted from the seat"
         for before, after in itertools.pairwise(self.lift):
             if after <= before:
-                raise KeyProblem("lift", f"the lifts must increase: {1e3 * after:g} mm follows {1e3 * before:g} mm")
+                yield "lift", f"the lifts must increase: {1e3 * after:g} mm follows {1e3 * before:g} mm"
         if (least := min(self.area)) <= 0:
-            words = f"an area of {1e6 * least:g} mm^2: areas must be positive; for none remove the load"
-            raise KeyProblem("area", words)
-        return self
+            yield "area", f"an area of {1e6 * least:g} mm^2: areas must be positive; for none remove the load"
 
     def __call__(self, lift: float) -> float:
         """Return the area [m^2] at an opening [m]."""
@@ -82,18 +79,16 @@ area = "80 mm^2"
         "acceleration of the frame along the normal; a constant one may be written as text"
     )
 
-    @model_validator(mode="after")
-    def _one_of_all(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         self.check_one_of(ACTING, "nothing acts")
         if self.area is None and self.pressure is not None:
-            raise KeyProblem("area", "required key is missing: effective area")
+            yield "area", "required key is missing: effective area"
         if self.area is not None and self.pressure is None:
-            raise KeyProblem("area", "there is no pressure; remove the key")
+            yield "area", "there is no pressure; remove the key"
         if self.force is None and (places := self.given_keys("at", "point")):
-            raise KeyProblem(places[0], "only a force has a place; remove the key")
+            yield places[0], "only a force has a place; remove the key"
         if self.at is not None and self.point is not None:
-            raise KeyProblem("point", "at is given too; keep one")
-        return self
+            yield "point", "at is given too; keep one"
 
     @property
     def by_lift(self) -> bool:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Final, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, Final, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from impact.bodies.time_series import TimeSeries, TimeSeriesError, read_time_series
 from impact.files.csv_table import read_csv
@@ -49,13 +50,11 @@ class Fluid(Table):
     molar_mass: MolarMass | None = absent("of the gas")
     source: str = default("", "citation of the numbers")
 
-    @model_validator(mode="after")
-    def _one_of_two(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if self.name is None and (self.k is None or self.molar_mass is None):
-            raise KeyProblem("k", "a gas needs a name, or k and molar_mass")
+            yield "k", "a gas needs a name, or k and molar_mass"
         if self.name is not None and (self.k is not None or self.molar_mass is not None):
-            raise KeyProblem("name", "k or molar_mass is given too: keep the name, or both numbers")
-        return self
+            yield "name", "k or molar_mass is given too: keep the name, or both numbers"
 
     @property
     def gas(self) -> PerfectGas:
@@ -95,11 +94,9 @@ class MeasuredArea(Table):
         lift, area = np.array(self.area).T
         return AreaTable(lift, area, self.source)
 
-    @model_validator(mode="after")
-    def _is_a_table(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         with problem_of("area", GasError):
             _ = self.table
-        return self
 
 
 class Directions(Table):
@@ -167,29 +164,27 @@ port_diameter = "12 mm"
     flow: Directions = default({}, "effective flow areas; estimated where absent")
     force: Directions = default({}, "effective force areas; that of the port where absent")
 
-    @model_validator(mode="after")
-    def _computed_or_prescribed(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         keys = self.given_keys(*OF_THE_CRANK)
         if self.cylinder_pressure is not None:
             if unused := [*keys, *self.given_keys(*BESIDE)]:
-                raise KeyProblem(unused[0], "cylinder_pressure prescribes the pressure; keep one of the two")
+                yield unused[0], "cylinder_pressure prescribes the pressure; keep one of the two"
             _ = self.course
         elif self.columns is not None or self.units is not None:
-            raise KeyProblem(self.given_keys("columns", "units")[0], "there is no cylinder_pressure; remove the key")
+            yield self.given_keys("columns", "units")[0], "there is no cylinder_pressure; remove the key"
         elif len(keys) < len(OF_THE_CRANK):
             missing = next(key for key in OF_THE_CRANK if key not in keys)
             words = type(self).model_fields[missing].description
-            raise KeyProblem(missing, f"required key is missing: {words}; or give cylinder_pressure")
+            yield missing, f"required key is missing: {words}; or give cylinder_pressure"
         else:
             with problem_of("rod", GasError):
                 _ = self.crank
         if self.suction.pressure >= self.discharge.pressure:
             high, low = (write_quantity(each.pressure, "pressure") for each in (self.discharge, self.suction))
             words = f"{high} is not above suction.pressure = {low}: nothing is compressed; exchange them, or raise it"
-            raise KeyProblem("discharge.pressure", words)
+            yield "discharge.pressure", words
         with problem_of("force", GasError):
             _ = self.areas
-        return self
 
     @property
     def crank(self) -> SliderCrank | None:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
-
-from pydantic import model_validator
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 from seatfem.fields import (
     ExistingFile,
@@ -71,33 +70,31 @@ source = "report, page"
     )
     source: str = default("", "citation of impact_speed_limit")
 
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if self.impact_speed_limit is not None and not self.source.strip():
-            raise KeyProblem("source", "required key is missing: citation of impact_speed_limit")
+            yield "source", "required key is missing: citation of impact_speed_limit"
         if self.source and self.impact_speed_limit is None:
-            raise KeyProblem("source", "there is no impact_speed_limit; remove the key")
+            yield "source", "there is no impact_speed_limit; remove the key"
         if self.strength is None and self.contact_criterion:
-            raise KeyProblem("strength", "required key is missing: a file of strength, for contact_criterion")
+            yield "strength", "required key is missing: a file of strength, for contact_criterion"
         if self.strength is None and self.seat_strength is None:
             if idle := [key for key in type(self).model_fields if key in self.model_fields_set - OF_SPEED]:
-                raise KeyProblem(idle[0], "there is no strength to judge by; give life.strength, or remove the key")
+                yield idle[0], "there is no strength to judge by; give life.strength, or remove the key"
             if self.impact_speed_limit is None:
-                raise KeyProblem("strength", "required key is missing: a file of strength (or impact_speed_limit)")
-            return self
+                yield "strength", "required key is missing: a file of strength (or impact_speed_limit)"
+            return
         if self.cycles is not None and (beside := self.given_keys("hours", "rpm")):
-            raise KeyProblem(beside[0], "cycles is given too; keep cycles, or hours with rpm")
+            yield beside[0], "cycles is given too; keep cycles, or hours with rpm"
         if (self.contact_modulus is None) != (not self.contact_criterion):
             missing = "contact_modulus" if self.contact_criterion else "contact_criterion"
-            raise KeyProblem(missing, "required key is missing: contact_criterion and contact_modulus go together")
+            yield missing, "required key is missing: contact_criterion and contact_modulus go together"
         if self.cycles is None and self.hours is None and (self.rpm is not None or not self.contact_criterion):
             words = "hours of running" if self.rpm is not None else "blocks to be survived, or hours with rpm"
-            raise KeyProblem("hours" if self.rpm is not None else "cycles", f"required key is missing: {words}")
+            yield "hours" if self.rpm is not None else "cycles", f"required key is missing: {words}"
         if self.hours is not None and self.rpm is None:
-            raise KeyProblem("rpm", f"required key is missing: blocks a minute, for hours = {self.hours:g}")
+            yield "rpm", f"required key is missing: blocks a minute, for hours = {self.hours:g}"
         for of in ("reed", "seat", "contact"):
             self.demand(of)
-        return self
 
     @property
     def of_bending(self) -> bool:

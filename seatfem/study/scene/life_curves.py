@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final, Self
-
-from pydantic import model_validator
+from typing import TYPE_CHECKING, Final
 
 from seatfem.fields import Angle, Gap, KeyProblem, Speed, Table, default
 from seatfem.study.scene.agreement import check_start
@@ -32,15 +30,13 @@ class Curves(Table):
     tilt: tuple[Angle, ...] = default((), "of the reed on the seat's lip: contact.tilt")
     lift: tuple[Gap, ...] = default((), "to the stopper: its gap, or its lift where that is stated")
 
-    @model_validator(mode="after")
-    def _two_each(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         curves = {name: getattr(self, name) for name in UNITS if getattr(self, name)}
         if not curves:
-            raise KeyProblem("speed", "no curve is asked for: give speed, tilt or lift, or remove the table")
+            yield "speed", "no curve is asked for: give speed, tilt or lift, or remove the table"
         for name, values in curves.items():
             if len(set(values)) < 2:
-                raise KeyProblem(name, f"a curve needs two values or more, not {len(set(values))}")
-        return self
+                yield name, f"a curve needs two values or more, not {len(set(values))}"
 
     def asked(self) -> Iterator[tuple[str, tuple[float, ...]]]:
         """Yield names with their values in SI, each once, rising."""

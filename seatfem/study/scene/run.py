@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Final, Literal, Self
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Final, Literal
 
 from pydantic import Field, model_validator
 
@@ -24,12 +24,10 @@ class Run(Table):
     time_step: Time | None = absent("time step; chosen from both bodies where absent", examples=["50 ns"])
     filter_width: Time = default("1 us", "width of the moving average behind filtered_peak_force_N")
 
-    @model_validator(mode="after")
-    def _several_steps(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if self.time_step is not None and 2 * self.time_step > self.duration:
             step, duration = (write_quantity(time, "time") for time in (self.time_step, self.duration))
-            raise KeyProblem("time_step", f"{step} must leave at least two steps in {duration}")
-        return self
+            yield "time_step", f"{step} must leave at least two steps in {duration}"
 
 
 AccuracyLevel = Literal["quick", "standard", "reference"]

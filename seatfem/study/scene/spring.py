@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Self
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from impact.greens.base import Array
-from seatfem.fields import KeyProblem, Length, Position, ReadQuantity, Stiffness, Table, absent, default
+from seatfem.fields import Length, Position, ReadQuantity, Stiffness, Table, absent, default
 
 if TYPE_CHECKING:
     from seatfem.structures.kinds.structure import Structure
@@ -46,14 +47,12 @@ preload = "5 N"
     number: int | None = absent("of a plate: springs on a circle, the first on the x axis", strict=True, ge=1, le=MOST)
     radius: Length | None = absent("of that circle, about the centre of the plate's contact")
 
-    @model_validator(mode="after")
-    def _one_way_to_place_them(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if (self.number is None) != (self.radius is None):
             missing = "number" if self.number is None else "radius"
-            raise KeyProblem(missing, "required key is missing: springs on a circle have number and radius")
+            yield missing, "required key is missing: springs on a circle have number and radius"
         if len(keys := self.given_keys("at", "points", "number")) > 1:
-            raise KeyProblem(keys[1], f"{keys[0]} is given too; keep one")
-        return self
+            yield keys[1], f"{keys[0]} is given too; keep one"
 
     @property
     def places(self) -> Array | None:

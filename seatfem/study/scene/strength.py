@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Final, Self
+from typing import Annotated, Final
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from impact.life.curves import Curve, LifeError, basquin, tabled
 from impact.life.strength import Strength
@@ -48,22 +49,20 @@ class CurveTable(Table):
     scatter: float | None = absent("standard deviation of log10 N", ge=0)
     survival: Fraction = default(0.5, "share of specimens that survive the curve as it is stated")
 
-    @model_validator(mode="after")
-    def _one_of_both(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         knee = {key: getattr(self, key) for key in ("knee_stress", "knee_cycles", "slope")}
         if self.points and self.file is not None:
-            raise KeyProblem("file", "points are given too; keep one of the two")
+            yield "file", "points are given too; keep one of the two"
         measured, key = self.points or self.file, "points" if self.points else "file"
         if measured and (any(knee.values()) or self.second_slope or self.endurance_limit):
-            raise KeyProblem(key, "a curve is given by a knee and slopes or by points; give one of them")
+            yield key, "a curve is given by a knee and slopes or by points; give one of them"
         if missing := [key for key, value in knee.items() if value is None and not measured]:
             words = f"a curve needs knee_stress, knee_cycles and slope, or points; missing: {', '.join(missing)}"
-            raise KeyProblem(missing[0], words)
+            yield missing[0], words
         if self.endurance_limit and self.second_slope:
-            raise KeyProblem("second_slope", "an endurance limit leaves no second slope; state one of them")
+            yield "second_slope", "an endurance limit leaves no second slope; state one of them"
         with problem_of(key, LifeError, ColumnsError):
             _ = self.curve
-        return self
 
     @cached_property
     def curve(self) -> Curve:
@@ -101,14 +100,12 @@ class StrengthTable(Table):
     limit_cycles: Count | None = absent("N of the two limits")
     impact_velocity: Speed | None = absent("largest speed of closing allowed")
 
-    @model_validator(mode="after")
-    def _possible(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         try:
             _ = self.strength
         except LifeError as problem:
             key, _, words = str(problem).removeprefix("strength.").partition(": ")
             raise KeyProblem(key, words) from None
-        return self
 
     @cached_property
     def strength(self) -> Strength:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Self
-
-from pydantic import model_validator
+from collections.abc import Iterator
+from typing import ClassVar
 
 from seatfem.fields import Gap, KeyProblem, Position, Table, Time, absent, default
 from seatfem.units import write_quantity
@@ -55,16 +54,14 @@ frames = 40
         "after its first contact"
     )
 
-    @model_validator(mode="after")
-    def _somewhere(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if not self.surface and not self.points:
-            raise KeyProblem("points", "no point is named and surface = false: name one, or remove the table")
+            yield "points", "no point is named and surface = false: name one, or remove the table"
         if not self.frames and (idle := [key for key in ("frames_from", "frames_until") if getattr(self, key)]):
-            raise KeyProblem(idle[0], "there are no frames: state their number, or remove the key")
+            yield idle[0], "there are no frames: state their number, or remove the key"
         if self.frames_from and self.frames_until and self.frames_from >= self.frames_until:
             last, first = (write_quantity(time, "time") for time in (self.frames_until, self.frames_from))
-            raise KeyProblem("frames_until", f"{last} must be later than frames_from = {first}")
-        return self
+            yield "frames_until", f"{last} must be later than frames_from = {first}"
 
     def check(self, duration: float) -> None:
         """Raise `KeyProblem` for frames that lie beyond the run, ``duration`` [s]."""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Any, Final, Self
+from typing import Annotated, Any, Final
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator
 
-from seatfem.fields import Fraction, KeyProblem, Table, absent, default
+from seatfem.fields import Fraction, Table, absent, default
 
 LEAST: Final = 5  # evaluations: three for a line and its curvature, one to begin with, one that uses them
 CONFIRMED: Final = 3  # points that are carried out at the scene's own target
@@ -77,14 +78,6 @@ class Optimise(Table):
         """Return all measures that are asked for, each once."""
         return tuple(dict.fromkeys((self.measure, *(each.measure for each in self.subject_to))))
 
-    @model_validator(mode="after")
-    def _one_aim(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if (self.minimise is None) == (self.maximise is None):
-            raise KeyProblem("minimise", "give one of minimise and maximise: a key of summary.json")
-        return self
-
-    def check_keys(self, count: int) -> None:
-        """Raise `KeyProblem` where the evaluations do not do for a quadratic model in so many keys."""
-        if self.most < 2 * count + 3:
-            words = f"{self.most} evaluations are too few for {count} keys: at least {2 * count + 3}"
-            raise KeyProblem("optimise.most", words)
+            yield "minimise", "give one of minimise and maximise: a key of summary.json"

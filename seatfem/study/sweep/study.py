@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from seatfem.fields import ExistingFile, KeyProblem, Table, absent, default, kinds_below
+from seatfem.fields import ExistingFile, Table, absent, default, kinds_below
 from seatfem.study.scene.load import load_table
 from seatfem.study.sweep.goal import Optimise
 from seatfem.study.sweep.variations import AnyVariation, Listed, Range, Variation
@@ -120,63 +120,54 @@ class Study(Table):
         names = (*self.outputs.asked(), *(() if self.optimise is None else self.optimise.measures))
         return any(word in name for name in names for word in ("stress", "life"))
 
-    @model_validator(mode="after")
-    def _a_search(self) -> Self:
-        if self.optimise is None:
-            return self
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        yield from self._contradictions_of_design() if self.optimise is None else self._contradictions_of_search()
+
+    def _contradictions_of_search(self) -> Iterator[tuple[str, str]]:
         for key in {"design", "number"} & self.model_fields_set:
-            raise KeyProblem(key, "[optimise] chooses the scenes; remove the key, or the table")
+            yield key, "[optimise] chooses the scenes; remove the key, or the table"
         if self.error_bars == "sampled":
             words = "'sampled' is for designs; [optimise] chooses its scenes one by one, leave error_bars out there"
-            raise KeyProblem("error_bars", words)
+            yield "error_bars", words
         if self.outputs.pareto:
-            raise KeyProblem("outputs.pareto", "[optimise] has one measure to improve; make the other a limit there")
+            yield "outputs.pareto", "[optimise] has one measure to improve; make the other a limit there"
         for key, each in self.vary.items():
             if not isinstance(each, Range) or each.number is not None:
-                raise KeyProblem(f"vary.{key}", "[optimise] needs bounds: write { from = ..., to = ... } and no number")
+                yield f"vary.{key}", "[optimise] needs bounds: write { from = ..., to = ... } and no number"
             if key.split(".")[0] == "accuracy":
-                raise KeyProblem(f"vary.{key}", "[optimise] sets the accuracy itself; see optimise.coarse")
-        self.optimise.check_keys(len(self.vary))
-        return self
+                yield f"vary.{key}", "[optimise] sets the accuracy itself; see optimise.coarse"
+        least = 2 * len(self.vary) + 3
+        if self.optimise is not None and self.optimise.most < least:
+            words = f"{self.optimise.most} evaluations are too few for {len(self.vary)} keys: at least {least}"
+            yield "optimise.most", words
 
-    @model_validator(mode="after")
-    def _contact_data(self) -> Self:
+    def _contradictions_of_design(self) -> Iterator[tuple[str, str]]:
         for key, each in self.vary.items() if self.error_bars == "sampled" else ():
             if key not in CONTACT_DATA and not (isinstance(each, Listed) and len(each.values) == 1):
                 words = "is no contact data, of which alone scenes may differ with error_bars = 'sampled'"
                 remedy = f"({', '.join(CONTACT_DATA)}): give it one value, or leave error_bars out"
-                raise KeyProblem(f"vary.{key}", f"{words} {remedy}")
-        return self
-
-    @model_validator(mode="after")
-    def _a_design(self) -> Self:
-        if self.optimise is not None:
-            return self
+                yield f"vary.{key}", f"{words} {remedy}"
         for key, each in self.vary.items():
             if self.is_drawn:
                 each.check_drawn(f"vary.{key}")
             else:
                 each.levels(f"vary.{key}")
         if self.is_drawn and self.number is None:
-            raise KeyProblem("number", f"required key is missing: scenes that design = {self.design!r} draws")
+            yield "number", f"required key is missing: scenes that design = {self.design!r} draws"
         if not self.is_drawn and self.number is not None:
-            words = f"design = {self.design!r} draws none: its scenes are those of [vary]; remove it"
-            raise KeyProblem("number", words)
+            yield "number", f"design = {self.design!r} draws none: its scenes are those of [vary]; remove it"
         if self.design in POWERS and self.number is not None and self.number & (self.number - 1):
             lower = 1 << (self.number.bit_length() - 1)
-            words = f"{self.number} is no power of two, as Sobol's points need; {lower} is, or {2 * lower}"
-            raise KeyProblem("number", words)
+            yield "number", f"{self.number} is no power of two, as Sobol's points need; {lower} is, or {2 * lower}"
         if self.design == "zip":
             lengths = {key: len(each.levels(key)) for key, each in self.vary.items()}
             first, length = next(iter(lengths.items()))
             for key, other in lengths.items():
                 if other != length:
                     words = f"{other} values beside {length} of {first}: design = 'zip' takes one of each; give as many"
-                    raise KeyProblem(f"vary.{key}", words)
+                    yield f"vary.{key}", words
         if (count := self.number_of_scenes) > self.limit:
-            words = f"{count} scenes are more than limit = {self.limit}: vary less, or raise the limit"
-            raise KeyProblem("limit", words)
-        return self
+            yield "limit", f"{count} scenes are more than limit = {self.limit}: vary less, or raise the limit"
 
 
 def _flat(vary: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from seatfem.fields import KeyProblem, Table, absent, kinds_below, one_of
 from seatfem.units import number_and_unit
@@ -55,15 +55,12 @@ class Variation(Table):
         values = {field.alias or name: getattr(self, name) for name, field in type(self).model_fields.items()}
         return {key: value for key, value in values.items() if isinstance(value, tuple)}
 
-    @model_validator(mode="after")
-    def _one_unit(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         for key, (_, unit) in self.quantities().items():
             if unit != self.unit:
-                words = f"is in {unit or 'no unit'}, another in {self.unit or 'none'}: give all in one unit"
-                raise KeyProblem(key, words)
+                yield key, f"is in {unit or 'no unit'}, another in {self.unit or 'none'}: give all in one unit"
         if isinstance(self, Range | TruncatedNormal) and not self.low[0] < self.high[0]:
-            raise KeyProblem("to", f"{self.high[0]:g} must be above from = {self.low[0]:g}")
-        return self
+            yield "to", f"{self.high[0]:g} must be above from = {self.low[0]:g}"
 
     def levels(self, keys: str) -> tuple[Value, ...]:
         """Return the values for grids; raises `KeyProblem` if there are none. ``keys``: dotted, for messages."""
@@ -111,11 +108,10 @@ class Range(Variation):
     number: int | None = absent("of levels", strict=True, ge=2, le=MOST)
     scale: Literal["linear", "log"] = "linear"
 
-    @model_validator(mode="after")
-    def _logarithm(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        yield from super().contradictions()
         if self.scale == "log" and self.low[0] <= 0:
-            raise KeyProblem("from", f"{self.low[0]:g} is not positive, as a logarithmic scale needs it")
-        return self
+            yield "from", f"{self.low[0]:g} is not positive, as a logarithmic scale needs it"
 
     def levels(self, keys: str) -> tuple[Value, ...]:
         if self.number is None:
@@ -160,12 +156,11 @@ class TruncatedNormal(Normal):
     low: Quantity = Field(alias="from", description="lowest value")
     high: Quantity = Field(alias="to", description="highest value")
 
-    @model_validator(mode="after")
-    def _holds_enough(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        yield from super().contradictions()
         below, above = self._shares()
         if above - below < 1e-9:
-            raise KeyProblem("from", f"{self.low[0]:g} to {self.high[0]:g} must hold more of the distribution")
-        return self
+            yield "from", f"{self.low[0]:g} to {self.high[0]:g} must hold more of the distribution"
 
     def _shares(self) -> tuple[float, float]:
         """Return the shares of the whole bell below its lowest and its highest value."""
@@ -202,14 +197,13 @@ class Tabled(Variation):
     def quantities(self) -> dict[str, tuple[float, str]]:
         return {f"points.{number}": value for number, (value, _) in enumerate(self.points)}
 
-    @model_validator(mode="after")
-    def _rising_from_0_to_1(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        yield from super().contradictions()
         values, shares = np.array([(value[0], share) for value, share in self.points]).T
         if np.any(np.diff(values) <= 0) or np.any(np.diff(shares) < 0):
-            raise KeyProblem("points", "values and shares must rise from one point to the next")
+            yield "points", "values and shares must rise from one point to the next"
         if shares[0] != 0 or shares[-1] != 1:
-            raise KeyProblem("points", f"the shares go from {shares[0]:g} to {shares[-1]:g}: begin with 0, end with 1")
-        return self
+            yield "points", f"the shares go from {shares[0]:g} to {shares[-1]:g}: begin with 0, end with 1"
 
     def at(self, share: float) -> Value:
         values, shares = zip(*((value[0], below) for value, below in self.points), strict=True)
