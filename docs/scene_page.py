@@ -22,8 +22,8 @@ from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.kinds.thin_plate import FreePlate
 from seatfem.structures.named_materials import NAMED_MATERIALS
 from seatfem.study.scene import Scene
-from seatfem.study.scene.keys import as_toml, default_of, holds, own_keys
-from seatfem.study.scene.problems import leaves, tables_in
+from seatfem.study.scene.keys import as_toml, default_of, holds
+from seatfem.study.scene.problems import leaves, own_keys, tables_in
 
 _HEAD = """\
 # Scene files

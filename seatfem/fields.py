@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar, Union, get_args, get_origin
 
 from annotated_types import Ge, Gt, Lt
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from impact.files.input_files import MB, check_file
 from seatfem.units import DIMENSIONS, UnitError, parse_fraction, parse_quantity, parse_rpm, write_quantity
@@ -31,6 +32,24 @@ class KeyProblem(ValueError):
         self.key = key
 
 
+@contextmanager
+def keys_of(table: str) -> Iterator[None]:
+    """Tell the problems of a ``table`` by the dotted keys that they have in the table around it."""
+    try:
+        yield
+    except KeyProblem as problem:
+        raise KeyProblem(f"{table}.{problem.key}", str(problem)) from None
+
+
+@contextmanager
+def problem_of(key: str, *errors: type[Exception], drop: str = "") -> Iterator[None]:
+    """Tell these ``errors`` as problems of the ``key``, their messages without the prefix ``drop``."""
+    try:
+        yield
+    except errors as error:
+        raise KeyProblem(key, str(error).removeprefix(drop)) from None
+
+
 class Table(BaseModel):
     """A table of the scene: every key is known, and nothing changes after reading."""
 
@@ -39,8 +58,31 @@ class Table(BaseModel):
     sample: ClassVar[str] = ""
     """What a table of this class may begin with (`seatfem init`): lines of TOML, its required keys among them."""
 
+    inlined: ClassVar[str] = ""
+    """The field whose own keys stand in this table itself, in place of it."""
+
     also: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
     """Names of other kinds under which this one is meant, where one of these keys of its own stands beside them."""
+
+    def given_keys(self, *keys: str) -> list[str]:
+        """Return those of these keys that have a value."""
+        return [key for key in keys if getattr(self, key) is not None]
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Yield the keys to change, and why, where several together are wrong; the first of them is reported."""
+        yield from ()
+
+    @model_validator(mode="after")
+    def _without_contradictions(self) -> Self:
+        for key, words in self.contradictions():
+            raise KeyProblem(key, words)
+        return self
+
+    def check_one_of(self, keys: tuple[str, ...], nothing: str) -> None:
+        """Raise `KeyProblem` unless exactly one of these keys has a value; ``nothing``: what it means that none has."""
+        if len(given := self.given_keys(*keys)) != 1:
+            words = f"{' and '.join(given)} are given" if given else nothing
+            raise KeyProblem(given[1] if given else keys[0], f"{words}: give exactly one of {', '.join(keys)}")
 
 
 def of_same_names(made: type[Made], *tables: Table, **others: object) -> Made:
@@ -102,9 +144,16 @@ def one_of(kinds: tuple[type[Table], ...]) -> Any:
     return Annotated[Union[kinds], Field(discriminator="kind"), BeforeValidator(as_meant)]  # noqa: UP007
 
 
-def default(written: object, description: str, example: object = None) -> Any:
+def default(written: object, description: str, example: object = None, **limits: Any) -> Any:
     """Return a field's default, and an example, as a user writes them; the default is read like any value."""
-    return Field(written, description=description, examples=None if example is None else [example])
+    if example is not None:
+        limits["examples"] = [example]
+    return Field(written, description=description, **limits)
+
+
+def absent(description: str, **limits: Any) -> Any:
+    """Return a field that need not be stated, and then has the value ``None``."""
+    return Field(None, description=description, **limits)
 
 
 @dataclass(frozen=True)
@@ -117,34 +166,29 @@ class ReadQuantity:
     dimension: str
 
     def __call__(self, value: object) -> float:
-        if isinstance(value, str):
-            return self._sane(parse_quantity(value, self.dimension), value)
-        raise UnitError(f"{value!r} has no unit; write a string, e.g. {DIMENSIONS[self.dimension].example!r}")
-
-    def _sane(self, value: float, written: str) -> float:
         wanted = DIMENSIONS[self.dimension]
-        least, most = wanted.sane
-        if value == 0.0 or least <= abs(value) <= most:
-            return value
-        raise UnitError(f"{written!r} is out of any sane range: {least:g} to {most:g} {wanted.si}")
+        if not isinstance(value, str):
+            raise UnitError(f"{value!r} has no unit; write a string, e.g. {wanted.example!r}")
+        number, (least, most) = parse_quantity(value, self.dimension), wanted.sane
+        if number != 0.0 and not least <= abs(number) <= most:
+            raise UnitError(f"{value!r} is out of any sane range: {least:g} to {most:g} {wanted.si}")
+        return number
 
 
 def read_number(value: object) -> float:
     """Read a number such as 0.1 or "10 %"."""
-    if isinstance(value, str):
-        return parse_fraction(value)
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value)
-    raise UnitError(f"{value!r} is not a number; write 0.1 or '10 %'")
+    return parse_fraction(value) if isinstance(value, str) else _plain_number(value, "0.1 or '10 %'")
 
 
 def read_rpm(value: object) -> float:
     """Read a speed of a crank in turns a minute: 3000 or "3000 1/min"."""
-    if isinstance(value, str):
-        return parse_rpm(value)
+    return parse_rpm(value) if isinstance(value, str) else _plain_number(value, "3000 or '3000 1/min'")
+
+
+def _plain_number(value: object, examples: str) -> float:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)
-    raise UnitError(f"{value!r} is not a number; write 3000 or '3000 1/min'")
+    raise UnitError(f"{value!r} is not a number; write {examples}")
 
 
 def read_temperature(value: object) -> float:

@@ -48,87 +48,35 @@ class Dimension:
     """The only base names allowed; keeps hertz, 1/s and rad/s apart, which have one dimension."""
 
 
+_PSI: Final = "6894.757293168361336722673443"
+_PER_MM: Final = "31622.77660168379331998893544"
+_TABLE: Final = (
+    # name, SI unit, example, usual units with their values, sane range, the only base names
+    ("length", "m", "3 mm", "mm 1e-3, um 1e-6, m 1, cm 1e-2, inch 0.0254", (1e-9, 1e4)),
+    ("area", "m^2", "4 mm^2", "mm^2 1e-6, m^2 1, um^2 1e-12", (1e-18, 1e8)),
+    ("volume", "m^3", "5 cm^3", "cm^3 1e-6, mm^3 1e-9, m^3 1, ml 1e-6", (1e-18, 1e6)),
+    ("molar mass", "kg/mol", "29 g/mol", "g/mol 1e-3, kg/mol 1", (1e-6, 1e3)),
+    ("time", "s", "3 ms", "ms 1e-3, us 1e-6, ns 1e-9, s 1", (1e-15, 1e9)),
+    ("mass", "kg", "5 g", "g 1e-3, kg 1, mg 1e-6", (1e-18, 1e12)),
+    ("velocity", "m/s", "2 m/s", "m/s 1, mm/s 1e-3, mm/us 1e3", (1e-12, 1e5)),
+    ("acceleration", "m/s^2", "9.81 m/s^2", "m/s^2 1, mm/s^2 1e-3", (1e-12, 1e9)),
+    ("force", "N", "2 N", "N 1, mN 1e-3, kN 1e3", (1e-15, 1e12)),
+    ("density", "kg/m^3", "7850 kg/m^3", "kg/m^3 1, g/cm^3 1e3", (1e-6, 1e9)),
+    ("pressure", "Pa", "200 GPa", f"GPa 1e9, MPa 1e6, kPa 1e3, Pa 1, bar 1e5, psi {_PSI}", (1e-3, 1e18)),
+    ("stiffness", "N/m", "20 N/um", "N/m 1, N/mm 1e3, N/um 1e6, kN/mm 1e6", (1e-12, 1e21)),
+    ("frequency", "Hz", "1 MHz", "MHz 1e6, kHz 1e3, Hz 1, GHz 1e9", (1e-6, 1e15), ("hertz",)),
+    ("bedding", "N/m^3", "2 GPa/mm", "GPa/mm 1e12, MPa/mm 1e9, N/mm^3 1e9, N/m^3 1", (1e-6, 1e24)),
+    ("area damping", "N s/m^3", "4e7 N*s/m^3", "N*s/m^3 1, N*s/mm^3 1e9, Pa*s/m 1", (1e-6, 1e21)),
+    ("angle", "rad", "60 deg", "deg 0.01745329251994329576923690768, rad 1", (1e-9, 1e3), ("degree", "radian")),
+    ("Hertz stiffness", "N/m^1.5", "5 GN/m^1.5", f"N/m^1.5 1, GN/m^1.5 1e9, N/mm^1.5 {_PER_MM}", (1e-12, 1e24)),
+    ("slowness", "s/m", "0.1 s/m", "s/m 1, s/mm 1e3, us/mm 1e-3", (1e-9, 1e9)),
+    ("viscosity", "Pa s", "18 uPa s", "uPa s 1e-6, uPa*s 1e-6, mPa s 1e-3, mPa*s 1e-3, Pa s 1, Pa*s 1", (1e-9, 1e6)),
+    ("rate", "1/s", "10 1/s", "1/s 1, 1/ms 1e3, 1/us 1e6", (1e-9, 1e18), ("second", "minute", "hour")),
+)
 DIMENSIONS: Final = {
-    dimension.name: dimension
-    for dimension in (
-        Dimension(
-            "length", "m", "3 mm", {"mm": "1e-3", "um": "1e-6", "m": "1", "cm": "1e-2", "inch": "0.0254"}, (1e-9, 1e4)
-        ),
-        Dimension("area", "m^2", "4 mm^2", {"mm^2": "1e-6", "m^2": "1", "um^2": "1e-12"}, (1e-18, 1e8)),
-        Dimension("volume", "m^3", "5 cm^3", {"cm^3": "1e-6", "mm^3": "1e-9", "m^3": "1", "ml": "1e-6"}, (1e-18, 1e6)),
-        Dimension("molar mass", "kg/mol", "29 g/mol", {"g/mol": "1e-3", "kg/mol": "1"}, (1e-6, 1e3)),
-        Dimension("time", "s", "3 ms", {"ms": "1e-3", "us": "1e-6", "ns": "1e-9", "s": "1"}, (1e-15, 1e9)),
-        Dimension("mass", "kg", "5 g", {"g": "1e-3", "kg": "1", "mg": "1e-6"}, (1e-18, 1e12)),
-        Dimension("velocity", "m/s", "2 m/s", {"m/s": "1", "mm/s": "1e-3", "mm/us": "1e3"}, (1e-12, 1e5)),
-        Dimension("acceleration", "m/s^2", "9.81 m/s^2", {"m/s^2": "1", "mm/s^2": "1e-3"}, (1e-12, 1e9)),
-        Dimension("force", "N", "2 N", {"N": "1", "mN": "1e-3", "kN": "1e3"}, (1e-15, 1e12)),
-        Dimension("density", "kg/m^3", "7850 kg/m^3", {"kg/m^3": "1", "g/cm^3": "1e3"}, (1e-6, 1e9)),
-        Dimension(
-            "pressure",
-            "Pa",
-            "200 GPa",
-            {"GPa": "1e9", "MPa": "1e6", "kPa": "1e3", "Pa": "1", "bar": "1e5", "psi": "6894.757293168361336722673443"},
-            (1e-3, 1e18),
-        ),
-        Dimension(
-            "stiffness", "N/m", "20 N/um", {"N/m": "1", "N/mm": "1e3", "N/um": "1e6", "kN/mm": "1e6"}, (1e-12, 1e21)
-        ),
-        Dimension(
-            "frequency",
-            "Hz",
-            "1 MHz",
-            {"MHz": "1e6", "kHz": "1e3", "Hz": "1", "GHz": "1e9"},
-            (1e-6, 1e15),
-            made_of=("hertz",),
-        ),
-        Dimension(
-            "bedding",
-            "N/m^3",
-            "2 GPa/mm",
-            {"GPa/mm": "1e12", "MPa/mm": "1e9", "N/mm^3": "1e9", "N/m^3": "1"},
-            (1e-6, 1e24),
-        ),
-        Dimension(
-            "area damping",
-            "N s/m^3",
-            "4e7 N*s/m^3",
-            {"N*s/m^3": "1", "N*s/mm^3": "1e9", "Pa*s/m": "1"},
-            (1e-6, 1e21),
-        ),
-        Dimension(
-            "angle",
-            "rad",
-            "60 deg",
-            {"deg": "0.01745329251994329576923690768", "rad": "1"},
-            (1e-9, 1e3),
-            made_of=("degree", "radian"),
-        ),
-        Dimension(
-            "Hertz stiffness",
-            "N/m^1.5",
-            "5 GN/m^1.5",
-            {"N/m^1.5": "1", "GN/m^1.5": "1e9", "N/mm^1.5": "31622.77660168379331998893544"},
-            (1e-12, 1e24),
-        ),
-        Dimension("slowness", "s/m", "0.1 s/m", {"s/m": "1", "s/mm": "1e3", "us/mm": "1e-3"}, (1e-9, 1e9)),
-        Dimension(
-            "viscosity",
-            "Pa s",
-            "18 uPa s",
-            {"uPa s": "1e-6", "uPa*s": "1e-6", "mPa s": "1e-3", "mPa*s": "1e-3", "Pa s": "1", "Pa*s": "1"},
-            (1e-9, 1e6),
-        ),
-        Dimension(
-            "rate",
-            "1/s",
-            "10 1/s",
-            {"1/s": "1", "1/ms": "1e3", "1/us": "1e6"},
-            (1e-9, 1e18),
-            made_of=("second", "minute", "hour"),
-        ),
-    )
+    name: Dimension(name, si, example, dict(unit.rsplit(" ", 1) for unit in usual.split(", ")), *bounds)
+    for name, si, example, usual, *bounds in _TABLE
 }
-
 _OTHER_NAMES: Final = (
     ("temperature", "K"),
     ("impulse", "N s"),
@@ -208,8 +156,7 @@ def _bounded(text: str) -> str:
 
 def _split(text: str, wanted: Dimension) -> tuple[Decimal, str]:
     stripped = _bounded(text)
-    match = _NUMBER.match(stripped)
-    if match is None:
+    if (match := _NUMBER.match(stripped)) is None:
         raise UnitError(f"{text!r} does not start with a number; {_need(wanted)}")
     rest = stripped[match.end() :].strip()
     if not rest:
@@ -225,11 +172,11 @@ def _split(text: str, wanted: Dimension) -> tuple[Decimal, str]:
 
 def _in_si(text: str, unit: str, wanted: Dimension) -> Decimal:
     """Return one ``unit`` in the SI unit of the dimension."""
-    usual = wanted.usual.get(_POWER.sub("^", unit))
-    if usual is not None:
+    if (usual := wanted.usual.get(_POWER.sub("^", unit))) is not None:
         return Decimal(usual)
     parsed = _parse_unit(text, unit, wanted)
-    if not _is_of(parsed, wanted):
+    names = [_registry().parse_unit_name(name)[0][1] for name in parsed._units]  # without prefixes: kilohertz -> hertz
+    if not _has_dimension(parsed, wanted.si) or (wanted.made_of and not set(names) <= set(wanted.made_of)):
         raise UnitError(f"{text!r} is {_describe(parsed, unit)}; {_need(wanted)}")
     return _factor(str(parsed), wanted.si)
 
@@ -247,33 +194,26 @@ def _parse_unit(text: str, unit: str, wanted: Dimension) -> pint.Unit:
         raise UnitError(f"{text!r}: unknown unit {unit!r}; {advice}") from None
 
 
-def _is_of(unit: pint.Unit, wanted: Dimension) -> bool:
-    if unit.dimensionality != _registry().parse_units(wanted.si).dimensionality:
-        return False
-    return not wanted.made_of or all(base in wanted.made_of for base in _base_names(unit))
-
-
-def _base_names(unit: pint.Unit) -> list[str]:
-    """Return the names a unit is made of, without prefixes: kilohertz -> hertz."""
-    return [_registry().parse_unit_name(name)[0][1] for name, _ in unit._units.items()]
+def _has_dimension(unit: pint.Unit, si: str) -> bool:
+    return bool(unit.dimensionality == _registry().parse_units(si).dimensionality)
 
 
 def _describe(unit: pint.Unit, written: str) -> str:
     if unit.dimensionless:
         return "an angle or a pure number"
-    for dimension in DIMENSIONS.values():
-        if unit.dimensionality == _registry().parse_units(dimension.si).dimensionality:
-            article = "an" if dimension.name[0] in "aeiou" else "a"
-            return f"in {written!r}" if dimension.made_of else f"{article} {dimension.name}"
-    for name, si in _OTHER_NAMES:
-        if unit.dimensionality == _registry().parse_units(si).dimensionality:
-            return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
+    names = [(each.name, each.si, each.made_of) for each in DIMENSIONS.values()]
+    for name, si, made_of in (*names, *((*other, ()) for other in _OTHER_NAMES)):
+        if _has_dimension(unit, si):
+            return f"in {written!r}" if made_of else _with_article(name)
     return f"of dimension {unit.dimensionality}"
 
 
 def _need(wanted: Dimension) -> str:
-    article = "an" if wanted.name[0] in "aeiou" else "a"
-    return f"{article} {wanted.name} is needed, e.g. {wanted.example!r}"
+    return f"{_with_article(wanted.name)} is needed, e.g. {wanted.example!r}"
+
+
+def _with_article(name: str) -> str:
+    return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
 
 
 @cache

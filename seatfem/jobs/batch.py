@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager
 
@@ -11,12 +11,7 @@ from seatfem.jobs.folders import private_folder
 
 
 def answers(
-    jobs: Sequence[str],
-    module: str,
-    *arguments: str,
-    limit: float,
-    renew: int = NEVER,
-    own_session: bool = False,
+    jobs: Sequence[str], module: str, *arguments: str, limit: float, renew: int = NEVER, own_session: bool = False
 ) -> Iterator[str | Lost]:
     """Yield the answer to each job, a line, in their order; from one worker at a time.
 
@@ -42,7 +37,7 @@ def crew(program: Program, *, workers: int) -> Iterator[Ask]:
         for desk in desks:
             ours.callback(desk.end)
 
-        def ask(jobs: Sequence[str], limit: float) -> Iterator[tuple[int, str | Lost]]:
+        def ask(jobs: Iterable[str], limit: float) -> Iterator[tuple[int, str | Lost]]:
             waiting, pending = iter(enumerate(jobs)), dict[Future[str | Lost], tuple[Desk, int]]()
 
             def hand_out(desk: Desk) -> None:

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
-from hashlib import sha256
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -188,7 +187,9 @@ def _asked(
     try:
         for number, parcel in enumerate(parcels):
             _check_size(parcel)
-            data = {name: _sent(client, path, files) for name, path in parcel.files.items()}
+            for path in set(parcel.files.values()) - files.keys():
+                files[path] = client.submit(bytes, read_bytes(path, MOST, ClusterError))  # once, by its content
+            data = {name: files[path] for name, path in parcel.files.items()}
             task = Task(program, parcel.line, limit, version)
             future = client.submit(carried_out, task, data, key=f"seatfem-{study}-{number}", pure=False)
             pending[future] = number, parcel
@@ -211,28 +212,12 @@ def _check_size(parcel: Parcel) -> None:
         )
 
 
-def _sent(client: Client, path: Path, files: dict[Path, Future[bytes]]) -> Future[bytes]:
-    """Send a file once, and return its future."""
-    from seatfem.jobs.remote import kept
-
-    if path not in files:
-        data = read_bytes(path, MOST, ClusterError)
-        sent: Future[bytes] = client.submit(kept, data, key=f"seatfem-file-{sha256(data).hexdigest()}")
-        files[path] = sent
-    return files[path]
-
-
 def _at_home(answer: str | Lost, parcel: Parcel) -> str | Lost:
     """Return the answer with the names that the files have here."""
-    if isinstance(answer, Lost):
-        return replace(answer, log=_renamed(answer.log, parcel))
-    return _renamed(answer, parcel)
-
-
-def _renamed(text: str, parcel: Parcel) -> str:
+    text = answer.log if isinstance(answer, Lost) else answer
     for name in sorted(parcel.files, key=len, reverse=True):
         text = text.replace(f"{FILES}/{name}", json.dumps(str(parcel.files[name]))[1:-1])
-    return text
+    return replace(answer, log=text) if isinstance(answer, Lost) else text
 
 
 def _first(error: BaseException | None) -> str:

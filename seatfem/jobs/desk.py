@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import signal
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -46,7 +46,7 @@ class Lost:
         return f"the process died ({by}): {lines[-1]}"
 
 
-Ask = Callable[[Sequence[str], float], Iterator[tuple[int, str | Lost]]]
+Ask = Callable[[Iterable[str], float], Iterator[tuple[int, str | Lost]]]
 """Of jobs, a line each, and the limit of time for one [s]: the number and the answer of each, as they come.
 
 `seatfem.jobs.batch.crew` and `seatfem.jobs.cluster.cluster_crew` give one; where they end, all jobs do.

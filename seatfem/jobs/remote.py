@@ -152,11 +152,6 @@ def carried_out(task: Task, files: Mapping[str, bytes]) -> str | Lost:
     return desks.answer(worker.get_current_task(), task, files)
 
 
-def kept(data: bytes) -> bytes:
-    """Return a file as a task of its own: dask computes it again where the worker that holds it is lost."""
-    return data
-
-
 def name_of(version: str) -> str:
     """Return the name of the desks among dask's plugins."""
     return f"seatfem {version}"

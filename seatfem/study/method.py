@@ -43,6 +43,7 @@ FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
     REED_BAND: ("reed", "bandwidth"),
 }
 """Where a method has what a scene states at a dotted key, for every key that a plan may choose."""
+_UNITS: Final = {SIZE: "m", CONTACT_SIZE: "m", BAND: "Hz", STEP: "s", REED_BAND: "Hz"}
 
 
 @dataclass(frozen=True)
@@ -103,8 +104,7 @@ def stated_method(scene: Scene) -> RunMethod:
 
     An open ``seat.model`` becomes the cheapest level that leaves out little beside the target of the accuracy.
 
-    Raises:
-        LevelError: a level that does not describe the seat is stated.
+    Raises `LevelError`: a level that does not describe the seat is stated.
     """
     rings = scene.contact.rings if scene.seat.is_meshed or is_given(scene, RINGS) else None
     seat = scene.seat.stated(scene.accuracy.target / LEVEL_SHARE, rings)
@@ -113,7 +113,7 @@ def stated_method(scene: Scene) -> RunMethod:
     return RunMethod(seat, reed, scene.run.time_step).along(scene, scene.contact.ports)
 
 
-def value_of(scene: Scene, key: str) -> Any:
+def value_of(scene: BaseModel, key: str) -> Any:
     """Return what the file states at a dotted ``key``, or its default."""
     value: Any = scene
     for part in key.split("."):
@@ -121,7 +121,12 @@ def value_of(scene: Scene, key: str) -> Any:
     return value
 
 
-def is_given(scene: Scene, key: str) -> bool:
+def written(key: str, value: object) -> object:
+    """Return an SI value of a key of `FIELDS` as a scene file has it: ``"0.001 m"``."""
+    return f"{value!r} {_UNITS[key]}" if key in _UNITS else value
+
+
+def is_given(scene: BaseModel, key: str) -> bool:
     """Return whether the file states the dotted ``key``; "auto" and an absent value are no statement."""
     if not has_key(scene, key):
         return False
@@ -130,7 +135,7 @@ def is_given(scene: Scene, key: str) -> bool:
     return name in table.model_fields_set and getattr(table, name) not in (None, "auto")
 
 
-def has_key(scene: Scene, key: str) -> bool:
+def has_key(scene: BaseModel, key: str) -> bool:
     """Return whether this kind of scene knows the dotted ``key`` at all."""
     value: Any = scene
     for part in key.split("."):

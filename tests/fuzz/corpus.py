@@ -25,8 +25,8 @@ from impact.storage.hdf5 import save_greens, save_results
 from seatfem.machine.rates import Machine
 from seatfem.pictures.moving import save_moving
 from seatfem.structures.store import Store
-from seatfem.study.trade.point import Outcome, Point
-from seatfem.study.trade.runner import append
+from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.sweep.runner import append
 from tests.moving_block import block_modes, block_wave
 
 from . import scenes
@@ -373,11 +373,8 @@ def _kept(folder: Path) -> Iterator[Specimen]:
     Store(folder / "store").put(KEY, SEAT)
     yield Specimen("store", f"{KEY}.h5", "hdf5", "store", 1.5)
     (folder / "journal").mkdir()
-    point = Point("a", "rod", "diagonal")
     for key in ("0123", "4567"):
-        append(
-            folder / "journal" / "journal.jsonl", key, point, Outcome("done", "", 1.0, 1.0, 1e8, 0.5, {"impulse": 1.0})
-        )
+        append(folder / "journal" / "journal.jsonl", key, Outcome("done", "", 1.0, {"impulse_Ns": 1.0}))
     yield Specimen("journal", "journal.jsonl", "text", "journal")
     Machine().save(folder / "rates" / "machine.json")
     yield Specimen("rates", "machine.json", "text", "rates")

@@ -42,7 +42,6 @@ from seatfem.study.scene import load_scene
 from seatfem.study.scene.strength import load_strength
 from seatfem.study.sweep.runner import read_journal as read_study_journal
 from seatfem.study.sweep.study import load_study
-from seatfem.study.trade.runner import read_journal as read_trade_journal
 
 from . import scenes
 from .hdf5 import seal
@@ -148,7 +147,6 @@ def growths() -> Iterator[Growth]:
             lambda n: STRENGTH.format(", ".join(f"['{1e9 / (k + 1)} Pa', {k + 1}.0]" for k in range(n))),
             load_strength,
         ),
-        "trade.jsonl": (lambda n: '{"key": "a", "point": "b", "outcome": {"state": "done"}}\n' * n, read_trade_journal),
         "study.jsonl": (
             lambda n: '{"key": "a", "changed": {}, "outcome": {"state": "done"}}\n' * n,
             read_study_journal,

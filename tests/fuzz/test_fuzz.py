@@ -41,8 +41,8 @@ from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError, check_length, check_step
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.problems import MOST
-from seatfem.study.trade.point import Outcome, Point
-from seatfem.study.trade.runner import append, read_journal
+from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.sweep.runner import append, read_journal
 from tests.extremes import run_battery
 from tests.fuzz.hdf5 import HDF5, mutate, seal
 from tests.moving_block import block_modes, block_wave
@@ -321,7 +321,7 @@ DEEP = "[" * 100_000
 def test_logs_and_calibrations_with_broken_lines(tmp_path: Path) -> None:
     """Lines of a log that cannot be read are skipped; a calibration says what to do."""
     journal, log, rates = tmp_path / "journal.jsonl", tmp_path / "log.jsonl", tmp_path / "machine.json"
-    append(journal, "0123", Point("a", "rod", "diagonal"), Outcome("done"))
+    append(journal, "0123", Outcome("done"))
     with journal.open("ab") as file:
         file.write(b'\xff\n7\n"a"\n[1]\n{"key": "a"}\n' + DEEP.encode())
     assert list(read_journal(journal)) == ["0123"]

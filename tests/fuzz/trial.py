@@ -34,7 +34,7 @@ from seatfem.structures.mesh.gmsh_process import GmshSession, MeshingError
 from seatfem.structures.store import VARIABLE, Store
 from seatfem.study.impacts import contact
 from seatfem.study.runs import pipeline
-from seatfem.study.trade.runner import read_journal
+from seatfem.study.sweep.runner import read_journal
 
 from .corpus import KEY, Specimen, fresh_march
 from .hdf5 import HDF5, mutate

@@ -13,7 +13,7 @@ from jsonschema import Draft202012Validator
 from seatfem.fields import kind_of
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.scene import Scene
-from seatfem.study.scene.keys import own_keys
+from seatfem.study.scene.problems import own_keys
 from seatfem.study.scene.schema import scene_schema, schema_text
 from seatfem.study.scene.template import scene_template
 from seatfem.study.sweep.goal import Optimise

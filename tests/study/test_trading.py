@@ -4,7 +4,9 @@ import csv
 import json
 import math
 import sys
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,16 +14,19 @@ import pytest
 
 from impact import measures
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
+from seatfem.jobs.desk import Ask
 from seatfem.study.impacts.contact import seat_of, striker_of
 from seatfem.study.impacts.simpler import BEAM, ONE_PORT, simpler_models
 from seatfem.study.method import stated_method
 from seatfem.study.scene import SceneError, load_scene
-from seatfem.study.trade import runner, trade
-from seatfem.study.trade.ladder import BY_HAND, RATIO, centre_of, ladder, reference_point
-from seatfem.study.trade.point import ALL_OPEN, Outcome, Point, carry_out, scene_with
-from seatfem.study.trade.runner import run_point, run_points
+from seatfem.study.sweep.effects import pareto_front
+from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.trade import runner
+from seatfem.study.trade.ladder import BY_HAND, RATIO, Ladder, centre_of
+from seatfem.study.trade.point import ALL_OPEN, Point, carry_out
+from seatfem.study.trade.runner import run_points
 from seatfem.study.trade.table import in_words, summary_of
-from seatfem.study.trade.trade import PLANNED, Trade, cost_excess, pareto_front
+from seatfem.study.trade.trade import PLANNED, Trade, cost_excess
 from tests.flapper_scene import FLAPPER
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -105,54 +110,58 @@ def test_excess_is_one_on_the_front_and_the_ratio_beyond_it():
 def test_every_rung_is_a_scene_and_has_a_name_of_its_own(name: str):
     path = EXAMPLES / f"{name}.toml"
     scene = load_scene(path)
-    points = ladder(scene)
+    points = Ladder(scene).rungs()
     assert len({p.name for p in points}) == len(points)
-    for point in (*points, reference_point(scene, 2.0), reference_point(scene, 2.0, coarser=True)):
-        scene_with(path, point.settings)
-    assert {p.name for p in ladder(scene, quick=True)} < {p.name for p in points}
+    for point in (*points, Ladder(scene).reference(2.0), Ladder(scene).reference(2.0, coarser=True)):
+        load_scene(path, point.settings)
+    assert {p.name for p in Ladder(scene).rungs(quick=True)} < {p.name for p in points}
     assert all(p.after in ("", *(q.name for q in points[:k])) for k, p in enumerate(points))
 
 
 @pytest.mark.parametrize("name", DRAWN)
 def test_every_level_that_describes_the_seat_is_on_the_ladder(name: str):
     scene = load_scene(EXAMPLES / f"{name}.toml")
-    families = {p.family for p in ladder(scene)}
+    families = {p.family for p in Ladder(scene).rungs()}
     assert {a.level for a in scene.seat.levels() if a.applies} <= families
     assert "spring" in families
     assert "rod" in families
-    varied = {p.varied for p in ladder(scene)}
+    varied = {p.varied for p in Ladder(scene).rungs()}
     assert varied >= {"by hand", "diagonal", "mesh", "order", "band", "tolerance", "time step", "history"}
     assert ("reed modes" in varied) == (name != "mass_on_bar")
     assert ("reduction" in varied) == (name != "flapper_on_arc")  # harmonics have one
 
 
 def test_lanczos_runs_where_the_mass_is_diagonal():
-    names = {p.name for p in ladder(load_scene(EXAMPLES / "flapper_on_valve_plate.toml")) if p.varied == "reduction"}
+    names = {
+        p.name for p in Ladder(load_scene(EXAMPLES / "flapper_on_valve_plate.toml")).rungs() if p.varied == "reduction"
+    }
     assert "hexahedra, reduction lanczos" in names
-    names = {p.name for p in ladder(load_scene(EXAMPLES / "flapper_on_annular_seat.toml")) if p.varied == "reduction"}
+    names = {
+        p.name for p in Ladder(load_scene(EXAMPLES / "flapper_on_annular_seat.toml")).rungs() if p.varied == "reduction"
+    }
     assert names == {"reduction krylov", "reduction modes", "reduction second_order"}
 
 
 @pytest.mark.parametrize("name", ["tilted_landing", "slot_landing"])
 def test_along_a_lip_there_is_what_serves_there(name: str):
     scene = load_scene(EXAMPLES / f"{name}.toml")
-    points = {p.name: p for p in ladder(scene, quick=True)}
+    points = {p.name: p for p in Ladder(scene).rungs(quick=True)}
     assert {"beam", "one port", "16 ports", "64 ports", "spring, statics, centre"} <= set(points)
     assert {p.family for p in points.values()} == {"spring", centre_of(scene).family}
-    assert not {p.varied for p in ladder(scene)} & {"by hand", "tolerance", "reduction"}
+    assert not {p.varied for p in Ladder(scene).rungs()} & {"by hand", "tolerance", "reduction"}
 
 
 def test_hexahedra_are_for_what_can_be_swept():
-    names = {p.name for p in ladder(load_scene(EXAMPLES / "flapper_on_valve_body.toml"))}
+    names = {p.name for p in Ladder(load_scene(EXAMPLES / "flapper_on_valve_body.toml")).rungs()}
     assert not [name for name in names if "hexahedra" in name]
 
 
 def test_the_reference_has_more_rings_than_the_plan():
     scene = load_scene(EXAMPLES / "mass_on_meshed_seat.toml")
-    found = [reference_point(scene, 2.0, coarser=coarser, rings=4).settings["contact.rings"] for coarser in (0, 1)]
+    found = [Ladder(scene, 4).reference(2.0, coarser=coarser).settings["contact.rings"] for coarser in (0, 1)]
     assert found == [8, 4]
-    assert "4 rings" in {p.name for p in ladder(scene, rings=4)}
-    assert "contact.rings" not in reference_point(scene, 2.0).settings
+    assert "4 rings" in {p.name for p in Ladder(scene, 4).rungs()}
+    assert "contact.rings" not in Ladder(scene).reference(2.0).settings
 
 
 def test_one_port_and_a_beam_are_those_of_a_run(tmp_path: Path):
@@ -165,19 +174,19 @@ def test_one_port_and_a_beam_are_those_of_a_run(tmp_path: Path):
     found = simpler_models(scene, striker_of(scene, method=method.reed), seat.greens, dt)
     for name in (ONE_PORT, BEAM):
         outcome = carry_out(path, Point(name, "spring", name, in_place=name))
-        assert outcome.state == "done", outcome.reason
-        assert outcome.values["impulse"] == pytest.approx(measures.impulse(found[name].seat), rel=5e-3)
-        assert "line_force" not in outcome.values
+        assert outcome.state == "done", outcome.message
+        assert outcome.summary["impulse"] == pytest.approx(measures.impulse(found[name].seat), rel=5e-3)
+        assert "line_force" not in outcome.summary
 
 
 def test_closed_forms_have_time_steps_and_nothing_to_mesh():
-    varied = {p.varied for p in ladder(load_scene(EXAMPLES / "paper_table1_3mm_area.toml"))}
+    varied = {p.varied for p in Ladder(load_scene(EXAMPLES / "paper_table1_3mm_area.toml")).rungs()}
     assert varied == {"by hand", "diagonal", "reed modes", "time step", "history"}
 
 
 def test_the_centre_is_what_the_file_states_and_else_what_the_filter_sees():
     sizes = {"seat.mesh.size": "1 mm", "seat.mesh.contact_size": "0.4 mm", "seat.greens.bandwidth": "1 MHz"}
-    stated = centre_of(scene_with(EXAMPLES / "flapper_on_annular_seat.toml", sizes))
+    stated = centre_of(load_scene(EXAMPLES / "flapper_on_annular_seat.toml", sizes))
     assert (stated.level, stated.size, stated.contact_size, stated.bandwidth) == ("axisymmetric", 1e-3, 0.4e-3, 1e6)
     scene = load_scene(EXAMPLES / "flapper_on_valve_plate.toml")
     open_ = centre_of(scene)
@@ -201,10 +210,10 @@ def test_the_column_of_the_annular_seat():
 def test_the_reference_is_finer_than_every_rung(name: str):
     path = EXAMPLES / f"{name}.toml"
     scene = load_scene(path)
-    reference = scene_with(path, reference_point(scene, 1.0).settings)
-    back = scene_with(path, reference_point(scene, 1.0, coarser=True).settings)
-    for point in ladder(scene):
-        rung = scene_with(path, point.settings)
+    reference = load_scene(path, Ladder(scene).reference(1.0).settings)
+    back = load_scene(path, Ladder(scene).reference(1.0, coarser=True).settings)
+    for point in Ladder(scene).rungs():
+        rung = load_scene(path, point.settings)
         if hasattr(reference.reed, "n_modes"):
             assert reference.reed.n_modes > max(rung.reed.n_modes, back.reed.n_modes)
         if hasattr(rung.seat, "mesh"):
@@ -213,7 +222,7 @@ def test_the_reference_is_finer_than_every_rung(name: str):
             assert reference.seat.greens.bandwidth > rung.seat.greens.bandwidth * (1 + 1e-9)
             assert reference.seat.greens.tolerance < rung.seat.greens.tolerance
         if rung.run.time_step is not None:
-            assert scene.run.filter_width / reference_point(scene, 1.0).least_steps < rung.run.time_step
+            assert scene.run.filter_width / Ladder(scene).reference(1.0).least_steps < rung.run.time_step
     assert reference.run.time_step is None
     if hasattr(back.seat, "mesh"):
         assert back.seat.mesh.size == pytest.approx(RATIO * reference.seat.mesh.size)
@@ -225,18 +234,38 @@ def test_the_reference_is_finer_than_every_rung(name: str):
 
 def test_settings_are_stated_and_taken_out(small: Path):
     sizes = {"seat.mesh.size": "2 mm", "seat.greens.bandwidth": "300 kHz", "run.time_step": "50 ns"}
-    scene = scene_with(EXAMPLES / "flapper_on_annular_seat.toml", sizes)
+    scene = load_scene(EXAMPLES / "flapper_on_annular_seat.toml", sizes)
     assert (scene.seat.mesh.size, scene.seat.greens.bandwidth, scene.run.time_step) == (2e-3, 3e5, 5e-8)
     assert "size" in scene.seat.mesh.model_fields_set
-    free = scene_with(EXAMPLES / "flapper_on_annular_seat.toml", {**sizes, **ALL_OPEN})
+    free = load_scene(EXAMPLES / "flapper_on_annular_seat.toml", {**sizes, **ALL_OPEN})
     assert free.seat.mesh.size is None
     assert free.run.time_step is None
     assert "bandwidth" not in free.seat.greens.model_fields_set
     with pytest.raises(SceneError, match=r"run\.time_step"):
-        scene_with(small, {"run.time_step": "1 mm"})
+        load_scene(small, {"run.time_step": "1 mm"})
 
 
 # --- points and journal ---
+
+
+def run_point(scene: Path, point: Point, limit: float) -> Outcome:
+    """One point in a process of its own."""
+    return run_points(scene, [point], None, time_limit=limit)[point.name]
+
+
+def carry_out_by(monkeypatch: pytest.MonkeyPatch, carry: Callable[[Path, Point, float], Outcome]) -> None:
+    """Let ``carry`` answer the jobs, in this process."""
+
+    def ask(jobs: Iterable[str], limit: float) -> Iterator[tuple[int, str]]:
+        for number, job in enumerate(map(json.loads, jobs)):
+            point = Point(**job["point"], settings=job["changed"])
+            yield number, json.dumps(asdict(carry(Path(job["path"]), point, job["limit"])))
+
+    @contextmanager
+    def crew(*_: object, **__: object) -> Iterator[Ask]:
+        yield ask
+
+    monkeypatch.setattr(runner, "crew", crew)
 
 
 def test_a_point_in_a_process_of_its_own(small: Path, monkeypatch: pytest.MonkeyPatch):
@@ -244,23 +273,23 @@ def test_a_point_in_a_process_of_its_own(small: Path, monkeypatch: pytest.Monkey
     monkeypatch.setenv("SEATFEM_STORE", "/nowhere")
     point = Point("coarse", "as given", "time step", {"run.time_step": "200 ns"})
     outcome = run_point(small, point, 120.0)
-    assert (outcome.state, outcome.reason) == ("done", "")
+    assert (outcome.state, outcome.message) == ("done", "")
     fine = carry_out(small, replace(point, settings={"run.time_step": "20 ns"}))
-    assert outcome.values["impulse"] == pytest.approx(fine.values["impulse"], rel=5e-3)
-    assert outcome.about["time_step_s"] == 2e-7
-    assert 0 < outcome.processor < 5
-    assert 0 < outcome.start < 120
-    assert 5e7 < outcome.memory < 2e9
+    assert outcome.summary["impulse"] == pytest.approx(fine.summary["impulse"], rel=5e-3)
+    assert outcome.summary["time_step_s"] == 2e-7
+    assert 0 < outcome.summary["processor_s"] < 5
+    assert 0 < outcome.summary["start_s"] < 120
+    assert 5e7 < outcome.summary["memory_bytes"] < 2e9
 
 
 def test_what_fails_or_hangs_is_an_outcome(small: Path, monkeypatch: pytest.MonkeyPatch):
     failed = carry_out(small, Point("bad", "as given", "time step", {"run.time_step": "10 us"}))
     assert failed.state == "failed"
-    assert "RunError: run.time_step" in failed.reason
-    assert math.isnan(failed.processor)
+    assert "RunError: run.time_step" in failed.message
+    assert "processor_s" not in failed.summary
     monkeypatch.setattr(runner, "PATIENCE", 5e-4)
     stopped = run_point(small, Point("slow", "as given", "diagonal"), 20.0)
-    assert (stopped.state, stopped.reason) == ("stopped", "no end within 0.01 s")
+    assert (stopped.state, stopped.message) == ("stopped", "no end within 0.01 s")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit of processor time")
@@ -269,14 +298,14 @@ def test_a_point_that_takes_too_much_processor_time_is_stopped(small: Path):
     steps = {"run.duration": "0.1 s", "run.time_step": "10 ns"}
     stopped = run_point(small, Point("long", "as given", "time step", steps), 1.0)
     assert stopped.state == "stopped"
-    assert "processor" in stopped.reason or "10 s" in stopped.reason
+    assert "processor" in stopped.message or "10 s" in stopped.message
 
 
 def test_a_process_that_dies_is_an_outcome(small: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("sys.executable", "/bin/false")
     died = run_point(small, Point("dies", "as given", "diagonal"), 10.0)
     assert died.state == "failed"
-    assert "exit code 1" in died.reason
+    assert "exit code 1" in died.message
 
 
 def test_a_stopped_ladder_goes_on_after_a_line_that_was_cut_short(small: Path, monkeypatch: pytest.MonkeyPatch):
@@ -284,9 +313,9 @@ def test_a_stopped_ladder_goes_on_after_a_line_that_was_cut_short(small: Path, m
 
     def pretend(scene: Path, point: Point, limit: float) -> Outcome:
         ran.append(point.name)
-        return Outcome("done", "", 1.0, 1.0, 1e8, 0.5, {"impulse": float(len(ran))})
+        return Outcome("done", "", 1.0, {"impulse": float(len(ran))})
 
-    monkeypatch.setattr(runner, "run_point", pretend)
+    carry_out_by(monkeypatch, pretend)
     monkeypatch.setattr(runner, "code_version", lambda: "one")
     points = [Point(name, "rod", "diagonal") for name in "abc"]
     journal = small.parent / "deep" / "trade.jsonl"
@@ -311,25 +340,25 @@ def test_no_rung_is_tried_beyond_one_that_was_stopped(small: Path, monkeypatch: 
 
     def hang(scene: Path, point: Point, limit: float) -> Outcome:
         limits.append(limit)
-        return Outcome("stopped", "no end", processor=limit) if limit < 50 else Outcome("done")
+        return Outcome("stopped", "no end", summary={"processor_s": limit}) if limit < 50 else Outcome("done")
 
-    monkeypatch.setattr(runner, "run_point", hang)
+    carry_out_by(monkeypatch, hang)
     points = [Point("coarse", "3d", "diagonal"), Point("fine", "3d", "diagonal", after="coarse")]
     journal = small.parent / "trade.jsonl"
     found = run_points(small, points, journal, time_limit=10)
     assert [found[p.name].state for p in points] == ["stopped", "stopped"]
-    assert "coarse stopped" in found["fine"].reason
+    assert "coarse stopped" in found["fine"].message
     assert limits == [10]
     found = run_points(small, points, journal, time_limit=60)  # more time: tried again
     assert [found[p.name].state for p in points] == ["done", "done"]
 
 
 def test_what_is_predicted_to_take_far_too_long_is_not_tried(small: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(runner, "run_point", lambda *given: Outcome("done"))
+    carry_out_by(monkeypatch, lambda *given: Outcome("done"))
     points = [Point("short", "3d", "planned", predicted=15.0), Point("long", "3d", "planned", predicted=25.0)]
     found = run_points(small, points, small.parent / "trade.jsonl", time_limit=10)
     assert [found[p.name].state for p in points] == ["done", "stopped"]
-    assert "25 s predicted" in found["long"].reason
+    assert "25 s predicted" in found["long"].message
 
 
 # --- the trade ---
@@ -339,10 +368,10 @@ def trade_of(costs: list[float], impulses: list[float], peaks: list[float], floo
     """Points "0", "1", ... and the planner's choice, the last, against the values 1."""
     names = [*(str(k) for k in range(len(costs) - 1)), PLANNED]
     outcomes = {
-        name: Outcome("done", processor=cost, values={"impulse": i, "filtered_peak": p})
+        name: Outcome("done", summary={"processor_s": cost, "impulse": i, "filtered_peak": p})
         for name, cost, i, p in zip(names, costs, impulses, peaks, strict=True)
     }
-    outcomes["exact"] = Outcome("done", processor=99.0, values={"impulse": 1.0, "filtered_peak": 1.0})
+    outcomes["exact"] = Outcome("done", summary={"processor_s": 99.0, "impulse": 1.0, "filtered_peak": 1.0})
     outcomes["never"] = Outcome("stopped")
     points = tuple(Point(name, "rod", "diagonal") for name in (*names, "never"))
     floors = dict.fromkeys(("impulse", "filtered_peak"), floor)
@@ -367,7 +396,7 @@ def test_errors_below_the_floor_do_not_count():
 
 def test_a_point_that_does_not_tell_a_measure_is_on_the_fronts_of_others_alone():
     found = trade_of([1.0, 2.0, 3.0], [1.0, 1.1, 1.2], [1.1, 1.1, 1.2])
-    del found.outcomes["0"].values["filtered_peak"]  # type: ignore[attr-defined]
+    del found.outcomes["0"].summary["filtered_peak"]  # type: ignore[attr-defined]
     assert math.isnan(found.trusted_error("0"))
     assert "0" in found.front("impulse")
     assert "0" not in found.front()
@@ -389,12 +418,12 @@ def test_a_lucky_guess_is_no_rival_but_is_told():
 def test_a_point_that_does_not_land_has_no_error_of_a_landing():
     """It is no rival of those that land, and the words count it; of the whole run it has one."""
     found = trade_of([1.0, 2.0, 3.0], [0.0, 1.1, 1.05], [0.0, 1.1, 1.05])
-    found.outcomes["0"].about["landing_status"] = "no landing"  # type: ignore[index]
-    found.outcomes["1"].about["landing_status"] = "landed"  # type: ignore[index]
+    found.outcomes["0"].summary["landing_status"] = "no landing"  # type: ignore[index]
+    found.outcomes["1"].summary["landing_status"] = "landed"  # type: ignore[index]
     assert found.front() == ("0", "1", PLANNED)
     assert found.left_out_in_words() == ""
     of_landings = {
-        name: replace(each, values={f"landing_{key}": value for key, value in each.values.items()})
+        name: replace(each, summary=each.summary | {f"landing_{key}": each.summary.get(key) for key in found.measures})
         for name, each in found.outcomes.items()
     }
     measures = tuple(f"landing_{name}" for name in found.measures)
@@ -409,8 +438,7 @@ def test_no_trade_without_a_landing(
     duration: str, status: str, small: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
     """Whether the run ends in it or before it; a part of a contact is compared where the whole run is asked of."""
-    monkeypatch.setattr(runner, "run_point", in_this_process)
-    monkeypatch.setattr(trade, "run_point", in_this_process)
+    carry_out_by(monkeypatch, in_this_process)
     gap = 'contact = { gap = "0.1 mm" }\n' if status == "no landing" else ""
     text = SMALL.replace("0.1 ms", duration) + gap
     small.write_text(text, encoding="utf-8")
@@ -428,8 +456,7 @@ def in_this_process(scene: Path, point: Point, limit: float) -> Outcome:
 
 def test_the_program_end_to_end(small: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     """A rod: the spring is far off, every step converges, tables and picture agree, and a second call runs nothing."""
-    monkeypatch.setattr(runner, "run_point", in_this_process)
-    monkeypatch.setattr(trade, "run_point", in_this_process)
+    carry_out_by(monkeypatch, in_this_process)
     monkeypatch.setattr(runner, "code_version", lambda: "this")
     folder = small.parent / "out"
     assert run_command(["trade", str(small), "-o", str(folder), "--quick"]) == 0
@@ -452,8 +479,7 @@ def test_the_program_end_to_end(small: Path, monkeypatch: pytest.MonkeyPatch, ca
     def never(*given: object) -> Outcome:
         raise AssertionError("computed again")
 
-    monkeypatch.setattr(runner, "run_point", never)
-    monkeypatch.setattr(trade, "run_point", never)
+    carry_out_by(monkeypatch, never)
     assert run_command(["trade", str(small), "-o", str(folder), "--quick", "--quiet"]) == 0
     assert capsys.readouterr().out == ""
 
@@ -485,7 +511,7 @@ def test_a_point_tells_its_reduction_and_its_poles(tmp_path: Path):
     found = {}
     for name in ("krylov", "transient"):
         outcome = carry_out(path, Point(name, "", "reduction", {"seat.greens.method": name}))
-        assert outcome.state == "done", outcome.reason
-        found[outcome.about["reduction"]] = outcome.about["seat_poles"]
+        assert outcome.state == "done", outcome.message
+        found[outcome.summary["reduction"]] = outcome.summary["seat_poles"]
     assert found["krylov"] > 5
     assert found["transient"] == 0

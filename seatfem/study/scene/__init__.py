@@ -6,13 +6,4 @@ from seatfem.study.scene.models import Scene
 from seatfem.study.scene.problems import Problem, SceneError
 from seatfem.study.scene.run import Accuracy, Run
 
-__all__ = [
-    "Accuracy",
-    "Contact",
-    "Problem",
-    "Run",
-    "Scene",
-    "SceneError",
-    "load_scene",
-    "located",
-]
+__all__ = ["Accuracy", "Contact", "Problem", "Run", "Scene", "SceneError", "load_scene", "located"]

@@ -50,12 +50,8 @@ def with_places(given: Mapping[str, Any], folder: Path, *, unread: bool = False)
     seat_table, reed_table, contact = (given.get(name, {}) for name in ("seat", "reed", "contact"))
     if not all(isinstance(each, Mapping) for each in (seat_table, reed_table, contact)):
         return given
-    for table, keys in FOLLOWING:
-        for key in keys:
-            if key in given.get(table, {}):
-                raise KeyProblem(
-                    f"{table}.{key}", 'it follows from the files (assembly.placed = "as drawn"); remove it'
-                )
+    for key in [f"{table}.{key}" for table, keys in FOLLOWING for key in keys if key in given.get(table, {})]:
+        raise KeyProblem(key, 'it follows from the files (assembly.placed = "as drawn"); remove it')
     kind, file = _seat_kind(seat_table), _file_of_reed(reed_table, folder)
     if file is None or unread:
         return {**given, "reed": _unplaced(reed_table)}

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import TYPE_CHECKING, Self
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from seatfem.fields import Angle, KeyProblem, Length, Opening, Position, Table, default, one_of
+from seatfem.fields import Angle, Length, Opening, Position, Table, absent, default, one_of
 from seatfem.structures.rings import MOST_CHOSEN, MOST_PORTS, MOST_RINGS
 from seatfem.study.scene.film import Film
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
@@ -32,28 +33,27 @@ class Contact(Table):
     """
 
     law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
-    film: Film | None = Field(None, description="fluid in the gap; none where absent")
-    at: Length | None = Field(None, description="position on the reed, from its root; the tip where absent")
+    film: Film | None = absent("fluid in the gap; none where absent")
+    at: Length | None = absent("position on the reed, from its root; the tip where absent")
     gap: Opening = default("0 mm", "smallest opening between the undeformed bodies")
-    preload: bool = Field(
-        False, strict=True, description="whether the bodies start in equilibrium with the reed's loads and each other"
+    preload: bool = default(
+        False, "whether the bodies start in equilibrium with the reed's loads and each other", strict=True
     )
-    rings: int = Field(
+    rings: int = default(
         1,
+        "parts across the contact face, from edge to edge, each with its own contact; 1: one contact "
+        "with the mean displacement",
         strict=True,
         ge=1,
         le=MOST_RINGS,
-        description="parts across the contact face, from edge to edge, each with its own contact; 1: one contact "
-        "with the mean displacement",
     )
 
-    ports: int | None = Field(
-        None,
+    ports: int | None = absent(
+        "segments of the lip, each with its own contact; chosen where absent: then faces other than "
+        "rings of bodies of revolution are struck as a whole, unless another key of a lip is given",
         strict=True,
         ge=1,
         le=MOST_PORTS,
-        description="segments of the lip, each with its own contact; chosen where absent: then faces other than "
-        "rings of bodies of revolution are struck as a whole, unless another key of a lip is given",
     )
     tilt: Angle = default("0 deg", "between the plane of the seat's lip and the undeformed reed")
     tilt_axis: Angle = default(
@@ -63,11 +63,11 @@ class Contact(Table):
         ("0 mm", "0 mm"), "of the lip's centre from the reed's contact, along and across the reed"
     )
     line_arc: Angle = default("45 deg", "part of the lip over which forces per length are averaged")
-    waviness: tuple[tuple[Angle, Position], ...] = Field(
+    waviness: tuple[tuple[Angle, Position], ...] = default(
         (),
-        max_length=1000,
-        description="heights of the gap over the lip's angle, added to the tilt: a list of [angle, height], in between "
+        "heights of the gap over the lip's angle, added to the tilt: a list of [angle, height], in between "
         "linear; from the direction of the reed's tip, anticlockwise",
+        max_length=1000,
     )
 
     @model_validator(mode="before")
@@ -85,33 +85,22 @@ class Contact(Table):
         """Return the first key that only a lip has a use for; "" where none is given."""
         return "ports" if (self.ports or 1) > 1 else self.uneven or ("offset" if any(self.offset) else "")
 
-    @model_validator(mode="after")
-    def _of_a_lip(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if abs(self.tilt) > STEEPEST:
-            raise KeyProblem("tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg")
+            yield "tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg"
         arcs = self.ports or 1
+        parts = f"{arcs} segments in {self.rings} rings"
         if arcs * self.rings > MOST_PORTS:
-            raise KeyProblem(
-                "ports",
-                f"{arcs} segments in {self.rings} rings are more than {MOST_PORTS}; their mutual compliances take "
-                f"{8e-9 * (arcs * self.rings) ** 2:.2g} GB for each body: take fewer of either",
-            )
+            size = f"their mutual compliances take {8e-9 * (arcs * self.rings) ** 2:.2g} GB for each body"
+            yield "ports", f"{parts} are more than {MOST_PORTS}; {size}: take fewer of either"
         if arcs > 1 and arcs % 2 and 2 * arcs * self.rings > MOST_CHOSEN:  # half as many tell what they leave
-            raise KeyProblem(
-                "ports", f"{arcs} segments in {self.rings} rings: so many must be an even number of segments"
-            )
+            yield "ports", f"{parts}: so many must be an even number of segments"
         if self.ports == 1 and self.uneven:
-            raise KeyProblem(
-                "ports", f"a single contact point has only a mean gap, {self.uneven} needs several: remove one key"
-            )
+            yield "ports", f"a single contact point has only a mean gap, {self.uneven} needs several: remove one key"
         if not 0 < self.line_arc <= 2 * math.pi * (1 + 1e-9):
-            raise KeyProblem("line_arc", f"{math.degrees(self.line_arc):g} deg must be above 0 and at most 360 deg")
+            yield "line_arc", f"{math.degrees(self.line_arc):g} deg must be above 0 and at most 360 deg"
         angles = [angle for angle, _ in self.waviness]
         for a, b in itertools.pairwise(angles):
             if not a < b < angles[0] + 2 * math.pi:
-                raise KeyProblem(
-                    "waviness",
-                    f"{math.degrees(b):g} deg after {math.degrees(a):g} deg: its angles must rise from one entry to "
-                    "the next, within 360 deg",
-                )
-        return self
+                words = f"{math.degrees(b):g} deg after {math.degrees(a):g} deg: its angles must rise from one entry to"
+                yield "waviness", f"{words} the next, within 360 deg"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
-from typing import Annotated, ClassVar, Self
+from collections.abc import Iterator, Mapping
+from typing import Annotated, ClassVar
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
-from seatfem.fields import Acceleration, KeyProblem, Length, Position, SignedArea, Table
+from seatfem.fields import Acceleration, Length, Position, SignedArea, Table, absent
 from seatfem.structures.kinds.motion import AnyAcceleration, AnyForce, AnyPressure
 
 ACTING = ("pressure", "force", "gravity", "base_motion")
@@ -35,20 +35,16 @@ class AreaByLift(Table):
     lift: tuple[Position, ...] = Field(min_length=1, description="opening at the contact, increasing")
     area: tuple[SignedArea, ...] = Field(min_length=1, description="area at each of them")
 
-    @model_validator(mode="after")
-    def _one_for_each(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if len(self.lift) != len(self.area):
-            raise KeyProblem("area", f"{len(self.area)} areas at {len(self.lift)} lifts: give one for each")
+            yield "area", f"{len(self.area)} areas at {len(self.lift)} lifts: give one for each"
         if self.lift[0] < 0:
-            raise KeyProblem("lift", f"a lift of {1e3 * self.lift[0]:g} mm: lifts are >= 0, counted from the seat")
+            yield "lift", f"a lift of {1e3 * self.lift[0]:g} mm: lifts are >= 0, counted from the seat"
         for before, after in itertools.pairwise(self.lift):
             if after <= before:
-                raise KeyProblem("lift", f"the lifts must increase: {1e3 * after:g} mm follows {1e3 * before:g} mm")
+                yield "lift", f"the lifts must increase: {1e3 * after:g} mm follows {1e3 * before:g} mm"
         if (least := min(self.area)) <= 0:
-            raise KeyProblem(
-                "area", f"an area of {1e6 * least:g} mm^2: areas must be positive; for none remove the load"
-            )
-        return self
+            yield "area", f"an area of {1e6 * least:g} mm^2: areas must be positive; for none remove the load"
 
     def __call__(self, lift: float) -> float:
         """Return the area [m^2] at an opening [m]."""
@@ -65,52 +61,36 @@ pressure = "-0.2 bar"
 area = "80 mm^2"
 """
 
-    pressure: AnyPressure | None = Field(
-        None,
-        description="over the reed, on area, at its contact, positive off the seat; a constant one may be text",
+    pressure: AnyPressure | None = absent(
+        "over the reed, on area, at its contact, positive off the seat; a constant one may be text"
     )
-    area: Annotated[AreaByLift, BeforeValidator(_as_table)] | None = Field(
-        None,
-        description="effective area of the pressure: one, or by the lift as in "
-        '`[["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]]`',
+    area: Annotated[AreaByLift, BeforeValidator(_as_table)] | None = absent(
+        'effective area of the pressure: one, or by the lift as in `[["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]]`'
     )
-    force: AnyForce | None = Field(
-        None, description="at one place, positive off the seat; a constant one may be written as text"
+    force: AnyForce | None = absent("at one place, positive off the seat; a constant one may be written as text")
+    at: Length | None = absent("of the force, from the root; where absent: at the contact")
+    point: tuple[Position, Position] | None = absent(
+        "of the force on a plate, along and across it, from the centre of its contact"
     )
-    at: Length | None = Field(None, description="of the force, from the root; where absent: at the contact")
-    point: tuple[Position, Position] | None = Field(
-        None, description="of the force on a plate, along and across it, from the centre of its contact"
+    gravity: Acceleration | None = absent(
+        "component of the acceleration along the normal; negative presses the reed on the seat"
     )
-    gravity: Acceleration | None = Field(
-        None, description="component of the acceleration along the normal; negative presses the reed on the seat"
-    )
-    base_motion: AnyAcceleration | None = Field(
-        None, description="acceleration of the frame along the normal; a constant one may be written as text"
+    base_motion: AnyAcceleration | None = absent(
+        "acceleration of the frame along the normal; a constant one may be written as text"
     )
 
-    @model_validator(mode="after")
-    def _one_of_all(self) -> Self:
-        if len(keys := [key for key in ACTING if getattr(self, key) is not None]) != 1:
-            words = f"{' and '.join(keys)} are given" if keys else "nothing acts"
-            raise KeyProblem(keys[1] if keys else ACTING[0], f"{words}: give exactly one of {', '.join(ACTING)}")
-        if (self.area is None) != (self.pressure is None):
-            missing = self.pressure is not None
-            raise KeyProblem(
-                "area", "required key is missing: effective area" if missing else "there is no pressure; remove the key"
-            )
-        for key in ("at", "point"):
-            if getattr(self, key) is not None and self.force is None:
-                raise KeyProblem(key, "only a force has a place; remove the key")
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        self.check_one_of(ACTING, "nothing acts")
+        if self.area is None and self.pressure is not None:
+            yield "area", "required key is missing: effective area"
+        if self.area is not None and self.pressure is None:
+            yield "area", "there is no pressure; remove the key"
+        if self.force is None and (places := self.given_keys("at", "point")):
+            yield places[0], "only a force has a place; remove the key"
         if self.at is not None and self.point is not None:
-            raise KeyProblem("point", "at is given too; keep one")
-        return self
+            yield "point", "at is given too; keep one"
 
     @property
     def by_lift(self) -> bool:
         """Return whether the load depends on how far the reed is off its seat."""
         return self.area is not None and len(set(self.area.area)) > 1
-
-    @property
-    def needs_weight(self) -> bool:
-        """Return whether the load acts on the mass of the reed."""
-        return self.gravity is not None or self.base_motion is not None

@@ -8,7 +8,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from impact.march.film import SqueezeFilm
-from seatfem.fields import KeyProblem, Length, Pressure, Table, Viscosity, default
+from seatfem.fields import KeyProblem, Length, Pressure, Table, Viscosity, absent, default
 
 
 class Film(Table):
@@ -31,8 +31,8 @@ floor = "2 um"
         description="fluid gap that roughness leaves where the bodies touch; half the height difference within a lip "
         "segment, by tilt or waviness, is added"
     )
-    width: Length | None = Field(None, description="of the strip, across the flow; that of the seat's lip where absent")
-    length: Length | None = Field(None, description="of the strip; the circumference of the seat's lip where absent")
+    width: Length | None = absent("of the strip, across the flow; that of the seat's lip where absent")
+    length: Length | None = absent("of the strip; the circumference of the seat's lip where absent")
     tension_limit: Pressure = default(
         "1 bar", "pressure by which the film pulls before it breaks: the ambient one less that of cavitation"
     )
@@ -43,10 +43,8 @@ floor = "2 um"
             raise KeyProblem("film", f"the film is known across the whole lip, not in {rings} rings: remove either")
         for key in ("width", "length"):
             if ring is None and getattr(self, key) is None:
-                words = f"of a seat of kind {seat!r}, as it is given here, no lip is known"
-                raise KeyProblem(
-                    f"film.{key}", f"required key is missing: {words}; give width and length of the strip that closes"
-                )
+                words = f"required key is missing: of a seat of kind {seat!r}, as it is given here, no lip is known"
+                raise KeyProblem(f"film.{key}", f"{words}; give width and length of the strip that closes")
 
     def of(self, ring: tuple[float, float] | None) -> SqueezeFilm:
         """Return the film on the whole lip."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Final, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, Final, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from impact.bodies.time_series import TimeSeries, TimeSeriesError, read_time_series
 from impact.files.csv_table import read_csv
@@ -28,7 +29,9 @@ from seatfem.fields import (
     Table,
     Temperature,
     Volume,
+    absent,
     default,
+    problem_of,
 )
 from seatfem.structures.kinds.record_columns import CourseColumns, CourseUnits, Record, stated_in
 from seatfem.units import write_quantity
@@ -42,18 +45,16 @@ BESIDE: Final = ("start_pressure", "other_valve_area")
 class Fluid(Table):
     """A perfect gas of constant specific heats: one of those known by name, or its numbers."""
 
-    name: Literal[tuple(GASES)] | None = Field(None, description="one that is known, in the ideal-gas limit")  # type: ignore[valid-type]
-    k: float | None = Field(None, gt=1, le=2, description="ratio of the specific heats")
-    molar_mass: MolarMass | None = Field(None, description="of the gas")
-    source: str = Field("", description="citation of the numbers")
+    name: Literal[tuple(GASES)] | None = absent("one that is known, in the ideal-gas limit")  # type: ignore[valid-type]
+    k: float | None = absent("ratio of the specific heats", gt=1, le=2)
+    molar_mass: MolarMass | None = absent("of the gas")
+    source: str = default("", "citation of the numbers")
 
-    @model_validator(mode="after")
-    def _one_of_two(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if self.name is None and (self.k is None or self.molar_mass is None):
-            raise KeyProblem("k", "a gas needs a name, or k and molar_mass")
+            yield "k", "a gas needs a name, or k and molar_mass"
         if self.name is not None and (self.k is not None or self.molar_mass is not None):
-            raise KeyProblem("name", "k or molar_mass is given too: keep the name, or both numbers")
-        return self
+            yield "name", "k or molar_mass is given too: keep the name, or both numbers"
 
     @property
     def gas(self) -> PerfectGas:
@@ -93,20 +94,16 @@ class MeasuredArea(Table):
         lift, area = np.array(self.area).T
         return AreaTable(lift, area, self.source)
 
-    @model_validator(mode="after")
-    def _is_a_table(self) -> Self:
-        try:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        with problem_of("area", GasError):
             _ = self.table
-        except GasError as problem:
-            raise KeyProblem("area", str(problem)) from None
-        return self
 
 
 class Directions(Table):
     """Effective areas, which differ with the direction of the flow."""
 
-    forward: MeasuredArea | None = Field(None, description="through the port, which lifts the reed")
-    back: MeasuredArea | None = Field(None, description="as the valve leaks back; where absent, those of forward")
+    forward: MeasuredArea | None = absent("through the port, which lifts the reed")
+    back: MeasuredArea | None = absent("as the valve leaks back; where absent, those of forward")
 
     def tables(self, estimate: AreaTable) -> tuple[AreaTable, AreaTable]:
         """Return the tables forward and back; ``estimate`` where nothing is stated."""
@@ -140,69 +137,54 @@ port_diameter = "12 mm"
     discharge: GasPlenum = Field(description="plenum that it delivers to")
     rpm: Rpm = Field(le=1e6, description="speed of the crank: a number (1/min), or with its unit")
     angle: Angle = default("0 deg", "crank angle at the start of the run, from the top dead centre")
-    cycles: float | None = Field(None, gt=0, le=1e4, description="turns of the crank; instead of run.duration")
-    bore: Length | None = Field(None, description="diameter of the cylinder")
-    stroke: Length | None = Field(None, description="of the piston")
-    rod: Length | None = Field(None, description="length of the connecting rod")
-    clearance: Volume | None = Field(None, description="volume at the top dead centre")
-    start_pressure: Pressure | None = Field(
-        None,
-        description="in the cylinder at the start, as if brought there isentropically from the suction plenum, whose "
-        "pressure it is where absent",
+    cycles: float | None = absent("turns of the crank; instead of run.duration", gt=0, le=1e4)
+    bore: Length | None = absent("diameter of the cylinder")
+    stroke: Length | None = absent("of the piston")
+    rod: Length | None = absent("length of the connecting rod")
+    clearance: Volume | None = absent("volume at the top dead centre")
+    start_pressure: Pressure | None = absent(
+        "in the cylinder at the start, as if brought there isentropically from the suction plenum, whose "
+        "pressure it is where absent"
     )
-    other_valve_area: Area | None = Field(
-        None, description="effective flow area of the ideal valve that is not the reed; no such valve where absent"
+    other_valve_area: Area | None = absent(
+        "effective flow area of the ideal valve that is not the reed; no such valve where absent"
     )
-    cylinder_pressure: ExistingFile | None = Field(
-        None,
-        description="instead of bore, stroke, rod, clearance: CSV file with `angle [deg],pressure [bar]` over a turn, "
-        "or `time [ms],pressure [bar]` over the run",
+    cylinder_pressure: ExistingFile | None = absent(
+        "instead of bore, stroke, rod, clearance: CSV file with `angle [deg],pressure [bar]` over a turn, "
+        "or `time [ms],pressure [bar]` over the run"
     )
-    columns: CourseColumns | None = Field(
-        None, description="heads of the columns of cylinder_pressure, where they say neither time nor quantity"
+    columns: CourseColumns | None = absent(
+        "heads of the columns of cylinder_pressure, where they say neither time nor quantity"
     )
-    units: CourseUnits | None = Field(
-        None, description="units of the columns of cylinder_pressure, where the header does not say them"
-    )
+    units: CourseUnits | None = absent("units of the columns of cylinder_pressure, where the header does not say them")
     port_diameter: Length = Field(description="of the hole that the reed covers")
-    discharge_coefficient: float = Field(
-        0.6, gt=0, le=1, description="of the estimated flow area, min(2 pi R x, pi R^2): not measured"
+    discharge_coefficient: float = default(
+        0.6, "of the estimated flow area, min(2 pi R x, pi R^2): not measured", gt=0, le=1
     )
     flow: Directions = default({}, "effective flow areas; estimated where absent")
     force: Directions = default({}, "effective force areas; that of the port where absent")
 
-    @model_validator(mode="after")
-    def _computed_or_prescribed(self) -> Self:
-        keys = [key for key in OF_THE_CRANK if getattr(self, key) is not None]
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        keys = self.given_keys(*OF_THE_CRANK)
         if self.cylinder_pressure is not None:
-            if unused := [key for key in (*OF_THE_CRANK, *BESIDE) if getattr(self, key) is not None]:
-                raise KeyProblem(unused[0], "cylinder_pressure prescribes the pressure; keep one of the two")
+            if unused := [*keys, *self.given_keys(*BESIDE)]:
+                yield unused[0], "cylinder_pressure prescribes the pressure; keep one of the two"
             _ = self.course
         elif self.columns is not None or self.units is not None:
-            raise KeyProblem(
-                "units" if self.columns is None else "columns", "there is no cylinder_pressure; remove the key"
-            )
+            yield self.given_keys("columns", "units")[0], "there is no cylinder_pressure; remove the key"
         elif len(keys) < len(OF_THE_CRANK):
             missing = next(key for key in OF_THE_CRANK if key not in keys)
             words = type(self).model_fields[missing].description
-            raise KeyProblem(missing, f"required key is missing: {words}; or give cylinder_pressure")
+            yield missing, f"required key is missing: {words}; or give cylinder_pressure"
         else:
-            try:
+            with problem_of("rod", GasError):
                 _ = self.crank
-            except GasError as problem:
-                raise KeyProblem("rod", str(problem)) from None
         if self.suction.pressure >= self.discharge.pressure:
-            raise KeyProblem(
-                "discharge.pressure",
-                f"{write_quantity(self.discharge.pressure, 'pressure')} is not above suction.pressure = "
-                f"{write_quantity(self.suction.pressure, 'pressure')}: nothing "
-                "is compressed; exchange them, or raise it",
-            )
-        try:
+            high, low = (write_quantity(each.pressure, "pressure") for each in (self.discharge, self.suction))
+            words = f"{high} is not above suction.pressure = {low}: nothing is compressed; exchange them, or raise it"
+            yield "discharge.pressure", words
+        with problem_of("force", GasError):
             _ = self.areas
-        except GasError as problem:
-            raise KeyProblem("force", str(problem)) from None
-        return self
 
     @property
     def crank(self) -> SliderCrank | None:
@@ -233,29 +215,18 @@ port_diameter = "12 mm"
         """Return the prescribed pressure. Raises `KeyProblem` for a record that cannot be read, or has gaps."""
         path = self.cylinder_pressure
         assert path is not None
-        try:
+        columns, units = stated_in(self.columns), stated_in(self.units)
+        with problem_of("cylinder_pressure", TimeSeriesError):
             table = read_csv(path, TimeSeriesError)
-            columns, units = stated_in(self.columns), stated_in(self.units)
             named = table is not None and table.column_of("time", ("time",), {}) is not None
             by_time = "time" in columns or (named and "angle" not in columns)
             rpm, start = None if by_time else self.rpm, math.degrees(self.angle)
             series = read_time_series(
-                path,
-                "pressure",
-                outside="hold",
-                columns=columns,
-                units=units,
-                rpm=rpm,
-                start=start,
-                most_gap=WIDEST,
+                path, "pressure", outside="hold", columns=columns, units=units, rpm=rpm, start=start, most_gap=WIDEST
             )
-        except TimeSeriesError as problem:
-            raise KeyProblem("cylinder_pressure", str(problem)) from None
         if (least := float(series.value.min())) <= 0:
-            raise KeyProblem(
-                "cylinder_pressure",
-                f"{path}: {write_quantity(least, 'pressure')}: pressures are absolute, they must be above 0 Pa",
-            )
+            words = f"{write_quantity(least, 'pressure')}: pressures are absolute, they must be above 0 Pa"
+            raise KeyProblem("cylinder_pressure", f"{path}: {words}")
         return series
 
     @property

@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
+from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
-from pydantic import Field, model_validator
-
-from seatfem.fields import ExistingFile, Fraction, KeyProblem, PoissonRatio, Pressure, Rpm, Speed, Table, default
+from seatfem.fields import (
+    ExistingFile,
+    Fraction,
+    KeyProblem,
+    PoissonRatio,
+    Pressure,
+    Rpm,
+    Speed,
+    Table,
+    absent,
+    default,
+)
 from seatfem.study.scene.life_curves import Curves
 from seatfem.units import write_quantity
 
@@ -37,62 +46,55 @@ impact_speed_limit = "6 m/s"
 source = "report, page"
 """
 
-    strength: ExistingFile | None = Field(None, description="file of measured strength of the reed's material")
-    seat_strength: ExistingFile | None = Field(
-        None, description="the same of the seat's, whose surface is judged, too; needs [stress]"
+    strength: ExistingFile | None = absent("file of measured strength of the reed's material")
+    seat_strength: ExistingFile | None = absent("the same of the seat's, whose surface is judged, too; needs [stress]")
+    criterion: str = default("goodman", "for mean stress: goodman, gerber, morrow, walker or swt")
+    multiaxial: str = default(
+        "", "in addition, for stress tensors of plates and seats: crossland, dang_van, papadopoulos"
     )
-    criterion: str = Field("goodman", description="for mean stress: goodman, gerber, morrow, walker or swt")
-    multiaxial: str = Field(
-        "", description="in addition, for stress tensors of plates and seats: crossland, dang_van, papadopoulos"
+    survival: Fraction | None = absent("share of parts that survive, as 0.999; that of the S-N curve where absent")
+    cycles: float | None = absent("blocks to be survived; or give hours and rpm", gt=0)
+    hours: float | None = absent("of running to be survived, with rpm", gt=0)
+    rpm: Rpm | None = absent("blocks a minute, with hours: a number (1/min), or with its unit")
+    block: Literal["run", "last cycle"] = default("run", "what repeats: the run, or the crank's last turn")
+    contact_criterion: str = default(
+        "", "for the stress below a contact of Hertz: crossland, dang_van, papadopoulos; cycles may be absent"
     )
-    survival: Fraction | None = Field(
-        None, description="share of parts that survive, as 0.999; that of the S-N curve where absent"
-    )
-    cycles: float | None = Field(None, gt=0, description="blocks to be survived; or give hours and rpm")
-    hours: float | None = Field(None, gt=0, description="of running to be survived, with rpm")
-    rpm: Rpm | None = Field(None, description="blocks a minute, with hours: a number (1/min), or with its unit")
-    block: Literal["run", "last cycle"] = Field("run", description="what repeats: the run, or the crank's last turn")
-    contact_criterion: str = Field(
-        "",
-        description="for the stress below a contact of Hertz: crossland, dang_van, papadopoulos; cycles may be absent",
-    )
-    contact_modulus: Pressure | None = Field(
-        None, description="E* of both bodies, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, with contact_criterion"
+    contact_modulus: Pressure | None = absent(
+        "E* of both bodies, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, with contact_criterion"
     )
     contact_poisson: PoissonRatio = default(0.3, "of the body whose strength it is")
-    curves: Curves | None = Field(None, description="margins over other speeds, tilts and lifts")
-    impact_speed_limit: Speed | None = Field(
-        None, description="largest speed of closing that experience allows; that of the strength file where absent"
+    curves: Curves | None = absent("margins over other speeds, tilts and lifts")
+    impact_speed_limit: Speed | None = absent(
+        "largest speed of closing that experience allows; that of the strength file where absent"
     )
-    source: str = Field("", description="citation of impact_speed_limit")
+    source: str = default("", "citation of impact_speed_limit")
 
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if self.impact_speed_limit is not None and not self.source.strip():
-            raise KeyProblem("source", "required key is missing: citation of impact_speed_limit")
+            yield "source", "required key is missing: citation of impact_speed_limit"
         if self.source and self.impact_speed_limit is None:
-            raise KeyProblem("source", "there is no impact_speed_limit; remove the key")
+            yield "source", "there is no impact_speed_limit; remove the key"
         if self.strength is None and self.contact_criterion:
-            raise KeyProblem("strength", "required key is missing: a file of strength, for contact_criterion")
+            yield "strength", "required key is missing: a file of strength, for contact_criterion"
         if self.strength is None and self.seat_strength is None:
             if idle := [key for key in type(self).model_fields if key in self.model_fields_set - OF_SPEED]:
-                raise KeyProblem(idle[0], "there is no strength to judge by; give life.strength, or remove the key")
+                yield idle[0], "there is no strength to judge by; give life.strength, or remove the key"
             if self.impact_speed_limit is None:
-                raise KeyProblem("strength", "required key is missing: a file of strength (or impact_speed_limit)")
-            return self
-        if self.cycles is not None and (beside := [key for key in ("hours", "rpm") if getattr(self, key) is not None]):
-            raise KeyProblem(beside[0], "cycles is given too; keep cycles, or hours with rpm")
+                yield "strength", "required key is missing: a file of strength (or impact_speed_limit)"
+            return
+        if self.cycles is not None and (beside := self.given_keys("hours", "rpm")):
+            yield beside[0], "cycles is given too; keep cycles, or hours with rpm"
         if (self.contact_modulus is None) != (not self.contact_criterion):
             missing = "contact_modulus" if self.contact_criterion else "contact_criterion"
-            raise KeyProblem(missing, "required key is missing: contact_criterion and contact_modulus go together")
+            yield missing, "required key is missing: contact_criterion and contact_modulus go together"
         if self.cycles is None and self.hours is None and (self.rpm is not None or not self.contact_criterion):
             words = "hours of running" if self.rpm is not None else "blocks to be survived, or hours with rpm"
-            raise KeyProblem("hours" if self.rpm is not None else "cycles", f"required key is missing: {words}")
+            yield "hours" if self.rpm is not None else "cycles", f"required key is missing: {words}"
         if self.hours is not None and self.rpm is None:
-            raise KeyProblem("rpm", f"required key is missing: blocks a minute, for hours = {self.hours:g}")
+            yield "rpm", f"required key is missing: blocks a minute, for hours = {self.hours:g}"
         for of in ("reed", "seat", "contact"):
             self.demand(of)
-        return self
 
     @property
     def of_bending(self) -> bool:
@@ -119,8 +121,7 @@ source = "report, page"
     def demand(self, of: Of = "reed") -> Demand | None:
         """Return what a body or the contact has to endure; ``None`` where no strength is given, or nobody asks.
 
-        Raises:
-            KeyProblem: a file of strength that is wrong, or lacks what the criterion or the survival needs.
+        Raises `KeyProblem`: a file of strength that is wrong, or lacks what the criterion or the survival needs.
         """
         from impact.life.curves import LifeError  # of scenes with a life only
         from impact.life.mean_stress import mean_stress
@@ -168,35 +169,26 @@ source = "report, page"
         if self.seat_strength is not None and scene.stress is None:
             raise KeyProblem("seat_strength", "stress in the seat is not computed: add the table [stress]")
         if self.multiaxial and not (self.seat_strength or scene.reed.has_surface_stress):
-            raise KeyProblem(
-                "multiaxial",
-                f"a body of kind {scene.reed.kind!r} has no stress of several axes: remove it, or give seat_strength",
+            words = (
+                f"a body of kind {scene.reed.kind!r} has no stress of several axes: remove it, or give seat_strength"
             )
+            raise KeyProblem("multiaxial", words)
         if self.curves is not None:
             self.curves.check(scene)
         if self.block == "last cycle":
-            turn = turn_of(scene)
-            if turn is None:
+            if (turn := turn_of(scene)) is None:
                 raise KeyProblem("block", "no load of one rpm repeats in this scene; take the run as the block")
             if scene.run.duration < TURNS * turn * (1 - 1e-9):
-                raise KeyProblem(
-                    "block",
-                    f"run.duration = {write_quantity(scene.run.duration, 'time')} holds fewer than {TURNS} turns of "
-                    f"{write_quantity(turn, 'time')}, so that "
-                    "the last one would hold the start: watch longer, or take the run as the block",
+                duration, each = (write_quantity(time, "time") for time in (scene.run.duration, turn))
+                words = (
+                    f"run.duration = {duration} holds fewer than {TURNS} turns of {each}, so that the last one would"
                 )
+                raise KeyProblem("block", f"{words} hold the start: watch longer, or take the run as the block")
 
 
 def turn_of(scene: Scene) -> float | None:
-    """Time of one turn of the crank by which loads on the reed repeat [s]; ``None`` without, or with several."""
-    turns = {60.0 / rpm for rpm in _rpm_of(scene)}
+    """Return the time of one turn of the crank by which loads repeat [s]; ``None`` without, or with several."""
+    courses: list[object] = [course for load in scene.load for course in (load.pressure, load.force, load.base_motion)]
+    courses += [scene.gas, *(getattr(scene.reed, key, None) for key in scene.reed.moved_by)]
+    turns = {60.0 / rpm for course in courses if (rpm := getattr(course, "rpm", None)) is not None}
     return turns.pop() if len(turns) == 1 else None
-
-
-def _rpm_of(scene: Scene) -> Iterator[float]:
-    courses = [course for load in scene.load for course in (load.pressure, load.force, load.base_motion)]
-    for course in (*courses, *(getattr(scene.reed, key, None) for key in scene.reed.moved_by)):
-        if (rpm := getattr(course, "rpm", None)) is not None:
-            yield rpm
-    if scene.gas is not None:
-        yield scene.gas.rpm

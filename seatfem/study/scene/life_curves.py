@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final
 
-from pydantic import Field, model_validator
-
-from seatfem.fields import Angle, Gap, KeyProblem, Speed, Table
+from seatfem.fields import Angle, Gap, KeyProblem, Speed, Table, default
 from seatfem.study.scene.agreement import check_start
 from seatfem.study.scene.stopper import STEEPEST
 
@@ -28,19 +26,17 @@ class Curves(Table):
     stays. Files margin_over_speed.csv and .png, ...; in summary.json life_allowed_speed_m_per_s, ... is the value with
     a margin of 1, where the curve reaches it."""
 
-    speed: tuple[Speed, ...] = Field((), description="of the reed at its start, towards the seat, as [1, 2, 4] m/s")
-    tilt: tuple[Angle, ...] = Field((), description="of the reed on the seat's lip: contact.tilt")
-    lift: tuple[Gap, ...] = Field((), description="to the stopper: its gap, or its lift where that is stated")
+    speed: tuple[Speed, ...] = default((), "of the reed at its start, towards the seat, as [1, 2, 4] m/s")
+    tilt: tuple[Angle, ...] = default((), "of the reed on the seat's lip: contact.tilt")
+    lift: tuple[Gap, ...] = default((), "to the stopper: its gap, or its lift where that is stated")
 
-    @model_validator(mode="after")
-    def _two_each(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         curves = {name: getattr(self, name) for name in UNITS if getattr(self, name)}
         if not curves:
-            raise KeyProblem("speed", "no curve is asked for: give speed, tilt or lift, or remove the table")
+            yield "speed", "no curve is asked for: give speed, tilt or lift, or remove the table"
         for name, values in curves.items():
             if len(set(values)) < 2:
-                raise KeyProblem(name, f"a curve needs two values or more, not {len(set(values))}")
-        return self
+                yield name, f"a curve needs two values or more, not {len(set(values))}"
 
     def asked(self) -> Iterator[tuple[str, tuple[float, ...]]]:
         """Yield names with their values in SI, each once, rising."""
@@ -55,13 +51,12 @@ class Curves(Table):
 
     def check(self, scene: Scene) -> None:
         """Raise `KeyProblem` for a value that the scene cannot have."""
-        for name, values in self.asked():
-            for value in values:
-                try:
-                    check_start(varied(scene, name, value))
-                except KeyProblem as problem:
-                    number = value * UNITS[name][1]
-                    raise KeyProblem(f"curves.{name}", f"{number:g} {UNITS[name][0]}: {problem}") from None
+        for name, value in ((name, value) for name, values in self.asked() for value in values):
+            try:
+                check_start(varied(scene, name, value))
+            except KeyProblem as problem:
+                unit, factor = UNITS[name]
+                raise KeyProblem(f"curves.{name}", f"{value * factor:g} {unit}: {problem}") from None
 
 
 def varied(scene: Scene, name: str, value: float) -> Scene:

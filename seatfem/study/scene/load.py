@@ -22,7 +22,7 @@ from seatfem.study.scene.locate import KeyPath, key_lines, single
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.models import BODIES, Scene
 from seatfem.study.scene.other_files import no_scene
-from seatfem.study.scene.problems import Problem, SceneError, explain, line_of
+from seatfem.study.scene.problems import SceneError, explain, line_of, scene_error
 from seatfem.study.scene.run import Accuracy
 from seatfem.study.scene.stopper import stopper_of
 
@@ -46,7 +46,7 @@ def load_scene(path: Path | str, changed: Mapping[str, object] | None = None) ->
     TOML syntax, unknown or missing keys, wrong units, values out of range, and keys that contradict each other.
     """
     if why := no_scene(Path(path)):
-        raise SceneError((Problem(Path(path), 0, "", why),))
+        raise scene_error("", why, Path(path))
     return load_table(path, scene_of(kinds_of(), laws(), tuple(all_measures())), changed)
 
 
@@ -89,31 +89,29 @@ def scene_of(
     return create_model("Scene", __base__=Scene, **fields)
 
 
-def located(error: SceneError, path: Path) -> SceneError:
-    """Return the same problems with the scene's file, and the lines of their keys in it."""
-    if all(problem.file for problem in error.problems):
+def located(error: SceneError, path: Path | None) -> SceneError:
+    """Return the same problems with the scene's file, where it is known, and the lines of their keys in it."""
+    if path is None or all(problem.file for problem in error.problems):
         return error
     lines = _lines(_read(path))
-    problems = (
-        problem if problem.file else replace(problem, file=path, line=line_of(problem.path, lines))
-        for problem in error.problems
-    )
-    return SceneError(tuple(sorted(problems, key=lambda problem: problem.line)))
+    found = (each if each.file else replace(each, file=path, line=line_of(each.path, lines)) for each in error.problems)
+    return SceneError(tuple(sorted(found, key=lambda problem: problem.line)))
 
 
 def _read(path: Path) -> str:
     try:
         return read_text(path, LIMIT, _Unreadable)
     except (OSError, _Unreadable) as error:
-        raise _whole_file(path, f"cannot be read: {str(error).removeprefix(f'{path}: ')}") from None
+        raise scene_error("", f"cannot be read: {str(error).removeprefix(f'{path}: ')}", path) from None
     except UnicodeDecodeError as error:
-        raise _whole_file(path, f"is not UTF-8 text (byte {error.start}), as TOML files are; save it so") from None
+        words = f"is not UTF-8 text (byte {error.start}), as TOML files are; save it so"
+        raise scene_error("", words, path) from None
 
 
 def _parse(text: str, path: Path) -> dict[str, Any]:
     if deep_key := _DEEP_KEY.search(text):
         line = text.count("\n", 0, deep_key.start()) + 1
-        raise SceneError((Problem(path, line, "", f"a key of more than {DEEPEST} parts; use at most four"),))
+        raise scene_error("", f"a key of more than {DEEPEST} parts; use at most four", path, line)
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -121,11 +119,11 @@ def _parse(text: str, path: Path) -> dict[str, Any]:
         line = int(place[1]) if place else text.count("\n") + 1
         message = re.sub(r"\s*\(at .*\)$", "", str(error))
         column = f" (column {place[2]})" if place else " (end of file)"
-        raise SceneError((Problem(path, line, "", f"TOML syntax: {message}{column}; mend the line"),)) from None
+        raise scene_error("", f"TOML syntax: {message}{column}; mend the line", path, line) from None
     except RecursionError:
-        raise _whole_file(path, "tables or arrays are nested too deeply; use at most four levels") from None
+        raise scene_error("", "tables or arrays are nested too deeply; use at most four levels", path) from None
     except ValueError as error:  # a whole number of thousands of digits, a date that does not exist
-        raise _whole_file(path, f"TOML: {error}; mend it") from None
+        raise scene_error("", f"TOML: {error}; mend it", path) from None
 
 
 def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
@@ -138,13 +136,8 @@ def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
         known = isinstance(place, list) and name.isdecimal() and int(name) < len(place)
         place = place[int(name)] if known else place.setdefault(name, {}) if isinstance(place, dict) else None
     if not isinstance(place, dict):
-        raise SceneError(
-            (
-                Problem(
-                    path, 0, key, "there is no table with such a key; choose another (a list counts its tables from 0)"
-                ),
-            )
-        )
+        words = "there is no table with such a key; choose another (a list counts its tables from 0)"
+        raise scene_error(key, words, path)
     if value is None:
         place.pop(last, None)
     else:
@@ -157,7 +150,3 @@ def _lines(text: str) -> dict[KeyPath, int]:
         return {single(path): line for path, line in key_lines(text).items()}
     except RecursionError:
         return {}
-
-
-def _whole_file(path: Path, message: str) -> SceneError:
-    return SceneError((Problem(path, 0, "", message),))

@@ -7,19 +7,14 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_left
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
 KeyPath = tuple[str | int, ...]
-_ReadItem = Callable[[int], None]
 
 _BLANK: Final = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 _KEY: Final = re.compile(r"""\s*(?:([A-Za-z0-9_-]+)|"((?:\\.|[^"\\])*)"|'([^']*)')[ \t]*""")
-_STRING: Final = re.compile(
-    r'''"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\\n])*"|'[^'\n]*\'''',
-    re.DOTALL,
-)
+_STRING: Final = re.compile(r'''"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\\n])*"|'[^'\n]*\'''', re.DOTALL)
 _BARE: Final = re.compile(r"[^,\]}#\n]+")
 
 
@@ -73,29 +68,21 @@ class _Reader:
     def value(self, path: KeyPath) -> None:
         self.skip_blank()
         opening = self.text[self.at]
-        if opening == "{":
-            self.sequence("}", lambda index: self.assignment(path))
-        elif opening == "[":
-            self.sequence("]", lambda index: self.element((*path, index)))
-        elif string := _STRING.match(self.text, self.at):
-            self.at = string.end()
-        elif bare := _BARE.match(self.text, self.at):
-            self.at = bare.end()
-
-    def element(self, path: KeyPath) -> None:
-        self.lines[path] = self.line()
-        self.value(path)
-
-    def sequence(self, closing: str, read: _ReadItem) -> None:
-        self.at += 1
-        index = 0
-        while self.text[self.skip_blank()] != closing:
-            if self.text[self.at] == ",":
-                self.at += 1
-                continue
-            read(index)
-            index += 1
-        self.at += 1
+        if opening in "{[":
+            self.at += 1
+            index = 0
+            while self.text[self.skip_blank()] not in "}]":
+                if self.text[self.at] == ",":
+                    self.at += 1
+                elif opening == "{":
+                    self.assignment(path)
+                else:
+                    self.lines[*path, index] = self.line()
+                    self.value((*path, index))
+                    index += 1
+            self.at += 1
+        elif plain := _STRING.match(self.text, self.at) or _BARE.match(self.text, self.at):
+            self.at = plain.end()
 
     def key(self) -> KeyPath:
         parts: list[str] = []

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from seatfem.fields import Table, default, one_of, read_rpm
+from seatfem.fields import Table, absent, default, one_of, read_rpm
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.study.scene.agreement import check_agreement
 from seatfem.study.scene.assembly import Assembly, with_places
@@ -36,20 +36,20 @@ BODIES: Final = ("seat", "reed")
 class Scene(Table):
     """One impact: a reed, a seat, and how long to watch. All values are SI floats."""
 
-    title: str = Field("", description="for reports and pictures")
+    title: str = default("", "for reports and pictures")
     seat: Body = Field(description="what is struck")
     reed: Body = Field(description="what strikes")
-    assembly: Assembly | None = Field(None, description="how two parts from CAD come together; by [contact] if absent")
+    assembly: Assembly | None = absent("how two parts from CAD come together; by [contact] if absent")
     contact: Contact = default({}, "where and how the two touch")
-    stopper: Stopper | None = Field(None, description="a second body, which limits the lift")
-    load: tuple[ExternalLoad, ...] = Field((), description="known loads on the reed, a table each: [[load]]")
-    spring: tuple[ValveSpring, ...] = Field((), description="valve springs on the reed, a table each: [[spring]]")
-    base: tuple[Base, ...] = Field((), description="what moves the bases of bodies, a table each: [[base]]")
-    gas: CompressorGas | None = Field(None, description="the gas that the reed, as a valve, lets through")
+    stopper: Stopper | None = absent("a second body, which limits the lift")
+    load: tuple[ExternalLoad, ...] = default((), "known loads on the reed, a table each: [[load]]")
+    spring: tuple[ValveSpring, ...] = default((), "valve springs on the reed, a table each: [[spring]]")
+    base: tuple[Base, ...] = default((), "what moves the bases of bodies, a table each: [[base]]")
+    gas: CompressorGas | None = absent("the gas that the reed, as a valve, lets through")
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = default({}, "the accuracy asked for")
-    life: LifeTable | None = Field(None, description="fatigue life asked for; not computed where absent")
-    stress: Stress | None = Field(None, description="stress in the seat; not computed where absent")
+    life: LifeTable | None = absent("fatigue life asked for; not computed where absent")
+    stress: Stress | None = absent("stress in the seat; not computed where absent")
 
     @property
     def needs_stress(self) -> bool:

@@ -7,11 +7,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from pydantic import BaseModel
+
 from seatfem.jobs.desk import FILES
 from seatfem.structures.store import content_key
 from seatfem.study.scene.load import load_scene, load_table
-from seatfem.study.scene.models import Scene
-from seatfem.study.scene.problems import Problem, SceneError
+from seatfem.study.scene.problems import scene_error
 from seatfem.study.scene.strength import StrengthTable
 
 _SUFFIX: Final = re.compile(r"(\.[A-Za-z0-9_]{1,8}){1,2}$")
@@ -40,12 +41,12 @@ def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any],
                     f"{file} is read with {other}, which cannot travel to another computer: put it into the same "
                     "folder under a name of letters, digits and _.-"
                 )
-                raise SceneError((Problem(path, 0, key, text),))
+                raise scene_error(key, text, path)
             files[f"{number}/{inner}"] = other
     return f"{FILES}/0/input.toml", renamed, files
 
 
-def files_of(scene: Scene) -> set[Path]:
+def files_of(scene: BaseModel) -> set[Path]:
     """Return all files that a scene names, by their whole paths."""
     return {path for _, path in _files(scene.model_dump(by_alias=True))}
 
@@ -68,7 +69,7 @@ def _with(file: Path, *, strength: bool) -> list[Path]:
     return list(all_files(file)[1:])
 
 
-def by_content(scene: Scene, known: dict[Path, object] | None = None) -> dict[str, Any]:
+def by_content(scene: BaseModel, known: dict[Path, object] | None = None) -> dict[str, Any]:
     """Return what a scene asks for, its title left out; in place of every file a hash of its content and of that of all
     files it is read with. ``known``: those by path, each of which is read once."""
     hashes = {} if known is None else known

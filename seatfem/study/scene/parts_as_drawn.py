@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from impact.greens.base import Array
-from seatfem.fields import KeyProblem
+from seatfem.fields import KeyProblem, problem_of
 from seatfem.structures.errors import GeometryError, ModelError
 from seatfem.structures.face_lip import face_lip
 from seatfem.structures.inspection.cad import FoundFace, Inspected, inspect_geometry
@@ -99,10 +98,8 @@ class PartsAsDrawn:
         """
         table: Any = TypeAdapter(AnyClamp).validate_python(given)
         if not isinstance(table, Clamp):
-            try:
+            with problem_of("reed.clamped", GeometryError, drop="Outlined.clamped = "):
                 ends = straight_side(self.file, table.selectors(), self.frame)
-            except GeometryError as error:
-                raise KeyProblem("reed.clamped", str(error).removeprefix("Outlined.clamped = ")) from None
             return DrawnClamp(table, _points(self.frame, ends))
         self._check_square("reed.clamped", "select the clamped side as a face, as in { number = 1 }")
         if table.segment is not None:
@@ -123,13 +120,10 @@ class PartsAsDrawn:
         self._check_sizes(float(np.ptp(self.found.edges[self.seat.struck_face].reshape(-1, 3), axis=0).max()))
         corners = loops.polygon(self._outline(place)[0])[0]
         if not polygons.holds(corners, place.lip):
-            x, y, z = np.round(1e3 * np.array(self.land.centre), 6) + 0.0
-            raise KeyProblem(
-                KEY,
-                f"the centre of {contact}, ({x:.4g}, {y:.4g}, {z:.4g}) mm in {name}, lies beside the reed in "
-                f"{self.file.name}, in plan {1e3 * loops.nearest(self._outline(place)[0], np.array(place.lip)):.4g} mm "
-                f"from its edge ({self._units}): draw both parts in one coordinate system, or strike another face",
-            )
+            away = loops.nearest(self._outline(place)[0], np.array(place.lip))
+            where = f"the centre of {contact}, {_at(self.land.centre)} in {name}, lies beside the reed in"
+            words = f"{where} {self.file.name}, in plan {1e3 * away:.4g} mm from its edge ({self._units})"
+            raise KeyProblem(KEY, f"{words}: draw both parts in one coordinate system, or strike another face")
         return place
 
     def opening(self, found: Placement, rings: int) -> float:
@@ -137,19 +131,14 @@ class PartsAsDrawn:
         land = self.found.land(self.seat.struck_face, found.frame.x)
         gap, below = opening(face_lip(land, 1, rings), found)
         if gap < -ROUND_OFF:
-            raise KeyProblem(
-                KEY,
-                f"the reed in {self.file.name} cuts into {self._contact_words} of {self._name} by "
-                f"{-1e3 * gap:.4g} mm (limit {1e3 * ROUND_OFF:g} mm; {self._units}): move one of the parts in the CAD "
-                "program, or select the face under the reed in seat.contact",
+            words = (
+                f"the reed in {self.file.name} cuts into {self._contact_words} of {self._name} by {-1e3 * gap:.4g} mm"
             )
+            remedy = "move one of the parts in the CAD program, or select the face under the reed in seat.contact"
+            raise KeyProblem(KEY, f"{words} (limit {1e3 * ROUND_OFF:g} mm; {self._units}): {remedy}")
         if (point := cut_by(self.found.shape, self._outline(found), found, below)) is not None:
-            x, y, z = np.round(1e3 * np.array(point), 6) + 0.0
-            raise KeyProblem(
-                KEY,
-                f"{self._name} rises through the reed in {self.file.name} at ({x:.4g}, {y:.4g}, {z:.4g}) mm: "
-                "the parts overlap; move one of them in the CAD program",
-            )
+            words = f"{self._name} rises through the reed in {self.file.name} at {_at(point)}"
+            raise KeyProblem(KEY, f"{words}: the parts overlap; move one of them in the CAD program")
         return max(gap, 0.0)
 
     def contact_at(self, found: Placement, given: object) -> tuple[float, float]:
@@ -204,13 +193,12 @@ class PartsAsDrawn:
         struck = next(face for face in self.found.faces if self.seat.struck_face in face.groups)
         height = float((point - np.array(struck.centre)) @ up)
         inclined = math.acos(min(1.0, float(up @ np.array(self._normal))))
+        reed = f"the reed in {self.file.name}"
         if inclined > STEEPEST:
-            words = (
-                f"is inclined by {math.degrees(inclined):.4g} deg to the reed in {self.file.name} (limit "
-                f"{math.degrees(STEEPEST):g} deg)"
-            )
+            angle, most = math.degrees(inclined), math.degrees(STEEPEST)
+            words = f"is inclined by {angle:.4g} deg to {reed} (limit {most:g} deg)"
         elif (away := height + (self.drawn.thickness or 0.0)) < ROUND_OFF:
-            words = f"looks away from the reed in {self.file.name}, which lies {-1e3 * away:.4g} mm behind it"
+            words = f"looks away from {reed}, which lies {-1e3 * away:.4g} mm behind it"
         else:
             return
         raise KeyProblem("seat.contact", f"{self._name}: {self._contact_words} {words}; {self._facing()}")
@@ -227,11 +215,9 @@ class PartsAsDrawn:
             words = f"{times}, the reed would fit"
         thick = (self.drawn.thickness or 0.0) * self.frame.normal
         sides = np.ptp(np.concatenate([self._corners, self._corners + thick]), axis=0)
-        raise KeyProblem(
-            KEY,
-            f"the parts do not fit together in size: {self._name} measures {_box(self.found.shape.extent)}, "
-            f"the reed in {self.file.name} {_box(sides)}; {words} ({self._units}): export both files in the same unit",
-        )
+        sizes = f"{self._name} measures {_box(self.found.shape.extent)}, the reed in {self.file.name} {_box(sides)}"
+        remedy = f"{words} ({self._units}): export both files in the same unit"
+        raise KeyProblem(KEY, f"the parts do not fit together in size: {sizes}; {remedy}")
 
     @property
     def _units(self) -> str:
@@ -240,24 +226,18 @@ class PartsAsDrawn:
 
     def _facing(self) -> str:
         """Return what to select: the nearest flat faces of the seat that look towards the reed."""
-        faces = sorted(self._towards(), key=lambda each: each[0])
+        faces = []
+        for face in self.found.faces:
+            if face.normal is not None and self.seat.struck_face not in face.groups:
+                point, up = facing_side(self.drawn, face.normal)
+                away = float((np.array(point) - np.array(face.centre)) @ np.array(face.normal))
+                if np.dot(up, face.normal) >= math.cos(STEEPEST) and away > -ROUND_OFF:
+                    centre = ", ".join(f"{1e3 * c:.4g}" for c in np.round(face.centre, 12) + 0.0)
+                    faces.append((away, f"{_number(face)} (centre ({centre}) mm, {1e3 * away:.4g} mm from the reed)"))
         if not faces:
             return "draw both parts in one coordinate system, no flat face of the seat looks towards the reed"
-        words = (
-            f"{_number(face)} (centre ({', '.join(f'{1e3 * c:.4g}' for c in np.round(face.centre, 12) + 0.0)}) mm, "
-            f"{1e3 * away:.4g} mm from the reed)"
-            for away, face in faces[:NEAREST]
-        )
-        return f"select a face that looks towards the reed, the nearest are {', '.join(words)}"
-
-    def _towards(self) -> Iterator[tuple[float, FoundFace]]:
-        for face in self.found.faces:
-            if face.normal is None or self.seat.struck_face in face.groups:
-                continue
-            point, up = facing_side(self.drawn, face.normal)
-            away = float((np.array(point) - np.array(face.centre)) @ np.array(face.normal))
-            if np.dot(up, face.normal) >= math.cos(STEEPEST) and away > -ROUND_OFF:
-                yield away, face
+        nearest = sorted(faces, key=lambda each: each[0])[:NEAREST]
+        return f"select a face that looks towards the reed, the nearest are {', '.join(words for _, words in nearest)}"
 
 
 def open_parts(seat: Drawn, file: Path) -> PartsAsDrawn:
@@ -268,10 +248,8 @@ def open_parts(seat: Drawn, file: Path) -> PartsAsDrawn:
     """
     for path, finding in seat.problems():
         raise KeyProblem(".".join(("seat", *map(str, path))), finding)
-    try:
+    with problem_of("reed.file", GeometryError, drop="Outlined.file = "):
         drawn = outline_in(file, oblique=True)
-    except GeometryError as error:
-        raise KeyProblem("reed.file", str(error).removeprefix("Outlined.file = ")) from None
     try:
         parts = PartsAsDrawn(seat, file, inspect_geometry(seat.geometry()), drawn)
     except (MeshingError, OSError) as error:
@@ -287,6 +265,11 @@ def _points(frame: Frame, places: Any) -> tuple[Vector, Vector]:
 
 def _number(face: FoundFace) -> str:
     return " = ".join(map(str, face.numbers))
+
+
+def _at(point: Any) -> str:
+    """Return a point [m] in words."""
+    return f"({', '.join(f'{each:.4g}' for each in np.round(1e3 * np.array(point), 6) + 0.0)}) mm"
 
 
 def _box(sides: Array) -> str:

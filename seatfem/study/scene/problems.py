@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -61,12 +61,19 @@ class SceneError(ValueError):
         self.problems = problems
 
 
+def scene_error(key: str, message: str, file: Path | None = None, line: int = 0) -> SceneError:
+    """Return the error of one ``key``; ``line``: 0 of the whole file, or where it is not known (`located` finds it)."""
+    return SceneError((Problem(file, line, key, message, tuple(filter(None, key.split(".")))),))
+
+
 def explain(
     error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], file: Path, lines: Mapping[KeyPath, int]
 ) -> tuple[Problem, ...]:
     """Return pydantic's findings in the words of scene files, in the order of the file; of a crowd the first `MOST`."""
     places = [_Place.of(details, model, lines) for details in error.errors(include_url=False)]
-    places = [place for place in places if not _follows(place, places)]
+    elements = {place.path[:length] for place in places for length in range(len(place.path))}
+    # a list may be too short only because of what is wrong with one of its elements
+    places = [each for each in places if not (each.details["type"] == "too_short" and each.path in elements)]
     places.sort(key=lambda place: place.line)
     problems = [Problem(file, place.line, place.key, _message(place, data)) for place in places[:MOST]]
     if len(places) > MOST:
@@ -74,14 +81,6 @@ def explain(
             Problem(file, places[MOST].line, "", f"{len(places) - MOST} more problems from here on; mend these first")
         )
     return tuple(problems)
-
-
-def _follows(place: _Place, found: list[_Place]) -> bool:
-    """Return whether a list is only too short because of what is wrong with one of its elements."""
-    size = len(place.path)
-    return place.details["type"] == "too_short" and any(
-        len(other.path) > size and other.path[:size] == place.path for other in found
-    )
 
 
 @dataclass(frozen=True)
@@ -101,6 +100,10 @@ class _Place:
     @property
     def key(self) -> str:
         return ".".join(str(part) for part in self.path)
+
+    def field(self, key: object) -> FieldInfo | None:
+        """Return a key's field in the table; ``None`` of a key or a table that is not known."""
+        return self.table.model_fields.get(str(key)) if self.table else None
 
     @staticmethod
     def of(details: ErrorDetails, model: type[BaseModel], lines: Mapping[KeyPath, int]) -> _Place:
@@ -130,16 +133,17 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
     written = _written(data, path) if (stated := _written(data, single(path))) is None else stated
     match details["type"]:
         case "extra_forbidden":
-            close = _did_you_mean(str(path[-1]), list(place.known))
+            close = did_you_mean(str(path[-1]), place.known)
             if len(path) > 1 and path[-1] in place.tables:
                 close = f"; it is a table of the scene: write [{path[-1]}] on a line of its own"
             return "unknown key" + (close or f"; known here: {', '.join(place.known)}")
         case "missing":
-            return "required key is missing" + _purpose(place.table, path[-1])
+            field = place.field(path[-1])
+            return "required key is missing" + (f": {field.description}" if field and field.description else "")
         case "union_tag_not_found":
             return "required key is missing"
         case "union_tag_invalid":
-            return _no_kind(context["tag"], context["expected_tags"], place.choices)
+            return _not_one_of(context["tag"], context["expected_tags"], place.choices)
         case "literal_error":
             return _not_one_of(written, context["expected"])
         case "greater_than" if context["gt"] == 0:
@@ -147,7 +151,8 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
         case "greater_than_equal" if context["ge"] == 0:
             return f"{written!r} must be >= 0"
         case "model_type" | "model_attributes_type" | "dict_type":
-            return f"{written!r} is no table; write {_as_table(path)}{_content(place)}"
+            table = f"[{path[-1]}]" if len(path) == 1 else f"{path[-1]} = {{ ... }}"
+            return f"{written!r} is no table; write {table}{_content(place)}"
         case "value_error":
             return str(context["error"])
         case limit if limit in _LIMITS:
@@ -158,56 +163,46 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
 
 def _meant_percent(place: _Place, written: object) -> str:
     """Return a question where a number above 1 stands for a share."""
-    field = place.table.model_fields.get(str(place.path[-1])) if place.table else None
-    is_share = field is not None and any(
-        isinstance(note, BeforeValidator) and note.func is read_number for note in _notes(field)
-    )
+    field = place.field(place.path[-1])
+    is_share = field is not None and reader_of(notes_of(field)) is read_number
     if not is_share or not isinstance(written, int | float) or not 1 <= written < 100:
         return ""
     return f'; did you mean {written:g} %? write {written / 100:g} or "{written:g} %"'
 
 
-def _notes(field: FieldInfo) -> Iterator[object]:
+def notes_of(field: FieldInfo) -> Iterator[object]:
+    """Yield what is annotated to the field, or to one side of `... | None`."""
     yield from field.metadata
     for kind in get_args(field.annotation):
         yield from get_args(kind)[1:] if get_origin(kind) is Annotated else ()
 
 
+def reader_of(notes: Iterable[object]) -> Any:
+    """Return what reads a value as a file has it, as a `ReadQuantity`; ``None`` where it is taken as it is."""
+    return next((note.func for note in notes if isinstance(note, BeforeValidator)), None)
+
+
 def _content(place: _Place) -> str:
     """Return what stands in the table that a key should hold."""
     if len(place.choices) == 1:
-        inlined = getattr(place.choices[0], "inlined", "")
-        return f"; keys: {', '.join(key for key in place.choices[0].model_fields if key != inlined)}"
+        return f"; keys: {', '.join(own_keys(place.choices[0]))}"
     return f"; kinds: {kinds_in_words(place.choices)}" if any(map(kind_of, place.choices)) else ""
 
 
-def _as_table(path: KeyPath) -> str:
-    """Return how a table is written: of the scene itself under its name, others in one line."""
-    return f"[{path[-1]}]" if len(path) == 1 else f"{path[-1]} = {{ ... }}"
-
-
-def _no_kind(tag: object, expected: str, kinds: tuple[type[BaseModel], ...]) -> str:
-    """Return what kinds there are, by groups, and the one that has nearly this name."""
-    names = [kind_of(each) for each in kinds]
-    if not all(getattr(each, "group", "") for each in kinds) or not names:
-        return _not_one_of(tag, expected)
-    return f"{tag!r} is no kind; choose: {kinds_in_words(kinds)}{_did_you_mean(str(tag), names)}"
-
-
-def _not_one_of(written: object, expected: str) -> str:
+def _not_one_of(written: object, expected: str, kinds: tuple[type[BaseModel], ...] = ()) -> str:
+    """Return what options there are, kinds by groups, and the one that has nearly this name."""
+    if kinds and all(getattr(each, "group", "") for each in kinds):
+        words = f"{written!r} is no kind; choose: {kinds_in_words(kinds)}"
+        return words + did_you_mean(str(written), map(kind_of, kinds))
     allowed = expected.replace(" or ", ", ")
-    names = [name.strip().strip("'") for name in allowed.split(",")]
-    return f"{written!r} is not one of {allowed}" + _did_you_mean(str(written), names)
+    names = (name.strip().strip("'") for name in allowed.split(","))
+    return f"{written!r} is not one of {allowed}" + did_you_mean(str(written), names)
 
 
-def _did_you_mean(written: str, known: list[str]) -> str:
-    close = get_close_matches(written, known, n=1, cutoff=ALIKE)
+def did_you_mean(written: str, known: Iterable[str]) -> str:
+    """Return a question for the one among the ``known`` words that has nearly this name; "" where none has."""
+    close = get_close_matches(written, list(known), n=1, cutoff=ALIKE)
     return f"; did you mean {close[0]!r}?" if close else ""
-
-
-def _purpose(table: type[BaseModel] | None, key: object) -> str:
-    field = table.model_fields.get(str(key)) if table else None
-    return f": {field.description}" if field and field.description else ""
 
 
 def _written(data: object, path: KeyPath) -> object:
@@ -238,10 +233,8 @@ def _walk(model: type[BaseModel], location: KeyPath) -> tuple[KeyPath, type[Base
             continue
         if len(tables) == 1:
             table = tables[0]
-        inlined = getattr(table, "inlined", "")
-        if table is not None and inlined and part == inlined:
-            beside = tuple(key for key in table.model_fields if key != inlined)
-            tables = tables_in(table.model_fields[inlined].annotation)
+        if table is not None and part and part == getattr(table, "inlined", ""):
+            beside, tables = tuple(own_keys(table)), tables_in(table.model_fields[str(part)].annotation)
             depth = len(path) + 1
             continue
         field = table.model_fields.get(str(part)) if table else None
@@ -249,6 +242,11 @@ def _walk(model: type[BaseModel], location: KeyPath) -> tuple[KeyPath, type[Base
         named = field is not None and get_origin(field.annotation) is dict
         path = (*path, part)
     return path, table, beside if len(path) == depth else ()
+
+
+def own_keys(table: type[BaseModel]) -> dict[str, FieldInfo]:
+    """Return the table's keys, but for a field whose own keys are written in its place, under its heading."""
+    return {name: field for name, field in table.model_fields.items() if name != getattr(table, "inlined", "")}
 
 
 def tables_in(annotation: object) -> tuple[type[BaseModel], ...]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Final, Literal, Self
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Final, Literal
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import Fraction, KeyProblem, Table, Time, default
+from seatfem.fields import Fraction, KeyProblem, Table, Time, absent, default
 from seatfem.study.scene.measures import LandingChoice, all_measures, judged_names
 from seatfem.units import write_quantity
 
@@ -21,20 +21,13 @@ class Run(Table):
     """What is simulated."""
 
     duration: Time = Field(description="simulated time")
-    time_step: Time | None = Field(
-        None, description="time step; chosen from both bodies where absent", examples=["50 ns"]
-    )
+    time_step: Time | None = absent("time step; chosen from both bodies where absent", examples=["50 ns"])
     filter_width: Time = default("1 us", "width of the moving average behind filtered_peak_force_N")
 
-    @model_validator(mode="after")
-    def _several_steps(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if self.time_step is not None and 2 * self.time_step > self.duration:
-            raise KeyProblem(
-                "time_step",
-                f"{write_quantity(self.time_step, 'time')} must leave at least two steps in "
-                f"{write_quantity(self.duration, 'time')}",
-            )
-        return self
+            step, duration = (write_quantity(time, "time") for time in (self.time_step, self.duration))
+            yield "time_step", f"{step} must leave at least two steps in {duration}"
 
 
 AccuracyLevel = Literal["quick", "standard", "reference"]
@@ -44,14 +37,12 @@ TARGETS: Final[Mapping[AccuracyLevel, str]] = {"quick": "5 %", "standard": "1 %"
 class Accuracy(Table):
     """The accuracy asked for: a target, or the name of one."""
 
-    level: AccuracyLevel | None = Field(None, description="a target by name: quick 5 %, standard 1 %, reference 0.3 %")
+    level: AccuracyLevel | None = absent("a target by name: quick 5 %, standard 1 %, reference 0.3 %")
     target: Fraction = default("1 %", "relative error asked for; or give level")
-    measures: tuple[Measure, ...] = Field(
-        ("impulse", "filtered_peak"), min_length=1, description="results it is asked of"
-    )
-    landing: LandingChoice = Field(
+    measures: tuple[Measure, ...] = default(("impulse", "filtered_peak"), "results it is asked of", min_length=1)
+    landing: LandingChoice = default(
         "hardest",
-        description="the landing on the seat that the measures refer to: the one whose force exceeds the static load "
+        "the landing on the seat that the measures refer to: the one whose force exceeds the static load "
         "most, the first one, or the whole run, static load included",
     )
 

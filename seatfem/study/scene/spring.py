@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Self
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from impact.greens.base import Array
-from seatfem.fields import KeyProblem, Length, Position, ReadQuantity, Stiffness, Table, default
+from seatfem.fields import Length, Position, ReadQuantity, Stiffness, Table, absent, default
 
 if TYPE_CHECKING:
     from seatfem.structures.kinds.structure import Structure
@@ -34,31 +35,24 @@ preload = "5 N"
         "force of all of them together on the closed reed, which lies contact.gap below its undeformed "
         "place; towards the seat",
     )
-    at: Length | None = Field(
-        None,
-        description="where they press, from the root; where no place is given: at the contact, of a ring plate or a "
-        "disc spread around its mean circle, of a ball through its centre",
+    at: Length | None = absent(
+        "where they press, from the root; where no place is given: at the contact, of a ring plate or a "
+        "disc spread around its mean circle, of a ball through its centre"
     )
-    points: tuple[tuple[Position, Position], ...] | None = Field(
-        None,
+    points: tuple[tuple[Position, Position], ...] | None = absent(
+        "of a plate, a spring each: places along and across it, from the centre of its contact",
         min_length=1,
         max_length=MOST,
-        description="of a plate, a spring each: places along and across it, from the centre of its contact",
     )
-    number: int | None = Field(
-        None, strict=True, ge=1, le=MOST, description="of a plate: springs on a circle, the first on the x axis"
-    )
-    radius: Length | None = Field(None, description="of that circle, about the centre of the plate's contact")
+    number: int | None = absent("of a plate: springs on a circle, the first on the x axis", strict=True, ge=1, le=MOST)
+    radius: Length | None = absent("of that circle, about the centre of the plate's contact")
 
-    @model_validator(mode="after")
-    def _one_way_to_place_them(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if (self.number is None) != (self.radius is None):
             missing = "number" if self.number is None else "radius"
-            raise KeyProblem(missing, "required key is missing: springs on a circle have number and radius")
-        keys = [key for key in ("at", "points", "number") if getattr(self, key) is not None]
-        if len(keys) > 1:
-            raise KeyProblem(keys[1], f"{keys[0]} is given too; keep one")
-        return self
+            yield missing, "required key is missing: springs on a circle have number and radius"
+        if len(keys := self.given_keys("at", "points", "number")) > 1:
+            yield keys[1], f"{keys[0]} is given too; keep one"
 
     @property
     def places(self) -> Array | None:

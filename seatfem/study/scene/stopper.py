@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from pydantic import Field, SerializerFunctionWrapHandler, create_model, model_serializer, model_validator
 
-from seatfem.fields import Angle, Gap, KeyProblem, Length, Position, Table, default, one_of
+from seatfem.fields import Angle, Gap, Length, Position, Table, absent, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.rings import MOST_PORTS, MOST_RINGS, Division
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
@@ -31,7 +31,6 @@ class Stopper(Table):
     """
 
     inlined: ClassVar[str] = "body"
-    """The field whose keys stand in this table itself."""
 
     sample: ClassVar[str] = """
 kind = "spring"
@@ -39,25 +38,21 @@ stiffness = "20 N/um"
 gap = "1.5 mm"
 """
 
-    gap: Gap | None = Field(
-        None, description="distance from the undeformed reed to the stopper, on the side away from the seat"
+    gap: Gap | None = absent("distance from the undeformed reed to the stopper, on the side away from the seat")
+    lift: Position | None = absent(
+        "instead of gap: travel of the reed from the seat to the stopper; the reed on its seat lies "
+        "contact.gap below its undeformed place, so that gap = lift - contact.gap"
     )
-    lift: Position | None = Field(
-        None,
-        description="instead of gap: travel of the reed from the seat to the stopper; the reed on its seat lies "
-        "contact.gap below its undeformed place, so that gap = lift - contact.gap",
-    )
-    at: Length | None = Field(None, description="position on the reed, from its root; that of the contact where absent")
-    arcs: int | None = Field(
-        None,
+    at: Length | None = absent("position on the reed, from its root; that of the contact where absent")
+    arcs: int | None = absent(
+        "segments of its face, each with its own contact, for a reed that is a plate: of the flat ring or "
+        "disc that is struck, of the faces of cad and mesh, or, of a stopper without a face such as a spring, of the "
+        "reed's contact face; 32 where rings or a tilt are given, else the stopper is struck as a whole",
         strict=True,
         ge=1,
         le=MOST_PORTS,
-        description="segments of its face, each with its own contact, for a reed that is a plate: of the flat ring or "
-        "disc that is struck, of the faces of cad and mesh, or, of a stopper without a face such as a spring, of the "
-        "reed's contact face; 32 where rings or a tilt are given, else the stopper is struck as a whole",
     )
-    rings: int = Field(1, strict=True, ge=1, le=MOST_RINGS, description="parts across each of its segments")
+    rings: int = default(1, "parts across each of its segments", strict=True, ge=1, le=MOST_RINGS)
     tilt: Angle = default("0 deg", "between the stopper's plane and the undeformed reed; gap is then the smallest")
     tilt_axis: Angle = default("0 deg", "direction about which it is tilted, as contact.tilt_axis")
     law: _Law = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
@@ -78,42 +73,28 @@ gap = "1.5 mm"
         own: dict[str, Any] = dict(handler(self))
         return {**own.pop("body", {}), **own}
 
-    @model_validator(mode="after")
-    def _gap_or_lift(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if self.gap is None and self.lift is None:
             words = type(self).model_fields["gap"].description
-            raise KeyProblem("gap", f"required key is missing: {words}; or give lift, from the seat")
+            yield "gap", f"required key is missing: {words}; or give lift, from the seat"
         if self.gap is not None and self.lift is not None:
-            raise KeyProblem("lift", "gap is given too; keep one of the two")
+            yield "lift", "gap is given too; keep one of the two"
         if self.lift is not None and self.lift <= 0:
-            raise KeyProblem(
-                "lift", f"{1e3 * self.lift:g} mm: the stopper would lie below the seat; it must be more than 0 mm"
-            )
-        return self
+            yield "lift", f"{1e3 * self.lift:g} mm: the stopper would lie below the seat; it must be more than 0 mm"
+        if (self.arcs or 1) * self.rings > MOST_PORTS:
+            yield "arcs", f"{self.arcs} segments in {self.rings} rings are more than {MOST_PORTS}: take fewer"
+        if abs(self.tilt) > STEEPEST:
+            yield "tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg"
+        if self.tilt and self.arcs == 1:
+            yield "arcs", "a single contact point has only a mean gap, tilt needs several: remove one key"
+        if self.body.motion:
+            yield self.body.motion, "a stopper is at rest; remove the key, or strike with the body"
 
     @property
     def parts(self) -> Division:
         """Return the parts into which its face is divided."""
         many = self.arcs or (USUAL_ARCS if self.tilt or self.rings > 1 else 1)
         return Division(min(many, MOST_PORTS // self.rings), self.rings)
-
-    @model_validator(mode="after")
-    def _in_parts(self) -> Self:
-        if (self.arcs or 1) * self.rings > MOST_PORTS:
-            raise KeyProblem(
-                "arcs", f"{self.arcs} segments in {self.rings} rings are more than {MOST_PORTS}: take fewer"
-            )
-        if abs(self.tilt) > STEEPEST:
-            raise KeyProblem("tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg")
-        if self.tilt and self.arcs == 1:
-            raise KeyProblem("arcs", "a single contact point has only a mean gap, tilt needs several: remove one key")
-        return self
-
-    @model_validator(mode="after")
-    def _at_rest(self) -> Self:
-        if self.body.motion:
-            raise KeyProblem(self.body.motion, "a stopper is at rest; remove the key, or strike with the body")
-        return self
 
 
 def stopper_of(kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...]) -> type[Stopper]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Final, Self
+from typing import Annotated, Final
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from impact.life.curves import Curve, LifeError, basquin, tabled
 from impact.life.strength import Strength
@@ -21,7 +22,10 @@ from seatfem.fields import (
     Speed,
     Table,
     Temperature,
+    absent,
+    default,
     of_same_names,
+    problem_of,
 )
 from seatfem.structures.formats.columns import ColumnsError, read_columns
 from seatfem.study.scene.load import load_table
@@ -33,42 +37,32 @@ Count = Annotated[float, Field(gt=0)]
 class CurveTable(Table):
     """Stress amplitude against cycles: a knee with slopes, or points."""
 
-    knee_stress: Pressure | None = Field(None, description="amplitude at the knee")
-    knee_cycles: Count | None = Field(None, description="cycles at the knee")
-    slope: float | None = Field(None, ge=1, le=1000, description="k above the knee, N ~ S^-k")
-    second_slope: float | None = Field(
-        None, gt=0, description="below the knee; 2k - 1 (Haibach) where nothing is stated"
+    knee_stress: Pressure | None = absent("amplitude at the knee")
+    knee_cycles: Count | None = absent("cycles at the knee")
+    slope: float | None = absent("k above the knee, N ~ S^-k", ge=1, le=1000)
+    second_slope: float | None = absent("below the knee; 2k - 1 (Haibach) where nothing is stated", gt=0)
+    endurance_limit: bool = default(False, "whether amplitudes below the knee do no damage at all")
+    points: tuple[tuple[Pressure, Count], ...] = default((), "instead of the knee: [amplitude, cycles], falling")
+    file: ExistingFile | None = absent(
+        "instead of points: CSV with the header `stress [MPa],cycles`, amplitudes that fall"
     )
-    endurance_limit: bool = Field(False, description="whether amplitudes below the knee do no damage at all")
-    points: tuple[tuple[Pressure, Count], ...] = Field(
-        (), description="instead of the knee: [amplitude, cycles], falling"
-    )
-    file: ExistingFile | None = Field(
-        None, description="instead of points: CSV with the header `stress [MPa],cycles`, amplitudes that fall"
-    )
-    scatter: float | None = Field(None, ge=0, description="standard deviation of log10 N")
-    survival: Fraction = Field(0.5, description="share of specimens that survive the curve as it is stated")
+    scatter: float | None = absent("standard deviation of log10 N", ge=0)
+    survival: Fraction = default(0.5, "share of specimens that survive the curve as it is stated")
 
-    @model_validator(mode="after")
-    def _one_of_both(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         knee = {key: getattr(self, key) for key in ("knee_stress", "knee_cycles", "slope")}
         if self.points and self.file is not None:
-            raise KeyProblem("file", "points are given too; keep one of the two")
+            yield "file", "points are given too; keep one of the two"
         measured, key = self.points or self.file, "points" if self.points else "file"
         if measured and (any(knee.values()) or self.second_slope or self.endurance_limit):
-            raise KeyProblem(key, "a curve is given by a knee and slopes or by points; give one of them")
+            yield key, "a curve is given by a knee and slopes or by points; give one of them"
         if missing := [key for key, value in knee.items() if value is None and not measured]:
-            raise KeyProblem(
-                missing[0],
-                f"a curve needs knee_stress, knee_cycles and slope, or points; missing: {', '.join(missing)}",
-            )
+            words = f"a curve needs knee_stress, knee_cycles and slope, or points; missing: {', '.join(missing)}"
+            yield missing[0], words
         if self.endurance_limit and self.second_slope:
-            raise KeyProblem("second_slope", "an endurance limit leaves no second slope; state one of them")
-        try:
+            yield "second_slope", "an endurance limit leaves no second slope; state one of them"
+        with problem_of(key, LifeError, ColumnsError):
             _ = self.curve
-        except (LifeError, ColumnsError) as problem:
-            raise KeyProblem(key, str(problem)) from None
-        return self
 
     @cached_property
     def curve(self) -> Curve:
@@ -91,31 +85,27 @@ class StrengthTable(Table):
     """A material's fatigue strength, with its source. What nobody measured is left out."""
 
     source: Source = Field(description="citation of the numbers: report, standard, data sheet, page")
-    grade: str = Field("", description="of the material")
-    direction: str = Field("", description="of loading, as against rolling")
-    thickness: Length | None = Field(None, description="of the specimens")
-    temperature: Temperature | None = Field(None, description="of the tests")
-    specimens: int | None = Field(None, gt=0, description="their number")
-    ultimate: Pressure | None = Field(None, description="tensile strength: goodman, gerber")
-    fatigue_strength: Pressure | None = Field(None, description="coefficient sf': morrow")
-    walker_exponent: float | None = Field(None, gt=0, le=1, description="gamma: walker")
-    loading_ratio: float = Field(-1.0, lt=1, description="smin/smax of the curve")
-    curve: CurveTable | None = Field(None, description="amplitude against cycles: every life")
-    torsion_limit: Pressure | None = Field(
-        None, description="fully reversed shear t-1: crossland, dang_van, papadopoulos"
-    )
-    bending_limit: Pressure | None = Field(None, description="fully reversed bending f-1: the same")
-    limit_cycles: Count | None = Field(None, description="N of the two limits")
-    impact_velocity: Speed | None = Field(None, description="largest speed of closing allowed")
+    grade: str = default("", "of the material")
+    direction: str = default("", "of loading, as against rolling")
+    thickness: Length | None = absent("of the specimens")
+    temperature: Temperature | None = absent("of the tests")
+    specimens: int | None = absent("their number", gt=0)
+    ultimate: Pressure | None = absent("tensile strength: goodman, gerber")
+    fatigue_strength: Pressure | None = absent("coefficient sf': morrow")
+    walker_exponent: float | None = absent("gamma: walker", gt=0, le=1)
+    loading_ratio: float = default(-1.0, "smin/smax of the curve", lt=1)
+    curve: CurveTable | None = absent("amplitude against cycles: every life")
+    torsion_limit: Pressure | None = absent("fully reversed shear t-1: crossland, dang_van, papadopoulos")
+    bending_limit: Pressure | None = absent("fully reversed bending f-1: the same")
+    limit_cycles: Count | None = absent("N of the two limits")
+    impact_velocity: Speed | None = absent("largest speed of closing allowed")
 
-    @model_validator(mode="after")
-    def _possible(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         try:
             _ = self.strength
         except LifeError as problem:
             key, _, words = str(problem).removeprefix("strength.").partition(": ")
             raise KeyProblem(key, words) from None
-        return self
 
     @cached_property
     def strength(self) -> Strength:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Self
+from collections.abc import Iterator
+from typing import ClassVar
 
-from pydantic import Field, model_validator
-
-from seatfem.fields import Gap, KeyProblem, Position, Table, Time, default
+from seatfem.fields import Gap, KeyProblem, Position, Table, Time, absent, default
 from seatfem.units import write_quantity
 
 MOST = 100
@@ -23,61 +22,50 @@ distance = "0.2 mm"
 frames = 40
 """
 
-    points: tuple[tuple[Position, Position, Position], ...] = Field(
+    points: tuple[tuple[Position, Position, Position], ...] = default(
         (),
-        max_length=MOST,
-        description="named places x, y, z in the seat's own coordinates, whose histories are kept; of a body of "
+        "named places x, y, z in the seat's own coordinates, whose histories are kept; of a body of "
         "revolution about z that is struck all around the angle does not matter",
+        max_length=MOST,
     )
-    surface: bool = Field(
-        True, strict=True, description="whether the whole surface is searched for the largest; else only the points"
+    surface: bool = default(
+        True, "whether the whole surface is searched for the largest; else only the points", strict=True
     )
     distance: Gap = default(
-        "0.2 mm",
-        "from sharp inner corners and the rim of clamped faces, within which no stress is reported",
+        "0.2 mm", "from sharp inner corners and the rim of clamped faces, within which no stress is reported"
     )
-    struck: bool = Field(
+    struck: bool = default(
         True,
-        strict=True,
-        description="whether the surface includes the struck face and its neighbourhood within distance, where a "
+        "whether the surface includes the struck face and its neighbourhood within distance, where a "
         "coarse mesh is unreliable and the stress at a rigid rim has no limit",
+        strict=True,
     )
     apart: Gap = default("1 mm", "within which the largest of the stress is one hot spot")
-    frames: int = Field(
+    frames: int = default(
         0,
+        "of the stress wave on the seat, and on the faces of a reed that is a plate: stress_wave.gif and "
+        ".png, reed_stress_wave.gif and .png, for ParaView seat_stress.pvd and reed_stress.pvd; 0: none",
         ge=0,
         le=MOST_FRAMES,
-        description="of the stress wave on the seat, and on the faces of a reed that is a plate: stress_wave.gif and "
-        ".png, reed_stress_wave.gif and .png, for ParaView seat_stress.pvd and reed_stress.pvd; 0: none",
     )
-    frames_from: Time | None = Field(
-        None, description="time of their first; absent: the first touch; of a reed a little before it"
-    )
-    frames_until: Time | None = Field(
-        None,
-        description="time of their last; absent: when shear waves have gone along the seat twice; of a reed a little "
-        "after its first contact",
+    frames_from: Time | None = absent("time of their first; absent: the first touch; of a reed a little before it")
+    frames_until: Time | None = absent(
+        "time of their last; absent: when shear waves have gone along the seat twice; of a reed a little "
+        "after its first contact"
     )
 
-    @model_validator(mode="after")
-    def _somewhere(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if not self.surface and not self.points:
-            raise KeyProblem("points", "no point is named and surface = false: name one, or remove the table")
+            yield "points", "no point is named and surface = false: name one, or remove the table"
         if not self.frames and (idle := [key for key in ("frames_from", "frames_until") if getattr(self, key)]):
-            raise KeyProblem(idle[0], "there are no frames: state their number, or remove the key")
+            yield idle[0], "there are no frames: state their number, or remove the key"
         if self.frames_from and self.frames_until and self.frames_from >= self.frames_until:
-            raise KeyProblem(
-                "frames_until",
-                f"{write_quantity(self.frames_until, 'time')} must be later than frames_from = "
-                f"{write_quantity(self.frames_from, 'time')}",
-            )
-        return self
+            last, first = (write_quantity(time, "time") for time in (self.frames_until, self.frames_from))
+            yield "frames_until", f"{last} must be later than frames_from = {first}"
 
     def check(self, duration: float) -> None:
         """Raise `KeyProblem` for frames that lie beyond the run, ``duration`` [s]."""
-        for key in ("frames_from", "frames_until"):
-            if (time := getattr(self, key)) is not None and time > duration:
-                raise KeyProblem(
-                    key,
-                    f"{write_quantity(time, 'time')} must be at most run.duration = {write_quantity(duration, 'time')}",
-                )
+        for key in self.given_keys("frames_from", "frames_until"):
+            if (time := getattr(self, key)) > duration:
+                stated, most = (write_quantity(each, "time") for each in (time, duration))
+                raise KeyProblem(key, f"{stated} must be at most run.duration = {most}")

@@ -6,7 +6,6 @@ import re
 import textwrap
 import tomllib
 from collections.abc import Mapping
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final, get_origin
 
@@ -15,11 +14,11 @@ from pydantic.fields import FieldInfo
 
 from seatfem.fields import kind_of, kinds_in_words
 from seatfem.structures.kinds import Structure, kinds_of
-from seatfem.study.scene.keys import as_toml, default_of, holds, own_keys
+from seatfem.study.scene.keys import as_toml, default_of, holds
 from seatfem.study.scene.laws import laws
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.models import Scene
-from seatfem.study.scene.problems import ALIKE, tables_in
+from seatfem.study.scene.problems import did_you_mean, own_keys, tables_in
 
 WIDE: Final = 118  # characters
 AT: Final = 40  # where comments begin
@@ -47,13 +46,11 @@ def scene_template(name: str, *, file: str = "scene.toml") -> str:
         name: of any kind that `[seat]` and `[reed]` take; it stands where it usually does.
         file: what the comments call the scene.
 
-    Raises:
-        NoTemplate: there is no such kind.
+    Raises `NoTemplate`: there is no such kind.
     """
     kinds = {kind_of(each): each for each in kinds_of()}
     if name not in kinds:
-        close = get_close_matches(name, kinds, n=1, cutoff=ALIKE)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
+        hint = did_you_mean(name, kinds)
         raise NoTemplate(f"kind: {name!r} is no kind; choose: {kinds_in_words(kinds_of())}{hint}")
     kind, other = kinds[name], kinds[kinds[name].sample_opposite]
     seat, reed = (other, kind) if kind.sample_motion else (kind, other)
@@ -98,12 +95,13 @@ def table_lines(
     """
     keys = {key: field for key, field in own_keys(table).items() if key not in leave}
     lines = [line for key in given for line in _key(key, given[key], keys[key])]
-    plain = {key: field for key, field in keys.items() if key not in given and not _is_table(field)}
-    lines += [line for key, field in plain.items() for line in _key(key, None, field)]
+    blocks = []
     for key, field in keys.items():
-        if key not in given and key not in plain:
-            lines += _block(f"{of}.{key}" if of else key, field, beside)
-    return lines
+        if key not in given and tables_in(field.annotation) and not isinstance(field.default, str):
+            blocks += _block(f"{of}.{key}" if of else key, field, beside)
+        elif key not in given:
+            lines += _key(key, None, field)
+    return lines + blocks
 
 
 def _block(name: str, field: FieldInfo, beside: Stated | None) -> list[str]:
@@ -113,20 +111,15 @@ def _block(name: str, field: FieldInfo, beside: Stated | None) -> list[str]:
     header = f"[[{name}]]" if several else f"[{name}]"
     table = next((each for each in tables_in(field.annotation) if getattr(each, "sample", "")), None)
     if table is None or beside is None or get_origin(field.annotation) is dict:
-        return [f"#   {line}" for line in textwrap.wrap(f"{header}: {words}", WIDE - 4)]
+        return _comment(f"{header}: {words}")
     sample, keys = tomllib.loads(str(table.sample)), own_keys(table)  # type: ignore[attr-defined]
-
-    def told(key: str) -> str:
-        return (keys[key].description or "") if key in keys else ""
-
     if not _is_scene(beside, name, [sample] if several else sample):
-        return [
-            f"#   {line}" for line in textwrap.wrap(f"{header}, not together with the keys above: {words}", WIDE - 4)
-        ]
+        return _comment(f"{header}, not together with the keys above: {words}")
     lines = _commented(f"# {header}", words)
-    lines += [line for key, value in sample.items() for line in _commented(f"# {key} = {as_toml(value)}", told(key))]
+    for key, value in sample.items():
+        lines += _commented(f"# {key} = {as_toml(value)}", (keys[key].description or "") if key in keys else "")
     if more := ", ".join(key for key in keys if key not in sample and key != "kind"):
-        lines += [f"#   {line}" for line in textwrap.wrap(f"other keys: {more}", WIDE - 4)]
+        lines += _comment(f"other keys: {more}")
     return [f"# # {line[4:]}" if line.startswith("#   ") else line for line in lines]  # comments once # are taken away
 
 
@@ -145,9 +138,8 @@ def _is_scene(stated: Stated, name: str, table: object) -> bool:
 
 
 def _key(key: str, value: object, field: FieldInfo) -> list[str]:
-    if value is not None:
-        return _commented(f"{key} = {as_toml(value)}", field.description or "")
-    return _commented(f"# {key} = {_example(field)}", field.description or "")
+    written = f"# {key} = {_example(field)}" if value is None else f"{key} = {as_toml(value)}"
+    return _commented(written, field.description or "")
 
 
 def _example(field: FieldInfo) -> str:
@@ -157,16 +149,9 @@ def _example(field: FieldInfo) -> str:
     if field.examples and isinstance(field.examples[0], str):
         return as_toml(field.examples[0])
     words = holds(field)
-    examples = re.findall("`([^`]+)`", words)
-    return (
-        examples[0]
-        if examples
-        else _SPOKEN.get(words, f"[{_SPOKEN.get(words.removeprefix('list of ').rstrip('s'), '')}]")
-    )
-
-
-def _is_table(field: FieldInfo) -> bool:
-    return bool(tables_in(field.annotation)) and not isinstance(field.default, str)
+    if examples := re.findall("`([^`]+)`", words):
+        return str(examples[0])
+    return _SPOKEN.get(words, f"[{_SPOKEN.get(words.removeprefix('list of ').rstrip('s'), '')}]")
 
 
 def _commented(text: str, words: str) -> list[str]:
@@ -176,4 +161,8 @@ def _commented(text: str, words: str) -> list[str]:
         return [text]
     if len(text) <= AT - 2 and AT + 2 + len(words) <= WIDE:
         return [f"{text:<{AT}}# {words}"]
-    return [*(f"#   {line}" for line in textwrap.wrap(words, WIDE - 4)), text]
+    return [*_comment(words), text]
+
+
+def _comment(words: str) -> list[str]:
+    return [f"#   {line}" for line in textwrap.wrap(words, WIDE - 4)]

@@ -81,8 +81,7 @@ class Ahead:
 def ahead_of_many(study: Study, file: Path | None = None) -> Ahead:
     """Return what a study of more than `LOOKED_AT` scenes would take, by so many of them, drawn.
 
-    Raises:
-        SceneError: what is wrong with one of these; also what `ahead` raises.
+    Raises `SceneError`: what is wrong with one of these; also what `ahead` raises.
     """
     count = study.number_of_scenes
     drawn = np.random.default_rng(study.seed).choice(count, LOOKED_AT, replace=False) + 1

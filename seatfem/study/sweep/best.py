@@ -59,13 +59,10 @@ class Optimum:
     @cached_property
     def is_told_apart(self) -> bool:
         """Return whether the best two, both within all limits, differ by more than their error bars."""
-        met = [each for each in self.confirmed if violation(each, self.goal) == 0]
-        if len(met) < 2:
-            return True
-        values, bars = zip(
-            *((each.value(self.goal.measure), _bar(each, self.goal.measure)) for each in met), strict=True
-        )
-        return not abs(values[0] - values[1]) <= sum(bar for bar in bars[:2] if math.isfinite(bar))
+        measure = self.goal.measure
+        met = [each for each in self.confirmed if violation(each, self.goal) == 0][:2]
+        bars = [bar for each in met if math.isfinite(bar := _bar(each, measure))]
+        return len(met) < 2 or not abs(met[0].value(measure) - met[1].value(measure)) <= sum(bars)
 
     def left_out_in_words(self) -> str:
         """Return how many scenes of the search did not land or were cut off, and so are no optimum; "" of none."""
@@ -76,33 +73,30 @@ class Optimum:
     def table(self, of: Sequence[Found]) -> StudyTable:
         """Return a row for each point: values, measures, error bars, the margin of each limit, what became of it."""
         measures = tuple(dict.fromkeys((*self.goal.measures, *self.study.outputs.asked())))
-        results = table_of(
-            self.study, [each.case for each in of], {each.case.key: each.outcome for each in of}, measures
-        )
+        outcomes = {each.case.key: each.outcome for each in of}
+        results = table_of(self.study, [each.case for each in of], outcomes, measures)
         margins = {
-            f"margin of {each}": [None if math.isnan(m := each.margin(one.value(each.measure))) else m for one in of]
-            for each in self.goal.constraints
+            f"margin of {limit}": [
+                None if math.isnan(m := limit.margin(each.value(limit.measure))) else m for each in of
+            ]
+            for limit in self.goal.subject_to
         }
         return replace(results, columns={**results.columns, **margins})
 
     def as_json(self) -> dict[str, Any]:
         """Return the best point, how it stands to the limits, and how it was found."""
-        limits = [
-            {
-                "constraint": str(each),
-                "margin": _known(margin := each.margin(self.best.value(each.measure))),
-                "error_bar": _known(bar := _bar(self.best, each.measure)),
-                "holds": bool(each.holds(margin, bar)),
-            }
-            for each in self.goal.constraints
-        ]
+        best, limits = self.best, []
+        bars = {name: _bar(best, name) for name in self.goal.measures}
+        for limit in self.goal.subject_to:
+            margin, bar = limit.margin(best.value(limit.measure)), bars[limit.measure]
+            found = {"margin": _known(margin), "error_bar": _known(bar), "holds": bool(limit.holds(margin, bar))}
+            limits.append({"constraint": str(limit), **found})
         return {
             "words": self.in_words(),
             "met": self.is_met,
-            "keys": changes_at(self.study, self.best.point),
+            "keys": changes_at(self.study, best.point),
             "measures": {
-                name: {"value": _known(self.best.value(name)), "error_bar": _known(_bar(self.best, name))}
-                for name in self.goal.measures
+                name: {"value": _known(best.value(name)), "error_bar": _known(bar)} for name, bar in bars.items()
             },
             "constraints": limits,
             "told_apart": self.is_told_apart,
@@ -120,14 +114,13 @@ class Optimum:
             return f"no optimum: the best points could not be confirmed: {why}"
         goal, best = self.goal, self.best
         where = ", ".join(f"{key} = {_short(value)}" for key, value in changes_at(self.study, best.point).items())
-        limits = [f"{name} = {_with_bar(best, name)} ({each})" for each in goal.constraints for name in (each.measure,)]
-        words = (
-            f"{'least' if goal.minimise else 'greatest'} {goal.measure} = {_with_bar(best, goal.measure)} at {where}"
-        )
+        limits = [f"{name} = {_with_bar(best, name)} ({each})" for each in goal.subject_to for name in (each.measure,)]
+        extreme = "least" if goal.minimise else "greatest"
+        words = f"{extreme} {goal.measure} = {_with_bar(best, goal.measure)} at {where}"
         words += f", with {', '.join(limits)}" if limits else ""
         if not self.is_met:
             words = f"no point within all limits was found; the nearest has {words.split(' ', 1)[1]}"
-        elif any(each.margin(best.value(each.measure)) < 0 for each in goal.constraints):
+        elif any(each.margin(best.value(each.measure)) < 0 for each in goal.subject_to):
             words += "; a limit is exceeded, but by less than its error bar"
         if not self.is_told_apart:
             words += "; the second best differs by less than the error bars"
@@ -146,16 +139,15 @@ def draw_search(found: Optimum, path: Path) -> str:
 def goal_of(study: Study) -> Optimise:
     """Return what is sought. Raises `StudyError` for a study without [optimise]."""
     if study.optimise is None:
-        raise StudyError(
-            "optimise: required table is missing: minimise or maximise = a key of summary.json, subject_to"
-        )
+        words = "required table is missing: minimise or maximise = a key of summary.json, subject_to"
+        raise StudyError(f"optimise: {words}")
     return study.optimise
 
 
 def violation(found: Found, goal: Optimise) -> float:
     """Return the relative violation of the limits not kept up to the error bars; infinite without numbers."""
     total = 0.0
-    for each in goal.constraints:
+    for each in goal.subject_to:
         margin = each.margin(found.value(each.measure))
         if not each.holds(margin, _bar(found, each.measure)):
             total += math.inf if math.isnan(margin) else -margin / (abs(each.limit) or 1.0)

@@ -116,14 +116,17 @@ def cases_of(
         try:
             cases.append(builder.case(number, changed))
         except (SceneError, RunError) as error:
-            for problem in _problems(error, study):
-                which = f"scene {number} of {count}"
-                of_study = _in_the_study(problem, changed, which)
+            whole = (Problem(study.scene, 0, "run.time_step", str(error)),)
+            for problem in error.problems if isinstance(error, SceneError) else whole:
+                of_study = _in_the_study(problem, changed, f"scene {number} of {count}")
                 problems.setdefault(of_study.key, of_study)
                 wrong[of_study.key] += 1
+    for key, problem in problems.items():
+        if others := wrong[key] - 1:
+            message = f"{problem.message}; {others} more scene{'s'[: others > 1]} alike"
+            problems[key] = replace(problem, message=message)
     if problems:
-        failure = SceneError(tuple(_with_others(problem, wrong[key] - 1) for key, problem in problems.items()))
-        raise failure if file is None else located(failure, file)
+        raise located(SceneError(tuple(problems.values())), file)
     return cases
 
 
@@ -136,15 +139,10 @@ def _key(asked: object, rounds: int) -> str:
     return content_key({"asked": asked, "rounds": rounds, "program": code_version()})[:32]
 
 
-def _problems(error: SceneError | RunError, study: Study) -> tuple[Problem, ...]:
-    if isinstance(error, SceneError):
-        return error.problems
-    return (Problem(study.scene, 0, "run.time_step", str(error)),)
-
-
 def _in_the_study(problem: Problem, changed: Changes, which: str) -> Problem:
     """Return a problem of a key that varies, with its value, at its place in the study; others as in the scene."""
-    touching = [key for key in changed if _within(problem.key, key) or _within(key, problem.key)]
+    own = f"{problem.key}."
+    touching = [key for key in changed if own.startswith(f"{key}.") or f"{key}.".startswith(own)]
     if not touching:
         varied = ", ".join(f"{key} = {value!r}" for key, value in changed.items())
         return replace(problem, message=f"{problem.message} ({which}: {varied})")
@@ -153,20 +151,11 @@ def _in_the_study(problem: Problem, changed: Changes, which: str) -> Problem:
     return Problem(None, 0, f"vary.{key}", f"{which}, {key} = {changed[key]!r}: {problem.message}", path)
 
 
-def _within(key: str, table: str) -> bool:
-    return key == table or key.startswith(f"{table}.")
-
-
-def _with_others(problem: Problem, others: int) -> Problem:
-    message = f"{problem.message}; {others} more scene{'s'[: others > 1]} alike"
-    return replace(problem, message=message) if others else problem
-
-
 def columns_of(cases: list[Case], study: Study) -> Mapping[str, list[object]]:
     """Return the values of each key by scene: numbers in the unit of the key, else as they are."""
     columns: dict[str, list[object]] = {}
     for key, variation in study.vary.items():
-        texts = isinstance(variation, Listed) and not variation.numbers()
+        texts = isinstance(variation, Listed) and not variation.quantities()
         values = [case.changed[key] for case in cases]
         name = f"{key} [{variation.unit}]" if variation.unit else key
         columns[name] = [str(value) if texts else number_and_unit(value)[0] for value in values]

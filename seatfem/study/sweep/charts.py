@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -24,6 +24,7 @@ MOST: Final = 6  # rows or columns of panels: the first ones are shown
 LABELS: Final = 8  # of scenes on a front
 FOOT: Final = 0.03  # of a panel's height, where scenes that do not count are marked
 HOLLOW: Final = " (hollow)"
+PER_ROW: Final = 3
 FEW: Final = 60  # scenes whose error bars are drawn
 
 
@@ -34,11 +35,24 @@ def _titled(figure: Figure, table: StudyTable, what: str, mark: str = "") -> Non
         figure.supxlabel(f"{out}{mark}", fontsize=7.5)
 
 
+def grid_of(figure: Figure, count: int, **sharing: Any) -> list[Axes]:
+    """Return so many panels in rows of `PER_ROW`, row by row; what is left of the last row stays empty."""
+    columns = min(count, PER_ROW)
+    panels = list(figure.subplots(math.ceil(count / columns), columns, squeeze=False, **sharing).flat)
+    for axes in panels[count:]:
+        axes.set_axis_off()
+    return panels[:count]
+
+
+def size_of(count: int) -> tuple[int, int]:
+    """Return the columns and rows of so many panels."""
+    return min(count, PER_ROW), math.ceil(count / PER_ROW)
+
+
 def draw_effects(table: StudyTable, effects: Sequence[Effect], path: Path) -> None:
     """Draw a panel for each parameter (columns) and measure (rows): every scene, and the mean with its standard error.
 
-    Raises:
-        PictureError: matplotlib is missing; as all functions here.
+    Raises `PictureError`: matplotlib is missing; as all functions here.
     """
     parameters = list(dict.fromkeys(each.parameter for each in effects))[:MOST]
     measures = list(dict.fromkeys(each.measure for each in effects))[:MOST]
@@ -94,40 +108,34 @@ def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> Non
     """Draw the first-order and total index of each key with its confidence interval, a panel for each measure."""
     shown = found[:MOST]
     places = np.arange(len(table.parameters), dtype=float)
-    columns = min(len(shown), 3)
-    rows = math.ceil(len(shown) / columns)
+    columns, rows = size_of(len(shown))
     with sheet(path, 1.6 + 2.6 * columns, 0.9 + rows * (0.7 + 0.42 * len(places))) as figure:
         _titled(figure, table, f"Sobol indices, {100 * CONFIDENCE:g} % confidence")
-        panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
-        for axes, each in zip(panels.flat, shown, strict=False):
+        panels = grid_of(figure, len(shown), sharex=True, sharey=True)
+        for axes, each in zip(panels, shown, strict=True):
             for off, colour, label, value, interval in (
                 (-0.19, BLUE, "first order", each.first, each.first_interval),
                 (0.19, ORANGE, "total", each.total, each.total_interval),
             ):
-                ends = np.abs(interval - value)
                 axes.barh(places + off, value, 0.36, color=colour, label=label, zorder=2)
-                axes.errorbar(
-                    value, places + off, xerr=ends, linestyle="", color="black", capsize=2, elinewidth=0.8, zorder=3
-                )
+                axes.errorbar(value, places + off, xerr=np.abs(interval - value), linestyle="", color="black",
+                              capsize=2, elinewidth=0.8, zorder=3)  # fmt: skip
             axes.set_title(label_of(each.measure))
             axes.set_yticks(places, table.parameters)
             axes.axvline(0.0, color="black", linewidth=0.7)
             axes.set_xlabel("share of the variance")
-        panels[0, 0].invert_yaxis()
-        for axes in list(panels.flat)[len(shown) :]:
-            axes.set_axis_off()
-        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+        panels[0].invert_yaxis()
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
 
 
 def draw_bands(table: StudyTable, bands: Sequence[Band], path: Path) -> None:
     """Draw the share of scenes below each value, with the percentiles, a panel for each measure."""
     shown = bands[:MOST]
-    columns = min(len(shown), 3)
-    rows = math.ceil(len(shown) / columns)
+    columns, rows = size_of(len(shown))
     with sheet(path, 0.7 + 2.9 * columns, 0.7 + 2.5 * rows) as figure:
         _titled(figure, table, "tolerance bands")
-        panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
-        for axes, band in zip(panels.flat, shown, strict=False):
+        panels = grid_of(figure, len(shown), sharey=True)
+        for axes, band in zip(panels, shown, strict=True):
             count = len(band.sample)
             axes.axvspan(band.at[0], band.at[-1], color=SKY, alpha=0.25, linewidth=0)
             axes.step(band.sample, 100 * (np.arange(count) + 1) / count, where="post", color=BLUE)
@@ -139,35 +147,28 @@ def draw_bands(table: StudyTable, bands: Sequence[Band], path: Path) -> None:
                 axes.annotate(f"{share:g} %: {at:.4g}", (at, share), (7 * side, 0), textcoords="offset points",
                               fontsize=7.5, ha="left" if side > 0 else "right", va="center", zorder=4,
                               bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1})  # fmt: skip
-            axes.set_title(
-                f"{count} scenes" + (f", error bars up to {band.bar:.2g}" if math.isfinite(band.bar) else "")
-            )
+            bars = f", error bars up to {band.bar:.2g}" if math.isfinite(band.bar) else ""
+            axes.set_title(f"{count} scenes{bars}")
             axes.set_xlabel(label_of(band.measure))
             axes.set_ylim(-3, 103)
             axes.locator_params(axis="x", nbins=5)
-        for row in panels:
-            row[0].set_ylabel("scenes below [%]")
-        for axes in list(panels.flat)[len(shown) :]:
-            axes.set_axis_off()
+        for axes in panels[::columns]:
+            axes.set_ylabel("scenes below [%]")
 
 
 def draw_scatter(table: StudyTable, names: Sequence[str], path: Path) -> None:
     """Draw every column against every other, their histograms in the diagonal."""
-    shown = list(names)
-    rows = drawn_rows(table) | (not table.study.is_drawn)
-    rows = rows & table.has_numbers & ~table.left_out
-    data = {name: table.numbers(name)[rows] for name in shown}
-    n = len(shown)
+    rows = (drawn_rows(table) | (not table.study.is_drawn)) & table.has_numbers & ~table.left_out
+    data, n = {name: table.numbers(name)[rows] for name in names}, len(names)
     with sheet(path, 0.8 + 1.6 * n, 0.8 + 1.5 * n) as figure:
-        _titled(figure, table, f"{len(data[shown[0]])} scenes")
+        _titled(figure, table, f"{len(data[names[0]])} scenes")
         panels = figure.subplots(n, n, squeeze=False, sharex="col")
-        for i, below in enumerate(shown):
-            for j, right in enumerate(shown):
+        for i, below in enumerate(names):
+            for j, right in enumerate(names):
                 axes = panels[i, j]
                 if i == j:
-                    axes.hist(
-                        data[right][np.isfinite(data[right])], bins=12, color=SKY, edgecolor="white", linewidth=0.5
-                    )
+                    finite = data[right][np.isfinite(data[right])]
+                    axes.hist(finite, bins=12, color=SKY, edgecolor="white", linewidth=0.5)
                     axes.set_yticks([])
                 else:
                     measured = below in table.measures or right in table.measures
@@ -201,11 +202,7 @@ def draw_front(table: StudyTable, path: Path) -> None:
 
 
 def draw_history(
-    table: StudyTable,
-    goal: Optimise,
-    within: Sequence[bool],
-    confirmed: Sequence[tuple[int, float, float]],
-    path: Path,
+    table: StudyTable, goal: Optimise, within: Sequence[bool], confirmed: Sequence[tuple[int, float, float]], path: Path
 ) -> None:
     """Draw the measure of every scene of a search, the best so far, and the confirmed: number, value, error bar."""
     number, value, inside = table.numbers("scene"), table.values(goal.measure), np.array(within)

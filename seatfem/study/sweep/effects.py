@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
@@ -10,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatfem.study.sweep.table import Columns, StudyTable
-from seatfem.study.trade.trade import pareto_front
 
 Array = NDArray[np.float64]
 MOST_LEVELS: Final = 12  # values of a key that are groups by themselves; more are divided into groups of equal size
@@ -25,13 +26,10 @@ def varying(table: StudyTable) -> list[str]:
     return [name for name in table.parameters if len(set(table.columns[name])) > 1]
 
 
-def told(table: StudyTable) -> list[str]:
+def varying_measures(table: StudyTable) -> list[str]:
     """Return the measures with several values."""
-    return [name for name in table.measures if len(set(table.values(name)[_known(table, name)].tolist())) > 1]
-
-
-def _known(table: StudyTable, name: str) -> NDArray[np.bool_]:
-    return np.isfinite(table.values(name))
+    values = {name: table.values(name) for name in table.measures}
+    return [name for name, each in values.items() if len(set(each[np.isfinite(each)].tolist())) > 1]
 
 
 @dataclass(frozen=True)
@@ -55,8 +53,9 @@ class Effect:
 
 def main_effect(table: StudyTable, parameter: str, measure: str) -> Effect:
     """Return the effect by each value of the parameter, or for many values by groups of neighbours."""
-    known = _known(table, measure)
-    y = table.values(measure)[known]
+    y = table.values(measure)
+    known = np.isfinite(y)
+    y = y[known]
     column = [value for value, counts in zip(table.columns[parameter], known, strict=True) if counts]
     text = table.is_text(parameter)
     values = np.array(column, dtype=object if text else float)
@@ -75,10 +74,10 @@ def main_effect(table: StudyTable, parameter: str, measure: str) -> Effect:
 
 def main_effects(table: StudyTable) -> list[Effect]:
     """Return every parameter's effect on every measure; none for a zip of several keys, which vary together."""
-    parameters = varying(table)
     if table.study.design == "zip" and len(table.parameters) > 1:
         return []
-    return [main_effect(table, parameter, measure) for measure in told(table) for parameter in parameters]
+    pairs = itertools.product(varying_measures(table), varying(table))
+    return [main_effect(table, parameter, measure) for measure, parameter in pairs]
 
 
 def effects_columns(effects: Sequence[Effect]) -> Columns:
@@ -117,7 +116,7 @@ def sobol_indices(table: StudyTable) -> list[Indices]:
     if table.study.design != "sobol_indices" or count is None:
         return []
     indices = []
-    for measure in told(table):
+    for measure in varying_measures(table):
         blocks = table.values(measure).reshape(keys + 2, count)
         whole = np.isfinite(blocks).all(axis=0)
         if whole.sum() > 2:
@@ -136,8 +135,7 @@ def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed:
     """
     from scipy.stats import bootstrap  # takes long to load
 
-    mean = np.mean([first, second])
-    samples = np.array([first, second, *mixed]) - mean
+    samples = np.array([first, second, *mixed]) - np.mean([first, second])
 
     def indices(blocks: NDArray[np.int64], axis: int = -1) -> Array:
         """Return the indices (2 keys, ...) of resampled blocks (..., n)."""
@@ -147,31 +145,24 @@ def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed:
         every = [0.5 * np.mean((a - ab) ** 2, axis=-1) / variance for ab in others]
         return np.array([*one, *every])
 
-    numbers = np.arange(samples.shape[1])
+    numbers, keys = np.arange(samples.shape[1]), len(mixed)
     own = indices(numbers)
     spread = bootstrap(
         (numbers,), indices, n_resamples=RESAMPLES, confidence_level=CONFIDENCE, method="percentile",
         rng=np.random.default_rng(seed), vectorized=True,
     ).confidence_interval  # fmt: skip
-    low, high = np.asarray(spread.low), np.asarray(spread.high)
-    keys = len(mixed)
-    return Indices(
-        measure, own[:keys], own[keys:], np.array([low[:keys], high[:keys]]), np.array([low[keys:], high[keys:]]),
-        len(numbers),
-    )  # fmt: skip
+    ends = np.array([spread.low, spread.high])
+    return Indices(measure, own[:keys], own[keys:], ends[:, :keys], ends[:, keys:], len(numbers))
 
 
 def indices_columns(table: StudyTable, found: Sequence[Indices]) -> Columns:
     """Return the indices as a table."""
+    names = ("first_order", "first_order_low", "first_order_high", "total", "total_low", "total_high")
+    values = [(each.first, *each.first_interval, each.total, *each.total_interval) for each in found]
     return {
         "measure": [each.measure for each in found for _ in table.parameters],
         "parameter": [parameter for _ in found for parameter in table.parameters],
-        "first_order": [float(value) for each in found for value in each.first],
-        "first_order_low": [float(value) for each in found for value in each.first_interval[0]],
-        "first_order_high": [float(value) for each in found for value in each.first_interval[1]],
-        "total": [float(value) for each in found for value in each.total],
-        "total_low": [float(value) for each in found for value in each.total_interval[0]],
-        "total_high": [float(value) for each in found for value in each.total_interval[1]],
+        **{name: np.concatenate(each).tolist() for name, each in zip(names, zip(*values, strict=True), strict=True)},
         "blocks": [each.blocks for each in found for _ in table.parameters],
     }
 
@@ -208,9 +199,10 @@ def tolerance_bands(table: StudyTable) -> list[Band]:
     from scipy.stats import quantile_test  # takes long to load
 
     bands = []
-    for measure in told(table):
-        rows = drawn_rows(table) & _known(table, measure)
-        sample = np.sort(table.values(measure)[rows])
+    for measure in varying_measures(table):
+        values = table.values(measure)
+        rows = drawn_rows(table) & np.isfinite(values)
+        sample = np.sort(values[rows])
         if len(sample) < ENOUGH:
             continue
         interval = np.full((2, len(PERCENTILES)), np.nan)
@@ -242,6 +234,20 @@ def front(table: StudyTable) -> list[int]:
         return []
     costs = [-table.values(name) if more else table.values(name) for name, more in objectives(table)]
     return list(pareto_front(costs[0].tolist(), costs[1].tolist()))
+
+
+def pareto_front(costs: Sequence[float], errors: Sequence[float]) -> tuple[int, ...]:
+    """Return the indices of the points that no other one beats, by increasing cost.
+
+    A point is beaten by one that is at least as cheap and at least as accurate, and better in one of the two; of equal
+    points the first stands for all. Points with a cost or error that is no finite number are left out.
+    """
+    finite = [i for i in range(len(costs)) if math.isfinite(costs[i]) and math.isfinite(errors[i])]
+    front: list[int] = []
+    for i in sorted(finite, key=lambda i: (costs[i], errors[i], i)):
+        if not front or errors[i] < errors[front[-1]]:
+            front.append(i)
+    return tuple(front)
 
 
 def objectives(table: StudyTable) -> list[tuple[str, bool]]:

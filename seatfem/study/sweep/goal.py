@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Any, Final, Self
+from typing import Annotated, Any, Final
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator
 
-from seatfem.fields import Fraction, KeyProblem, Table, default
+from seatfem.fields import Fraction, Table, absent, default
 
 LEAST: Final = 5  # evaluations: three for a line and its curvature, one to begin with, one that uses them
 CONFIRMED: Final = 3  # points that are carried out at the scene's own target
@@ -54,12 +55,12 @@ def _constraint(text: object) -> Constraint:
 class Optimise(Table):
     """Which scene is sought."""
 
-    minimise: str | None = Field(None, pattern=r"^\w+$", description="key of summary.json of which less is better")
-    maximise: str | None = Field(None, pattern=r"^\w+$", description="key of summary.json of which more is better")
-    subject_to: tuple[Annotated[Any, BeforeValidator(_constraint)], ...] = Field(
-        (), max_length=20, description="limits, as 'life_margin >= 1.2', of keys of summary.json [SI]"
+    minimise: str | None = absent("key of summary.json of which less is better", pattern=r"^\w+$")
+    maximise: str | None = absent("key of summary.json of which more is better", pattern=r"^\w+$")
+    subject_to: tuple[Annotated[Any, BeforeValidator(_constraint)], ...] = default(
+        (), "limits, as 'life_margin >= 1.2', of keys of summary.json [SI]", max_length=20
     )
-    most: int = Field(40, strict=True, ge=LEAST, le=10_000, description="scenes of the search, at most")
+    most: int = default(40, "scenes of the search, at most", strict=True, ge=LEAST, le=10_000)
     coarse: Fraction = default("20 %", "accuracy.target of the search")
 
     @property
@@ -73,24 +74,10 @@ class Optimise(Table):
         return 1.0 if self.minimise else -1.0
 
     @property
-    def constraints(self) -> tuple[Constraint, ...]:
-        """Return all limits."""
-        return self.subject_to
-
-    @property
     def measures(self) -> tuple[str, ...]:
         """Return all measures that are asked for, each once."""
-        return tuple(dict.fromkeys((self.measure, *(each.measure for each in self.constraints))))
+        return tuple(dict.fromkeys((self.measure, *(each.measure for each in self.subject_to))))
 
-    @model_validator(mode="after")
-    def _one_aim(self) -> Self:
+    def contradictions(self) -> Iterator[tuple[str, str]]:
         if (self.minimise is None) == (self.maximise is None):
-            raise KeyProblem("minimise", "give one of minimise and maximise: a key of summary.json")
-        return self
-
-    def check_keys(self, count: int) -> None:
-        """Raise `KeyProblem` where the evaluations do not do for a quadratic model in so many keys."""
-        if self.most < 2 * count + 3:
-            raise KeyProblem(
-                "optimise.most", f"{self.most} evaluations are too few for {count} keys: at least {2 * count + 3}"
-            )
+            yield "minimise", "give one of minimise and maximise: a key of summary.json"

@@ -10,14 +10,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+
 from impact.files.atomic import write_whole
 from impact.progress import Progress, Tell, silent, untold
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.libraries import require_gmsh_libraries
 from seatfem.study.impacts.landed import LANDED, STATUS, left_out_in_words
 from seatfem.study.safety import MOST_ROUNDS
-from seatfem.study.scene import SceneError, load_scene, located
-from seatfem.study.scene.problems import Problem
+from seatfem.study.scene import load_scene, located
+from seatfem.study.scene.problems import scene_error
 from seatfem.study.sweep.ahead import Ahead, ahead
 from seatfem.study.sweep.best import Optimum, goal_of, violation
 from seatfem.study.sweep.cases import Case, Cases, cases_of
@@ -25,8 +27,8 @@ from seatfem.study.sweep.design import Changes
 from seatfem.study.sweep.effort import USUAL, Effort
 from seatfem.study.sweep.goal import CONFIRMED, Optimise
 from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.sweep.runner import STAGE, StudyError, check_effort, crew_of, folder_of_ours, read_journal, run_cases
-from seatfem.study.sweep.search import NEAREST, Found, Level, Shift, changes_at, first_points, improve, rank
+from seatfem.study.sweep.runner import STAGE, Runner, StudyError, check_effort, crew_of, folder_of_ours
+from seatfem.study.sweep.search import NEAREST, Level, Shift, changes_at, first_points, improve, rank
 from seatfem.study.sweep.study import Study, load_study
 from seatfem.study.sweep.table import check_measures, write_csv
 
@@ -62,21 +64,16 @@ def run_optimum(
         require_gmsh_libraries()
     workers = workers or predicted.workers()
     with folder_of_ours(folder) as journal, crew_of(workers, effort.cluster) as ask:
-        known = {key: each for key, each in read_journal(journal).items() if each.has_numbers or not effort.retry}
-        about = study.model_dump(mode="json", by_alias=True)
         tell(predicted.in_words(workers))
 
         def heard(outcome: Outcome) -> None:
             check_measures(goal.measures, outcome, "optimise")
             check_measures(study.outputs.asked(), outcome)
 
+        runner = Runner(study, journal, effort, heard)
+
         def carry_out(cases: Sequence[Case]) -> Mapping[str, Outcome]:
-            for outcome in [known[case.key] for case in cases if case.key in known][:1]:
-                heard(outcome)
-            once = replace(effort, retry=False)  # those of this very search
-            outcomes = run_cases(study.scene, cases, journal, known, about=about, effort=once, ask=ask, heard=heard)
-            known.update(outcomes)
-            about.clear()
+            outcomes = runner.carry_out(cases, ask)
             progress(STAGE, min(1.0, (len(search.found) + len(target.found) + 1) / (goal.most + CONFIRMED)))
             return outcomes
 
@@ -106,21 +103,14 @@ def _search(search: Level, target: Level, goal: Optimise) -> None:
             first = ranked[0].outcome
             statuses = [each.outcome.summary.get(STATUS, LANDED) for each in search.found.values()]
             message = first.message or left_out_in_words(statuses) or f"{', '.join(goal.measures)}: not known"
-            raise StudyError(
-                f"optimise: none of {len(ranked)} scenes has the numbers that are asked for; the first: {message}"
-            )
-        for each in ranked:
-            if math.isfinite(rank(each, goal, shift)[0]) and all(
-                _apart(each, other) for other in target.found.values()
-            ):
-                [fine] = target.at([each.point])
-                moved = {name: fine.value(name) - each.value(name) for name in goal.measures}
-                shift = moved if all(map(math.isfinite, moved.values())) else shift
-                break
-
-
-def _apart(one: Found, other: Found) -> bool:
-    return max(abs(a - b) for a, b in zip(one.point, other.point, strict=True)) >= NEAREST
+            words = f"none of {len(ranked)} scenes has the numbers that are asked for; the first: {message}"
+            raise StudyError(f"optimise: {words}")
+        others = [np.array(other.point) for other in target.found.values()]
+        apart = (each for each in ranked if all(np.abs(other - each.point).max() >= NEAREST for other in others))
+        if (best := next(apart, None)) is not None and math.isfinite(rank(best, goal, shift)[0]):
+            [fine] = target.at([best.point])
+            moved = {name: fine.value(name) - best.value(name) for name in goal.measures}
+            shift = moved if all(map(math.isfinite, moved.values())) else shift
 
 
 def optimise(
@@ -180,8 +170,7 @@ def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
     finest = load_scene(study.scene, changes_at(study, points[1])).accuracy.target
     if goal.coarse < finest:
         words = f"{goal.coarse:g} is finer than the scene's accuracy.target, {finest:g}; raise one or lower the other"
-        wrong = SceneError((Problem(None, 0, "optimise.coarse", words, ("optimise", "coarse")),))
-        raise wrong if file is None else located(wrong, file)
+        raise located(scene_error("optimise.coarse", words), file)
     return SearchAhead(price(_coarse(study), goal.most), target)
 
 

@@ -26,6 +26,8 @@ Changes = Mapping[str, Any]
 Scalar = float | int | bool | str | None
 NOTES: Final = "notes"
 """Key of summary.json that lists what limits its numbers, a sentence each."""
+FAILURES: Final = (ArithmeticError, AssertionError, LookupError, MemoryError, OSError, RuntimeError, ValueError)
+"""What a scene that cannot be carried out raises."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,11 @@ class Outcome:
         """Return whether the scene was carried out."""
         return self.state in ("done", "missed")
 
+    @staticmethod
+    def of_failure(error: Exception, **others: Any) -> Outcome:
+        """Return the outcome of a scene that raised one of `FAILURES`."""
+        return Outcome("failed", f"{type(error).__name__}: {error}", **others)
+
 
 def carry_out(
     path: Path,
@@ -83,20 +90,18 @@ def carry_out(
     from seatfem.study.runs.next_round import Limits  # as below
 
     begun = time.perf_counter()
-    limits = Limits(1 if once and start else rounds, steady=True, stress=stress)
-    outcome = _tried(path, changed, limits, start, leads=leads, once=once)
+
+    def tried(rounds: int, start: Mapping[str, Any]) -> Outcome:
+        limits = Limits(rounds, steady=True, stress=stress)
+        try:
+            return _carried_out(path, changed, limits, start, leads=leads, once=once)
+        except FAILURES as error:
+            return Outcome.of_failure(error)
+
+    outcome = tried(1 if once and start else rounds, start)
     if start and outcome.state != "done" and not once:
-        outcome = _tried(path, changed, replace(limits, rounds=rounds), {}, leads=leads, once=once)
+        outcome = tried(rounds, {})
     return replace(outcome, wall=time.perf_counter() - begun)
-
-
-def _tried(
-    path: Path, changed: Changes, limits: Limits, start: Mapping[str, Any], *, leads: bool, once: bool
-) -> Outcome:
-    try:
-        return _carried_out(path, changed, limits, start, leads=leads, once=once)
-    except (ArithmeticError, AssertionError, LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
-        return Outcome("failed", f"{type(error).__name__}: {error}")
 
 
 def _carried_out(

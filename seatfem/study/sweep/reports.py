@@ -27,7 +27,7 @@ def reports_of(table: StudyTable) -> Iterator[Report]:
         yield "sobol_indices", columns, partial(charts.draw_indices, table, indices)
     if bands := effects.tolerance_bands(table):
         yield "percentiles", effects.bands_columns(bands), partial(charts.draw_bands, table, bands)
-    numeric = [name for name in effects.varying(table) if not table.is_text(name)] + effects.told(table)
+    numeric = [name for name in effects.varying(table) if not table.is_text(name)] + effects.varying_measures(table)
     if len(numeric) > 2 and table.has_numbers.sum() >= LEAST:
         yield "scatter", None, partial(charts.draw_scatter, table, numeric[:SCATTERED])
     if best := effects.front(table):

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -24,6 +24,7 @@ from seatfem.study.sweep.cases import Case
 from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.start import chosen
+from seatfem.study.sweep.study import Study
 
 JOURNAL: Final = "study.jsonl"
 STAGE: Final = "scenes"
@@ -61,8 +62,7 @@ def check_effort(effort: Effort) -> int | None:
 def folder_of_ours(folder: Path) -> Iterator[Path]:
     """Yield the journal in a folder that can be written to and that no other study is at work in.
 
-    Raises:
-        OutputError, StudyError: it is not so.
+    Raises `OutputError`, `StudyError`: it is not so.
     """
     journal = folder / JOURNAL
     check_writable(journal)
@@ -74,56 +74,90 @@ def folder_of_ours(folder: Path) -> Iterator[Path]:
         yield journal
 
 
-def run_cases(
-    scene: Path,
-    cases: Sequence[Case],
-    journal: Path,
-    known: Mapping[str, Outcome],
-    *,
-    about: Mapping[str, object],
-    effort: Effort,
-    ask: Ask,
-    progress: Progress = silent,
-    heard: Callable[[Outcome], None] = lambda _: None,
-) -> dict[str, Outcome]:
-    """Return outcomes by the cases' keys. Those ``known`` are not computed again; new ones go to the ``journal``.
+@dataclass
+class Runner:
+    """The scenes of a study, carried out by workers; each outcome is on file at once.
 
-    Args:
-        scene: its file.
-        about: the study, for the journal; nothing where that has it.
-        effort: rounds and time of each scene; one that was stopped is tried again where it is given more time, all
-            without numbers with ``retry``.
-        ask: the workers, of `crew_of`.
+    Attributes:
+        study: whose scenes they are.
+        journal: its file.
+        effort: rounds and time of each scene; one in the journal that was stopped is tried again where it is given more
+            time, all without numbers with ``retry``.
         heard: hears of each new outcome once it is on file; what it raises ends the study.
+        known: outcomes by the cases' keys, of the journal and of what was carried out since.
     """
-    wanted = {case.key: case for case in cases}
-    results = {key: known[key] for key in wanted if key in known and not _again(known[key], effort)}
-    pending = [case for key, case in wanted.items() if key not in results]
-    if pending and about:
-        lines.append(journal, {"study": about})
-    progress(STAGE, len(results) / len(wanted))
 
-    def carry_out(pending: list[list[Case]], attempt: int = 1) -> None:
-        died, jobs = [], [_job(scene, bundle, effort.rounds, results, wanted) for bundle in pending]
-        for number, answer in ask(jobs, effort.limit * max(map(len, pending))):
-            bundle = pending[number]
-            if isinstance(answer, Lost) and not answer.hung and attempt < TRIES:
-                died.append(bundle)
-                continue
-            outcomes = [_lost(answer, effort.limit)] * len(bundle) if isinstance(answer, Lost) else _read(answer)
-            for case, outcome in zip(bundle, outcomes, strict=True):
-                append(journal, case, outcome)
-                results[case.key] = outcome
-                heard(outcome)
-            progress(STAGE, len(results) / len(wanted))
-        if died:
-            carry_out(died, attempt + 1)
+    study: Study
+    journal: Path
+    effort: Effort
+    heard: Callable[[Outcome], None]
+    known: dict[str, Outcome] = field(init=False)
+    is_headed: bool = False
 
-    for beside, guides in sorted({_turn(case) for case in pending}):
-        now = [case for case in pending if _turn(case) == (beside, guides)]
-        size = SIDE_BY_SIDE if beside else 1
-        carry_out([now[first : first + size] for first in range(0, len(now), size)])
-    return results
+    def __post_init__(self) -> None:
+        on_file, effort = read_journal(self.journal), self.effort
+        retried = {key for key, each in on_file.items() if not each.has_numbers and effort.retry}
+        stopped = {key for key, each in on_file.items() if each.state == "stopped" and each.wall < effort.limit}
+        self.known = {key: each for key, each in on_file.items() if key not in retried | stopped}
+
+    def pending(self, cases: Sequence[Case]) -> list[Case]:
+        """Return those that are to be computed, each once."""
+        return [case for key, case in {case.key: case for case in cases}.items() if key not in self.known]
+
+    def carry_out(self, cases: Sequence[Case], ask: Ask, progress: Progress = silent) -> dict[str, Outcome]:
+        """Return the outcomes of cases by their keys; those that are known are not computed again.
+
+        ``ask``: the workers, of `crew_of`.
+        """
+        wanted, pending = {case.key: case for case in cases}, self.pending(cases)
+        for outcome in [each for key in wanted if (each := self.known.get(key)) and each.has_numbers][:1]:
+            self.heard(outcome)
+        if pending and not self.is_headed:
+            lines.append(self.journal, {"study": self.study.model_dump(mode="json", by_alias=True)})
+            self.is_headed = True
+        ended = len(wanted) - len(pending)
+        progress(STAGE, ended / len(wanted))
+        for beside, guides in sorted({_turn(case) for case in pending}):
+            now = [case for case in pending if _turn(case) == (beside, guides)]
+            size = SIDE_BY_SIDE if beside else 1
+            waiting = [now[first : first + size] for first in range(0, len(now), size)]
+            for attempt in range(1, TRIES + 1):
+                died, jobs = [], [self._job(bundle, wanted) for bundle in waiting]
+                for number, answer in ask(jobs, self.effort.limit * max(map(len, waiting), default=1)):
+                    if isinstance(answer, Lost) and not answer.hung and attempt < TRIES:
+                        died.append(waiting[number])
+                        continue
+                    for case, outcome in zip(waiting[number], self._outcomes(answer, waiting[number]), strict=True):
+                        append(self.journal, case.key, outcome, changed=case.changed)
+                        self.known[case.key] = outcome
+                        self.heard(outcome)
+                    ended += len(waiting[number])
+                    progress(STAGE, ended / len(wanted))
+                waiting = died
+        return {key: self.known[key] for key in wanted}
+
+    def _job(self, bundle: Sequence[Case], wanted: Mapping[str, Case]) -> str:
+        """Return a line for the worker; those of the first scenes with the seat that met their target show how to
+        begin."""
+        case = bundle[0]
+        guides = [self.known[key] for key in case.guides if key in self.known]
+        start = chosen([each.start for each in guides if each.start])
+        scene, rounds = str(self.study.scene), self.effort.rounds
+        job = {"path": scene, "changed": case.changed, "rounds": rounds, "start": start}
+        if case.way != "beside":
+            return json.dumps(job | {"leads": case.leads, "once": case.way == "sample", "stress": case.stress})
+        others = [each.changed for each in bundle]
+        return json.dumps(job | {"changed": wanted[case.guides[0]].changed, "others": others, "needs": case.needs})
+
+    def _outcomes(self, answer: str | Lost, bundle: Sequence[Case]) -> list[Outcome]:
+        """Return the outcomes of one scene, or of several side by side."""
+        if isinstance(answer, str):
+            entries = json.loads(answer)
+            return [Outcome(**each) for each in (entries if isinstance(entries, list) else [entries])]
+        lost = Outcome("failed", answer.in_words(), answer.seconds)
+        if answer.hung:
+            lost = Outcome("stopped", f"no end within {in_time(self.effort.limit)} (--limit)", self.effort.limit)
+        return [lost] * len(bundle)
 
 
 def _turn(case: Case) -> tuple[bool, int]:
@@ -132,54 +166,24 @@ def _turn(case: Case) -> tuple[bool, int]:
 
 
 def crew_of(workers: int, cluster: str | None = None) -> AbstractContextManager[Ask]:
-    """Start so many workers for `run_cases`, one call or several; or take those of the cluster at an address."""
+    """Start so many workers for `Runner.carry_out`, one call or several; or take those of the cluster at an address."""
     program = Program(WORKER, renew=RENEW, own_session=True, environment=ONE_THREAD)
-    return crew(program, workers=workers) if cluster is None else cluster_crew(cluster, program, _packed)
+    return crew(program, workers=workers) if cluster is None else cluster_crew(cluster, program, packed_job)
 
 
-def _packed(line: str) -> Parcel:
-    """Return a job with all files of its scene."""
+def packed_job(line: str) -> Parcel:
+    """Return a job with all files of its scene; clocks of other computers tell nothing of when it was ``begun``."""
     job = json.loads(line)
     place, changed, files = packed(Path(job["path"]), job["changed"])
-    return Parcel(json.dumps(job | {"path": place, "changed": changed}), files)
-
-
-def _job(
-    scene: Path, bundle: Sequence[Case], rounds: int, found: Mapping[str, Outcome], wanted: Mapping[str, Case]
-) -> str:
-    """Return a line for the worker; those of the first scenes with the seat that met their target show how to begin."""
-    case = bundle[0]
-    guides = [found[key] for key in case.guides if key in found]
-    start = chosen([each.start for each in guides if each.start])
-    job = {"path": str(scene), "changed": case.changed, "rounds": rounds, "start": start}
-    if case.way != "beside":
-        return json.dumps(job | {"leads": case.leads, "once": case.way == "sample", "stress": case.stress})
-    others = [each.changed for each in bundle]
-    return json.dumps(job | {"changed": wanted[case.guides[0]].changed, "others": others, "needs": case.needs})
-
-
-def _read(answer: str) -> list[Outcome]:
-    """Return the outcomes of one scene, or of several side by side."""
-    entries = json.loads(answer)
-    return [Outcome(**each) for each in (entries if isinstance(entries, list) else [entries])]
+    clock = {"begun": math.nan} if "begun" in job else {}
+    return Parcel(json.dumps(job | {"path": place, "changed": changed} | clock), files)
 
 
 def read_journal(path: Path) -> dict[str, Outcome]:
     """Return outcomes by key. A line that a kill cut short, or that is none of ours, is skipped."""
-    return lines.outcomes(path, "key", lambda changed, outcome: Outcome(**outcome))
+    return lines.outcomes(path, "key", lambda outcome, **_: Outcome(**outcome))
 
 
-def append(path: Path, case: Case, outcome: Outcome) -> None:
-    """Append one more line, on file at once."""
-    lines.append(path, {"key": case.key, "changed": case.changed, "outcome": asdict(outcome)})
-
-
-def _again(outcome: Outcome, effort: Effort) -> bool:
-    more_time = outcome.state == "stopped" and outcome.wall < effort.limit
-    return not outcome.has_numbers and (effort.retry or more_time)
-
-
-def _lost(answer: Lost, limit: float) -> Outcome:
-    if answer.hung:
-        return Outcome("stopped", f"no end within {in_time(limit)} (--limit)", limit)
-    return Outcome("failed", answer.in_words(), answer.seconds)
+def append(path: Path, key: str, outcome: Outcome, **about: object) -> None:
+    """Append one more line, on file at once; ``about``: what was carried out, for people."""
+    lines.append(path, {"key": key, **about, "outcome": asdict(outcome)})

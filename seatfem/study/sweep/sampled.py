@@ -20,10 +20,10 @@ import numpy as np
 from seatfem.study.impacts.landed import BAR, STATUS, has_landed
 from seatfem.study.impacts.measures import OF_A_LANDING
 from seatfem.study.method import PORTS, RINGS, is_given
-from seatfem.study.scene import Scene, SceneError
+from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of
 from seatfem.study.scene.measures import PREFIXES, Measure, Restitution, all_measures, key_of
-from seatfem.study.scene.problems import Problem
+from seatfem.study.scene.problems import scene_error
 from seatfem.study.sweep.cases import Case, columns_of, key_of_case
 from seatfem.study.sweep.design import Changes
 from seatfem.study.sweep.outcome import Outcome
@@ -157,13 +157,11 @@ def _check(scene: Scene, measures: Sequence[str]) -> None:
         "contact.ports": is_given(scene, PORTS) and scene.contact.ports not in (None, 1),
     }
     for name in [name for name, forbids in words.items() if forbids][:1]:
-        raise _wrong("error_bars", f"'sampled' marches scenes side by side, which {name} forbids; leave the key out")
+        raise scene_error(
+            "error_bars", f"'sampled' marches scenes side by side, which {name} forbids; leave the key out"
+        )
     keys = {key for each in all_measures().values() if not each.needs_line for key in _keys(each)}
     keys = (keys | {*STRESS, *OTHERS, *OF_LANDINGS, *PRESSED_ON}) - {Restitution.key}  # of all energies of a run
     for name in [name for name in measures if name not in keys][:1]:
         known = ", ".join(sorted(keys))
-        raise _wrong("outputs.measures", f"{name!r} takes a run in full: leave error_bars out, or ask for {known}")
-
-
-def _wrong(key: str, message: str) -> SceneError:
-    return SceneError((Problem(None, 0, key, message, tuple(key.split("."))),))
+        raise scene_error("outputs.measures", f"{name!r} takes a run in full: leave error_bars out, or ask for {known}")

@@ -77,8 +77,7 @@ class Level:
                 case = Case(number, changed, f"no scene {number}")
                 self.found[point] = Found(point, case, Outcome("failed", str(error), 0.0))
         if new:
-            earlier = [each.case for each in self.found.values() if each.case.leads or each.case.guides]
-            outcomes = self.carry_out([*earlier, *new.values()])
+            outcomes = self.carry_out(list(new.values()))
             self.found |= {point: Found(point, case, outcomes[case.key]) for point, case in new.items()}
         return [self.found[point] for point in points]
 
@@ -103,7 +102,7 @@ def first_points(keys: int, count: int, seed: int) -> list[Point]:
 def rank(found: Found, goal: Optimise, shift: Shift) -> tuple[float, float]:
     """Return the rank, lower is better: relative violation of the limits, then the measure. Infinite if unknown."""
     violation = 0.0
-    for each in goal.constraints:
+    for each in goal.subject_to:
         margin, slack = each.margin(found.value(each.measure) + shift.get(each.measure, 0.0)), LOOSE * abs(each.limit)
         violation += math.inf if math.isnan(margin) else max(0.0, -margin - slack) / (abs(each.limit) or 1.0)
     value = goal.sign * (found.value(goal.measure) + shift.get(goal.measure, 0.0))
@@ -123,7 +122,7 @@ def improve(level: Level, goal: Optimise, shift: Shift, radius: float, most: int
 
     def raw(found: Found) -> NDArray[np.float64]:
         """Return the measure, less is better, then the margins."""
-        margins = [each.margin(found.value(each.measure) + shift.get(each.measure, 0.0)) for each in goal.constraints]
+        margins = [each.margin(found.value(each.measure) + shift.get(each.measure, 0.0)) for each in goal.subject_to]
         return np.array([goal.sign * found.value(goal.measure), *(-margin for margin in margins)])
 
     def known() -> NDArray[np.float64]:
@@ -142,7 +141,7 @@ def improve(level: Level, goal: Optimise, shift: Shift, radius: float, most: int
         values = raw(level.at([point])[0])
         return np.asarray((values if np.isfinite(values).all() else known().max(axis=0)) / scale)
 
-    limits = [NonlinearConstraint(lambda x: told(x)[1:], -np.inf, 0.0)] if goal.constraints else []
+    limits = [NonlinearConstraint(lambda x: told(x)[1:], -np.inf, 0.0)] if goal.subject_to else []
     try:
         minimize(
             lambda x: float(told(x)[0]), np.array(start.point), method="cobyqa", bounds=[(0.0, 1.0)] * len(start.point),

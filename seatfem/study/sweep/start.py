@@ -13,12 +13,11 @@ from typing import Any, Final
 from seatfem.machine.rates import Machine
 from seatfem.structures.store import content_key
 from seatfem.study.accuracy.seat_waves import tells_waves
-from seatfem.study.method import FIELDS, has_key, is_given, value_of
+from seatfem.study.method import FIELDS, has_key, is_given, value_of, written
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.ended import plan_told, told
 from seatfem.study.scene import Scene
-from seatfem.study.trade.point import written
 
 PILOTS: Final = 4
 """Scenes with a seat that begin as the first one has ended. All others begin as the second dearest of these five has

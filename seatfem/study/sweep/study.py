@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from seatfem.fields import ExistingFile, KeyProblem, Table, default, kinds_below
+from seatfem.fields import ExistingFile, Table, absent, default, kinds_below
 from seatfem.study.scene.load import load_table
 from seatfem.study.sweep.goal import Optimise
 from seatfem.study.sweep.variations import AnyVariation, Listed, Range, Variation
@@ -45,18 +45,19 @@ def _objective(text: str) -> str:
 
 
 Objective = Annotated[str, AfterValidator(_objective)]
+WholeKey = Annotated[str, AfterValidator(_whole_key)]
 
 
 class Outputs(Table):
     """What is asked of the table."""
 
-    measures: tuple[str, ...] = Field(
+    measures: tuple[str, ...] = default(
         (),
+        "keys of summary.json; those that the scene is judged by where absent, of its accuracy.measures",
         max_length=MOST_KEYS,
-        description="keys of summary.json; those that the scene is judged by where absent, of its accuracy.measures",
     )
-    pareto: tuple[Annotated[str, AfterValidator(_objective)], Annotated[str, AfterValidator(_objective)]] | None = (
-        Field(None, description="two measures, of which less is better, as 'max life_margin' more; none where absent")
+    pareto: tuple[Objective, Objective] | None = absent(
+        "two measures, of which less is better, as 'max life_margin' more; none where absent"
     )
 
     def asked(self) -> tuple[str, ...]:
@@ -67,22 +68,22 @@ class Outputs(Table):
 class Study(Table):
     """Many scenes: one of them, with other values of some keys."""
 
-    title: str = Field("", description="for reports and pictures")
+    title: str = default("", "for reports and pictures")
     scene: ExistingFile = Field(description="the scene's file; what it does not state is chosen for each scene anew")
-    design: Design = Field("grid", description="how the values are combined")
-    number: int | None = Field(None, strict=True, ge=1, le=MOST_SCENES, description="scenes that are drawn")
-    seed: int = Field(1, strict=True, ge=0, lt=2**32, description="of what is drawn")
-    limit: int = Field(10_000, strict=True, ge=1, le=MOST_SCENES, description="scenes that are allowed at most")
-    vary: dict[Annotated[str, AfterValidator(_whole_key)], AnyVariation] = Field(
+    design: Design = default("grid", "how the values are combined")
+    number: int | None = absent("scenes that are drawn", strict=True, ge=1, le=MOST_SCENES)
+    seed: int = default(1, "of what is drawn", strict=True, ge=0, lt=2**32)
+    limit: int = default(10_000, "scenes that are allowed at most", strict=True, ge=1, le=MOST_SCENES)
+    vary: dict[WholeKey, AnyVariation] = Field(
         min_length=1, max_length=MOST_KEYS, description="values by dotted key of the scene"
     )
-    error_bars: Literal["every", "sampled"] = Field(
+    error_bars: Literal["every", "sampled"] = default(
         "every",
-        description="every scene has its own, or some run in full and the others, which must differ in contact data "
+        "every scene has its own, or some run in full and the others, which must differ in contact data "
         "alone, are marched side by side with theirs",
     )
     outputs: Outputs = default({}, "what is asked of the table")
-    optimise: Optimise | None = Field(None, description="of the values in between, which are best; none where absent")
+    optimise: Optimise | None = absent("of the values in between, which are best; none where absent")
 
     @model_validator(mode="before")
     @classmethod
@@ -119,72 +120,54 @@ class Study(Table):
         names = (*self.outputs.asked(), *(() if self.optimise is None else self.optimise.measures))
         return any(word in name for name in names for word in ("stress", "life"))
 
-    @model_validator(mode="after")
-    def _a_search(self) -> Self:
-        if self.optimise is None:
-            return self
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        yield from self._contradictions_of_design() if self.optimise is None else self._contradictions_of_search()
+
+    def _contradictions_of_search(self) -> Iterator[tuple[str, str]]:
         for key in {"design", "number"} & self.model_fields_set:
-            raise KeyProblem(key, "[optimise] chooses the scenes; remove the key, or the table")
+            yield key, "[optimise] chooses the scenes; remove the key, or the table"
         if self.error_bars == "sampled":
-            raise KeyProblem(
-                "error_bars",
-                "'sampled' is for designs; [optimise] chooses its scenes one by one, leave error_bars out there",
-            )
+            words = "'sampled' is for designs; [optimise] chooses its scenes one by one, leave error_bars out there"
+            yield "error_bars", words
         if self.outputs.pareto:
-            raise KeyProblem("outputs.pareto", "[optimise] has one measure to improve; make the other a limit there")
+            yield "outputs.pareto", "[optimise] has one measure to improve; make the other a limit there"
         for key, each in self.vary.items():
             if not isinstance(each, Range) or each.number is not None:
-                raise KeyProblem(f"vary.{key}", "[optimise] needs bounds: write { from = ..., to = ... } and no number")
+                yield f"vary.{key}", "[optimise] needs bounds: write { from = ..., to = ... } and no number"
             if key.split(".")[0] == "accuracy":
-                raise KeyProblem(f"vary.{key}", "[optimise] sets the accuracy itself; see optimise.coarse")
-        self.optimise.check_keys(len(self.vary))
-        return self
+                yield f"vary.{key}", "[optimise] sets the accuracy itself; see optimise.coarse"
+        least = 2 * len(self.vary) + 3
+        if self.optimise is not None and self.optimise.most < least:
+            words = f"{self.optimise.most} evaluations are too few for {len(self.vary)} keys: at least {least}"
+            yield "optimise.most", words
 
-    @model_validator(mode="after")
-    def _contact_data(self) -> Self:
+    def _contradictions_of_design(self) -> Iterator[tuple[str, str]]:
         for key, each in self.vary.items() if self.error_bars == "sampled" else ():
             if key not in CONTACT_DATA and not (isinstance(each, Listed) and len(each.values) == 1):
-                raise KeyProblem(
-                    f"vary.{key}",
-                    f"is no contact data, of which alone scenes may differ with error_bars = 'sampled' "
-                    f"({', '.join(CONTACT_DATA)}): give it one value, or leave error_bars out",
-                )
-        return self
-
-    @model_validator(mode="after")
-    def _a_design(self) -> Self:
-        if self.optimise is not None:
-            return self
+                words = "is no contact data, of which alone scenes may differ with error_bars = 'sampled'"
+                remedy = f"({', '.join(CONTACT_DATA)}): give it one value, or leave error_bars out"
+                yield f"vary.{key}", f"{words} {remedy}"
         for key, each in self.vary.items():
             if self.is_drawn:
                 each.check_drawn(f"vary.{key}")
             else:
                 each.levels(f"vary.{key}")
         if self.is_drawn and self.number is None:
-            raise KeyProblem("number", f"required key is missing: scenes that design = {self.design!r} draws")
+            yield "number", f"required key is missing: scenes that design = {self.design!r} draws"
         if not self.is_drawn and self.number is not None:
-            raise KeyProblem(
-                "number", f"design = {self.design!r} draws none: its scenes are those of [vary]; remove it"
-            )
+            yield "number", f"design = {self.design!r} draws none: its scenes are those of [vary]; remove it"
         if self.design in POWERS and self.number is not None and self.number & (self.number - 1):
             lower = 1 << (self.number.bit_length() - 1)
-            raise KeyProblem(
-                "number", f"{self.number} is no power of two, as Sobol's points need; {lower} is, or {2 * lower}"
-            )
+            yield "number", f"{self.number} is no power of two, as Sobol's points need; {lower} is, or {2 * lower}"
         if self.design == "zip":
             lengths = {key: len(each.levels(key)) for key, each in self.vary.items()}
             first, length = next(iter(lengths.items()))
             for key, other in lengths.items():
                 if other != length:
-                    raise KeyProblem(
-                        f"vary.{key}",
-                        f"{other} values beside {length} of {first}: design = 'zip' takes one of each; give as many",
-                    )
+                    words = f"{other} values beside {length} of {first}: design = 'zip' takes one of each; give as many"
+                    yield f"vary.{key}", words
         if (count := self.number_of_scenes) > self.limit:
-            raise KeyProblem(
-                "limit", f"{count} scenes are more than limit = {self.limit}: vary less, or raise the limit"
-            )
-        return self
+            yield "limit", f"{count} scenes are more than limit = {self.limit}: vary less, or raise the limit"
 
 
 def _flat(vary: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:

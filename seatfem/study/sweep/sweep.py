@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,8 +20,7 @@ from seatfem.study.scene.problems import explain
 from seatfem.study.sweep.ahead import LOOKED_AT, ahead, ahead_of_many
 from seatfem.study.sweep.cases import Case, cases_of
 from seatfem.study.sweep.effort import USUAL, Effort
-from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.sweep.runner import StudyError, check_effort, crew_of, folder_of_ours, read_journal, run_cases
+from seatfem.study.sweep.runner import Runner, StudyError, check_effort, crew_of, folder_of_ours
 from seatfem.study.sweep.sampled import divided, settings
 from seatfem.study.sweep.study import Study
 from seatfem.study.sweep.table import (
@@ -68,9 +68,8 @@ def run_study(
     workers = check_effort(effort)
     is_usable("pyarrow")  # not first when its file is written, after the last scene
     if study.optimise is not None:
-        raise StudyError(
-            "optimise: this study asks for one best scene; run it by seatfem optimise, or remove the table"
-        )
+        words = "this study asks for one best scene; run it by seatfem optimise, or remove the table"
+        raise StudyError(f"optimise: {words}")
     if study.number_of_scenes > LOOKED_AT and study.error_bars == "every":
         predicted = ahead_of_many(study, file)
         tell(predicted.in_words(workers or predicted.workers()))
@@ -78,26 +77,15 @@ def run_study(
     if any(body.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
     with folder_of_ours(folder) as journal:
-        on_file = read_journal(journal)
-        known = {case.key: on_file[case.key] for case in cases if case.key in on_file}
-
-        def heard(outcome: Outcome) -> None:
-            check_measures(measures, outcome)
-
-        for outcome in [each for each in known.values() if each.has_numbers][:1]:
-            heard(outcome)
-        pending = list({case.key: case for case in cases if case.key not in known}.values())
-        if pending:
+        runner = Runner(study, journal, effort, partial(check_measures, measures))
+        if pending := runner.pending(cases):
             predicted = ahead(study.scene, pending)
             workers = workers or predicted.workers()
             tell(predicted.in_words(workers))
-        if known:
+        if any(case.key in runner.known for case in cases):
             tell(f"{len(cases) - len(pending)} of {len(cases)} scenes are in {journal} already")
-        about = study.model_dump(mode="json", by_alias=True)
         with crew_of(workers or 1, effort.cluster) as ask:
-            outcomes = run_cases(
-                study.scene, cases, journal, known, about=about, effort=effort, ask=ask, progress=progress, heard=heard
-            )  # fmt: skip
+            outcomes = runner.carry_out(cases, ask, progress)
         table = table_of(study, cases, outcomes, measures)
         write_csv(folder / TABLE, table.columns)
         write_parquet(folder / PARQUET, table.columns)
@@ -113,14 +101,14 @@ def scenes_of(
     """
     cases = cases_of(study, rounds, file, progress=progress)
     scene = load_scene(study.scene, cases[0].changed)
-    measures = measures_of(study, scene)
+    measures = measures_of(study, scene.accuracy.judged)
     if study.error_bars == "every":
         return cases, scene, measures
     changes = [{**each.changed, **settings(scene)} for each in cases]
     try:
         return divided(study, cases_of(study, rounds, file, changes), scene, measures), scene, measures
     except SceneError as error:
-        raise error if file is None else located(error, file) from None
+        raise located(error, file) from None
 
 
 def sweep(
@@ -161,13 +149,12 @@ def sweep(
         (landed, no landing, cut off, never opened), "status" (done, missed, stopped, failed), "wall_time_s", "message",
         "notes" (of the run, divided by " | ").
 
-    Raises:
-        SceneError, StudyError, OutputError: as `run_study`.
+    Raises `SceneError`, `StudyError`, `OutputError`: as `run_study`.
     """
     values = {key: each.tolist() if isinstance(each, np.ndarray) else each for key, each in vary.items()}
     content = {"scene": str(scene), "vary": values, "design": design, "seed": seed, "limit": limit}
-    content |= {"error_bars": error_bars}
-    content |= {"outputs": {"measures": list(measures)}, **({} if number is None else {"number": number})}
+    content |= {"error_bars": error_bars, "outputs": {"measures": list(measures)}}
+    content |= {} if number is None else {"number": number}
     try:
         study = Study.model_validate(content, context={"folder": Path()})
     except ValidationError as error:

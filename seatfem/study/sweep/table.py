@@ -20,7 +20,6 @@ from impact.brief import brief
 from impact.extras import how_to_mend
 from impact.files.atomic import whole_file, write_whole
 from seatfem.study.impacts.landed import BAR, LANDED, STATUS, has_landed, left_out_in_words, needs_landing
-from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import key_of
 from seatfem.study.sweep.cases import Case, columns_of
 from seatfem.study.sweep.outcome import NOTES, Outcome
@@ -86,8 +85,7 @@ class StudyTable:
     @property
     def left_out(self) -> NDArray[np.bool_]:
         """Return (scenes,) carried out, and left out of what follows from a measure that is asked for."""
-        needing = [name for name in self.measures if needs_landing(name)]
-        return self.has_numbers & ~self.has_landed if needing else np.zeros(len(self), dtype=np.bool_)
+        return self.has_numbers & ~self.has_landed & any(map(needs_landing, self.measures))
 
     def left_out_in_words(self) -> str:
         """Return how many scenes did not land or were cut off, and so count for nothing; "" of none."""
@@ -100,8 +98,7 @@ class StudyTable:
         """Return the least, mean and largest of each measure that is a number, over the scenes that count [SI]."""
         lines = []
         for name in self.measures:
-            values = self.values(name)
-            values = values[np.isfinite(values)]
+            values = self.values(name)[np.isfinite(self.values(name))]
             if values.size and not name.startswith(BAR):
                 lines.append(f"{name}: {values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}")
         return lines
@@ -138,10 +135,9 @@ class StudyTable:
         ]
 
 
-def measures_of(study: Study, first: Scene) -> tuple[str, ...]:
+def measures_of(study: Study, judged: Sequence[str]) -> tuple[str, ...]:
     """Return the keys of summary.json that the study asks for; without any those that its first scene is judged by."""
-    named = study.outputs.measures
-    usual = () if named else tuple(map(key_of, first.accuracy.judged))
+    usual = () if study.outputs.measures else tuple(map(key_of, judged))
     return tuple(dict.fromkeys((*usual, *study.outputs.asked())))
 
 
@@ -201,9 +197,8 @@ def is_usable(package: str) -> bool:
     try:
         import_module(MODULES[package])
     except Exception as error:  # a broken one raises anything
-        raise StudyError(
-            f"tables of studies: {how_to_mend(package, 'tables', error)}, or go without: pip uninstall {package}"
-        ) from error
+        remedy = f"{how_to_mend(package, 'tables', error)}, or go without: pip uninstall {package}"
+        raise StudyError(f"tables of studies: {remedy}") from error
     return True
 
 

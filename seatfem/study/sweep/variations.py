@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field
 
-from seatfem.fields import KeyProblem, Table, kinds_below, one_of
+from seatfem.fields import KeyProblem, Table, absent, kinds_below, one_of
 from seatfem.units import number_and_unit
 
 MOST: Final = 10_000  # values of a key
@@ -28,7 +29,14 @@ def _quantity(value: object) -> tuple[float, str]:
     return number, unit
 
 
+def _positive(value: tuple[float, str]) -> tuple[float, str]:
+    if not value[0] > 0:
+        raise ValueError(f"{value[0]:g} must be positive")
+    return value
+
+
 Quantity = Annotated[tuple[float, str], BeforeValidator(_quantity)]
+Positive = Annotated[Quantity, AfterValidator(_positive)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -37,10 +45,22 @@ class Variation(Table):
 
     kind: str
 
-    @property
+    @cached_property
     def unit(self) -> str:
         """Return the unit of its numbers, as the file has it; "" for pure numbers and for what are none."""
-        return ""
+        return next((unit for _, unit in self.quantities().values()), "")
+
+    def quantities(self) -> dict[str, tuple[float, str]]:
+        """Return its numbers with their units, by keys as a file has them; all are in one unit."""
+        values = {field.alias or name: getattr(self, name) for name, field in type(self).model_fields.items()}
+        return {key: value for key, value in values.items() if isinstance(value, tuple)}
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        for key, (_, unit) in self.quantities().items():
+            if unit != self.unit:
+                yield key, f"is in {unit or 'no unit'}, another in {self.unit or 'none'}: give all in one unit"
+        if isinstance(self, Range | TruncatedNormal) and not self.low[0] < self.high[0]:
+            yield "to", f"{self.high[0]:g} must be above from = {self.low[0]:g}"
 
     def levels(self, keys: str) -> tuple[Value, ...]:
         """Return the values for grids; raises `KeyProblem` if there are none. ``keys``: dotted, for messages."""
@@ -58,38 +78,19 @@ class Variation(Table):
         return f"{number!r} {self.unit}" if self.unit else number
 
 
-def _one_unit(**given: tuple[float, str] | None) -> None:
-    """Raise `KeyProblem` where quantities have several units."""
-    units = {key: each[1] for key, each in given.items() if each is not None}
-    first = next(iter(units.values()))
-    for key, unit in units.items():
-        if unit != first:
-            raise KeyProblem(key, f"is in {unit or 'no unit'}, another in {first or 'none'}: give all in one unit")
-
-
-def _rising(low: tuple[float, str], high: tuple[float, str]) -> None:
-    if not low[0] < high[0]:
-        raise KeyProblem("to", f"{high[0]:g} must be above from = {low[0]:g}")
-
-
 class Listed(Variation):
     """Written as a plain list; designs that draw take each entry as often as the others."""
 
     kind: Literal["list"]
     values: tuple[Value, ...] = Field(min_length=1, max_length=MOST)
 
-    @property
-    def unit(self) -> str:
-        numbers = self.numbers()
-        return numbers[0][1] if numbers else ""
-
-    def numbers(self) -> list[tuple[float, str]]:
+    def quantities(self) -> dict[str, tuple[float, str]]:
         """Return the numbers of all values in one unit; none where one is something else."""
         try:
-            quantities = [_quantity(value) for value in self.values]
+            quantities = {f"values.{number}": _quantity(value) for number, value in enumerate(self.values)}
         except ValueError:
-            return []
-        return quantities if len({unit for _, unit in quantities}) == 1 else []
+            return {}
+        return quantities if len({unit for _, unit in quantities.values()}) == 1 else {}
 
     def levels(self, keys: str) -> tuple[Value, ...]:
         return self.values
@@ -104,20 +105,13 @@ class Range(Variation):
     kind: Literal["range"]
     low: Quantity = Field(alias="from", description="lowest value")
     high: Quantity = Field(alias="to", description="highest value")
-    number: int | None = Field(None, strict=True, ge=2, le=MOST, description="of levels")
+    number: int | None = absent("of levels", strict=True, ge=2, le=MOST)
     scale: Literal["linear", "log"] = "linear"
 
-    @model_validator(mode="after")
-    def _between(self) -> Self:
-        _one_unit(**{"from": self.low, "to": self.high})
-        _rising(self.low, self.high)
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        yield from super().contradictions()
         if self.scale == "log" and self.low[0] <= 0:
-            raise KeyProblem("from", f"{self.low[0]:g} is not positive, as a logarithmic scale needs it")
-        return self
-
-    @property
-    def unit(self) -> str:
-        return self.low[1]
+            yield "from", f"{self.low[0]:g} is not positive, as a logarithmic scale needs it"
 
     def levels(self, keys: str) -> tuple[Value, ...]:
         if self.number is None:
@@ -128,9 +122,7 @@ class Range(Variation):
         low, high = self.low[0], self.high[0]
         if share in (0.0, 1.0):
             return self.written(high if share else low)
-        if self.scale == "log":
-            return self.written(low * (high / low) ** share)
-        return self.written(low + (high - low) * share)
+        return self.written(low * (high / low) ** share if self.scale == "log" else low + (high - low) * share)
 
     def check_drawn(self, keys: str) -> None:
         if self.number is not None:
@@ -151,18 +143,7 @@ class Normal(Variation):
 
     kind: Literal["normal"]
     mean: Quantity = Field(description="mean value")
-    deviation: Quantity = Field(description="standard deviation")
-
-    @model_validator(mode="after")
-    def _spread(self) -> Self:
-        _one_unit(mean=self.mean, deviation=self.deviation)
-        if not self.deviation[0] > 0:
-            raise KeyProblem("deviation", f"{self.deviation[0]:g} must be positive")
-        return self
-
-    @property
-    def unit(self) -> str:
-        return self.mean[1]
+    deviation: Positive = Field(description="standard deviation")
 
     def at(self, share: float) -> Value:
         return self.written(self.mean[0] + self.deviation[0] * _normal(share))
@@ -175,24 +156,22 @@ class TruncatedNormal(Normal):
     low: Quantity = Field(alias="from", description="lowest value")
     high: Quantity = Field(alias="to", description="highest value")
 
-    @model_validator(mode="after")
-    def _between(self) -> Self:
-        _one_unit(**{"mean": self.mean, "from": self.low, "to": self.high})
-        _rising(self.low, self.high)
-        if self._inside() < 1e-9:
-            raise KeyProblem("from", f"{self.low[0]:g} to {self.high[0]:g} must hold more of the distribution")
-        return self
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        yield from super().contradictions()
+        below, above = self._shares()
+        if above - below < 1e-9:
+            yield "from", f"{self.low[0]:g} to {self.high[0]:g} must hold more of the distribution"
 
-    def _below(self, value: float) -> float:
+    def _shares(self) -> tuple[float, float]:
+        """Return the shares of the whole bell below its lowest and its highest value."""
         from scipy.special import ndtr  # for load time
 
-        return float(ndtr((value - self.mean[0]) / self.deviation[0]))
-
-    def _inside(self) -> float:
-        return self._below(self.high[0]) - self._below(self.low[0])
+        low, high = (float(ndtr((end[0] - self.mean[0]) / self.deviation[0])) for end in (self.low, self.high))
+        return low, high
 
     def at(self, share: float) -> Value:
-        value = self.mean[0] + self.deviation[0] * _normal(self._below(self.low[0]) + share * self._inside())
+        below, above = self._shares()
+        value = self.mean[0] + self.deviation[0] * _normal(below + share * (above - below))
         return self.written(min(max(value, self.low[0]), self.high[0]))
 
 
@@ -200,18 +179,8 @@ class LogNormal(Variation):
     """The logarithm is normal: median exp(sigma z), z standard normal."""
 
     kind: Literal["lognormal"]
-    median: Quantity = Field(description="value that half of all lie below")
+    median: Positive = Field(description="value that half of all lie below")
     sigma: float = Field(gt=0, le=5, description="standard deviation of the natural logarithm")
-
-    @model_validator(mode="after")
-    def _positive(self) -> Self:
-        if not self.median[0] > 0:
-            raise KeyProblem("median", f"{self.median[0]:g} must be positive")
-        return self
-
-    @property
-    def unit(self) -> str:
-        return self.median[1]
 
     def at(self, share: float) -> Value:
         return self.written(self.median[0] * math.exp(self.sigma * _normal(share)))
@@ -225,19 +194,16 @@ class Tabled(Variation):
         min_length=2, max_length=MOST, description="[value, share below it], from 0 to 1"
     )
 
-    @model_validator(mode="after")
-    def _rising_from_0_to_1(self) -> Self:
-        _one_unit(**{f"points.{number}": value for number, (value, _) in enumerate(self.points)})
+    def quantities(self) -> dict[str, tuple[float, str]]:
+        return {f"points.{number}": value for number, (value, _) in enumerate(self.points)}
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        yield from super().contradictions()
         values, shares = np.array([(value[0], share) for value, share in self.points]).T
         if np.any(np.diff(values) <= 0) or np.any(np.diff(shares) < 0):
-            raise KeyProblem("points", "values and shares must rise from one point to the next")
+            yield "points", "values and shares must rise from one point to the next"
         if shares[0] != 0 or shares[-1] != 1:
-            raise KeyProblem("points", f"the shares go from {shares[0]:g} to {shares[-1]:g}: begin with 0, end with 1")
-        return self
-
-    @property
-    def unit(self) -> str:
-        return self.points[0][0][1]
+            yield "points", f"the shares go from {shares[0]:g} to {shares[-1]:g}: begin with 0, end with 1"
 
     def at(self, share: float) -> Value:
         values, shares = zip(*((value[0], below) for value, below in self.points), strict=True)

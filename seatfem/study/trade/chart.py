@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
+from seatfem.study.sweep.charts import grid_of, size_of
 from seatfem.study.trade.ladder import BY_HAND
 from seatfem.study.trade.trade import AS_FILED, PLANNED, Trade
 
@@ -42,7 +43,6 @@ MARKERS: Final[Mapping[str, tuple[Any, str]]] = {
     "beam": ((3, 1, 0), "beam"),
     "reed band": ("8", "bandwidth of the reed"),
 }
-PER_ROW: Final = 3
 _MARKS: Final = ((PLANNED, "*", 13.0), (AS_FILED, "d", 7.0))
 
 
@@ -52,26 +52,15 @@ def draw_trade(trade: Trade, path: Path) -> None:
     Errors below the reference's own uncertainty (shaded) are drawn at its edge. Line: Pareto front, without the guesses
     (hollow).
 
-    Raises:
-        PictureError: matplotlib is missing.
+    Raises `PictureError`: matplotlib is missing.
     """
-    count = len(trade.measures)
-    columns = min(count, PER_ROW)
-    rows = math.ceil(count / PER_ROW)
+    columns, rows = size_of(len(trade.measures))
     with sheet(path, 0.6 + 3.3 * columns, 1.5 + 3.0 * rows) as figure:
         figure.suptitle(f"{trade.title}: speed for accuracy")
-        panels = figure.subplots(rows, columns, squeeze=False, sharex=True).flat
-        for axes, measure in zip(panels, trade.measures, strict=False):
+        for axes, measure in zip(grid_of(figure, len(trade.measures), sharex=True), trade.measures, strict=True):
             _panel(axes, trade, measure)
-        for axes in list(panels)[count:]:
-            axes.set_axis_off()
-        figure.legend(
-            handles=_legend(trade),
-            loc="outside lower center",
-            ncols=2 * columns + 1,
-            columnspacing=1.2,
-            handletextpad=0.3,
-        )
+        figure.legend(handles=_legend(trade), loc="outside lower center", ncols=2 * columns + 1, columnspacing=1.2,
+                      handletextpad=0.3)  # fmt: skip
 
 
 def _panel(axes: Axes, trade: Trade, measure: str) -> None:
@@ -89,7 +78,9 @@ def _panel(axes: Axes, trade: Trade, measure: str) -> None:
             )  # fmt: skip
     _front(axes, trade, measure)
     axes.axhline(100 * trade.target, color="black", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1.6)
-    low, high = _limits(trade, measure)
+    errors = [100 * trade.trusted_error(point.name, measure) for point in trade.done()]
+    shown = [*(error for error in errors if math.isfinite(error) and error > 0), 100 * trade.target]
+    low, high = max(min(shown) / 4, 1e-12), 2.5 * max(shown)  # from below the floor to above the largest error
     axes.set_ylim(low, high)
     costs = [trade.cost(point.name) for point in trade.done()]
     _ticks(axes.xaxis, math.log10(max(costs) / min(costs)))
@@ -111,21 +102,11 @@ def _panel(axes: Axes, trade: Trade, measure: str) -> None:
             )  # fmt: skip
 
 
-def _limits(trade: Trade, measure: str) -> tuple[float, float]:
-    """Return the limits of the error [%]: from below the floor to above the largest error."""
-    errors = [100 * trade.trusted_error(point.name, measure) for point in trade.done()]
-    shown = [*(e for e in errors if math.isfinite(e) and e > 0), 100 * trade.target]
-    return max(min(shown) / 4, 1e-12), 2.5 * max(shown)
-
-
 def _front(axes: Axes, trade: Trade, measure: str) -> None:
     names = trade.front(measure)
-    costs = [trade.cost(name) for name in names]
-    errors = [100 * trade.trusted_error(name, measure) for name in names]
-    longest = max((trade.cost(point.name) for point in trade.done()), default=1.0)
-    axes.plot(
-        [*costs, longest], [*errors, *errors[-1:]], drawstyle="steps-post", color="black", linewidth=1.0, zorder=2
-    )
+    costs = [*map(trade.cost, names), max((trade.cost(point.name) for point in trade.done()), default=1.0)]
+    errors = [100 * trade.trusted_error(name, measure) for name in (*names, *names[-1:])]
+    axes.plot(costs, errors, drawstyle="steps-post", color="black", linewidth=1.0, zorder=2)
 
 
 def _ticks(axis: Axis, decades: float) -> None:
@@ -151,10 +132,9 @@ def _legend(trade: Trade) -> Sequence[Any]:
     handles += [handle(name, marker, "#333333") for v, (marker, name) in MARKERS.items() if v in varied]
     handles.append(Line2D([], [], color="black", linewidth=1.0, label="Pareto front"))
     for name, marker, size in _MARKS:
-        if name in trade.outcomes:
-            outcome = trade.outcomes[name]
+        if (outcome := trade.outcomes.get(name)) is not None:
             ended = outcome.state == "done"
-            words = name if ended else f"{name}: {outcome.reason[:60]}"
+            words = name if ended else f"{name}: {outcome.message[:60]}"
             mark = handle(words, marker, "#F0E442" if ended else "white", size - 2)
             mark.set_markeredgecolor("black" if ended else GREY)
             handles.append(mark)

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 from impact.march.engines import Engine
@@ -22,9 +23,9 @@ from seatfem.structures.reduction.greens import reducers
 from seatfem.structures.rings import MOST_RINGS, Division
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.simpler import BEAM, ONE_PORT, simpler_bodies
-from seatfem.study.method import BAND, REED_BAND, is_given, stated_method
+from seatfem.study.method import BAND, REED_BAND, is_given, stated_method, written
 from seatfem.study.scene import Scene
-from seatfem.study.trade.point import Point, Settings, written
+from seatfem.study.trade.point import Point, Settings
 
 BY_HAND: Final = "by hand"  # what is varied where there are no finite elements
 RATIO: Final = 1.6  # between neighbouring rungs
@@ -89,18 +90,18 @@ class Centre:
 
 def centre_of(scene: Scene) -> Centre:
     """Return what the file states; what it leaves open follows the filter's band, its waves and the struck face."""
-    seat, n_modes = scene.seat, scene.reed.beam_modes
-    stated = stated_method(scene).seat
+    seat, method = scene.seat, stated_method(scene)
+    stated, centre = method.seat, Centre(n_modes=scene.reed.beam_modes)
     if not seat.is_reduced:
-        return Centre(n_modes=n_modes)
+        return centre
     band = stated.bandwidth if is_given(scene, BAND) else None
-    bandwidth = band or BAND_PER_FILTER / scene.run.filter_width
+    centre = replace(centre, bandwidth=band or BAND_PER_FILTER / scene.run.filter_width, tolerance=stated.tolerance)
     if not seat.is_drawn:
-        return Centre(bandwidth=bandwidth, tolerance=stated.tolerance, n_modes=n_modes)
+        return centre
     level = next(a.level for a in seat.levels() if a.applies and a.error == 0.0)
-    method = stated_method(scene)
-    along = (None, None) if method.ports is None else (method.ports, method.reed.bandwidth)
-    return Centre(level, *_sizes(seat, stated, level, bandwidth), bandwidth, stated.tolerance, n_modes, *along)
+    size, contact_size = _sizes(seat, stated, level, centre.bandwidth or 0.0)
+    centre = replace(centre, level=level, size=size, contact_size=contact_size)
+    return centre if method.ports is None else replace(centre, ports=method.ports, reed_band=method.reed.bandwidth)
 
 
 def _sizes(seat: Structure, stated: Method, level: AnyLevel, bandwidth: float) -> tuple[float, float]:
@@ -112,65 +113,169 @@ def _sizes(seat: Structure, stated: Method, level: AnyLevel, bandwidth: float) -
     return size, min(contact, size)
 
 
-def ladder(scene: Scene, *, quick: bool = False, rings: int = 1) -> tuple[Point, ...]:
-    """Return every rung that applies to the scene, each family from coarse to fine.
-
-    ``quick``: about a third of them; ``rings``: of the patch, where a plan takes several.
-    """
-    centre = centre_of(scene)
-    depth = 2 if quick else DEPTH
-    by_hand = _by_hand(scene) if centre.ports is None else ()
-    points = [*by_hand, *_diagonals(scene, centre, depth), *_around(scene, centre, rings)]
-    if not quick:
-        return tuple(points)
-    return tuple(p for p in points if p.varied in (BY_HAND, "diagonal") or p.name in _QUICK)
-
-
 _QUICK: Final = (
     *("order 1", "reed modes 10", "2 steps per filter", "32 steps per filter"),
     *("one port", "beam", *(f"{ports} ports" for ports in PORTS)),
 )
 
 
-def _by_hand(scene: Scene) -> Iterator[Point]:
-    """Yield the column as a spring and as a rod."""
-    seat = scene.seat
-    if (column := seat.column()) is None:
-        return
-    spring = {"kind": "spring", "stiffness": f"{column.stiffness!r} N/m"}
-    yield Point("spring, column E A/h" if seat.is_drawn else "spring, E A/L", "spring", BY_HAND, {"seat": spring})
-    if seat.closed_form() is not None:  # its column is what the rod is
-        return
-    rod = {
-        "kind": "rod",
-        "young": f"{column.young!r} Pa",
-        "density": f"{column.density!r} kg/m^3",
-        "length": f"{column.height!r} m",
-        "area": f"{column.area!r} m^2",
-        "damping_ratio": seat.loss,
-    }
-    yield Point("rod, column", "rod", BY_HAND, {"seat": rod})
+@dataclass(frozen=True)
+class Ladder:
+    """The rungs of a scene; ``rings``: of the patch, where a plan takes several."""
 
+    scene: Scene
+    rings: int = 1
 
-def _diagonals(scene: Scene, centre: Centre, depth: int) -> Iterator[Point]:
-    """Yield mesh and band together, for each level; that of the centre last, and up to the centre."""
-    if centre.size is None:
-        yield Point("as given", "as given", "diagonal", centre.settings())
-        return
-    for k in (-1, 0):
-        yield replace(_rung(replace(centre, level=None), "spring", k), name=_name("spring, statics", k))
-    for model in scene.seat.levels():
-        if model.applies and model.error > 0:  # a closed form: nothing to refine
-            yield Point(model.level, model.level, "diagonal", {**centre.settings(), "seat.model": model.level})
-        elif model.applies and model.level != centre.level and centre.ports is None:  # no other is struck along a lip
-            yield from _chain(replace(centre, level=model.level), -depth, -1)
-    yield from _chain(centre, -depth, 0)
+    @cached_property
+    def centre(self) -> Centre:
+        """Return the fidelity that the ladder is built around."""
+        return centre_of(self.scene)
 
+    def rungs(self, *, quick: bool = False) -> tuple[Point, ...]:
+        """Return every rung that applies to the scene, each family from coarse to fine; ``quick``: about a third."""
+        by_hand = self._by_hand() if self.centre.ports is None else ()
+        points = (*by_hand, *self._diagonals(2 if quick else DEPTH), *self._around())
+        return tuple(p for p in points if not quick or p.varied in (BY_HAND, "diagonal") or p.name in _QUICK)
 
-def finer_rung(scene: Scene, fineness: int) -> Point:
-    """Return the diagonal beyond the centre, for as far as it can be afforded."""
-    centre = centre_of(scene)
-    return replace(_rung(centre, centre.family, fineness), after=_name(centre.family, fineness - 1))
+    def _by_hand(self) -> Iterator[Point]:
+        """Yield the column as a spring and as a rod."""
+        seat = self.scene.seat
+        if (column := seat.column()) is None:
+            return
+        spring = {"kind": "spring", "stiffness": f"{column.stiffness!r} N/m"}
+        yield Point("spring, column E A/h" if seat.is_drawn else "spring, E A/L", "spring", BY_HAND, {"seat": spring})
+        if seat.closed_form() is not None:  # its column is what the rod is
+            return
+        rod = {
+            "kind": "rod",
+            "young": f"{column.young!r} Pa",
+            "density": f"{column.density!r} kg/m^3",
+            "length": f"{column.height!r} m",
+            "area": f"{column.area!r} m^2",
+            "damping_ratio": seat.loss,
+        }
+        yield Point("rod, column", "rod", BY_HAND, {"seat": rod})
+
+    def _diagonals(self, depth: int) -> Iterator[Point]:
+        """Yield mesh and band together, for each level; that of the centre last, and up to the centre."""
+        centre = self.centre
+        if centre.size is None:
+            yield Point("as given", "as given", "diagonal", centre.settings())
+            return
+        for k in (-1, 0):
+            yield replace(_rung(replace(centre, level=None), "spring", k), name=_name("spring, statics", k))
+        for model in self.scene.seat.levels():
+            if model.applies and model.error > 0:  # a closed form: nothing to refine
+                yield Point(model.level, model.level, "diagonal", {**centre.settings(), "seat.model": model.level})
+            elif (
+                model.applies and model.level != centre.level and centre.ports is None
+            ):  # no other is struck along a lip
+                yield from _chain(replace(centre, level=model.level), -depth, -1)
+        yield from _chain(centre, -depth, 0)
+
+    def finer(self, fineness: int) -> Point:
+        """Return the diagonal beyond the centre, for as far as it can be afforded."""
+        family = self.centre.family
+        return replace(_rung(self.centre, family, fineness), after=_name(family, fineness - 1))
+
+    def _around(self) -> Iterator[Point]:
+        """Yield each choice varied alone; the rest is the centre's."""
+        centre, rings = self.centre, self.rings
+        family, base = centre.family, centre.settings()
+
+        def vary(name: str, varied: str, key: str, value: object) -> Point:
+            return Point(name, family, varied, {**base, key: written(key, value)})
+
+        if centre.size is not None:
+            for k in (-2, -1):
+                yield Point(f"mesh / {RATIO**k:.2f}", family, "mesh", centre.settings(k, band=False))
+            yield vary("order 1", "order", "seat.mesh.order", 1)
+        if centre.bandwidth is not None:
+            for k in (-1, 1):
+                value = centre.bandwidth * RATIO**k
+                yield vary(f"band x {RATIO**k:.2f}", "band", "seat.greens.bandwidth", value)
+        if centre.bandwidth is not None and (centre.ports or 1) == 1:  # arcs take modes alone
+            for tolerance in TOLERANCES:
+                yield vary(f"tolerance {tolerance:g}", "tolerance", "seat.greens.tolerance", tolerance)
+            yield from self._reductions(base)
+        if rings > 1:
+            yield vary(f"{rings} rings", "rings", "contact.rings", rings)
+        if centre.ports is not None and centre.reed_band is not None:
+            for ports in PORTS:
+                if ports != centre.ports:
+                    yield vary(f"{ports} ports", "ports", "contact.ports", ports)
+            if centre.ports > 1:
+                yield Point("one port", family, "one port", base, in_place=ONE_PORT)
+            narrow = {**base, REED_BAND: written(REED_BAND, min(OF_A_BEAM, centre.reed_band))}
+            if self._has_a_beam():
+                yield Point("beam", family, "beam", narrow, in_place=BEAM)
+            for k in (-1, 1):
+                value = centre.reed_band * RATIO**k
+                yield vary(f"reed band x {RATIO**k:.2f}", "reed band", REED_BAND, value)
+        if self.scene.reed.beam_modes is not None:
+            for number in REED_MODES:
+                yield vary(f"reed modes {number}", "reed modes", "reed.n_modes", number)
+        yield from self._in_time(base)
+
+    def _has_a_beam(self) -> bool:
+        """Return whether a beam is known that could stand in place of the scene's plate."""
+        method = stated_method(self.scene).replaced({REED_BAND: OF_A_BEAM}).along(self.scene, 1)
+        striker = striker_of(self.scene, method=method.reed)
+        return BEAM in dict(simpler_bodies(self.scene, striker, Division()))
+
+    def _reductions(self, base: Settings) -> Iterator[Point]:
+        """Yield every reduction that applies; on hexahedra, of diagonal mass, those that need them and the usual."""
+        seat, centre, (usual, *_) = self.scene.seat, self.centre, reducers()
+        if centre.level == "harmonics":
+            return
+        as_matrix = seat.loss == 0 and seat.loss_at(1.0) > 0
+        for name, each in reducers().items():
+            settings = {**base, "seat.greens.method": name}
+            point = Point(f"reduction {name}", centre.family, "reduction", settings)
+            if not each.diagonal_mass and (each.modal_damping or as_matrix):
+                yield point
+            if centre.is_solid and seat.is_swept and (each.diagonal_mass or name == usual):
+                hexes = {**settings, "seat.mesh.shape": "hex"}
+                yield replace(point, name=f"hexahedra, {point.name}", settings=hexes)
+
+    def _in_time(self, base: Settings) -> Iterator[Point]:
+        """Yield steps, and engines at one step that all of them can afford."""
+        run, seat, family = self.scene.run, self.scene.seat, self.centre.family
+        width, duration = run.filter_width, run.duration
+        for number in STEPS_PER_FILTER:
+            step = written("run.time_step", width / number)
+            if width / number <= duration / 8:
+                yield Point(f"{number} steps per filter", family, "time step", {**base, "run.time_step": step})
+        number = max(2, min(64, math.floor(ENGINE_STEPS * width / duration)))
+        step = written("run.time_step", width / number)
+        for engine in ENGINES:
+            if engine != "poles" or seat.is_drawn or seat.column() is None:  # of a rod by hand there are none
+                yield Point(f"history {engine}", family, "history", {**base, "run.time_step": step}, engine)
+
+    def reference(self, fineness: float, *, coarser: bool = False) -> Point:
+        """Return a point finer than the whole ladder in every choice; ``coarser``: the same, one notch back in all.
+
+        ``fineness``: of the mesh, above the centre's.
+        """
+        centre, rings, back = self.centre, self.rings, 1 if coarser else 0
+        settings = dict(centre.settings(fineness - back, band=False))
+        if centre.bandwidth is not None:
+            band = max(2.0, fineness) - back
+            settings["seat.greens.bandwidth"] = written("seat.greens.bandwidth", centre.bandwidth * RATIO**band)
+            settings["seat.greens.tolerance"] = min(TOLERANCES) / 3 * RATIO ** (2 * back)
+        if centre.n_modes is not None:
+            settings["reed.n_modes"] = round(REFERENCE_MODES / RATIO**back)
+        if centre.ports is not None and centre.reed_band is not None:
+            settings["contact.ports"] = round(REFERENCE_PORTS / 2**back)
+            settings[REED_BAND] = written(
+                REED_BAND, min(centre.reed_band * RATIO ** (2 - back), self.scene.reed.widest_band)
+            )
+        if rings > 1:
+            settings["contact.rings"] = min(MOST_RINGS, 2 * rings) if not coarser else rings
+        settings["run.time_step"] = None
+        steps = round(4 * max(STEPS_PER_FILTER) / RATIO**back)
+        name = "reference, one notch back" if coarser else "reference"
+        return Point(f"{name} ({fineness:g})", centre.family, "reference", settings, least_steps=steps)
 
 
 def _chain(centre: Centre, first: int, last: int) -> Iterator[Point]:
@@ -189,101 +294,3 @@ def _rung(centre: Centre, family: str, fineness: int) -> Point:
 
 def _name(family: str, fineness: int) -> str:
     return f"{family}, size / {RATIO**fineness:.2f}" if fineness else f"{family}, centre"
-
-
-def _around(scene: Scene, centre: Centre, rings: int) -> Iterator[Point]:
-    """Yield each choice varied alone; the rest is the centre's."""
-    family, base = centre.family, centre.settings()
-
-    def vary(name: str, varied: str, key: str, value: object) -> Point:
-        return Point(name, family, varied, {**base, key: written(key, value)})
-
-    if centre.size is not None:
-        for k in (-2, -1):
-            yield Point(f"mesh / {RATIO**k:.2f}", family, "mesh", centre.settings(k, band=False))
-        yield vary("order 1", "order", "seat.mesh.order", 1)
-    if centre.bandwidth is not None:
-        for k in (-1, 1):
-            value = centre.bandwidth * RATIO**k
-            yield vary(f"band x {RATIO**k:.2f}", "band", "seat.greens.bandwidth", value)
-    if centre.bandwidth is not None and (centre.ports or 1) == 1:  # arcs take modes alone
-        for tolerance in TOLERANCES:
-            yield vary(f"tolerance {tolerance:g}", "tolerance", "seat.greens.tolerance", tolerance)
-        yield from (replace(p, settings={**base, **p.settings}) for p in _reductions(scene, centre))
-    if rings > 1:
-        yield vary(f"{rings} rings", "rings", "contact.rings", rings)
-    if centre.ports is not None and centre.reed_band is not None:
-        for ports in PORTS:
-            if ports != centre.ports:
-                yield vary(f"{ports} ports", "ports", "contact.ports", ports)
-        if centre.ports > 1:
-            yield Point("one port", family, "one port", base, in_place=ONE_PORT)
-        narrow = {**base, REED_BAND: written(REED_BAND, min(OF_A_BEAM, centre.reed_band))}
-        if _has_a_beam(scene):
-            yield Point("beam", family, "beam", narrow, in_place=BEAM)
-        for k in (-1, 1):
-            value = centre.reed_band * RATIO**k
-            yield vary(f"reed band x {RATIO**k:.2f}", "reed band", REED_BAND, value)
-    if scene.reed.beam_modes is not None:
-        for number in REED_MODES:
-            yield vary(f"reed modes {number}", "reed modes", "reed.n_modes", number)
-    yield from _in_time(scene, base, family)
-
-
-def _has_a_beam(scene: Scene) -> bool:
-    """Return whether a beam is known that could stand in place of the scene's plate."""
-    method = stated_method(scene).replaced({REED_BAND: OF_A_BEAM}).along(scene, 1)
-    striker = striker_of(scene, method=method.reed)
-    return BEAM in dict(simpler_bodies(scene, striker, Division()))
-
-
-def _reductions(scene: Scene, centre: Centre) -> Iterator[Point]:
-    """Yield every reduction that applies; on hexahedra, of diagonal mass, those that need them and the usual one."""
-    if centre.level == "harmonics":
-        return
-    seat, (usual, *_), hexes = scene.seat, reducers(), {"seat.mesh.shape": "hex"}
-    as_matrix = seat.loss == 0 and seat.loss_at(1.0) > 0
-    for name, each in reducers().items():
-        point = Point(f"reduction {name}", centre.family, "reduction", {"seat.greens.method": name})
-        if not each.diagonal_mass and (each.modal_damping or as_matrix):
-            yield point
-        if centre.is_solid and seat.is_swept and (each.diagonal_mass or name == usual):
-            yield replace(point, name=f"hexahedra, {point.name}", settings={**hexes, **point.settings})
-
-
-def _in_time(scene: Scene, base: Settings, family: str) -> Iterator[Point]:
-    """Yield steps, and engines at one step that all of them can afford."""
-    width, duration = scene.run.filter_width, scene.run.duration
-    for number in STEPS_PER_FILTER:
-        step = written("run.time_step", width / number)
-        if width / number <= duration / 8:
-            yield Point(f"{number} steps per filter", family, "time step", {**base, "run.time_step": step})
-    number = max(2, min(64, math.floor(ENGINE_STEPS * width / duration)))
-    step = written("run.time_step", width / number)
-    for engine in ENGINES:
-        if engine != "poles" or scene.seat.is_drawn or scene.seat.column() is None:  # of a rod by hand there are none
-            yield Point(f"history {engine}", family, "history", {**base, "run.time_step": step}, engine)
-
-
-def reference_point(scene: Scene, fineness: float, *, coarser: bool = False, rings: int = 1) -> Point:
-    """Return a point finer than the whole ladder in every choice; ``coarser``: the same, one notch back in all.
-
-    ``fineness``: of the mesh, above the centre's; ``rings``: of the patch, where a plan takes several.
-    """
-    centre, back = centre_of(scene), 1 if coarser else 0
-    settings = dict(centre.settings(fineness - back, band=False))
-    if centre.bandwidth is not None:
-        band = max(2.0, fineness) - back
-        settings["seat.greens.bandwidth"] = written("seat.greens.bandwidth", centre.bandwidth * RATIO**band)
-        settings["seat.greens.tolerance"] = min(TOLERANCES) / 3 * RATIO ** (2 * back)
-    if centre.n_modes is not None:
-        settings["reed.n_modes"] = round(REFERENCE_MODES / RATIO**back)
-    if centre.ports is not None and centre.reed_band is not None:
-        settings["contact.ports"] = round(REFERENCE_PORTS / 2**back)
-        settings[REED_BAND] = written(REED_BAND, min(centre.reed_band * RATIO ** (2 - back), scene.reed.widest_band))
-    if rings > 1:
-        settings["contact.rings"] = min(MOST_RINGS, 2 * rings) if not coarser else rings
-    settings["run.time_step"] = None
-    steps = round(4 * max(STEPS_PER_FILTER) / RATIO**back)
-    name = "reference, one notch back" if coarser else "reference"
-    return Point(f"{name} ({fineness:g})", centre.family, "reference", settings, least_steps=steps)

@@ -11,7 +11,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 from impact.march.engines import Engine
 from seatfem.jobs.limits import limit_process
@@ -34,34 +34,14 @@ from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.landed import LANDED, STATUS
 from seatfem.study.impacts.measures import measured, stress_since
 from seatfem.study.impacts.simpler import simpler_bodies
-from seatfem.study.method import FIELDS, REED_BAND, RunMethod, has_key, stated_method
+from seatfem.study.method import FIELDS, REED_BAND, RunMethod, has_key, stated_method, written
 from seatfem.study.scene import Scene, load_scene
+from seatfem.study.sweep.outcome import FAILURES, Outcome
 
 Settings = Mapping[str, object]
 """Values by dotted key, written as in a scene file ("1 mm"); ``None`` takes the key out of the file."""
 
-UNITS: Final = {
-    "seat.mesh.size": "m",
-    "seat.mesh.contact_size": "m",
-    "seat.greens.bandwidth": "Hz",
-    "run.time_step": "s",
-    REED_BAND: "Hz",
-}
 ALL_OPEN: Final[Settings] = dict.fromkeys(key for key in FIELDS if key != REED_BAND)  # of bars none is chosen
-
-
-def scene_with(path: Path, settings: Settings) -> Scene:
-    """Return the scene of a file with ``settings`` stated: a planner obeys them, and chooses what is taken out.
-
-    Raises:
-        SceneError: a value that does not belong in a scene.
-    """
-    return load_scene(path, settings)
-
-
-def written(key: str, value: object) -> object:
-    """Return an SI value of a key as a scene file has it: ``"0.001 m"``."""
-    return f"{value!r} {UNITS[key]}" if key in UNITS else value
 
 
 def stated_choices(scene: Scene, method: RunMethod) -> Settings:
@@ -70,6 +50,11 @@ def stated_choices(scene: Scene, method: RunMethod) -> Settings:
     return {key: written(key, value) for key, value in values.items() if value is not None}
 
 
+PROCESSOR: Final = "processor_s"
+COSTS: Final = (PROCESSOR, "memory_bytes", "start_s")
+"""Seconds of all threads of the computation, mesher included, of a stopped one the limit; the largest of the process;
+seconds from the start of the process to the beginning of the computation."""
+ABOUT: Final = (STATUS, "seat_model", "seat_dof", "seat_poles", "reduction", "time_step_s", "engine")
 REPEATED_BELOW: Final = 4.0  # processor s; less is measured twice and the second counts: the first loads and compiles
 
 
@@ -100,47 +85,26 @@ class Point:
     predicted: float = 0.0
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """Cost and measures of a point, or why there are none.
-
-    Attributes:
-        state: "done"; "stopped" at the time limit; "failed" with the reason.
-        wall, processor: seconds of the computation by the clock and of all its threads, mesher included; of a stopped
-            one ``processor`` is the limit.
-        memory: largest of the process [bytes].
-        start: seconds from the start of the process to the beginning of the computation.
-        values: measures [SI] by name.
-        about: whether it landed, level, unknowns, poles, step and such.
-    """
-
-    state: Literal["done", "stopped", "failed"]
-    reason: str = ""
-    wall: float = math.nan
-    processor: float = math.nan
-    memory: float = math.nan
-    start: float = math.nan
-    values: Mapping[str, float] = field(default_factory=dict)
-    about: Mapping[str, object] = field(default_factory=dict)
-
-
 def carry_out(path: Path, point: Point, start: float = math.nan) -> Outcome:
     """Compute the point's seat, contact and measures; no error bars, files, pictures. Whatever fails is the outcome.
 
-    ``start``: seconds that the program took to load.
+    Its summary has the measures [SI] by name, `ABOUT` and `COSTS`. ``start``: seconds that the program took to load.
     """
+    loaded = {"start_s": start}
     try:
-        scene = scene_with(path, point.settings)
+        scene = load_scene(path, point.settings)
         check_step(scene)
-        wall, processor, values, about = _timed(scene, point)
+        wall, processor, summary = _timed(scene, point)
         if processor < REPEATED_BELOW:
-            wall, processor, values, about = _timed(scene, point)
-    except (ArithmeticError, AssertionError, LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
-        return Outcome("failed", f"{type(error).__name__}: {error}", start=start)
-    return Outcome("done", "", wall, processor, peak_memory(), start, values, about)
+            wall, processor, summary = _timed(scene, point)
+    except FAILURES as error:
+        return Outcome.of_failure(error, summary=loaded)
+    costs = {PROCESSOR: processor, "memory_bytes": peak_memory(), **loaded}
+    return Outcome("done", "", wall, {**summary, **costs})
 
 
-def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float], dict[str, object]]:
+def _timed(scene: Scene, point: Point) -> tuple[float, float, dict[str, Any]]:
+    """Return the time by the clock and of the processor [s], and the summary."""
     wall, processor, watch = time.perf_counter(), _processor_time(), Stopwatch()
     method = stated_method(scene)
     if point.in_place:
@@ -162,17 +126,18 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float
     stress = stress_of(scene, striker, result.force, result.dt, lift_of(touches), stopper=met, since=since)
     never = dict.fromkeys(scene.accuracy.judged, 0.0)
     values = {**never, **measured(touches, scene.run.filter_width, stress, scene.accuracy.landing)}
-    about: dict[str, object] = {
-        STATUS: LANDED if touches.landings is None else touches.landings.status,
-        "seat_model": seat.about.get("seat_model", ""),
-        "seat_dof": seat.about.get("seat_dof", 0),
-        "seat_poles": seat.greens.marched_poles(step, scene.run.duration / step) or 0,
-        "reduction": seat.greens.provenance.get("method", ""),
-        "time_step_s": step,
-        "engine": result.engine,
-        "stages_s": {name: round(spent, 4) for name, spent in watch.stages.items()},
-    }
-    return time.perf_counter() - wall, _processor_time() - processor, values, about
+    about = (
+        LANDED if touches.landings is None else touches.landings.status,
+        seat.about.get("seat_model", ""),
+        seat.about.get("seat_dof", 0),
+        seat.greens.marched_poles(step, scene.run.duration / step) or 0,
+        seat.greens.provenance.get("method", ""),
+        step,
+        result.engine,
+    )
+    stages = {f"stage_{name}_s": round(spent, 4) for name, spent in watch.stages.items()}
+    summary = {**values, **dict(zip(ABOUT, about, strict=True)), **stages}
+    return time.perf_counter() - wall, _processor_time() - processor, summary
 
 
 def _processor_time() -> float:
@@ -189,7 +154,8 @@ def _reply(line: str) -> str:
     """Return the outcome of one job, within its processor time."""
     job: dict[str, Any] = json.loads(line)
     limit_process(seconds=math.ceil(job["limit"]))
-    return json.dumps(asdict(carry_out(Path(job["scene"]), Point(**job["point"]), time.time() - job["begun"])))
+    point = Point(**job["point"], settings=job["changed"])
+    return json.dumps(asdict(carry_out(Path(job["path"]), point, time.time() - job["begun"])))
 
 
 if __name__ == "__main__":

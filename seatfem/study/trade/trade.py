@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from impact.brief import brief
 from impact.files.atomic import check_writable
@@ -15,13 +15,14 @@ from impact.progress import Progress, silent
 from seatfem.structures.store import Store
 from seatfem.study.impacts.landed import LANDED, STATUS, has_landed, left_out_in_words
 from seatfem.study.method import FIELDS, is_given
-from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import FIRST, HARDEST
-from seatfem.study.trade.ladder import BY_HAND, RATIO, centre_of, finer_rung, ladder, reference_point
-from seatfem.study.trade.point import ALL_OPEN, Outcome, Point, scene_with, stated_choices
-from seatfem.study.trade.runner import TIME_LIMIT, run_point, run_points
+from seatfem.study.sweep.effects import pareto_front
+from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.trade.ladder import BY_HAND, RATIO, Ladder
+from seatfem.study.trade.point import ALL_OPEN, Point, stated_choices
+from seatfem.study.trade.runner import TIME_LIMIT, processor_of, run_points
 from seatfem.units import write_quantity
 
 PLANNED: Final = "planner's choice"
@@ -69,21 +70,21 @@ class Trade:
     def left_out_in_words(self) -> str:
         """Return how many of the points that ended did not land or were cut off, and so have no error; "" of none."""
         ended = [self.outcomes[point.name] for point in self.done()]
-        statuses = [LANDED if _answers(outcome, self.measures) else outcome.about[STATUS] for outcome in ended]
+        statuses = [LANDED if _answers(each, self.measures) else each.summary[STATUS] for each in ended]
         return left_out_in_words(statuses, "points")
 
     def cost(self, name: str) -> float:
         """Return the processor seconds of a point; not a number where it did not end."""
         outcome = self.outcomes[name]
-        return outcome.processor if outcome.state == "done" else math.nan
+        return processor_of(outcome) if outcome.state == "done" else math.nan
 
     def error(self, name: str, measure: str) -> float:
         """Return |value - reference|/|reference| of a point; not a number where it did not end, or does not tell: a
         measure of a landing where it did not land, or was cut off."""
-        outcome, exact = self.outcomes[name], self.outcomes[self.reference].values[measure]
-        if outcome.state != "done" or measure not in outcome.values or not _answers(outcome, [measure]):
+        outcome, exact = self.outcomes[name], self.outcomes[self.reference].summary
+        if outcome.state != "done" or measure not in outcome.summary or not _answers(outcome, [measure]):
             return math.nan
-        return _relative(outcome.values[measure] - exact, exact)
+        return _relative(outcome.summary, exact, measure)
 
     def trusted_error(self, name: str, measure: str | None = None) -> float:
         """Return the error, but at least the floor; without a ``measure`` that of the worst, in floors or above.
@@ -105,16 +106,16 @@ class Trade:
 
     def front(self, measure: str | None = None) -> tuple[str, ...]:
         """Return the contenders that none beats in time and error, cheapest first; by default in the worst error."""
-        names = self.contenders()
-        errors = [self.trusted_error(name, measure) for name in names]
-        return tuple(names[i] for i in pareto_front([self.cost(name) for name in names], errors))
+        names, (costs, errors) = self.contenders(), self._places(self.contenders(), measure)
+        return tuple(names[i] for i in pareto_front(costs, errors))
 
     def excess(self, name: str, measure: str | None = None, *, guesses: bool = False) -> float:
         """Return a point's cost over the least cost of an equal or smaller error; by default of the worst error."""
-        names = self.contenders(guesses=guesses)
-        errors = [self.trusted_error(each, measure) for each in names]
-        costs = [self.cost(each) for each in names]
-        return cost_excess(self.cost(name), self.trusted_error(name, measure), costs, errors)
+        others = self._places(self.contenders(guesses=guesses), measure)
+        return cost_excess(self.cost(name), self.trusted_error(name, measure), *others)
+
+    def _places(self, names: Sequence[str], measure: str | None) -> tuple[list[float], list[float]]:
+        return [self.cost(name) for name in names], [self.trusted_error(name, measure) for name in names]
 
     def excess_at_target(self, name: str) -> float:
         """Return a point's cost over the cheapest's that meets the target in all measures; NaN where it misses it."""
@@ -147,32 +148,35 @@ def measure_trade(
     scene = load_scene(path)
     check_writable(journal)
     begun = time.perf_counter()
-    planned = _planned(path, scene, Store(journal.parent / "no-store"))  # never written: no seat is at hand
+    empty = Store(journal.parent / "no-store")  # never written: no seat is at hand
+    planned = [_planned(PLANNED, load_scene(path, ALL_OPEN), empty)]
+    if any(is_given(scene, key) for key in FIELDS):
+        planned.append(_planned(AS_FILED, scene, empty))
     planning = time.perf_counter() - begun
     rings = max(int(str(point.settings.get("contact.rings") or 1)) for point in planned)
-    rungs, runs = ladder(scene, quick=quick, rings=rings), _Runs(path, scene, journal, time_limit, cluster)
+    ladder = Ladder(scene, rings)
+    rungs, runs = ladder.rungs(quick=quick), _Runs(path, ladder, journal, time_limit, cluster)
     if cluster is None and not journal.exists():
         # compiled code is on the disk before anything is measured: each family once, for nothing
-        for point in {p.family: p for p in reversed(rungs) if p.varied == "diagonal"}.values():
-            run_point(path, point, LONGER * time_limit)
+        first = {point.family: replace(point, after="") for point in reversed(rungs) if point.varied == "diagonal"}
+        run_points(path, tuple(first.values()), None, time_limit=LONGER * time_limit)
     runs.carry_out(rungs, progress=progress)
     runs.check_landed([point.name for point in rungs])
     runs.carry_out(planned, LONGER)
-    finer = _finer(runs, 1 if quick else FINEST)
-    exact, back = _reference(runs, len(finer), rings, lambda _, done: progress("reference", done))
-    values, others = runs.found[exact].values, runs.found[back].values
-    floor = {name: _relative(values[name] - others[name], values[name]) / (RATIO - 1) for name in values}
-    points, accuracy = (*rungs, *finer, *planned), scene.accuracy
-    title = scene.title or path.stem
-    return Trade(title, tuple(accuracy.judged), accuracy.target, points, runs.found, exact, floor, planning)
+    finer = runs.finer(1 if quick else FINEST)
+    exact, back = runs.reference(len(finer), lambda _, done: progress("reference", done))
+    judged, values, others = tuple(scene.accuracy.judged), runs.found[exact].summary, runs.found[back].summary
+    floor = {name: _relative(others, values, name) / (RATIO - 1) for name in judged}
+    points, title = (*rungs, *finer, *planned), scene.title or path.stem
+    return Trade(title, judged, scene.accuracy.target, points, runs.found, exact, floor, planning)
 
 
 @dataclass
 class _Runs:
-    """The points of one scene that were carried out so far: their outcomes by name."""
+    """Points of one scene that are carried out; ``found``: their outcomes by name."""
 
     path: Path
-    scene: Scene
+    ladder: Ladder
     journal: Path
     limit: float
     cluster: str | None = None
@@ -188,94 +192,71 @@ class _Runs:
     def check_landed(self, names: Sequence[str]) -> None:
         """Raise `TradeError` where the scene asks for a landing, and each of these points that ended has none."""
         ended = [each for name in names if (each := self.found.get(name)) is not None and each.state == "done"]
-        judged = self.scene.accuracy.judged
+        scene = self.ladder.scene
+        judged = scene.accuracy.judged
         if ended and not any(_answers(each, judged) for each in ended):
-            why = left_out_in_words((each.about[STATUS] for each in ended), "points")
+            why = left_out_in_words((each.summary[STATUS] for each in ended), "points")
             raise TradeError(
                 f"{self.path}: no landing to compare: {why}; lengthen run.duration = "
-                f"{write_quantity(self.scene.run.duration, 'time')}, "
+                f"{write_quantity(scene.run.duration, 'time')}, "
                 'or ask for the whole run by accuracy.landing = "run"'
             )
 
     def seconds(self, top: int, notches: int) -> float:
         """Return the predicted seconds of a mesh that many notches finer than the rung ``top``; infinite if unknown."""
-        centre = centre_of(self.scene)
-        last = self.found.get(finer_rung(self.scene, top).name) if centre.size else None
+        centre = self.ladder.centre
+        last = self.found.get(self.ladder.finer(top).name) if centre.size else None
         if last is None or last.state != "done":
             return math.inf
-        return last.processor * GROWTH[centre.is_solid] ** notches
+        return processor_of(last) * GROWTH[centre.is_solid] ** notches
+
+    def finer(self, most: int) -> list[Point]:
+        """Run the diagonal above the centre while a rung is predicted to end in half the limit; return its points."""
+        added: list[Point] = []
+        while len(added) < most and self.seconds(len(added), 1) <= self.limit / 2:
+            added.append(self.ladder.finer(len(added) + 1))
+            self.carry_out(added[-1:])
+        return added
+
+    def reference(self, top: int, progress: Progress) -> tuple[str, str]:
+        """Return the finest that can be afforded: its name, and that of the same one notch back.
+
+        All candidates are finer than the rung ``top``, the ladder's last; the first is predicted to take half the time
+        allowed.
+        """
+        notches = [n for n in (3, 2) if self.seconds(top, n) <= LONGER * self.limit / 2]
+        tried = []
+        for fineness in [top + n for n in (*notches, 1.0, 0.5)] if self.ladder.centre.size else [float(FINEST)]:
+            pair = [self.ladder.reference(fineness, coarser=coarser) for coarser in (False, True)]
+            self.carry_out(pair, LONGER, progress)
+            exact, back = (point.name for point in pair)
+            if failed := [name for name in (exact, back) if self.found[name].state != "done"]:
+                tried += [f"{name}: {self.found[name].message}" for name in failed]
+                continue
+            self.check_landed([exact])
+            self.check_landed([back])
+            return exact, back
+        raise TradeError(f"{self.path}: no reference ended ({'; '.join(tried)}); give each point more time (--limit)")
 
 
-def _planned(path: Path, scene: Scene, empty: Store) -> tuple[Point, ...]:
-    """Return the planner's choice with every key open and, where the file states some, of the file as it is."""
-    points = [_as_point(PLANNED, plan_scene(scene_with(path, ALL_OPEN), store=empty))]
-    if any(is_given(scene, key) for key in FIELDS):
-        points.append(_as_point(AS_FILED, plan_scene(scene, store=empty)))
-    return tuple(points)
-
-
-def _as_point(name: str, plan: Plan) -> Point:
+def _planned(name: str, scene: Scene, empty: Store) -> Point:
+    """Return what the planner chooses for a scene, no seat of which is at hand."""
+    plan = plan_scene(scene, store=empty)
     seconds = sum(plan.cost.parts.get(stage, 0.0) for stage in CARRIED_OUT)
     settings = {**ALL_OPEN, **stated_choices(plan.scene, plan.method)}
     family = "as given" if plan.level == "closed form" else plan.level
     return Point(name, family, "planned", settings, predicted=seconds)
 
 
-def _finer(runs: _Runs, most: int) -> list[Point]:
-    """Run the diagonal above the centre while a rung is predicted to end in half the limit; return its points."""
-    added: list[Point] = []
-    while len(added) < most and runs.seconds(len(added), 1) <= runs.limit / 2:
-        added.append(finer_rung(runs.scene, len(added) + 1))
-        runs.carry_out(added[-1:])
-    return added
-
-
-def _reference(runs: _Runs, top: int, rings: int, progress: Progress) -> tuple[str, str]:
-    """Return the finest that can be afforded: its name, and that of the same one notch back.
-
-    All candidates are finer than the rung ``top``, the ladder's last; the first is predicted to take half the time
-    allowed.
-    """
-    notches = [n for n in (3, 2) if runs.seconds(top, n) <= LONGER * runs.limit / 2]
-    tried = []
-    for fineness in [top + n for n in (*notches, 1.0, 0.5)] if centre_of(runs.scene).size else [float(FINEST)]:
-        pair = [reference_point(runs.scene, fineness, coarser=coarser, rings=rings) for coarser in (False, True)]
-        runs.carry_out(pair, LONGER, progress)
-        failed = [point.name for point in pair if runs.found[point.name].state != "done"]
-        if not failed:
-            runs.check_landed([pair[0].name])
-            runs.check_landed([pair[1].name])
-            return pair[0].name, pair[1].name
-        tried += [f"{name}: {runs.found[name].reason}" for name in failed]
-    raise TradeError(f"{runs.path}: no reference ended ({'; '.join(tried)}); give each point more time (--limit)")
-
-
 def _answers(outcome: Outcome, measures: Sequence[str]) -> bool:
     """Return whether a point has what these measures speak of: landings, or its whole run."""
-    return has_landed(outcome.about) or not any(name.startswith((HARDEST, FIRST)) for name in measures)
+    return has_landed(outcome.summary) or not any(name.startswith((HARDEST, FIRST)) for name in measures)
 
 
-def _relative(difference: float, exact: float) -> float:
-    if exact == 0.0:
-        return 0.0 if difference == 0.0 else math.inf
-    return abs(difference / exact)
-
-
-def pareto_front(costs: Sequence[float], errors: Sequence[float]) -> tuple[int, ...]:
-    """Return the indices of the points that no other one beats, by increasing cost.
-
-    A point is beaten by one that is at least as cheap and at least as accurate, and better in one of the two; of equal
-    points the first stands for all. Points with a cost or error that is no finite number are left out.
-    """
-    order = sorted(
-        (i for i in range(len(costs)) if math.isfinite(costs[i]) and math.isfinite(errors[i])),
-        key=lambda i: (costs[i], errors[i], i),
-    )
-    front: list[int] = []
-    for i in order:
-        if not front or errors[i] < errors[front[-1]]:
-            front.append(i)
-    return tuple(front)
+def _relative(values: Mapping[str, Any], exact: Mapping[str, Any], name: str) -> float:
+    """Return by how much a value differs from the exact one, relative to that."""
+    difference = abs(values[name] - exact[name])
+    return float(difference / abs(exact[name])) if exact[name] else math.inf if difference else 0.0
 
 
 def cost_excess(cost: float, error: float, costs: Sequence[float], errors: Sequence[float]) -> float:
