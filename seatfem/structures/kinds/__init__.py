@@ -6,10 +6,13 @@ A kind from elsewhere is a subclass of `Structure` too, known from its definitio
 from seatfem.structures.kinds.annular import Annular as Annular
 from seatfem.structures.kinds.ball import Ball as Ball
 from seatfem.structures.kinds.bar import BarSeat as BarSeat
+from seatfem.structures.kinds.beams import Cantilever as Cantilever
+from seatfem.structures.kinds.beams import ClampedClamped as ClampedClamped
+from seatfem.structures.kinds.beams import Stepped as Stepped
+from seatfem.structures.kinds.beams import Timoshenko as Timoshenko
+from seatfem.structures.kinds.beams import TipMass as TipMass
 from seatfem.structures.kinds.block import BlockSeat as BlockSeat
 from seatfem.structures.kinds.cad import Cad as Cad
-from seatfem.structures.kinds.cantilever import Cantilever as Cantilever
-from seatfem.structures.kinds.clamped_clamped import ClampedClamped as ClampedClamped
 from seatfem.structures.kinds.conical import Conical as Conical
 from seatfem.structures.kinds.disc import Disc as Disc
 from seatfem.structures.kinds.flapper import Flapper as Flapper
@@ -24,9 +27,6 @@ from seatfem.structures.kinds.ring_plate import RingPlate as RingPlate
 from seatfem.structures.kinds.rod import Rod as Rod
 from seatfem.structures.kinds.sheet import OutlinedSheet as OutlinedSheet
 from seatfem.structures.kinds.spring import Spring as Spring
-from seatfem.structures.kinds.stepped import Stepped as Stepped
 from seatfem.structures.kinds.stopper import StopperSeat as StopperSeat
 from seatfem.structures.kinds.structure import Structure as Structure
 from seatfem.structures.kinds.structure import kinds_of as kinds_of
-from seatfem.structures.kinds.timoshenko import Timoshenko as Timoshenko
-from seatfem.structures.kinds.tip_mass import TipMass as TipMass

@@ -15,6 +15,7 @@ from impact.greens.base import Array
 from seatfem.fields import KeyProblem, Length
 from seatfem.structures.kinds.drawn import Turned
 from seatfem.structures.kinds.striking import At
+from seatfem.structures.kinds.structure import SampleScene, Traits
 from seatfem.structures.outlines import BodyViews, Size, length_text
 from seatfem.structures.shapes import Ball as Sphere
 
@@ -29,15 +30,14 @@ class Ball(Turned):
     a ball on a flat face, whose disc grows with the force, is kind = "rigid_mass" with law = { kind = "hertz", ... }:
     that has the compliance of both bodies, and no waves in the ball."""
 
-    has_stress: ClassVar[bool] = True
+    traits: ClassVar[Traits] = replace(Turned.traits, has_stress=True)
     group: ClassVar[str] = "strikers"
     sample: ClassVar[str] = """
 diameter = "10 mm"
 material = "steel"
 damping_ratio = 0.005
 """
-    sample_motion: ClassVar[str] = 'velocity = "-0.5 m/s"'
-    sample_opposite: ClassVar[str] = "stopper"
+    sample_scene: ClassVar[SampleScene] = SampleScene('velocity = "-0.5 m/s"', "stopper")
 
     kind: Literal["ball"]
     diameter: Length = Field(description="diameter")
@@ -62,9 +62,9 @@ damping_ratio = 0.005
         diameter = Size("plan", 1, -radius, radius, radius, f"Ø {length_text(self.diameter)}")
         return replace(super().views(at), sizes=(diameter,))
 
-    def pushed_at_points(self, body: Body, points: Array | None) -> Array:
+    def pushed_by_springs(self, body: Body, points: Array | None) -> Array:
         """Return (M, n) of its translation alone, as a spring through its centre does: not its facet, which yields."""
-        modal, pushed = body.greens.modal, super().pushed_at_points(body, points)
+        modal, pushed = body.greens.modal, super().pushed_by_springs(body, points)
         assert modal is not None
         return np.where(modal.omega[:, None] == 0, pushed, 0.0)
 

@@ -7,7 +7,8 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from seatfem.fields import Length, of_same_names
-from seatfem.structures.kinds.thin_plate import FreePlate
+from seatfem.structures.kinds.structure import SampleScene
+from seatfem.structures.kinds.thin_plate import FRONTS, FreePlate
 from seatfem.structures.shapes.disc import Disc as Outline
 
 
@@ -21,8 +22,7 @@ thickness = "1 mm"
 material = "steel"
 damping_ratio = 0.02
 """
-    sample_motion: ClassVar[str] = 'velocity = "-2 m/s"'
-    sample_opposite: ClassVar[str] = "stopper"
+    sample_scene: ClassVar[SampleScene] = SampleScene('velocity = "-2 m/s"', "stopper", FRONTS)
 
     kind: Literal["disc"]
     diameter: Length = Field(description="diameter")

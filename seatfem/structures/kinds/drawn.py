@@ -16,7 +16,7 @@ from seatfem.structures.estimates.patch import Column, Patch, bulky
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.parts import Mesh
 from seatfem.structures.kinds.selectors import in_scene_words
-from seatfem.structures.kinds.structure import NO_RING, Finding
+from seatfem.structures.kinds.structure import NO_RING, Finding, Traits
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import (
     DISCRETE,
@@ -52,10 +52,13 @@ WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # the same of a r
 class Drawn(Elastic):
     """Base of all bodies that gmsh meshes."""
 
-    is_drawn: ClassVar[bool] = True
+    @property
+    def drawn(self) -> Drawn | None:
+        return self
 
     @property
     def is_swept(self) -> bool:
+        """Return whether hexahedra can be swept through it."""
         geometry = self.geometry()
         return geometry.plan is not None or geometry.profile is not None
 
@@ -111,7 +114,7 @@ class Drawn(Elastic):
     def problems(self) -> Iterator[Finding]:
         yield from self.unknown_names(self.geometry().patches, ("seat",))
 
-    def part(self) -> Part | None:
+    def part(self) -> Part:
         from seatfem.structures.inspection.parts import of_geometry  # of `seatfem faces` only
 
         return of_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
@@ -203,6 +206,11 @@ class Drawn(Elastic):
         copies = self.copies.get(level, 1)
         return body_in_numbers(self.geometry()).inner.total / copies
 
+    @property
+    def form_error(self) -> float:
+        """Return the relative error of g by the closed form, beside what `beyond` knows."""
+        return 0.0
+
     def mass(self) -> float:
         return self.material.density * self.measures_inside("3d")
 
@@ -234,7 +242,7 @@ def _as_a_whole(model: str) -> str:
 class Turned(Drawn):
     """Base of all solids of revolution."""
 
-    revolved: ClassVar[bool] = True
+    traits: ClassVar[Traits] = replace(Drawn.traits, revolved=True)
 
     arc: Angle | None = Field(None, description="angular width of the part of the ring that is struck; absent: all")
     fixed: Literal["underside"] = Field("underside", description="the clamped face")

@@ -13,6 +13,8 @@ from impact.bodies.reeds import ModeShape, reed
 from impact.greens.base import GreensFunction
 from seatfem.fields import Length, of_same_names
 from seatfem.structures.kinds.plate_loads import ClampedPlate
+from seatfem.structures.kinds.structure import SampleScene
+from seatfem.structures.kinds.thin_plate import FRONTS
 from seatfem.structures.shapes.flapper import Flapper as Outline
 
 CHORDS: Final = 64  # of a quarter circle, in the beam that stands for a flapper: its mass is right to 1e-4
@@ -36,7 +38,7 @@ thickness = "0.3 mm"
 material = "steel"
 damping_ratio = 0.02
 """
-    sample_motion: ClassVar[str] = 'release = { mode = 1, velocity = "-2 m/s" }'
+    sample_scene: ClassVar[SampleScene] = SampleScene('release = { mode = 1, velocity = "-2 m/s" }', "annular", FRONTS)
 
     kind: Literal["flapper"]
     root_width: Length = Field(description="width where it is clamped")

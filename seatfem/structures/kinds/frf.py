@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal
 import numpy as np
 from pydantic import Field
 
-from impact.greens.base import GreensFunction
 from impact.progress import Progress
 from seatfem.fields import ExistingFile, Tolerance, default
 from seatfem.machine.stopwatch import Stopwatch
@@ -26,7 +25,6 @@ from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
-    from impact.measured.pole_choice import Candidate
     from impact.measured.pole_fit import PoleFit
 
 Kind = Literal["receptance", "mobility", "accelerance"]
@@ -82,17 +80,10 @@ file = "response.csv"
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
         with watch("pole fit"):
-            return Solved(self.fitted(), about={"seat_model": f"poles fitted to {self.file.name}"})
+            return Solved(self.fit().greens, about={"seat_model": f"poles fitted to {self.file.name}"})
 
-    def fitted(self) -> GreensFunction:
-        """Return poles through the response. Raises `FrequencyResponseError`."""
-        return _fit(self._record, self.tolerance, self.free).greens
-
-    def tried_poles(self) -> tuple[Candidate, ...]:
-        return _fit(self._record, self.tolerance, self.free).tried
-
-    def draws(self) -> tuple[GreensFunction, ...]:
-        return _fit(self._record, self.tolerance, self.free).draws
+    def fit(self) -> PoleFit:
+        return _fit(self._record, self.tolerance, self.free)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import ClassVar, Literal
 
 from pydantic import Field
@@ -14,7 +15,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.surrogate import Face, Surrogate
 from seatfem.structures.inspection.opened import opened
 from seatfem.structures.kinds.motion import Moving
-from seatfem.structures.kinds.structure import Finding
+from seatfem.structures.kinds.structure import Finding, Traits
 from seatfem.structures.method import Method
 from seatfem.structures.rings import with_fewer_rings
 from seatfem.structures.solved import Solved
@@ -25,7 +26,7 @@ class GreensFile(Moving):
     """A Green's function computed or measured before."""
 
     group: ClassVar[str] = "imported"
-    has_rings: ClassVar[bool] = True
+    traits: ClassVar[Traits] = replace(Moving.traits, has_rings=True)
 
     sample: ClassVar[str] = """
 file = "seat.h5"

@@ -12,7 +12,7 @@ from impact.greens.base import Array, GreensFunction
 from impact.quantities import in_units
 from seatfem.fields import Approach, Mass
 from seatfem.structures.kinds.striking import At
-from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.kinds.structure import SampleScene, Structure, Traits
 from seatfem.structures.outlines import BodyViews
 
 
@@ -20,13 +20,12 @@ class RigidMass(Structure):
     """A rigid striker in free flight, as in a drop test."""
 
     group: ClassVar[str] = "strikers"
-    has_weight: ClassVar[bool] = True
+    traits: ClassVar[Traits] = Traits(has_weight=True)
 
     sample: ClassVar[str] = """
 mass = "5 g"
 """
-    sample_motion: ClassVar[str] = 'velocity = "-1 m/s"'
-    sample_opposite: ClassVar[str] = "stopper"
+    sample_scene: ClassVar[SampleScene] = SampleScene('velocity = "-1 m/s"', "stopper")
 
     kind: Literal["rigid_mass"]
     mass: Mass = Field(description="mass")
@@ -47,7 +46,7 @@ mass = "5 g"
         return impact.rigid_mass(mass=self.mass, velocity=0.0).greens
 
     def weight(self, body: Body) -> tuple[Array, float]:
-        return self.pushed_at(body, None), self.mass
+        return self.pushed_at(body, None)[:, 0], self.mass
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         return impact.rigid_mass(mass=self.mass, velocity=self.velocity)

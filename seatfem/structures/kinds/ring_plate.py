@@ -9,7 +9,8 @@ from pydantic import Field
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from seatfem.fields import Length, of_same_names
-from seatfem.structures.kinds.thin_plate import FreePlate
+from seatfem.structures.kinds.structure import SampleScene
+from seatfem.structures.kinds.thin_plate import FRONTS, FreePlate
 from seatfem.structures.shapes.ring_plate import RingPlate as Outline
 
 
@@ -26,7 +27,7 @@ contact_width = "1 mm"
 material = "steel"
 damping_ratio = 0.02
 """
-    sample_motion: ClassVar[str] = 'velocity = "-2 m/s"'
+    sample_scene: ClassVar[SampleScene] = SampleScene('velocity = "-2 m/s"', "annular", FRONTS)
 
     kind: Literal["ring_plate"]
     outer_diameter: Length = Field(description="outer diameter")

@@ -13,6 +13,7 @@ from impact.greens.base import GreensFunction
 from seatfem.fields import Area, DampingRatio, Density, KeyProblem, Length, Pressure
 from seatfem.structures.estimates.patch import Column
 from seatfem.structures.kinds.motion import Moving
+from seatfem.structures.kinds.structure import Traits
 from seatfem.structures.outlines import BodyViews, of_prism
 
 NO_MODES: Final = "a rod in closed form has no modes to be set in motion; take kind = 'bar' with model = 'sector'"
@@ -21,8 +22,7 @@ NO_MODES: Final = "a rod in closed form has no modes to be set in motion; take k
 class Rod(Moving):
     """The straight elastic rod in one dimension, clamped or free at its far end, in closed form."""
 
-    plane: ClassVar[bool] = True
-    is_solved: ClassVar[bool] = False
+    traits: ClassVar[Traits] = Traits(plane=True)
 
     sample: ClassVar[str] = """
 young = "206 GPa"

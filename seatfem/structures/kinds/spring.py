@@ -9,14 +9,14 @@ from pydantic import Field
 import impact
 from impact.greens.base import GreensFunction
 from seatfem.fields import Stiffness
-from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.kinds.structure import Structure, Traits
 from seatfem.structures.outlines import BodyViews
 
 
 class Spring(Structure):
     """A massless spring: the model of the seat that has no waves."""
 
-    plane: ClassVar[bool] = True
+    traits: ClassVar[Traits] = Traits(plane=True)
 
     sample: ClassVar[str] = """
 stiffness = "50 N/um"
@@ -26,7 +26,7 @@ stiffness = "50 N/um"
     stiffness: Stiffness = Field(description="force per displacement of the contact")
 
     @property
-    def model_words(self) -> str:
+    def _model_words(self) -> str:
         return "spring"
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:

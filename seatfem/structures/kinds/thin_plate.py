@@ -20,6 +20,7 @@ from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.selectors import in_scene_words
 from seatfem.structures.kinds.striking import At
+from seatfem.structures.kinds.structure import Traits
 from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.method import Applicability, Method
 from seatfem.structures.outlines import BodyViews, arc, of_sheet
@@ -53,17 +54,14 @@ class PlateGreens(Table):
     bandwidth: Frequency = default("100 kHz", "highest frequency that must be right; modes up to 3 times it are kept")
 
 
+FRONTS: Final = "5 us"  # width of the filter: the fronts of a flat landing are shorter than its modes
+
+
 class ThinPlate(Moving):
     """Base of all flat plates that touch with a disc or a ring; computed by Mindlin plate elements."""
 
-    needs_gmsh: ClassVar[bool] = True
-    sample_opposite: ClassVar[str] = "annular"
-    sample_filter: ClassVar[str] = "5 us"  # the fronts of a flat landing are shorter than its modes
-    is_kept: ClassVar[bool] = True
-    meets_lips: ClassVar[bool] = True
-    has_weight: ClassVar[bool] = True
-    has_surface_stress: ClassVar[bool] = True
-    not_of_greens: ClassVar[tuple[str, ...]] = ("velocity", "release", "deflection", "force")
+    traits: ClassVar[Traits] = replace(Moving.traits, needs_gmsh=True, is_kept=True, has_weight=True)
+    _beside_greens: ClassVar[frozenset[str]] = frozenset({"velocity", "release", "deflection", "force"})
     about: ClassVar[str] = "the plate's centre"
     """What its contact is centred on."""
 
@@ -76,6 +74,10 @@ class ThinPlate(Moving):
     contact_width: Length | None = Field(None, description="radial width of the ring that touches; absent: a disc does")
     greens: PlateGreens = default({}, "how the Green's function is computed")
     mesh: SheetMesh = default({}, "how fine the elements are")
+
+    @property
+    def thin_plate(self) -> ThinPlate | None:
+        return self
 
     @abstractmethod
     def geometry(self) -> Flat:
@@ -173,7 +175,8 @@ class ThinPlate(Moving):
 
     @property
     def widest_band(self) -> float:
-        """Return the band whose highest modes have waves of six thicknesses [Hz]."""
+        """Return the highest band up to which its theory holds [Hz], the highest whose waves are six
+        thicknesses long."""
         from seatfem.structures.sheets import CUTOFF  # as in `sheet`
 
         own = self.greens.bandwidth
@@ -192,6 +195,7 @@ class ThinPlate(Moving):
 
     @property
     def states_contact(self) -> bool:
+        """Return whether its table says with which part of it it touches."""
         return self.contact_radius is not None
 
     def solved(
@@ -237,16 +241,37 @@ class ThinPlate(Moving):
         with watch("modes"):
             return of_one(model_of(self.sheet(), self.lips(None)), None, wanted, progress)
 
-    def check_points(self, points: Array, key: str) -> None:
-        """Check points of round plates; those of others are checked by their mesh."""
+    @property
+    def spring_points(self) -> Array | None:
+        """Return (n, 2) places where springs press it by default, from its contact's centre [m]; ``None``: there."""
+        return None
 
-    def pushed_at_points(self, body: Body, points: Array | None) -> Array:
-        points = self.spring_points if points is None else points
-        if points is None:
-            return super().pushed_at_points(body, None)
+    def heights(self, points: Array) -> Array:
+        """Return the (n,) heights of its stress-free shape over the flat one, at points (n, 2) from its contact's
+        centre [m]. Raises `KeyProblem`, of a key of its table, of points that it is not known at."""
+        return np.zeros(len(points))
+
+    def as_a_beam(self, greens: GreensFunction) -> Body | None:
+        """Return the beam that a simpler model would take for it; ``None`` where there is none of the same motion.
+
+        ``greens``: its own Green's function.
+        """
+        return None
+
+    def check_place(self, place: float | Array | None, key: str) -> None:
+        """Check a place; points of other than round plates are checked by their mesh."""
+        if not isinstance(place, np.ndarray):
+            super().check_place(place, key)
+
+    def pushed_at(self, body: Body, place: float | Array | None) -> Array:
+        if not isinstance(place, np.ndarray):
+            return super().pushed_at(body, place)
         plate = self.plate(body.greens)
-        patches = (Patch(plate.sheet.shape.centre + point[None, :], np.ones(1)) for point in points)
+        patches = (Patch(plate.sheet.shape.centre + point[None, :], np.ones(1)) for point in place)
         return np.column_stack([plate.at(patch, "the place of a spring or force") for patch in patches])
+
+    def pushed_by_springs(self, body: Body, points: Array | None) -> Array:
+        return self.pushed_at(body, self.spring_points if points is None else points)
 
     def weight(self, body: Body) -> tuple[Array, float]:
         plate = self.plate(body.greens)
@@ -265,9 +290,11 @@ class FreePlate(ThinPlate):
     def loose(self) -> str:
         return f"seat.kind = {self.kind!r} is free to move"
 
-    def check_points(self, points: Array, key: str) -> None:
+    def check_place(self, place: float | Array | None, key: str) -> None:
+        if not isinstance(place, np.ndarray):
+            return super().check_place(place, key)
         least, most = self.geometry().room
-        away = np.hypot(*points.T)
+        away = np.hypot(*place.T)
         if away.min() < least or away.max() > most:
             far = float(away.min() if away.min() < least else away.max())
             raise KeyProblem(
@@ -275,6 +302,7 @@ class FreePlate(ThinPlate):
                 f"{write_quantity(far, 'length')} from {self.about} is off the plate, which lies between "
                 f"{write_quantity(least, 'length')} and {write_quantity(most, 'length')} from there",
             )
+        return None
 
     @property
     def spring_points(self) -> Array | None:

@@ -153,8 +153,8 @@ def _finer(plan: Plan, key: str, factor: float) -> float | int:
     if key in (MODES, SEAT_MODES):
         more: int = math.ceil(value * FEWER ** math.ceil(math.log2(factor)))
         return min(MOST_MODES, more)
-    if key == REED_BAND:
-        return float(min(value * factor**0.5, max(value, plan.scene.reed.widest_band)))
+    if key == REED_BAND and (reed := plan.scene.reed.thin_plate) is not None:
+        return float(min(value * factor**0.5, max(value, reed.widest_band)))
     if key == BAND:
         wider = [band for band in BANDS if band > value * (1 + 1e-9)]
         return wider[0] if wider else float(LEAST_FINER * value)

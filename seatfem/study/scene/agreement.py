@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from seatfem.fields import KeyProblem
+from seatfem.structures.kinds.striking import check_along
 from seatfem.structures.rings import Division
 from seatfem.study.scene.measures import LifeMargin, Stress, any_needs_stress
 from seatfem.units import write_quantity
@@ -67,8 +68,8 @@ def _loads_on_the_reed(scene: Scene) -> None:
     for number, load in enumerate(scene.load):
         scene.reed.check_place(load.at, f"load.{number}.at")
         if load.point is not None:
-            scene.reed.check_points(np.array([load.point]), f"load.{number}.point")
-        if load.needs_weight and not scene.reed.has_weight:
+            scene.reed.check_place(np.array([load.point]), f"load.{number}.point")
+        if load.needs_weight and not scene.reed.traits.has_weight:
             raise KeyProblem(
                 f"load.{number}.{'gravity' if load.gravity is not None else 'base_motion'}",
                 f"of a reed of kind {scene.reed.kind!r} it is not known how its mass is spread; give a force",
@@ -98,7 +99,7 @@ def _bases_of_what_is_held(scene: Scene) -> None:
         if loose := scene.bodies[base.of].loose:
             words = loose.replace("seat.kind", f"{base.of}.kind")
             raise KeyProblem(f"base.{number}.of", f"{words}: it has no base that could move it; remove the table")
-    if scene.base_of("reed") is not None and not scene.reed.has_weight:
+    if scene.base_of("reed") is not None and not scene.reed.traits.has_weight:
         raise KeyProblem(
             f"base.{[base.of for base in scene.base].index('reed')}.of",
             f"of a reed of kind {scene.reed.kind!r} it is not known how its mass is spread; give a beam or a plate",
@@ -107,7 +108,7 @@ def _bases_of_what_is_held(scene: Scene) -> None:
 
 def _contact_on_the_reed(scene: Scene) -> None:
     reed, ring = scene.reed, scene.seat.struck_ring
-    reed.check_contact(scene.contact.at)
+    check_along(reed.kind, reed.reach, scene.contact.at, "contact.at")
     if ring is None or reed.reach is None or scene.contact.at is None:
         return
     outer = ring[0] + ring[1] / 2
@@ -124,8 +125,8 @@ def check_start(scene: Scene) -> None:
     """Check that the stopper meets the reed where it has a place, and not before the start; raises `KeyProblem`."""
     if (stopper := scene.stopper) is None:
         return
-    scene.reed.check_contact(stopper.at, "stopper.at")
-    if stopper.parts != Division() and not scene.reed.meets_lips:
+    check_along(scene.reed.kind, scene.reed.reach, stopper.at, "stopper.at")
+    if stopper.parts != Division() and scene.reed.thin_plate is None:
         key = "arcs" if (stopper.arcs or 1) > 1 else "tilt" if stopper.tilt else "rings"
         words = f"a reed of kind {scene.reed.kind!r} touches with one rigid face; remove the key, or take a plate"
         raise KeyProblem(f"stopper.{key}", words)
@@ -165,7 +166,7 @@ def _lip_of_a_seat(scene: Scene) -> None:
         raise KeyProblem(
             "contact.ports", "a single contact point has only a mean gap, reed.curvature needs several: remove it"
         )
-    if any(scene.contact.offset) and not scene.reed.meets_lips:
+    if any(scene.contact.offset) and scene.reed.thin_plate is None:
         raise KeyProblem(
             "contact.offset", f"a body of kind {scene.reed.kind!r} touches with one rigid face; remove the key"
         )
@@ -180,7 +181,7 @@ def _film_of_a_strip(scene: Scene) -> None:
 
 
 def _stress_of_finite_elements(scene: Scene) -> None:
-    if scene.stress is not None and not scene.seat.is_meshed:
+    if scene.stress is not None and scene.seat.elastic is None:
         raise KeyProblem("stress", f"a seat of kind {scene.seat.kind!r} has no finite elements; remove the table")
     if scene.stress is not None:
         try:
@@ -190,7 +191,7 @@ def _stress_of_finite_elements(scene: Scene) -> None:
 
 
 def _rings_of_a_patch(scene: Scene) -> None:
-    if scene.contact.rings > 1 and not scene.seat.has_rings:
+    if scene.contact.rings > 1 and not scene.seat.traits.has_rings:
         raise KeyProblem(
             "contact.rings",
             f"a seat of kind {scene.seat.kind!r} has no contact face that could be divided; remove the key",
@@ -200,7 +201,7 @@ def _rings_of_a_patch(scene: Scene) -> None:
 def _stress_of_what_bends(scene: Scene) -> None:
     wanted = scene.accuracy.measures
     name = LifeMargin.name if LifeMargin.name in wanted else Stress.name
-    if any_needs_stress(wanted) and not (scene.reed.has_stress or scene.reed.has_surface_stress):
+    if any_needs_stress(wanted) and not (scene.reed.traits.has_stress or scene.reed.thin_plate is not None):
         bends = "has no bending stress that is known" if scene.reed.reach else "does not bend, it has no stress"
         words = f"{name} is asked of a body of kind {scene.reed.kind!r}, which {bends}: remove it, or use a cantilever"
         raise KeyProblem("accuracy.measures", f"{words} or a plate")

@@ -60,6 +60,6 @@ def _of_lip(scene: Scene, lip: AnyLip | None) -> Iterator[Finding]:
 def part_of_scene(path: Path) -> Part:
     """Return the faces of a scene's seat. Raises `GeometryError` for a seat that has none, `SceneError`."""
     seat = load_scene(path).seat
-    if (part := seat.part()) is None:
+    if seat.elastic is None:
         raise GeometryError(f"{path}: seat.kind = {seat.kind!r} has no faces; take a cad, mesh or drawn seat")
-    return part
+    return seat.elastic.part()

@@ -55,11 +55,12 @@ def scene_template(name: str, *, file: str = "scene.toml") -> str:
         close = get_close_matches(name, kinds, n=1, cutoff=ALIKE)
         hint = f"; did you mean {close[0]!r}?" if close else ""
         raise NoTemplate(f"kind: {name!r} is no kind; choose: {kinds_in_words(kinds_of())}{hint}")
-    kind, other = kinds[name], kinds[kinds[name].sample_opposite]
-    seat, reed = (other, kind) if kind.sample_motion else (kind, other)
+    kind, other = kinds[name], kinds[kinds[name].sample_scene.opposite]
+    seat, reed = (other, kind) if kind.sample_scene.motion else (kind, other)
     title = f"{kind_of(reed)} on {kind_of(seat)}".replace("_", " ")
-    width = {"filter_width": reed.sample_filter} if reed.sample_filter else {}
-    stated: Stated = {"seat": _begun(seat), "reed": _begun(reed, reed.sample_motion), "contact": {}}
+    around = reed.sample_scene
+    width = {"filter_width": around.filter_width} if around.filter_width else {}
+    stated: Stated = {"seat": _begun(seat), "reed": _begun(reed, around.motion), "contact": {}}
     stated |= {"run": {"duration": DURATION} | width, "accuracy": {"target": TARGET}}
     lines = [_HEAD.format(file=file), f"title = {as_toml(title)}", ""]
     for key, field in Scene.model_fields.items():

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from impact.march.engines import Engine
-from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import PER_WAVELENGTH, AnyLevel, Method
 from seatfem.structures.reduction.registry import reducers
 from seatfem.structures.rings import MOST_RINGS, Division
@@ -91,19 +91,19 @@ def centre_of(scene: Scene) -> Centre:
     """Return what the file states; what it leaves open follows the filter's band, its waves and the struck face."""
     seat, n_modes = scene.seat, scene.reed.beam_modes
     stated = stated_method(scene).seat
-    if not seat.is_reduced:
+    if not seat.traits.is_reduced:
         return Centre(n_modes=n_modes)
     band = stated.bandwidth if is_given(scene, BAND) else None
     bandwidth = band or BAND_PER_FILTER / scene.run.filter_width
-    if not seat.is_drawn:
+    if (drawn := seat.drawn) is None:
         return Centre(bandwidth=bandwidth, tolerance=stated.tolerance, n_modes=n_modes)
-    level = next(a.level for a in seat.levels() if a.applies and a.error == 0.0)
+    level = next(a.level for a in drawn.levels() if a.applies and a.error == 0.0)
     method = stated_method(scene)
     along = (None, None) if method.ports is None else (method.ports, method.reed.bandwidth)
-    return Centre(level, *_sizes(seat, stated, level, bandwidth), bandwidth, stated.tolerance, n_modes, *along)
+    return Centre(level, *_sizes(drawn, stated, level, bandwidth), bandwidth, stated.tolerance, n_modes, *along)
 
 
-def _sizes(seat: Structure, stated: Method, level: AnyLevel, bandwidth: float) -> tuple[float, float]:
+def _sizes(seat: Drawn, stated: Method, level: AnyLevel, bandwidth: float) -> tuple[float, float]:
     """Return element sizes in bulk and contact: `ACROSS` the column's height and the patch, and the slowest wave."""
     wave, column = seat.slowest / (PER_WAVELENGTH[seat.discrete(level)] * bandwidth), seat.column()
     across = ACROSS[level in SOLID]
@@ -138,7 +138,9 @@ def _by_hand(scene: Scene) -> Iterator[Point]:
     if (column := seat.column()) is None:
         return
     spring = {"kind": "spring", "stiffness": f"{column.stiffness!r} N/m"}
-    yield Point("spring, column E A/h" if seat.is_drawn else "spring, E A/L", "spring", BY_HAND, {"seat": spring})
+    yield Point(
+        "spring, column E A/h" if seat.drawn is not None else "spring, E A/L", "spring", BY_HAND, {"seat": spring}
+    )
     if seat.closed_form() is not None:  # its column is what the rod is
         return
     rod = {
@@ -242,12 +244,12 @@ def _reductions(scene: Scene, centre: Centre) -> Iterator[Point]:
     if centre.level == "harmonics":
         return
     seat, (usual, *_), hexes = scene.seat, reducers(), {"seat.mesh.shape": "hex"}
-    as_matrix = seat.loss == 0 and seat.loss_at(1.0) > 0
+    as_matrix = seat.loss == 0 and seat.elastic is not None and seat.elastic.loss_at(1.0) > 0
     for name, each in reducers().items():
         point = Point(f"reduction {name}", centre.family, "reduction", {"seat.greens.method": name})
         if not each.diagonal_mass and (each.modal_damping or as_matrix):
             yield point
-        if centre.is_solid and seat.is_swept and (each.diagonal_mass or name == usual):
+        if centre.is_solid and seat.drawn is not None and seat.drawn.is_swept and (each.diagonal_mass or name == usual):
             yield replace(point, name=f"hexahedra, {point.name}", settings={**hexes, **point.settings})
 
 
@@ -261,7 +263,9 @@ def _in_time(scene: Scene, base: Settings, family: str) -> Iterator[Point]:
     number = max(2, min(64, math.floor(ENGINE_STEPS * width / duration)))
     step = written("run.time_step", width / number)
     for engine in ENGINES:
-        if engine != "poles" or scene.seat.is_drawn or scene.seat.column() is None:  # of a rod by hand there are none
+        if (
+            engine != "poles" or scene.seat.drawn is not None or scene.seat.column() is None
+        ):  # of a rod by hand there are none
             yield Point(f"history {engine}", family, "history", {**base, "run.time_step": step}, engine)
 
 
@@ -278,9 +282,10 @@ def reference_point(scene: Scene, fineness: float, *, coarser: bool = False, rin
         settings["seat.greens.tolerance"] = min(TOLERANCES) / 3 * RATIO ** (2 * back)
     if centre.n_modes is not None:
         settings["reed.n_modes"] = round(REFERENCE_MODES / RATIO**back)
-    if centre.ports is not None and centre.reed_band is not None:
+    plate = scene.reed.thin_plate
+    if centre.ports is not None and centre.reed_band is not None and plate is not None:
         settings["contact.ports"] = round(REFERENCE_PORTS / 2**back)
-        settings[REED_BAND] = written(REED_BAND, min(centre.reed_band * RATIO ** (2 - back), scene.reed.widest_band))
+        settings[REED_BAND] = written(REED_BAND, min(centre.reed_band * RATIO ** (2 - back), plate.widest_band))
     if rings > 1:
         settings["contact.rings"] = min(MOST_RINGS, 2 * rings) if not coarser else rings
     settings["run.time_step"] = None
