@@ -21,8 +21,9 @@ from seatfem.structures.discretise import draw, matrices, sliding_faces, support
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.estimates.costs import modes_of_volume
 from seatfem.structures.inspection.mesh_file import regions_of
-from seatfem.structures.kinds.drawn import Drawn, Turned
+from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.kinds.turned import Turned
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.method import Level, Method

@@ -3,30 +3,30 @@
 A kind from elsewhere is a subclass of `Structure` too, known from its definition on.
 """
 
-from seatfem.structures.kinds.annular import Annular as Annular
-from seatfem.structures.kinds.ball import Ball as Ball
-from seatfem.structures.kinds.bar import BarSeat as BarSeat
 from seatfem.structures.kinds.beams import Cantilever as Cantilever
 from seatfem.structures.kinds.beams import ClampedClamped as ClampedClamped
 from seatfem.structures.kinds.beams import Stepped as Stepped
 from seatfem.structures.kinds.beams import Timoshenko as Timoshenko
 from seatfem.structures.kinds.beams import TipMass as TipMass
-from seatfem.structures.kinds.block import BlockSeat as BlockSeat
 from seatfem.structures.kinds.cad import Cad as Cad
-from seatfem.structures.kinds.conical import Conical as Conical
-from seatfem.structures.kinds.disc import Disc as Disc
+from seatfem.structures.kinds.closed_forms import RigidMass as RigidMass
+from seatfem.structures.kinds.closed_forms import Rod as Rod
+from seatfem.structures.kinds.closed_forms import Spring as Spring
 from seatfem.structures.kinds.flapper import Flapper as Flapper
-from seatfem.structures.kinds.frf import FrequencyResponseFile as FrequencyResponseFile
-from seatfem.structures.kinds.greens_file import GreensFile as GreensFile
-from seatfem.structures.kinds.matrices import Matrices as Matrices
+from seatfem.structures.kinds.free_plates import Disc as Disc
+from seatfem.structures.kinds.free_plates import RingPlate as RingPlate
+from seatfem.structures.kinds.known import FrequencyResponseFile as FrequencyResponseFile
+from seatfem.structures.kinds.known import GreensFile as GreensFile
+from seatfem.structures.kinds.known import Matrices as Matrices
+from seatfem.structures.kinds.known import UniversalModes as UniversalModes
 from seatfem.structures.kinds.mesh_file import MeshFile as MeshFile
-from seatfem.structures.kinds.modes import UniversalModes as UniversalModes
-from seatfem.structures.kinds.plate import Plate as Plate
-from seatfem.structures.kinds.rigid_mass import RigidMass as RigidMass
-from seatfem.structures.kinds.ring_plate import RingPlate as RingPlate
-from seatfem.structures.kinds.rod import Rod as Rod
+from seatfem.structures.kinds.prisms import BarSeat as BarSeat
+from seatfem.structures.kinds.prisms import BlockSeat as BlockSeat
+from seatfem.structures.kinds.prisms import Plate as Plate
 from seatfem.structures.kinds.sheet import OutlinedSheet as OutlinedSheet
-from seatfem.structures.kinds.spring import Spring as Spring
-from seatfem.structures.kinds.stopper import StopperSeat as StopperSeat
 from seatfem.structures.kinds.structure import Structure as Structure
 from seatfem.structures.kinds.structure import kinds_of as kinds_of
+from seatfem.structures.kinds.turned import Annular as Annular
+from seatfem.structures.kinds.turned import Ball as Ball
+from seatfem.structures.kinds.turned import Conical as Conical
+from seatfem.structures.kinds.turned import StopperSeat as StopperSeat

@@ -15,7 +15,7 @@ from impact.beams.timoshenko import TimoshenkoCantilever
 from impact.beams.tip_mass import TipMassCantilever
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunctionError
-from seatfem.fields import Gap, KeyProblem, Length, Mass
+from seatfem.fields import Gap, KeyProblem, Length, Mass, of_same_names
 from seatfem.structures.kinds.beam import Beam, UniformBeam
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import SampleScene, Traits
@@ -32,7 +32,6 @@ class Cantilever(UniformBeam):
     """A flat reed, clamped at its root: an Euler-Bernoulli beam; by default as wide and thick as the paper's."""
 
     traits: ClassVar[Traits] = Traits(has_weight=True, has_stress=True)
-    theory: ClassVar[type[Any]] = CantileverBeam
     sample: ClassVar[str] = """
 length = "25 mm"
 width = "10 mm"
@@ -43,6 +42,9 @@ damping_ratio = 0.02
     sample_scene: ClassVar[SampleScene] = SampleScene('release = { tip_deflection = "1 mm" }', "annular")
 
     kind: Literal["cantilever"]
+
+    def beam(self) -> CantileverBeam:
+        return of_same_names(CantileverBeam, self, self.material)
 
     def stress(
         self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool, since: float | None = None
@@ -113,7 +115,6 @@ class Stepped(Beam):
     """A flat reed of varying width, clamped at its root: an Euler-Bernoulli beam. Its width is linear between the
     positions given; the same position twice is a step."""
 
-    theory: ClassVar[type[Any]] = SteppedCantilever
     long: ClassVar[str] = "the last position in reed.widths"
     sample: ClassVar[str] = """
 widths = [["0 mm", "10 mm"], ["15 mm", "6 mm"], ["25 mm", "6 mm"]]
@@ -150,4 +151,7 @@ damping_ratio = 0.02
 
     @property
     def mean_width(self) -> float:
-        return float(self.beam().mean_width)
+        return self.beam().mean_width
+
+    def beam(self) -> SteppedCantilever:
+        return of_same_names(SteppedCantilever, self, self.material)

@@ -15,6 +15,7 @@ from seatfem.fields import Length, of_same_names
 from seatfem.structures.kinds.plate_loads import ClampedPlate
 from seatfem.structures.kinds.structure import SampleScene
 from seatfem.structures.kinds.thin_plate import FRONTS
+from seatfem.structures.shapes import Flat
 from seatfem.structures.shapes.flapper import Flapper as Outline
 
 CHORDS: Final = 64  # of a quarter circle, in the beam that stands for a flapper: its mass is right to 1e-4
@@ -28,6 +29,7 @@ class Flapper(ClampedPlate):
 
     about: ClassVar[str] = "the paddle's centre"
 
+    shape: ClassVar[type[Flat]] = Outline
     sample: ClassVar[str] = """
 root_width = "8 mm"
 taper_length = "2 mm"
@@ -41,14 +43,6 @@ damping_ratio = 0.02
     sample_scene: ClassVar[SampleScene] = SampleScene('release = { mode = 1, velocity = "-2 m/s" }', "annular", FRONTS)
 
     kind: Literal["flapper"]
-    root_width: Length = Field(description="width where it is clamped")
-    taper_length: Length = Field(description="from the root, over which it narrows to the neck")
-    neck_width: Length = Field(description="width of the neck")
-    neck_length: Length = Field(description="from the clamped root to where the neck meets the paddle")
-    paddle_diameter: Length = Field(description="diameter of the paddle")
-    slot_width: Length | None = Field(None, description="of a slot along the axis in the straight neck, its ends round")
-    slot_length: Length | None = Field(None, description="of that slot from end to end; it lies in the neck's middle")
-    hole_diameter: Length | None = Field(None, description="of a hole in the paddle's centre")
     contact_radius: Length | None = Field(
         None,
         description="radius of the disc that touches, or mean radius of the ring; absent: paddle_diameter/16, or "
@@ -80,12 +74,3 @@ damping_ratio = 0.02
 
     def geometry(self) -> Outline:
         return of_same_names(Outline, self)
-
-    @property
-    def usual_radius(self) -> float:
-        hole = self.hole_diameter
-        return self.paddle_diameter / 16 if hole is None else (self.paddle_diameter + hole) / 4
-
-    @property
-    def usual_width(self) -> float | None:
-        return None if self.hole_diameter is None else (self.paddle_diameter - self.hole_diameter) / 8

@@ -241,16 +241,6 @@ damping_ratio = 0.02
                 message = message.replace(f"Outlined.{field} = ", f"Outlined.file = {self.file.name}: {field}, ")
             raise GeometryError(message) from error
 
-    @property
-    def usual_radius(self) -> float:
-        hole, edge = self.geometry().room
-        return (hole + edge) / 2 if hole else edge / 8
-
-    @property
-    def usual_width(self) -> float | None:
-        hole, edge = self.geometry().room
-        return (edge - hole) / 4 if hole else None
-
 
 def _drawn(file: Path, unit: float | None, *, oblique: bool = False) -> DrawnOutline:
     """Return what a file holds; raises `KeyProblem`."""

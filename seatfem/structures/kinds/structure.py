@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Final
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+from pydantic import Field
+from pydantic.fields import FieldInfo
 
 from impact.bodies.body import Body
 from impact.greens.base import GreensFunction
 from impact.progress import Progress
-from seatfem.fields import kind_of, kinds_below
+from seatfem.fields import Angle, Gap, Length, kind_of, kinds_below
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.patch import Column, Patch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
@@ -31,6 +35,8 @@ if TYPE_CHECKING:
 NO_RING: Final = (
     "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
 )
+_READS: Final[Mapping[str, Any]] = MappingProxyType({"length": Length, "gap": Gap, "angle": Angle})
+"""What keys of shapes are read by, `seatfem.structures.shapes.shape.Key`."""
 Finding = tuple[tuple[str | int, ...], str]
 """A key, from the structure's own table on, and what is wrong with it."""
 
@@ -98,6 +104,25 @@ class Structure(Striking):
         {"mesh", "greens", "model", "n_modes", "velocity", "deflection", "force"}
     )
     """Keys that say how a body is computed, which its method knows, and how it moves."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """Add the keys of the shape that a kind is drawn as, before those of its own."""
+        super().__pydantic_init_subclass__(**kwargs)
+        if (shape := vars(cls).get("shape")) is None:
+            return
+        inherited = {name for base in cls.__mro__[1:] if issubclass(base, Striking) for name in base.model_fields}
+        own = [name for name in cls.model_fields if name not in inherited]
+        for field in fields(shape):
+            if (key := field.metadata.get("key")) is None:
+                continue
+            optional = field.default is None
+            annotation = _READS[key.reads] | None if optional else _READS[key.reads]
+            said = Field(None if optional else key.written or ..., description=key.description)
+            cls.__annotations__[field.name] = annotation
+            cls.model_fields[field.name] = FieldInfo.from_annotated_attribute(annotation, said)
+        for name in own:
+            cls.model_fields[name] = cls.model_fields.pop(name)
 
     # What else it can be asked as
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Final, Self
 
@@ -13,7 +12,7 @@ from impact.advice import Advice
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.progress import Progress
-from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default
+from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.surrogate import Face, Surrogate
 from seatfem.structures.kinds.materials import Material
@@ -32,8 +31,6 @@ if TYPE_CHECKING:
     from seatfem.structures.natural_modes import NaturalModes, Wanted
     from seatfem.structures.sheets import PlateModes, Sheet, SolvedSheet
 
-EVENLY: Final = 16
-"""Springs that stand for one that is spread around a circle."""
 SHORTEST: Final = 1 / 6  # thickness over a bending wave that is a plate's
 ROUND_OFF: Final = 1e-9  # relative, of a contact that reaches to the edge of its plate
 
@@ -62,6 +59,8 @@ class ThinPlate(Moving):
 
     traits: ClassVar[Traits] = replace(Moving.traits, needs_gmsh=True, is_kept=True, has_weight=True)
     _beside_greens: ClassVar[frozenset[str]] = frozenset({"velocity", "release", "deflection", "force"})
+    shape: ClassVar[type[Flat]]
+    """Its outline, whose keys are those of its table."""
     about: ClassVar[str] = "the plate's centre"
     """What its contact is centred on."""
 
@@ -79,19 +78,9 @@ class ThinPlate(Moving):
     def thin_plate(self) -> ThinPlate | None:
         return self
 
-    @abstractmethod
     def geometry(self) -> Flat:
         """Return the outline in SI units. Raises `GeometryError` where it cannot be built."""
-
-    @property
-    @abstractmethod
-    def usual_radius(self) -> float:
-        """Return the radius of the disc or ring that touches where no contact_radius is stated [m]."""
-
-    @property
-    def usual_width(self) -> float | None:
-        """Return the width of the ring that touches where no contact_width is stated [m]; ``None``: a disc does."""
-        return None
+        return of_same_names(self.shape, self)  # type: ignore[type-var]
 
     @model_validator(mode="after")
     def _contact_on_the_plate(self) -> Self:
@@ -125,12 +114,18 @@ class ThinPlate(Moving):
     @property
     def radius(self) -> float:
         """Return the radius of the disc that touches, or the mean radius of the ring [m]."""
-        return self.usual_radius if self.contact_radius is None else self.contact_radius
+        if self.contact_radius is not None:
+            return self.contact_radius
+        hole, edge = self.geometry().room
+        return (hole + edge) / 2 if hole else edge / 8
 
     @property
     def width(self) -> float | None:
         """Return the width of the ring that touches [m]; ``None``: a disc does."""
-        return self.usual_width if self.contact_width is None else self.contact_width
+        if self.contact_width is not None:
+            return self.contact_width
+        hole, edge = self.geometry().room
+        return (edge - hole) / 4 if hole else None
 
     @property
     def own_lip(self) -> Lip:
@@ -279,37 +274,3 @@ class ThinPlate(Moving):
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         return super().body(self.solved().greens if greens is None else greens, n_modes, at)
-
-
-class FreePlate(ThinPlate):
-    """Base of all flat plates that nothing holds."""
-
-    group: ClassVar[str] = "strikers"
-
-    @property
-    def loose(self) -> str:
-        return f"seat.kind = {self.kind!r} is free to move"
-
-    def check_place(self, place: float | Array | None, key: str) -> None:
-        if not isinstance(place, np.ndarray):
-            return super().check_place(place, key)
-        least, most = self.geometry().room
-        away = np.hypot(*place.T)
-        if away.min() < least or away.max() > most:
-            far = float(away.min() if away.min() < least else away.max())
-            raise KeyProblem(
-                key,
-                f"{write_quantity(far, 'length')} from {self.about} is off the plate, which lies between "
-                f"{write_quantity(least, 'length')} and {write_quantity(most, 'length')} from there",
-            )
-        return None
-
-    @property
-    def spring_points(self) -> Array | None:
-        """Return points around its mean circle, so that nothing is free to tumble."""
-        turns = 2 * np.pi * np.arange(EVENLY) / EVENLY
-        return np.asarray(sum(self.geometry().room) / 2 * np.column_stack([np.cos(turns), np.sin(turns)]))
-
-    def check_motion(self) -> None:
-        if self.deflection is not None:
-            raise KeyProblem("deflection", "a plate that nothing holds cannot be deflected at rest; give it a velocity")

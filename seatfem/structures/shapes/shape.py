@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import Field, dataclass
+from dataclasses import field as new_field
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.profile import Point, Profile
 from seatfem.structures.shapes.selectors import Patches
-from seatfem.units import write_quantity
+from seatfem.units import parse_quantity, write_quantity
 
 EVERYWHERE = ""
 """The area that is the whole plan."""
@@ -27,6 +28,34 @@ HALVINGS = 10
 FINEST = 1 / 150  # of the longer side: distances below it are not told apart
 PER_DISTANCE = 0.8  # side of a square over its distance from the patch
 Distance = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Key:
+    """What is said of a field of a shape that is a key of its kind's table in scenes, too.
+
+    Attributes:
+        description: in words.
+        reads: "length" > 0, "gap" >= 0, both in metres, or "angle" in radians.
+        written: its default, as scenes write it; ``None``: they must state the key, or may leave it out as `None`.
+    """
+
+    description: str
+    reads: Literal["length", "gap", "angle"]
+    written: str | None
+
+
+def key(
+    description: str, default: float | str | None = math.nan, reads: Literal["length", "gap", "angle"] = "length"
+) -> Any:
+    """Return a field of a shape that is a `Key`.
+
+    ``default``: as scenes write it, such as "0.5 mm"; a number is the default of scripts alone; nan: there is none.
+    """
+    written = default if isinstance(default, str) else None
+    value = parse_quantity(written, "angle" if reads == "angle" else "length") if written is not None else default
+    metadata = {"key": Key(description, reads, written)}
+    return new_field(metadata=metadata) if value != value else new_field(default=value, metadata=metadata)
 
 
 def require_positive(spec: object, *fields: str) -> None:
@@ -100,6 +129,13 @@ class Shape(ABC):
     """
 
     family: ClassVar[str]
+
+    def __init_subclass__(cls) -> None:
+        """Add the fields that are keys to the docstring."""
+        fields = {name: each for name, each in vars(cls).items() if isinstance(each, Field) and each.metadata}
+        said = [f"        {name}: {each.metadata['key'].description}." for name, each in fields.items()]
+        if said:
+            cls.__doc__ = "\n".join([(cls.__doc__ or "").rstrip(), "", "    Attributes:", *said, "    "])
 
     @property
     @abstractmethod

@@ -20,6 +20,7 @@ from seatfem.structures.shapes.shape import (
     Plan,
     PlanSamples,
     circle_points,
+    key,
     require_above,
     require_below,
     require_positive,
@@ -34,17 +35,15 @@ INSIDE = 1e-2  # radians from the plane y = 0
 class Stopper(Turning):
     """Solid disc about z, underside at z = 0 (metres).
 
-    ``radius``, ``thickness``: of the disc (at its axis). ``contact_radius``: of the struck patch around the axis.
-    ``dome_radius``: of the spherical top, None for a flat one.
     The group "contact" is the patch, "fixed" the underside; a meridian's edge on the axis is called "axis".
     """
 
     family: ClassVar[str] = "stopper"
 
-    radius: float = 6e-3
-    thickness: float = 5e-3
-    contact_radius: float = 2e-3
-    dome_radius: float | None = None
+    radius: float = key("radius of the disc", 6e-3)
+    thickness: float = key("thickness of the disc, at its axis", 5e-3)
+    contact_radius: float = key("radius of the contact face", 2e-3)
+    dome_radius: float | None = key("radius of the spherical top; a flat one if absent", None)
 
     def __post_init__(self) -> None:
         require_positive(self, "radius", "thickness", "contact_radius")

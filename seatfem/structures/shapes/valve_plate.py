@@ -16,6 +16,7 @@ from seatfem.structures.shapes.shape import (
     PlanSamples,
     Shape,
     circle_points,
+    key,
     require_above,
     require_below,
     require_positive,
@@ -30,22 +31,20 @@ UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
 class ValvePlate(Shape):
     """Plate with its underside at z = 0 and its centre on the z axis (metres).
 
-    ``ports`` holes of ``port_radius``, their centres ``pitch`` apart: on a circle in a round plate (``layout``
-    "circle", the first on the x axis) or along x in a rectangular one ("row"); the webs are pitch - 2 port_radius
-    wide. ``margin``: from the outer ports to the plate's edge. ``land_width``: of the ring around each port on which
-    the valve closes, flush with the plate's top. ``clamp_width``: of the underside's rim.
+    ``ports`` holes: on a circle in a round plate (``layout`` "circle", the first on the x axis) or along x in a
+    rectangular one ("row"); the webs are pitch - 2 port_radius wide, the lands flush with the plate's top.
     The group "contact" is all lands, "land_1", "land_2", ... each of them, "fixed" the underside's rim.
     """
 
     family: ClassVar[str] = "valve_plate"
 
     ports: int = 6
-    port_radius: float = 3e-3
-    pitch: float = 10e-3
-    margin: float = 5e-3
-    thickness: float = 6e-3
-    land_width: float = 1e-3
-    clamp_width: float = 2e-3
+    port_radius: float = key("radius of each port", 3e-3)
+    pitch: float = key("distance of neighbouring ports, centre to centre", 10e-3)
+    margin: float = key("from the outer ports to the plate's edge", 5e-3)
+    thickness: float = key("thickness of the plate", 6e-3)
+    land_width: float = key("width of the land around each port", 1e-3)
+    clamp_width: float = key("width of the clamped rim of the underside", 2e-3)
     layout: Literal["circle", "row"] = "circle"
 
     def __post_init__(self) -> None:
