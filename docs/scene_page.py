@@ -14,9 +14,9 @@ from impact.files.atomic import write_whole
 from seatfem.fields import kind_of
 from seatfem.structures.kinds.beam import Beam
 from seatfem.structures.kinds.closed_forms import RigidMass
-from seatfem.structures.kinds.free_plates import FreePlate
 from seatfem.structures.kinds.materials import Material, OrthotropicMaterial
 from seatfem.structures.kinds.plate_loads import ClampedPlate
+from seatfem.structures.kinds.plates import FreePlate
 from seatfem.structures.kinds.selectors import FaceChoice, Region
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.kinds.turned import Ball

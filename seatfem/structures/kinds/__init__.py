@@ -3,26 +3,26 @@
 A kind from elsewhere is a subclass of `Structure` too, known from its definition on.
 """
 
-from seatfem.structures.kinds.beams import Cantilever as Cantilever
-from seatfem.structures.kinds.beams import ClampedClamped as ClampedClamped
-from seatfem.structures.kinds.beams import Stepped as Stepped
-from seatfem.structures.kinds.beams import Timoshenko as Timoshenko
-from seatfem.structures.kinds.beams import TipMass as TipMass
+from seatfem.structures.kinds.blocks import BarSeat as BarSeat
+from seatfem.structures.kinds.blocks import BlockSeat as BlockSeat
+from seatfem.structures.kinds.blocks import Plate as Plate
 from seatfem.structures.kinds.cad import Cad as Cad
 from seatfem.structures.kinds.closed_forms import RigidMass as RigidMass
 from seatfem.structures.kinds.closed_forms import Rod as Rod
 from seatfem.structures.kinds.closed_forms import Spring as Spring
-from seatfem.structures.kinds.flapper import Flapper as Flapper
-from seatfem.structures.kinds.free_plates import Disc as Disc
-from seatfem.structures.kinds.free_plates import RingPlate as RingPlate
-from seatfem.structures.kinds.known import FrequencyResponseFile as FrequencyResponseFile
-from seatfem.structures.kinds.known import GreensFile as GreensFile
-from seatfem.structures.kinds.known import Matrices as Matrices
-from seatfem.structures.kinds.known import UniversalModes as UniversalModes
+from seatfem.structures.kinds.measured import FrequencyResponseFile as FrequencyResponseFile
+from seatfem.structures.kinds.measured import GreensFile as GreensFile
+from seatfem.structures.kinds.measured import Matrices as Matrices
+from seatfem.structures.kinds.measured import UniversalModes as UniversalModes
 from seatfem.structures.kinds.mesh_file import MeshFile as MeshFile
-from seatfem.structures.kinds.prisms import BarSeat as BarSeat
-from seatfem.structures.kinds.prisms import BlockSeat as BlockSeat
-from seatfem.structures.kinds.prisms import Plate as Plate
+from seatfem.structures.kinds.plates import Disc as Disc
+from seatfem.structures.kinds.plates import Flapper as Flapper
+from seatfem.structures.kinds.plates import RingPlate as RingPlate
+from seatfem.structures.kinds.reeds import Cantilever as Cantilever
+from seatfem.structures.kinds.reeds import ClampedClamped as ClampedClamped
+from seatfem.structures.kinds.reeds import Stepped as Stepped
+from seatfem.structures.kinds.reeds import Timoshenko as Timoshenko
+from seatfem.structures.kinds.reeds import TipMass as TipMass
 from seatfem.structures.kinds.sheet import OutlinedSheet as OutlinedSheet
 from seatfem.structures.kinds.structure import Structure as Structure
 from seatfem.structures.kinds.structure import kinds_of as kinds_of
