@@ -127,10 +127,6 @@ class Beam(Structure):
         return ("release", "pressure", "point_force", "gravity")
 
     @property
-    def is_loaded(self) -> bool:
-        return any(load is not None for load in (self.pressure, self.point_force, self.gravity))
-
-    @property
     def beam_modes(self) -> int | None:
         return self.n_modes
 

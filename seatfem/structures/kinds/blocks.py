@@ -32,8 +32,6 @@ class BarSeat(Drawn):
 length = "30 mm"
 width = "5 mm"
 height = "5 mm"
-material = "steel"
-damping_ratio = 0.02
 """
 
     kind: Literal["bar"]
@@ -141,8 +139,6 @@ depth = "20 mm"
 thickness = "10 mm"
 patch_width = "8 mm"
 patch_depth = "1 mm"
-material = "steel"
-damping_ratio = 0.02
 """
 
     kind: Literal["block"]
@@ -176,8 +172,6 @@ margin = "5 mm"
 thickness = "3 mm"
 land_width = "1 mm"
 clamp_width = "2 mm"
-material = "steel"
-damping_ratio = 0.02
 """
 
     kind: Literal["plate"]

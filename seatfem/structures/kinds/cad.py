@@ -36,8 +36,6 @@ class Cad(Drawn):
 
     sample: ClassVar[str] = """
 file = "seat.step"
-material = "steel"
-damping_ratio = 0.02
 """
 
     kind: Literal["cad"]

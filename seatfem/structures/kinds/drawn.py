@@ -133,8 +133,33 @@ class Drawn(Elastic):
     # Levels of modelling
 
     def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
-        edge = self.greens.bandwidth if band is None else band
-        return (self._rod(edge), self._axisymmetric(), self._harmonics(), self._sector(), self._solid())
+        obstacles, reasons = (
+            self._obstacles,
+            {
+                "axisymmetric": "axisymmetric (body, supports and load)",
+                "harmonics": "a body of revolution, loaded off its axis: Fourier harmonics in the angle",
+                "sector": f"one of {self.sectors} sectors between planes of symmetry stands for the whole",
+                "3d": "the whole body",
+            },
+        )
+        others = (
+            Applicability.refused(level, obstacles[level])
+            if obstacles[level]
+            else Applicability(level, True, 0.0, reasons[level])
+            for level in DISCRETE
+        )
+        return (self._rod(self.greens.bandwidth if band is None else band), *others)
+
+    @property
+    def _obstacles(self) -> dict[Level, str]:
+        """Return why levels do not describe it; "" of one that does."""
+        sector = "" if self.isotropic else "an orthotropic material turns from sector to sector"
+        return {
+            "axisymmetric": "the geometry is no solid of revolution",
+            "harmonics": "the geometry is no solid of revolution",
+            "sector": sector if self.sectors > 1 else "body and load cannot be cut into equal sectors",
+            "3d": "",
+        }
 
     def level(self, error: float) -> Applicability:
         return choose_level(self.levels(), error, self.model)
@@ -153,23 +178,6 @@ class Drawn(Elastic):
 
     def _rod(self, band: float) -> Applicability:
         return Applicability.refused("rod", "only a straight bar struck on its whole end is a rod")
-
-    def _axisymmetric(self) -> Applicability:
-        return Applicability.refused("axisymmetric", "the geometry is no solid of revolution")
-
-    def _harmonics(self) -> Applicability:
-        return Applicability.refused("harmonics", "the geometry is no solid of revolution")
-
-    def _sector(self) -> Applicability:
-        if self.sectors < 2:
-            return Applicability.refused("sector", "body and load cannot be cut into equal sectors")
-        if not self.isotropic:
-            return Applicability.refused("sector", "an orthotropic material turns from sector to sector")
-        reason = f"one of {self.sectors} sectors between planes of symmetry stands for the whole"
-        return Applicability("sector", True, 0.0, reason)
-
-    def _solid(self) -> Applicability:
-        return Applicability("3d", True, 0.0, "the whole body")
 
     # What is known without a mesh
 

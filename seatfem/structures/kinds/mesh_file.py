@@ -43,8 +43,6 @@ class MeshFile(Elastic):
 
     sample: ClassVar[str] = """
 file = "seat.msh"
-material = "steel"
-damping_ratio = 0.02
 """
 
     kind: Literal["mesh"]

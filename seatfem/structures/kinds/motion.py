@@ -152,10 +152,6 @@ class Moving(Structure):
     def moved_by(self) -> tuple[str, ...]:
         return ("velocity", "deflection", "force")
 
-    @property
-    def is_loaded(self) -> bool:
-        return self.force is not None
-
     def start_at(self, at: float | None) -> float:
         return self.deflection or 0.0
 

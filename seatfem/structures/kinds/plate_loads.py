@@ -89,17 +89,13 @@ class ClampedPlate(ThinPlate):
     def moved_by(self) -> tuple[str, ...]:
         return ("release", "deflection", "force", "pressure", "point_force", "gravity")
 
-    @property
-    def is_loaded(self) -> bool:
-        return any(load is not None for load in (self.force, self.pressure, self.point_force, self.gravity))
-
     def start_at(self, at: float | None) -> float:
         if self.release is not None:
             return self.release.start_at(self.geometry().centre)
         return super().start_at(at)
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
-        body = super().body(self.solved().greens if greens is None else greens, n_modes, at)
+        body = super().body(greens, n_modes, at)
         state = body.state if self.release is None else self._state(self.plate(body.greens), self.release)
         return replace(body, state=state, loads=(*body.loads, *self._loads(body)))
 

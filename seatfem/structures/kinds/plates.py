@@ -70,8 +70,6 @@ class Disc(FreePlate):
     sample: ClassVar[str] = """
 diameter = "16 mm"
 thickness = "1 mm"
-material = "steel"
-damping_ratio = 0.02
 """
     sample_scene: ClassVar[SampleScene] = SampleScene('velocity = "-2 m/s"', "stopper", FRONTS)
 
@@ -92,8 +90,6 @@ inner_diameter = "6 mm"
 thickness = "1 mm"
 contact_radius = "5.5 mm"
 contact_width = "1 mm"
-material = "steel"
-damping_ratio = 0.02
 """
     sample_scene: ClassVar[SampleScene] = SampleScene('velocity = "-2 m/s"', "annular", FRONTS)
 
@@ -124,8 +120,6 @@ neck_width = "6 mm"
 neck_length = "15 mm"
 paddle_diameter = "16 mm"
 thickness = "0.3 mm"
-material = "steel"
-damping_ratio = 0.02
 """
     sample_scene: ClassVar[SampleScene] = SampleScene('release = { mode = 1, velocity = "-2 m/s" }', "annular", FRONTS)
 

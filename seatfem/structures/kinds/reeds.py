@@ -36,8 +36,6 @@ class Cantilever(UniformBeam):
 length = "25 mm"
 width = "10 mm"
 thickness = "0.3 mm"
-material = "steel"
-damping_ratio = 0.02
 """
     sample_scene: ClassVar[SampleScene] = SampleScene('release = { tip_deflection = "1 mm" }', "annular")
 
@@ -104,7 +102,7 @@ class TipMass(UniformBeam):
     """A flat reed, clamped at its root, with a point mass at its tip: an Euler-Bernoulli beam."""
 
     theory: ClassVar[type[Any]] = TipMassCantilever
-    sample: ClassVar[str] = Cantilever.sample.replace("material", 'tip_mass = "0.1 g"\nmaterial')
+    sample: ClassVar[str] = Cantilever.sample + 'tip_mass = "0.1 g"\n'
     sample_scene: ClassVar[SampleScene] = Cantilever.sample_scene
 
     kind: Literal["tip_mass"]
@@ -119,8 +117,6 @@ class Stepped(Beam):
     sample: ClassVar[str] = """
 widths = [["0 mm", "10 mm"], ["15 mm", "6 mm"], ["25 mm", "6 mm"]]
 thickness = "0.3 mm"
-material = "steel"
-damping_ratio = 0.02
 """
     sample_scene: ClassVar[SampleScene] = Cantilever.sample_scene
 

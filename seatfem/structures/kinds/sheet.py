@@ -132,8 +132,6 @@ outline = [["0 mm", "-7 mm"], ["28 mm", "-7 mm"], ["28 mm", "7 mm"], ["0 mm", "7
 clamped = [["0 mm", "-7 mm"], ["0 mm", "7 mm"]]
 contact_at = ["20 mm", "0 mm"]
 thickness = "0.3 mm"
-material = "steel"
-damping_ratio = 0.02
 """
     sample_scene: ClassVar[SampleScene] = SampleScene('release = { mode = 1, velocity = "-2 m/s" }', "annular", FRONTS)
 

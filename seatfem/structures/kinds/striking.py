@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 
 At = float | tuple[float, ...] | None
 """Where a body is touched, from its root [m]: once, or at several places; ``None``: where it is by default."""
+
+
+LOADS: Final = ("force", "pressure", "point_force", "gravity")
+"""Keys of kinds that hold known forces."""
 
 
 class Striking(Table):
@@ -54,7 +58,7 @@ class Striking(Table):
     @property
     def is_loaded(self) -> bool:
         """Return whether known forces drive it."""
-        return False
+        return any(getattr(self, key, None) is not None for key in LOADS)
 
     @property
     def free_point(self) -> float | None:

@@ -19,7 +19,7 @@ from seatfem.structures.estimates.patch import Column
 from seatfem.structures.kinds.drawn import Drawn, struck_as_a_whole
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import NO_RING, SampleScene, Traits
-from seatfem.structures.method import QUARTERS, Applicability, Level, Method
+from seatfem.structures.method import QUARTERS, Level, Method
 from seatfem.structures.outlines import BodyViews, Size, length_text, of_profile
 from seatfem.structures.shapes import AnnularSeat, ConicalSeat, Stopper, Turning
 from seatfem.structures.shapes import Ball as Sphere
@@ -115,38 +115,18 @@ class Turned(Drawn):
         edges = [edge for edge in self.geometry().profile.edges if edge.name == "contact"]
         return edges[0].start, edges[-1].end
 
-    def _axisymmetric(self) -> Applicability:
-        if obstacle := self._in_meridians():
-            return Applicability.refused("axisymmetric", obstacle)
-        if self.arc is not None:
-            return Applicability.refused(
-                "axisymmetric", "only an arc of the ring is struck: the load is not the axis's"
-            )
-        reason = "axisymmetric (body, supports and load)"
-        return Applicability("axisymmetric", True, 0.0, reason)
-
-    def _harmonics(self) -> Applicability:
-        if obstacle := self._in_meridians():
-            return Applicability.refused("harmonics", obstacle)
+    @property
+    def _obstacles(self) -> dict[Level, str]:
+        meridians = "" if self.isotropic else "an orthotropic material need not be the same in every meridian"
         if self.arc is None:
-            return Applicability.refused(
-                "harmonics", "the whole ring is struck: harmonic 0 alone, the axisymmetric model, is enough"
-            )
-        reason = "a body of revolution, loaded off its axis: Fourier harmonics in the angle"
-        return Applicability("harmonics", True, 0.0, reason)
-
-    def _sector(self) -> Applicability:
-        if self.arc is not None:
-            return Applicability.refused("sector", "only an arc of the ring is struck: the sectors differ")
-        return super()._sector()
-
-    def _solid(self) -> Applicability:
-        if self.arc is not None:
-            return Applicability.refused("3d", "the drawn contact face is the whole ring, not an arc of it")
-        return super()._solid()
-
-    def _in_meridians(self) -> str:
-        return "" if self.isotropic else "an orthotropic material need not be the same in every meridian"
+            whole = "the whole ring is struck: harmonic 0 alone, the axisymmetric model, is enough"
+            return {**super()._obstacles, "axisymmetric": meridians, "harmonics": meridians or whole}
+        return {
+            "axisymmetric": meridians or "only an arc of the ring is struck: the load is not the axis's",
+            "harmonics": meridians,
+            "sector": "only an arc of the ring is struck: the sectors differ",
+            "3d": "the drawn contact face is the whole ring, not an arc of it",
+        }
 
     def measures_inside(self, level: Level) -> float:
         from seatfem.structures.counts.bodies import section_of  # of plans only
@@ -170,8 +150,6 @@ class Annular(Turned):
     sample: ClassVar[str] = """
 bore_radius = "5 mm"
 lip_width = "1 mm"
-material = "steel"
-damping_ratio = 0.02
 """
 
     kind: Literal["annular"]
@@ -202,8 +180,6 @@ class Conical(Turned):
     sample: ClassVar[str] = """
 bore_radius = "4 mm"
 face_width = "2 mm"
-material = "steel"
-damping_ratio = 0.02
 """
 
     kind: Literal["conical"]
@@ -230,8 +206,6 @@ class StopperSeat(Turned):
 radius = "8 mm"
 thickness = "5 mm"
 contact_radius = "1 mm"
-material = "steel"
-damping_ratio = 0.02
 """
 
     kind: Literal["stopper"]
@@ -253,7 +227,6 @@ class Ball(Turned):
     group: ClassVar[str] = "strikers"
     sample: ClassVar[str] = """
 diameter = "10 mm"
-material = "steel"
 damping_ratio = 0.005
 """
     sample_scene: ClassVar[SampleScene] = SampleScene('velocity = "-0.5 m/s"', "stopper")

@@ -60,33 +60,27 @@ def key(
 
 def require_positive(spec: object, *fields: str) -> None:
     """Raise `GeometryError` unless every named field of ``spec`` is a finite length > 0 (in metres)."""
-    for field in fields:
-        value = getattr(spec, field)
-        if not (math.isfinite(value) and value > 0.0):
-            raise GeometryError(
-                f"{type(spec).__name__}.{field} = {write_quantity(value, 'length')}: must be a finite length > 0"
-            )
+    for name in fields:
+        value = getattr(spec, name)
+        _require(spec, name, math.isfinite(value) and value > 0.0, "a finite length > 0")
 
 
-def require_below(spec: object, field: str, limit: float, meaning: str, *, inclusive: bool = False) -> None:
-    """Raise `GeometryError` unless ``spec.field`` is below ``limit`` (metres), which ``meaning`` explains."""
-    value = getattr(spec, field)
-    if not (value < limit or (inclusive and value == limit)):
-        sign = "<=" if inclusive else "<"
-        raise GeometryError(
-            f"{type(spec).__name__}.{field} = {write_quantity(value, 'length')}: must be {sign} "
-            f"{write_quantity(limit, 'length')} ({meaning})"
-        )
+def require_below(spec: object, name: str, limit: float, meaning: str, *, inclusive: bool = False) -> None:
+    """Raise `GeometryError` unless the field is below ``limit`` (metres), which ``meaning`` explains."""
+    value = getattr(spec, name)
+    is_below, sign = (value <= limit, "<=") if inclusive else (value < limit, "<")
+    _require(spec, name, is_below, f"{sign} {write_quantity(limit, 'length')} ({meaning})")
 
 
-def require_above(spec: object, field: str, limit: float, meaning: str) -> None:
-    """Raise `GeometryError` unless ``spec.field`` is above ``limit`` (metres), which ``meaning`` explains."""
-    value = getattr(spec, field)
-    if not value > limit:
-        raise GeometryError(
-            f"{type(spec).__name__}.{field} = {write_quantity(value, 'length')}: must be > "
-            f"{write_quantity(limit, 'length')} ({meaning})"
-        )
+def require_above(spec: object, name: str, limit: float, meaning: str) -> None:
+    """Raise `GeometryError` unless the field is above ``limit`` (metres), which ``meaning`` explains."""
+    _require(spec, name, getattr(spec, name) > limit, f"> {write_quantity(limit, 'length')} ({meaning})")
+
+
+def _require(spec: object, name: str, holds: bool, what: str) -> None:
+    if not holds:
+        value = write_quantity(getattr(spec, name), "length")
+        raise GeometryError(f"{type(spec).__name__}.{name} = {value}: must be {what}")
 
 
 def check_quarters(shape: object, sectors: int) -> None:

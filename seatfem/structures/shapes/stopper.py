@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from impact.greens.base import Array
-from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon
 from seatfem.structures.shapes.revolved import Turning
@@ -26,7 +25,6 @@ from seatfem.structures.shapes.shape import (
     require_positive,
     squares,
 )
-from seatfem.units import write_quantity
 
 INSIDE = 1e-2  # radians from the plane y = 0
 
@@ -51,11 +49,7 @@ class Stopper(Turning):
         if self.dome_radius is None:
             return
         require_positive(self, "dome_radius")
-        if not self.dome_radius > self.radius:
-            raise GeometryError(
-                f"Stopper.dome_radius = {write_quantity(self.dome_radius, 'length')}: must be > "
-                f"{write_quantity(self.radius, 'length')}, the radius"
-            )
+        require_above(self, "dome_radius", self.radius, "the radius")
         require_above(self, "thickness", self.thickness - self.top(self.radius), "the dome's height")
 
     def top(self, r: float) -> float:

@@ -31,6 +31,8 @@ _HEAD: Final = """\
 """
 DURATION: Final = "2 ms"
 TARGET: Final = "5 %"
+STEEL: Final = {"material": "steel", "damping_ratio": 0.02}
+"""Of a kind with these keys, unless its sample says otherwise."""
 Stated = dict[str, Mapping[str, Any]]
 """Tables of a scene, and what stands in them without #."""
 _SPOKEN: Final = {"number": "0.1", "whole number": "1", "text": '"..."', "file name": '"file.csv"'}
@@ -74,7 +76,8 @@ def scene_template(name: str, *, file: str = "scene.toml") -> str:
 
 
 def _begun(kind: type[Structure], motion: str = "") -> Mapping[str, Any]:
-    return {"kind": kind_of(kind), **tomllib.loads(kind.sample + motion)}
+    usual = STEEL if "material" in kind.model_fields else {}
+    return {"kind": kind_of(kind), **usual, **tomllib.loads(kind.sample + motion)}
 
 
 def _body(role: str, kind: type[Structure], stated: Stated) -> list[str]:
