@@ -180,7 +180,7 @@ def _truth(scene: Scene, method: RunMethod, landings: Landings | None, by: Finer
     if method.ports is not None:
         division = _finer_division(scene, method)
         how = how.along(finer, division.arcs, division.rings)
-    elif scene.seat.is_meshed:
+    elif scene.seat.elastic is not None:
         rings = method.seat.rings or 1
         how = replace(how, seat=replace(how.seat, rings=2 * rings if rings in RING_NUMBERS[1:] else max(8, 2 * rings)))
     finer = as_stated(finer, how)
@@ -260,7 +260,7 @@ def _of_waves(plan: Plan, truth: Truth) -> Iterator[Question]:
     if truth.seat.highest_rate == 0:  # a spring already
         return
     parts = truth.division.arcs > 1
-    by_plan = plan.scene.seat.is_drawn and not is_given(plan.scene, MODEL)
+    by_plan = plan.scene.seat.drawn is not None and not is_given(plan.scene, MODEL)
     option = Option("spring", lambda: truth.with_other(seat=_statics(truth.seat)), {MODEL: "spring"} if by_plan else {})
     reason, static = _reason(plan, MODEL), plan.level == "spring"
     said = "would be enough" in reason
@@ -314,7 +314,13 @@ def _of_parts(plan: Plan, truth: Truth) -> Iterator[Question]:
             yield Question(ONE_POINT, True, one if said else None, () if said else (one,), False, _reason(plan, PORTS))
         if ports > 1:
             yield _ladder(SEGMENTS, [_in_segments(truth, number) for number in _halves(ports)], _reason(plan, PORTS))
-    if not scene.seat.is_meshed or is_given(scene, RINGS) or ports == 1 or there.rings % rings or there.rings <= rings:
+    if (
+        scene.seat.elastic is None
+        or is_given(scene, RINGS)
+        or ports == 1
+        or there.rings % rings
+        or there.rings <= rings
+    ):
         return
     numbers = [number for number in (RING_NUMBERS if ports is None else ACROSS)[::-1] if number <= rings]
     yield _ladder(ACROSS_LIP, [_across(truth, number) for number in numbers], _reason(plan, RINGS))
@@ -364,7 +370,7 @@ def _of_the_reed(plan: Plan, truth: Truth) -> Iterator[Question]:
         below = [round(reed.n_modes / ratio) for ratio in RATIOS]
         numbers = [reed.n_modes, *(number for number in below if number >= FEWEST_MODES)]
         yield _ladder(REED_MODES, [_with_modes(truth, number) for number in numbers], _reason(plan, MODES))
-    if scene.reed.meets_lips and reed.bandwidth is not None and not is_given(scene, REED_BAND):
+    if scene.reed.thin_plate is not None and reed.bandwidth is not None and not is_given(scene, REED_BAND):
         bands = [reed.bandwidth, *(reed.bandwidth / ratio for ratio in RATIOS)]
         options = [option for band in bands if (option := _in_a_band(truth, band)) is not None]
         if options:

@@ -90,7 +90,7 @@ def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> t
     assert method.time_step is not None
     step = max(method.time_step / by.step, scene.run.duration / MOST_STEPS)
     seat, rings = _finer_seat(scene, method.seat, by), scene.contact.rings
-    divided = by.divides and (scene.seat.is_meshed or method.ports is not None)
+    divided = by.divides and (scene.seat.elastic is not None or method.ports is not None)
     arcs = by.arcs * max(FEWEST_ARCS, method.ports) if by.divides and method.ports is not None else method.ports
     if divided:
         rings = max(by.rings, 2 * rings) if arcs is None else rings + by.across

@@ -13,13 +13,11 @@ from numpy.typing import NDArray
 from impact.pictures.drawing import BLUE, ORANGE
 from seatfem.pictures.skin import skin_of_plate
 from seatfem.structures.inspection.parts import Part
-from seatfem.structures.kinds.ball import Ball
 from seatfem.structures.kinds.beam import Beam
-from seatfem.structures.kinds.rigid_mass import RigidMass
-from seatfem.structures.kinds.rod import Rod
-from seatfem.structures.kinds.spring import Spring
+from seatfem.structures.kinds.closed_forms import RigidMass, Rod, Spring
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.kinds.thin_plate import ThinPlate
+from seatfem.structures.kinds.turned import Ball
 from seatfem.structures.mesh.sheet import mesh_sheet
 
 Array = NDArray[np.float64]
@@ -77,7 +75,7 @@ def target_pieces(body: Structure, size: float, *, cut: bool = False) -> list[Pi
         x, y = _sides(body)
         foot = _foot(max(0.12 * size, 0.6 * y), -body.length)
         return [Piece(_box(x, y, -body.length, 0.0), SEAT), *([foot] if body.far_end == "fixed" else [])]
-    part = body.part()
+    part = body.elastic.part()
     if part is None:
         raise ValueError(f"no surface of kind = {body.kind!r}")
     return _part_pieces(part, getattr(body, "arc", None), cut=cut)

@@ -22,7 +22,6 @@ from seatfem.pictures.paraview import write_moving
 from seatfem.structures.formats.dxf_outline import write_outline
 from seatfem.structures.formats.reduced_writing import write_reduced
 from seatfem.structures.formats.uff import write_modes_uff, write_receptance_uff
-from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.calculix import csv_table, write_calculix
@@ -150,11 +149,11 @@ def _as_reduced(source: Path, output: Path, progress: Progress) -> Written:
 
 def _as_dxf(source: Path, output: Path, progress: Progress) -> Written:
     reed = _scene_of(source).reed
-    if not isinstance(reed, ThinPlate):
+    if reed.thin_plate is None:
         raise ExportError(
             f"{source}: reed.kind = {reed.kind!r} has no outline; use a flat one: flapper, sheet, disc, ring_plate"
         )
-    write_outline(reed.geometry().drawn, output / "reed.dxf")
+    write_outline(reed.thin_plate.geometry().drawn, output / "reed.dxf")
     yield output / "reed.dxf"
 
 

@@ -68,7 +68,9 @@ def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> 
 def _from_elsewhere(structure: Structure, method: Method) -> list[str]:
     """Return hashes of the files of the kind, its shape, and the reductions that are asked for or may be chosen."""
     reductions: list[type] = []
-    if structure.is_reduced and "seatfem.structures.reduction.reducer" in sys.modules:  # else all reductions are ours
+    if (
+        structure.traits.is_reduced and "seatfem.structures.reduction.reducer" in sys.modules
+    ):  # else all reductions are ours
         from seatfem.structures.reduction.reducer import defined  # for load time
 
         reductions = [each for each in defined() if method.reduction in (AUTO, each.name)]
@@ -148,7 +150,7 @@ class Cache:
 
         Gives whether one has put it there before the block began, since it was looked for.
         """
-        if not structure.is_kept:
+        if not structure.traits.is_kept:
             yield False
             return
         path = self.store.path(key)
@@ -161,7 +163,7 @@ class Cache:
         greens = solved.greens
         if not greens.closed_form:  # one costs nothing to make again
             greens = greens.with_error(greens.error_estimate, {**greens.provenance, "seat_key": key})
-        if structure.is_kept and not greens.closed_form:
+        if structure.traits.is_kept and not greens.closed_form:
             try:
                 if solved.in_rings is not None:  # first: a function without it would lose its error bars
                     self.store.put(_beside(key), solved.in_rings)

@@ -15,7 +15,7 @@ from impact.greens.base import Array
 from seatfem.structures.lands import Land
 from seatfem.structures.lip import AnyLip, check_parts, widening
 from seatfem.structures.rings import MOST_PORTS
-from seatfem.structures.strips import cross
+from seatfem.structures.shapes.polygons import cross
 
 SEEN: Final = 9  # points of each cut among which the nearest one to a place is looked for
 ONWARDS: Final = 60  # cuts that are gone on by from there, at most

@@ -72,7 +72,7 @@ def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
     if lip.arcs > elements:
         finer = (
             f"refine seat.mesh.contact_size to {1e3 * lip.length / lip.arcs:.2g} mm or less, or "
-            if body.is_drawn
+            if body.drawn is not None
             else ""
         )
         raise ModelError(

@@ -12,7 +12,8 @@ import numpy as np
 
 from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
-from seatfem.structures.strips import Strip, area_of, strip_of
+from seatfem.structures.shapes.polygons import area, inside
+from seatfem.structures.strips import Strip, strip_of
 
 SAME: Final = 1e-6  # of the face's size: ends of edges that are one point
 FLAT: Final = 1e-3  # the same, of a flat face's height
@@ -139,8 +140,8 @@ def _loops(edges: Array, near: float) -> list[Array]:
 
 def _nested(loops: list[Array]) -> list[tuple[Array, list[Array]]]:
     """Return each outer line with those of its holes, all anticlockwise. Raises `ModelError` of lines that cross."""
-    loops = [loop if area_of(loop) > 0 else loop[::-1] for loop in loops]
-    loops.sort(key=area_of, reverse=True)
+    loops = [loop if area(loop) > 0 else loop[::-1] for loop in loops]
+    loops.sort(key=area, reverse=True)
     nests: list[tuple[Array, list[Array]]] = []
     for k, loop in enumerate(loops):
         around = [other for other, larger in enumerate(loops[:k]) if _inside(loop, larger)]
@@ -153,22 +154,13 @@ def _nested(loops: list[Array]) -> list[tuple[Array, list[Array]]]:
 
 def _inside(loop: Array, larger: Array) -> bool:
     """Return whether all of a line lies within another one; raises `ModelError` of one that lies there in part."""
-    ahead = np.roll(larger, -1, axis=0)
-    x, y = loop[:, 0, None], loop[:, 1, None]
-    rises = (larger[:, 1] > y) != (ahead[:, 1] > y)
-    slope = np.divide(
-        ahead[:, 0] - larger[:, 0],
-        ahead[:, 1] - larger[:, 1],
-        out=np.zeros(len(larger)),
-        where=ahead[:, 1] != larger[:, 1],
-    )
-    crossed = (rises & (x < larger[:, 0] + (y - larger[:, 1]) * slope)).sum(axis=1) % 2
-    if 0 < crossed.sum() < len(crossed):
+    within = inside([larger], loop)
+    if 0 < within.sum() < len(within):
         raise ModelError(
             "the lines that bound the struck faces cross each other, as of faces that overlap: take faces that stand "
             "apart, or strike them as a whole"
         )
-    return bool(crossed.any())
+    return bool(within.any())
 
 
 def _triple(values: Array) -> Triple:

@@ -18,7 +18,7 @@ from impact.after.along import Pieces
 from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
 from seatfem.structures.rings import MOST_PORTS, Division, ring_borders, ring_names
-from seatfem.structures.strips import cross
+from seatfem.structures.shapes.polygons import cross
 
 ACROSS: Final = 8  # Gauss points over the width of a patch
 AROUND: Final = 96  # points around a whole ring, at least

@@ -19,8 +19,9 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.counts.memory_need import check_elastic
 from seatfem.structures.discretise import draw, matrices
 from seatfem.structures.estimates.costs import modes_of_volume
-from seatfem.structures.kinds.drawn import Drawn, Turned
+from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.kinds.turned import Turned
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.meshing import SeatMesh
 from seatfem.structures.method import Level, Method

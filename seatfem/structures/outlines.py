@@ -9,9 +9,9 @@ in an odd number of them is inside.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from impact.greens.base import Array
 from impact.quantities import in_units
 from seatfem.structures.shapes.flat import Flat
 from seatfem.structures.shapes.loops import polygon
+from seatfem.structures.shapes.polygons import inside
 from seatfem.structures.shapes.profile import Edge, Profile
 
 Loops = tuple[Array, ...]
@@ -29,6 +30,9 @@ CHORD: Final = math.radians(3.0)
 BESIDE: Final = 1.7e-6  # of a body's size: a section beside its middle plane, which meshes have corners on
 SAMPLES: Final = 80
 """Points along the longer side of a struck face's box, of which those on it are looked for under a reed."""
+IN_SECTION: Final = ("section", "struck", "held", "bedded")
+IN_PLAN: Final = ("plan", "edges", "contact", "port", "clamp")
+"""Fields of `BodyViews` that hold loops or lines."""
 CORNERS: Final = 8  # of a loop that is a circle in chords, at least
 
 
@@ -110,27 +114,24 @@ class BodyViews:
 
     def moved(self, x: float) -> BodyViews:
         """Return the body at another place along x [m]."""
-        keys = ("section", "struck", "held", "bedded", "plan", "edges", "contact", "port", "clamp")
-        changed: dict[str, Loops] = {
-            key: tuple(line + np.array([x, 0.0]) for line in getattr(self, key)) for key in keys
-        }
-        triangles = self.triangles if self.triangles is None else self.triangles + np.array([x, 0.0])
         sizes = tuple(
             replace(size, low=size.low + x, high=size.high + x) if size.axis == 0 else replace(size, at=size.at + x)
             for size in self.sizes
         )
-        return replace(self, **changed, triangles=triangles, sizes=sizes)  # type: ignore[arg-type]
+        return self._changed((*IN_SECTION, *IN_PLAN), lambda points: points + np.array([x, 0.0]), sizes)
 
     def turned_over(self) -> BodyViews:
         """Return the body turned over about its x axis, its struck face below: z and y change their signs."""
-        heights = ("section", "struck", "held", "bedded")
-        plans = () if self.mirrored else ("plan", "edges", "contact", "port", "clamp")
-        changed: dict[str, Loops] = {
-            key: tuple(line * (1.0, -1.0) for line in getattr(self, key)) for key in (*heights, *plans)
-        }
-        triangles = self.triangles if self.triangles is None or self.mirrored else self.triangles * (1.0, -1.0)
         sizes = tuple(_mirrored(size, self.mirrored) for size in self.sizes)
-        return replace(self, **changed, triangles=triangles, sizes=sizes)  # type: ignore[arg-type]
+        keys = IN_SECTION if self.mirrored else (*IN_SECTION, *IN_PLAN)
+        return self._changed(keys, lambda points: points * (1.0, -1.0), sizes)
+
+    def _changed(self, keys: Sequence[str], change: Callable[[Array], Array], sizes: tuple[Size, ...]) -> BodyViews:
+        """Return the views with other points in fields of these names; the triangles are a field in plan."""
+        changed: dict[str, Any] = {key: tuple(map(change, getattr(self, key))) for key in keys}
+        if self.triangles is not None and keys != IN_SECTION:
+            changed["triangles"] = change(self.triangles)
+        return replace(self, **changed, sizes=sizes)
 
 
 def _mirrored(size: Size, lies: bool) -> Size:
@@ -166,17 +167,6 @@ def box(low: Sequence[float], high: Sequence[float]) -> Array:
     """Return the (4, 2) corners of a rectangle [m]."""
     (a, b), (c, d) = low, high
     return np.array([(a, b), (c, b), (c, d), (a, d)])
-
-
-def inside(loops: Iterable[Array], points: Array) -> Array:
-    """Return (n,) whether points (n, 2) lie within an odd number of loops."""
-    crossed = np.zeros(len(points), dtype=np.int64)
-    x, y = points.T
-    for loop in loops:
-        for (x0, y0), (x1, y1) in zip(loop, np.roll(loop, -1, axis=0), strict=True):
-            if y0 != y1:
-                crossed += ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
-    return np.asarray(crossed % 2 == 1)
 
 
 def crossings(loops: Iterable[Array], y: float) -> Array:
@@ -302,15 +292,17 @@ def of_prism(name: str, sides: tuple[float, float], patch: tuple[float, float] |
     ]
     if patch is not None:
         sizes.append(Size("section", 0, -px, px, 0.0, f"struck {length_text(2 * px)} x {length_text(2 * py)}"))
-    return BodyViews(
-        name,
-        section=(box((-x, -height), (x, 0.0)),),
-        struck=(np.array([(-px, 0.0), (px, 0.0)]),),
-        held=(np.array([(-x, -height), (x, -height)]),),
-        plan=(box((-x, -y), (x, y)),),
-        contact=(box((-px, -py), (px, py)),),
-        sizes=tuple(sizes),
-    )
+    plan, contact = (box((-half[0], -half[1]), half) for half in (sides, (px, py)))
+    held = (np.array([(-x, -height), (x, -height)]),)
+    return _extruded(name, (plan,), (contact,), height, BESIDE * x, held=held, sizes=tuple(sizes))
+
+
+def _extruded(name: str, plan: Loops, contact: Loops, thickness: float, y: float, **others: Any) -> BodyViews:
+    """Return the views of what is as thick everywhere, cut at ``y`` [m]; ``others``: fields of the views."""
+    cut, touching = (crossings(loops, y).reshape(-1, 2).tolist() for loops in (plan, contact))
+    section = tuple(box((low, -thickness), (high, 0.0)) for low, high in cut)
+    struck = tuple(np.array([(low, 0.0), (high, 0.0)]) for low, high in touching)
+    return BodyViews(name, section=section, struck=struck, plan=plan, contact=contact, **others)
 
 
 def of_sheet(name: str, flat: Flat, contact: Loops) -> BodyViews:
@@ -318,8 +310,6 @@ def of_sheet(name: str, flat: Flat, contact: Loops) -> BodyViews:
     centre = np.array(flat.centre)
     loops = tuple(polygon(loop)[0] - centre for loop in flat.drawn)
     t = flat.thickness
-    places = crossings(loops, BESIDE * float(np.ptp(loops[0])))
-    cut = tuple(box((low, -t), (high, 0.0)) for low, high in places.reshape(-1, 2))
     ends = _clamped_ends(flat) - centre
     low, high = loops[0].min(axis=0), loops[0].max(axis=0)
     sizes = [Size("section", 1, -t, 0.0, float(high[0]), f"t {length_text(t)}")]
@@ -332,18 +322,9 @@ def of_sheet(name: str, flat: Flat, contact: Loops) -> BodyViews:
     if len(ends) and ends[0, 1] * ends[1, 1] < 0:  # the clamp crosses the section
         x = float(np.interp(0.0, *(ends[np.argsort(ends[:, 1])].T[::-1])))
         held = (np.array([(x, -t), (x, 0.0)]),)
-    touching = crossings(contact, BESIDE * float(np.ptp(loops[0]))).reshape(-1, 2)
-    return BodyViews(
-        name,
-        section=cut,
-        struck=tuple(np.array([(first, 0.0), (last, 0.0)]) for first, last in touching),
-        held=held,
-        plan=loops,
-        contact=contact,
-        clamp=(ends,) if len(ends) else (),
-        sizes=tuple(sizes),
-        mirrored=True,
-    )
+    clamp = (ends,) if len(ends) else ()
+    y = BESIDE * float(np.ptp(loops[0]))
+    return _extruded(name, loops, contact, t, y, held=held, clamp=clamp, sizes=tuple(sizes), mirrored=True)
 
 
 def _clamped_ends(flat: Flat) -> Array:
@@ -383,7 +364,6 @@ def of_ported_plate(
     cut = crossings((whole, *openings), y)
     first, last = float(cut[0]), float(cut[-1])
     inner = crossings((within,), y)
-    rings = crossings((*(lands[k] for k in struck), *(openings[k] for k in struck)), y)
     own = ports[struck[0]] - middle
     sizes = (
         Size("section", 0, first, last, -thickness, length_text(last - first)),
@@ -391,16 +371,15 @@ def of_ported_plate(
         Size("section", 0, own[0] - hole, own[0] + hole, -thickness, f"port Ø {length_text(2 * hole)}"),
         Size("section", 0, own[0] + hole, own[0] + land, 0.0, f"land {length_text(land - hole)}"),
     )
-    return BodyViews(
+    sides = (first, inner[0]), (inner[-1], last)
+    return _extruded(
         name,
-        section=tuple(box((low, -thickness), (high, 0.0)) for low, high in cut.reshape(-1, 2)),
-        struck=tuple(np.array([(low, 0.0), (high, 0.0)]) for low, high in rings.reshape(-1, 2)),
-        held=tuple(
-            np.array([(low, -thickness), (high, -thickness)]) for low, high in ((first, inner[0]), (inner[-1], last))
-        ),
-        plan=(whole, *openings),
+        (whole, *openings),
+        tuple(loop for k in struck for loop in (lands[k], openings[k])),
+        thickness,
+        y,
+        held=tuple(np.array([(low, -thickness), (high, -thickness)]) for low, high in sides),
         edges=tuple(np.concatenate([each, each[:1]]) for each in lands),
-        contact=tuple(loop for k in struck for loop in (lands[k], openings[k])),
         port=tuple(openings[k] for k in struck),
         sizes=sizes,
     )

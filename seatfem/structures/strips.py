@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 
 from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
+from seatfem.structures.shapes.polygons import area as polygon_area
+from seatfem.structures.shapes.polygons import cross
 
 STEPS: Final = 1200  # of each line, at least
 SLENDER: Final = 2.0  # length over width of a face that is a strip, at least
@@ -138,7 +140,7 @@ def _sides(loop: Array) -> tuple[Array, Array, tuple[int, int], tuple[int, int]]
     line = _fine(loop)
     steps = np.diff(line, axis=0)
     lengths = np.hypot(*steps.T)
-    around, area = float(lengths.sum()), area_of(loop)
+    around, area = float(lengths.sum()), polygon_area(loop)
     width = (around / 2 - math.sqrt(max(around**2 / 4 - 4 * area, 0.0))) / 2  # of a rectangle
     if area < SLENDER * width**2:
         raise ModelError(
@@ -227,11 +229,3 @@ def _along(line: Array, at: Array, *, closed: bool) -> Array:
     steps = np.arange(len(line))
     at = at % (len(line) - 1) if closed else at
     return np.column_stack([np.interp(at, steps, line[:, 0]), np.interp(at, steps, line[:, 1])])
-
-
-def area_of(loop: Array) -> float:
-    return float(cross(loop, np.roll(loop, -1, axis=0)).sum() / 2)
-
-
-def cross(a: Array, b: Array) -> Array:
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

@@ -12,7 +12,8 @@ from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
 from seatfem.structures.inspection.shape import Integers, Shape
 from seatfem.structures.lands import axes_along
-from seatfem.structures.outlines import BESIDE, BodyViews, Loops, Size, inside, length_text
+from seatfem.structures.outlines import BESIDE, BodyViews, Loops, Size, length_text
+from seatfem.structures.shapes.polygons import inside
 
 MOST_TRIANGLES: Final = 60_000
 """Triangles of a surface that are filled in a plan; of a finer one the edges alone are drawn."""

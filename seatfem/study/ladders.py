@@ -97,7 +97,8 @@ def _more_arcs(arcs: int, _: float, __: Scene) -> int:
 
 
 def _wider_of_reed(band: float, factor: float, scene: Scene) -> float:
-    return float(min(band * factor**0.5, max(band, scene.reed.widest_band)))
+    plate = scene.reed.thin_plate
+    return float(min(band * factor**0.5, math.inf if plate is None else max(band, plate.widest_band)))
 
 
 def large_percent(value: float) -> str:

@@ -106,7 +106,7 @@ def stated_method(scene: Scene) -> RunMethod:
 
     Raises `LevelError`: a level that does not describe the seat is stated.
     """
-    rings = scene.contact.rings if scene.seat.is_meshed or is_given(scene, RINGS) else None
+    rings = scene.contact.rings if scene.seat.elastic is not None or is_given(scene, RINGS) else None
     seat = scene.seat.stated(scene.accuracy.target / LEVEL_SHARE, rings)
     with in_role("reed", scene.reed):
         reed = scene.reed.stated()

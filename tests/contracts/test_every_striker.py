@@ -107,15 +107,15 @@ def test_a_striker_is_planned_run_and_told_of(kind: str, tmp_path: Path, monkeyp
     plan = plan_scene(scene)
     assert min(plan.error.values()) > 0
     assert not any("no contact" in note for note in plan.notes)
-    assert ("striker" in plan.cost.parts) == (scene.reed.is_meshed or scene.reed.meets_lips)
+    assert ("striker" in plan.cost.parts) == (scene.reed.elastic is not None or scene.reed.thin_plate is not None)
     found = run_scene(scene, tmp_path / "out").summary
     assert found["reed_kind"] == kind
     assert found["contact_count"] > 0
-    if not scene.reed.is_solved:
+    if not scene.reed.traits.is_solved:
         return
     unforeseen = (
         "mesh error of the reed: known after the run"
-        if scene.reed.meets_lips
+        if scene.reed.thin_plate is not None
         else "errors of the reed's mesh, reduction"
     )
     assert any(unforeseen in note for note in plan.notes)

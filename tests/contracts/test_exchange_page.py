@@ -9,7 +9,7 @@ import pytest
 
 from seatfem.faces.exchange import FORMATS
 from seatfem.structures.formats.mesh_writing import WRITTEN
-from seatfem.structures.kinds.frf import UNIVERSAL
+from seatfem.structures.kinds.measured import UNIVERSAL
 from seatfem.structures.shapes.cad import BREP_SUFFIXES, STEP_SUFFIXES
 
 ROOT = Path(__file__).parents[2]

@@ -17,8 +17,8 @@ from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.fields import Length, Mass, Stiffness
 from seatfem.structures.kinds import kinds_of
-from seatfem.structures.kinds.drawn import Turned
 from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.kinds.turned import Turned
 from seatfem.structures.shapes import Turning
 from seatfem.structures.shapes.profile import Profile, polygon
 from seatfem.structures.shapes.selectors import Patches, PlaneFace

@@ -14,8 +14,9 @@ import pytest
 from impact.pictures.drawing import PictureError
 from seatfem.pictures.scene_drawing import draw_layout
 from seatfem.structures.kinds import kinds_of
-from seatfem.structures.outlines import BodyViews, Size, covered_share, crossings, inside, of_beam
+from seatfem.structures.outlines import BodyViews, Size, covered_share, crossings, of_beam
 from seatfem.structures.rings import Division
+from seatfem.structures.shapes.polygons import inside
 from seatfem.structures.surface_outlines import chained
 from seatfem.study.impacts.layout import cover_note, facts_of, layout_of
 from seatfem.study.runs.drawing import draw_scene

@@ -48,14 +48,14 @@ def test_a_run_on_a_noisy_record_draws_what_was_tried(tmp_path: Path) -> None:
     text = '[seat]\nkind = "frf"\nfile = "h.csv"\n[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-1 m/s"\n'
     (tmp_path / "scene.toml").write_text(text + '[run]\nduration = "1 ms"\nfilter_width = "20 us"\n', encoding="utf-8")
     seat = load_scene(tmp_path / "scene.toml").seat
-    assert len(seat.tried_poles()) > 1
-    pictures = dict(_seat_pictures(load_scene(tmp_path / "scene.toml"), Solved(seat.fitted())))  # type: ignore[attr-defined]
+    assert len(seat.fit().tried) > 1
+    pictures = dict(_seat_pictures(load_scene(tmp_path / "scene.toml"), Solved(seat.fit().greens)))  # type: ignore[attr-defined]
     assert list(pictures) == ["fit.png", "stabilisation.png"]
     pictures["stabilisation.png"](tmp_path / "stabilisation.png")
     assert (tmp_path / "stabilisation.png").stat().st_size > 20_000
     response = seat.measured()
     assert response is not None
-    plot_stabilisation(response, seat.tried_poles(), tmp_path / "drawn.svg")
+    plot_stabilisation(response, seat.fit().tried, tmp_path / "drawn.svg")
     drawn = (tmp_path / "drawn.svg").read_text(encoding="utf-8")
     for words in ("pole pairs in the band", "frequency [kHz]", "|accelerance| [1/kg]", "least: 2 pairs", "stable: "):
         assert words in drawn, words

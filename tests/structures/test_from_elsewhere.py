@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from seatfem.fields import Length
-from seatfem.structures.kinds.drawn import Turned
+from seatfem.structures.kinds.turned import Turned
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.reduction.modal import Modal
@@ -127,7 +127,7 @@ def test_keys_follow_the_code_from_elsewhere(tmp_path: Path) -> None:
             keys += [key_of(disc, Method("axisymmetric", 1e5, reduction=name)) for name in ("krylov", "mine")]
             hashes.append(fingerprint(disc.geometry()))
             other = made.Disc.__mro__[1]
-            assert other.__module__ == "seatfem.structures.kinds.drawn"
+            assert other.__module__ == "seatfem.structures.kinds.turned"
         finally:
             del made.Mine.name, made.Disc.model_fields["kind"], made.Puck.family, sys.modules[f"pucks_{i}"]
     assert len(set(keys)) == 4
@@ -136,7 +136,7 @@ def test_keys_follow_the_code_from_elsewhere(tmp_path: Path) -> None:
 
 def test_the_code_of_a_reduction_counts_alone(tmp_path: Path) -> None:
     """It does for a seat of ours, and where it may be chosen; not where another is asked for by name."""
-    from seatfem.structures.kinds.annular import Annular
+    from seatfem.structures.kinds.turned import Annular
 
     seat = Annular(kind="annular", bore_radius="4 mm", lip_width="2 mm", material="steel")
     found = []

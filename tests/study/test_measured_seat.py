@@ -88,14 +88,14 @@ def test_a_run_that_finds_its_seat_again_has_the_same_bars(tmp_path: Path) -> No
 
 def test_lines_that_do_not_fit_are_advised(tmp_path: Path) -> None:
     asked = scene(tmp_path, 0.002, odd=1.4)
-    (advice,) = validity_advice(asked, asked.seat.fitted())  # type: ignore[attr-defined]
+    (advice,) = validity_advice(asked, asked.seat.fit().greens)  # type: ignore[attr-defined]
     assert "misfit of the seat's poles over the noise of the record" in str(advice) or "miss beyond" in str(advice)
-    ranges = fit_of(asked.seat.fitted()).ranges  # type: ignore[attr-defined]
+    ranges = fit_of(asked.seat.fit().greens).ranges  # type: ignore[attr-defined]
     assert any(low < 8.6e3 and high > 8.4e3 for low, high in ranges)
     assert f"from {ranges[0][0]:.4g} to {ranges[0][1]:.4g} Hz" in str(advice)
     assert "seat.free = true" in advice.remedy
     whole = scene(tmp_path, 0.002)
-    assert not validity_advice(whole, whole.seat.fitted())  # type: ignore[attr-defined]
+    assert not validity_advice(whole, whole.seat.fit().greens)  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import scipy.sparse.linalg
 import impact
 from impact.greens.base import Array
 from seatfem.structures.elements.mindlin import average, everywhere
-from seatfem.structures.kinds.flapper import Flapper
+from seatfem.structures.kinds.plates import Flapper
 from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.model import DofMap
 from seatfem.study.impacts.contact import problem_of, striker_of

@@ -79,7 +79,7 @@ def sized(seat: Structure, method: Method) -> Method:
 def coarser_keys(scene: Scene, method: RunMethod, by: Finer) -> list[str]:
     """Keys that a reference has no finer than a run by the method."""
     finer, how = finer_in_every_key(scene, method, by)
-    if scene.seat.is_meshed and method.seat.level in ("spring", "rod"):
+    if scene.seat.elastic is not None and method.seat.level in ("spring", "rod"):
         method = replace(method, seat=replace(method.seat, level=scene.seat.discrete(method.seat.level)))  # type: ignore[attr-defined]
     before = replace(method, seat=sized(scene.seat, method.seat))
     unlike = [key for key, finer_than in HOW.items() if finer_than and _is_chosen(scene, before, key)]
@@ -103,7 +103,7 @@ def _is_chosen(scene: Scene, method: RunMethod, key: str) -> bool:
     if method.value(key) is None:
         return False
     if key == keys.RINGS:
-        return scene.seat.is_meshed
+        return scene.seat.elastic is not None
     has_band = method.seat.bandwidth is not None
     return has_band if key in (keys.MODEL, keys.TOLERANCE, keys.ORDER) else True
 

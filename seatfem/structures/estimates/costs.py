@@ -80,7 +80,7 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
 
     ``duration``: of the run [s].
     """
-    numbers = structure.numbers(method, coarser)
+    numbers = None if structure.elastic is None else structure.elastic.numbers(method, coarser)
     if numbers is None:
         return None
     rings = (method.rings or 1) if coarser == 1.0 else rings_behind(method.rings or 1)
@@ -150,7 +150,8 @@ def krylov_vectors(structure: Structure, method: Method, duration: float, modes:
     assert method.bandwidth is not None
     k, memory = 2 * math.pi * method.bandwidth, structure.memory(method, duration)
     modes = min(modes, method.bandwidth * memory)
-    ratio = min(1.0, structure.loss_at(k) + 0.15 / (k * memory))
+    loss = structure.loss if structure.elastic is None else structure.elastic.loss_at(k)
+    ratio = min(1.0, loss + 0.15 / (k * memory))
     return float(3.2 * (modes + 8) ** 0.4 * ratio**-0.286 * method.tolerance**TOLERANCE_POWER)
 
 
@@ -178,7 +179,7 @@ def seat_seconds(model: SeatModel, rates: Machine, *, static: bool = False) -> M
 
 def coarse_of(structure: Structure, method: Method, duration: float) -> SeatModel | None:
     """Return the coarser one behind the mesh error, where there is one."""
-    return seat_model(structure, method, duration, COARSENING) if structure.is_drawn else None
+    return seat_model(structure, method, duration, COARSENING) if structure.drawn is not None else None
 
 
 def seat_memory(model: SeatModel) -> tuple[float, float]:

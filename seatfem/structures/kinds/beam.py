@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, ClassVar, Final, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -12,12 +12,22 @@ from pydantic import Field, model_validator
 from impact.advice import Advice
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
-from seatfem.fields import Acceleration, Approach, DampingRatio, KeyProblem, Length, Position, Table, default
+from seatfem.fields import (
+    Acceleration,
+    Approach,
+    DampingRatio,
+    KeyProblem,
+    Length,
+    Position,
+    Table,
+    default,
+    of_same_names,
+)
 from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
 from seatfem.structures.kinds.striking import At
-from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.kinds.structure import Structure, Traits
 from seatfem.structures.outlines import BodyViews, of_beam
 from seatfem.units import write_quantity
 
@@ -68,8 +78,9 @@ class Beam(Structure):
     """Base of all beams that bend about their thin side."""
 
     group: ClassVar[str] = "reeds"
-    has_weight: ClassVar[bool] = True
-    sample_opposite: ClassVar[str] = "annular"
+    traits: ClassVar[Traits] = Traits(has_weight=True)
+    theory: ClassVar[type[Any]]
+    """The beam in closed form, whose fields have the names of keys of the table or of its material."""
     long: ClassVar[str] = "reed.length"
     """The key that states its length."""
     both_held: ClassVar[bool] = False
@@ -96,9 +107,10 @@ class Beam(Structure):
     def mean_width(self) -> float:
         """Return the mean width [m]."""
 
-    @abstractmethod
     def beam(self) -> reeds.Beam:
-        """Return the beam in closed form."""
+        """Return the beam in closed form, of the class `theory`."""
+        beam: reeds.Beam = of_same_names(self.theory, self, self.material)
+        return beam
 
     @property
     def widths_along(self) -> tuple[tuple[float, float], ...]:
@@ -113,10 +125,6 @@ class Beam(Structure):
     @property
     def moved_by(self) -> tuple[str, ...]:
         return ("release", "pressure", "point_force", "gravity")
-
-    @property
-    def is_loaded(self) -> bool:
-        return any(load is not None for load in (self.pressure, self.point_force, self.gravity))
 
     @property
     def beam_modes(self) -> int | None:
@@ -169,12 +177,11 @@ class Beam(Structure):
             loads=self._loads() if moved else (),
         )
 
-    def pushed_at(self, body: Body, at: float | None) -> Array:
-        if at is None:
-            return super().pushed_at(body, at)
+    def pushed_at(self, body: Body, place: float | Array | None) -> Array:
         modal = body.greens.modal
-        assert modal is not None
-        return self.beam().modes(len(modal.omega)).deflection(at)
+        if place is None or isinstance(place, np.ndarray) or modal is None:
+            return super().pushed_at(body, place)
+        return self.beam().modes(len(modal.omega)).deflection(place)[:, None]
 
     def weight(self, body: Body) -> tuple[Array, float]:
         from impact.bodies.loads import Gravity  # as above

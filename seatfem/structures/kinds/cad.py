@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 
 import numpy as np
@@ -15,7 +16,7 @@ from seatfem.structures.inspection.opened import naming
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelector, Direction, FaceSelector, Region
-from seatfem.structures.kinds.structure import Finding
+from seatfem.structures.kinds.structure import Finding, Traits
 from seatfem.structures.shapes import CadPart, GeometryError, Group
 from seatfem.structures.shapes.faces import Vector
 
@@ -31,12 +32,10 @@ class Cad(Drawn):
 
     group: ClassVar[str] = "imported"
     has_faces: ClassVar[bool] = True
-    face_as_drawn: ClassVar[bool] = True
+    traits: ClassVar[Traits] = replace(Drawn.traits, face_as_drawn=True)
 
     sample: ClassVar[str] = """
 file = "seat.step"
-material = "steel"
-damping_ratio = 0.02
 """
 
     kind: Literal["cad"]
@@ -108,7 +107,7 @@ damping_ratio = 0.02
             if why := struck_side_problem(*sides):
                 yield ("contact",), naming(self.file, why)
 
-    def part(self) -> Part | None:
+    def part(self) -> Part:
         from seatfem.structures.inspection.parts import of_geometry  # of `seatfem faces` only
 
         return of_geometry(self.geometry(), self.file.name)

@@ -1,8 +1,7 @@
-"""Structures that gmsh meshes, and among them the solids of revolution."""
+"""Structures that gmsh meshes."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
@@ -10,28 +9,26 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 from pydantic import Field, model_validator
 
 from impact.progress import Progress
-from seatfem.fields import Angle, KeyProblem, default
+from seatfem.fields import default, of_same_names
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.patch import Column, Patch, bulky
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.parts import Mesh
 from seatfem.structures.kinds.selectors import in_scene_words
-from seatfem.structures.kinds.structure import NO_RING, Finding
+from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import (
     DISCRETE,
     PER_WAVELENGTH,
-    QUARTERS,
     AnyLevel,
     Applicability,
     Level,
     Method,
     choose_level,
 )
-from seatfem.structures.outlines import BodyViews, of_prism, of_profile
-from seatfem.structures.shapes import Geometry, Turning
+from seatfem.structures.outlines import BodyViews, of_prism
+from seatfem.structures.shapes import Geometry
 from seatfem.structures.shapes.faces import Vector
-from seatfem.structures.shapes.profile import Point
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
@@ -39,23 +36,21 @@ if TYPE_CHECKING:
     from seatfem.structures.estimates.costs import Numbers
     from seatfem.structures.inspection.parts import Part
     from seatfem.structures.lands import Land
-    from seatfem.structures.lip import AnyLip, Lip
     from seatfem.structures.natural_modes import NaturalModes, Wanted
 
-MOST_HARMONICS: Final = 1000  # that are taken of a part of a ring (`seatfem.structures.reduction.harmonics`)
-NARROWEST: Final = 2 * math.pi / MOST_HARMONICS
-FLAT: Final = 1e-6  # of a ring's width: by as much its edges may differ in height
-UNDIVIDED: Final = ("rod", "harmonics", "sector", "3d")  # stated models of a ring that is struck as a whole
 WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # the same of a ring-shaped face of other bodies
 
 
 class Drawn(Elastic):
     """Base of all bodies that gmsh meshes."""
 
-    is_drawn: ClassVar[bool] = True
+    @property
+    def drawn(self) -> Drawn | None:
+        return self
 
     @property
     def is_swept(self) -> bool:
+        """Return whether hexahedra can be swept through it."""
         geometry = self.geometry()
         return geometry.plan is not None or geometry.profile is not None
 
@@ -65,13 +60,16 @@ class Drawn(Elastic):
         description="how much of the body is modelled; auto: the cheapest that is accurate enough; spring: statics",
     )
 
+    shape: ClassVar[type[Geometry]]
+    """What it is drawn as, whose keys are those of its table."""
+
     def geometry(self) -> Geometry:
         """Return the geometry in SI units. Raises `GeometryError` where it cannot be built."""
-        raise NotImplementedError
+        return of_same_names(self.shape, self)  # type: ignore[type-var]
 
     @property
     def no_lip(self) -> str:
-        return super().no_lip or (_as_a_whole(self.model) if self.model in WHOLE else "")
+        return super().no_lip or (struck_as_a_whole(self.model) if self.model in WHOLE else "")
 
     def land(self) -> Land:
         from seatfem.structures.inspection.cad import inspect_geometry  # as it is drawn, without the mesh of a run
@@ -111,7 +109,7 @@ class Drawn(Elastic):
     def problems(self) -> Iterator[Finding]:
         yield from self.unknown_names(self.geometry().patches, ("seat",))
 
-    def part(self) -> Part | None:
+    def part(self) -> Part:
         from seatfem.structures.inspection.parts import of_geometry  # of `seatfem faces` only
 
         return of_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
@@ -135,8 +133,33 @@ class Drawn(Elastic):
     # Levels of modelling
 
     def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
-        edge = self.greens.bandwidth if band is None else band
-        return (self._rod(edge), self._axisymmetric(), self._harmonics(), self._sector(), self._solid())
+        obstacles, reasons = (
+            self._obstacles,
+            {
+                "axisymmetric": "axisymmetric (body, supports and load)",
+                "harmonics": "a body of revolution, loaded off its axis: Fourier harmonics in the angle",
+                "sector": f"one of {self.sectors} sectors between planes of symmetry stands for the whole",
+                "3d": "the whole body",
+            },
+        )
+        others = (
+            Applicability.refused(level, obstacles[level])
+            if obstacles[level]
+            else Applicability(level, True, 0.0, reasons[level])
+            for level in DISCRETE
+        )
+        return (self._rod(self.greens.bandwidth if band is None else band), *others)
+
+    @property
+    def _obstacles(self) -> dict[Level, str]:
+        """Return why levels do not describe it; "" of one that does."""
+        sector = "" if self.isotropic else "an orthotropic material turns from sector to sector"
+        return {
+            "axisymmetric": "the geometry is no solid of revolution",
+            "harmonics": "the geometry is no solid of revolution",
+            "sector": sector if self.sectors > 1 else "body and load cannot be cut into equal sectors",
+            "3d": "",
+        }
 
     def level(self, error: float) -> Applicability:
         return choose_level(self.levels(), error, self.model)
@@ -155,23 +178,6 @@ class Drawn(Elastic):
 
     def _rod(self, band: float) -> Applicability:
         return Applicability.refused("rod", "only a straight bar struck on its whole end is a rod")
-
-    def _axisymmetric(self) -> Applicability:
-        return Applicability.refused("axisymmetric", "the geometry is no solid of revolution")
-
-    def _harmonics(self) -> Applicability:
-        return Applicability.refused("harmonics", "the geometry is no solid of revolution")
-
-    def _sector(self) -> Applicability:
-        if self.sectors < 2:
-            return Applicability.refused("sector", "body and load cannot be cut into equal sectors")
-        if not self.isotropic:
-            return Applicability.refused("sector", "an orthotropic material turns from sector to sector")
-        reason = f"one of {self.sectors} sectors between planes of symmetry stands for the whole"
-        return Applicability("sector", True, 0.0, reason)
-
-    def _solid(self) -> Applicability:
-        return Applicability("3d", True, 0.0, "the whole body")
 
     # What is known without a mesh
 
@@ -203,6 +209,11 @@ class Drawn(Elastic):
         copies = self.copies.get(level, 1)
         return body_in_numbers(self.geometry()).inner.total / copies
 
+    @property
+    def form_error(self) -> float:
+        """Return the relative error of g by the closed form, beside what `beyond` knows."""
+        return 0.0
+
     def mass(self) -> float:
         return self.material.density * self.measures_inside("3d")
 
@@ -227,129 +238,6 @@ class Drawn(Elastic):
         return in_space(self, wanted, watch, progress)
 
 
-def _as_a_whole(model: str) -> str:
+def struck_as_a_whole(model: str) -> str:
+    """Return why a body of a stated model has no lip."""
     return f"with model = {model!r} is struck as a whole, not in arcs; remove model, or the key"
-
-
-class Turned(Drawn):
-    """Base of all solids of revolution."""
-
-    revolved: ClassVar[bool] = True
-
-    arc: Angle | None = Field(None, description="angular width of the part of the ring that is struck; absent: all")
-    fixed: Literal["underside"] = Field("underside", description="the clamped face")
-
-    def geometry(self) -> Turning:
-        raise NotImplementedError
-
-    @model_validator(mode="after")
-    def _arc_of_a_ring(self) -> Self:
-        if self.arc is not None and not NARROWEST <= self.arc < 2 * math.pi:
-            least = math.degrees(NARROWEST)
-            raise KeyProblem(
-                "arc",
-                f"{math.degrees(self.arc):g} deg must lie between {least:g} and 360 deg: a narrower part of a ring "
-                f"needs more than {MOST_HARMONICS} harmonics",
-            )
-        return self
-
-    @property
-    def sectors(self) -> int:
-        return QUARTERS
-
-    @property
-    def struck_share(self) -> float:
-        """Return the part of the ring that is struck."""
-        return 1.0 if self.arc is None else self.arc / (2 * math.pi)
-
-    @property
-    def struck_area(self) -> float:
-        """Return the area of the struck face [m^2]."""
-        return self.struck_share * self.geometry().profile.area("contact")
-
-    @property
-    def struck_arc(self) -> float | None:
-        return self.arc
-
-    @property
-    def struck_ring(self) -> tuple[float, float] | None:
-        face = self._flat_face()
-        return None if face is None or face.inner == 0 else (face.radius, face.width)
-
-    @property
-    def no_lip(self) -> str:
-        if self.arc is not None:
-            return "with arc is struck on that part of its ring alone; remove arc, or the key"
-        return _as_a_whole(self.model) if self.model in UNDIVIDED else ("" if self._flat_face() else NO_RING)
-
-    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
-        name = self.kind.replace("_", " ")
-        return of_profile(name, self.geometry().profile, struck_arc=self.arc, held=self.clamped)
-
-    def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
-        face = self._flat_face()
-        return None if face is None else replace(face, arcs=arcs, rings=rings)
-
-    def _flat_face(self) -> Lip | None:
-        """Return the flat ring or disc that is struck all around; ``None`` where another face is."""
-        from seatfem.structures.lip import Lip  # scenes without lips need none
-
-        if self.arc is not None or self.model in UNDIVIDED or not self.isotropic:
-            return None
-        (r, z), (s, height) = self._ends_of_contact()
-        flat = abs(z - height) < FLAT * abs(s - r)
-        return Lip((r + s) / 2, abs(s - r)) if flat else None
-
-    def elements_of(self, method: Method) -> Level:
-        return "harmonics" if method.in_arcs else super().elements_of(method)
-
-    def _ends_of_contact(self) -> tuple[Point, Point]:
-        edges = [edge for edge in self.geometry().profile.edges if edge.name == "contact"]
-        return edges[0].start, edges[-1].end
-
-    def _axisymmetric(self) -> Applicability:
-        if obstacle := self._in_meridians():
-            return Applicability.refused("axisymmetric", obstacle)
-        if self.arc is not None:
-            return Applicability.refused(
-                "axisymmetric", "only an arc of the ring is struck: the load is not the axis's"
-            )
-        reason = "axisymmetric (body, supports and load)"
-        return Applicability("axisymmetric", True, 0.0, reason)
-
-    def _harmonics(self) -> Applicability:
-        if obstacle := self._in_meridians():
-            return Applicability.refused("harmonics", obstacle)
-        if self.arc is None:
-            return Applicability.refused(
-                "harmonics", "the whole ring is struck: harmonic 0 alone, the axisymmetric model, is enough"
-            )
-        reason = "a body of revolution, loaded off its axis: Fourier harmonics in the angle"
-        return Applicability("harmonics", True, 0.0, reason)
-
-    def _sector(self) -> Applicability:
-        if self.arc is not None:
-            return Applicability.refused("sector", "only an arc of the ring is struck: the sectors differ")
-        return super()._sector()
-
-    def _solid(self) -> Applicability:
-        if self.arc is not None:
-            return Applicability.refused("3d", "the drawn contact face is the whole ring, not an arc of it")
-        return super()._solid()
-
-    def _in_meridians(self) -> str:
-        return "" if self.isotropic else "an orthotropic material need not be the same in every meridian"
-
-    def measures_inside(self, level: Level) -> float:
-        from seatfem.structures.counts.bodies import section_of  # of plans only
-
-        if level in ("axisymmetric", "harmonics"):
-            return section_of(self.geometry().profile).inner.total
-        return super().measures_inside(level)
-
-    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
-        from seatfem.structures.natural_modes import by_harmonics  # of `seatfem modes` only
-
-        if self.isotropic and self.model != "3d":
-            return by_harmonics(self, wanted, watch, progress)
-        return super().natural_modes(wanted, watch, progress)

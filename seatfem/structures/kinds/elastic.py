@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Self
 
 from pydantic import Field, model_validator
@@ -16,11 +17,13 @@ from seatfem.structures.inspection.opened import listed
 from seatfem.structures.kinds.materials import AnyMaterial
 from seatfem.structures.kinds.parts import AnySupport, Rayleigh
 from seatfem.structures.kinds.reduced import Reduced
-from seatfem.structures.kinds.structure import Finding
-from seatfem.structures.method import AnyLevel, Method
+from seatfem.structures.kinds.structure import Finding, Traits
+from seatfem.structures.method import AnyLevel, Level, Method
 
 if TYPE_CHECKING:
     from seatfem.structures.discretise import AnyMesh
+    from seatfem.structures.estimates.costs import Numbers
+    from seatfem.structures.inspection.parts import Part
     from seatfem.structures.lands import Land
     from seatfem.structures.lip import AnyLip
     from seatfem.structures.materials import Material, Orthotropic
@@ -29,10 +32,7 @@ if TYPE_CHECKING:
 class Elastic(Reduced):
     """Base of all bodies made of finite elements."""
 
-    needs_gmsh: ClassVar[bool] = True
-    is_meshed: ClassVar[bool] = True
-    is_kept: ClassVar[bool] = True
-    has_rings: ClassVar[bool] = True
+    traits: ClassVar[Traits] = replace(Reduced.traits, needs_gmsh=True, is_kept=True, has_rings=True)
     has_faces: ClassVar[bool] = False
     """Whether what is struck may be flat faces of any outline."""
 
@@ -45,6 +45,10 @@ class Elastic(Reduced):
     def _one_damping(self) -> Self:
         if self.rayleigh is not None and self.damping_ratio > 0.0:
             raise KeyProblem("rayleigh", "damping_ratio is given too; keep one of the two")
+        return self
+
+    @property
+    def elastic(self) -> Elastic | None:
         return self
 
     @property
@@ -111,6 +115,7 @@ class Elastic(Reduced):
         return min(material.solid.c_s for material in (self.material, *self.materials.values()))
 
     def loss_at(self, frequency: float) -> float:
+        """Return the damping ratio of modes at a frequency [rad/s]."""
         if self.rayleigh is None:
             return self.damping_ratio
         return self.rayleigh.mass / (2 * frequency) + self.rayleigh.stiffness * frequency / 2
@@ -131,6 +136,23 @@ class Elastic(Reduced):
         """Return the mesh of a method, and one coarser by `COARSENING` where the body is drawn."""
         raise NotImplementedError
 
+    def part(self) -> Part:
+        """Return its faces, to be shown."""
+        raise NotImplementedError
+
+    def discrete(self, level: AnyLevel) -> Level:
+        """Return the level of the finite elements: a spring's are of the cheapest that leaves nothing out."""
+        return "3d"
+
+    def elements_of(self, method: Method) -> Level:
+        """Return the level of a method's finite elements: the arcs of a lip leave no sectors alike."""
+        return "3d" if method.in_arcs else self.discrete(method.level)
+
+    def numbers(self, method: Method, coarser: float = 1.0) -> Numbers | None:
+        """Return its finite elements in numbers, with elements ``coarser`` times as large; ``None`` where that is not
+        known."""
+        return None
+
     def surrogate(self, duration: float, face: Face) -> Surrogate:
         patch = self.patch()
         assert patch is not None
@@ -140,7 +162,8 @@ class Elastic(Reduced):
         """Return the mass [kg], all of it of the body's own material."""
         raise NotImplementedError
 
-    def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
+    def stand_in(self, duration: float, face: Face) -> GreensFunction:
+        """Return what stands for its Green's function in pre-runs in which it strikes ``face``."""
         greens = ringing(self.surrogate(duration, face).greens, self.damping_ratio + self.material.loss_factor / 2)
         return freed(greens, self.mass()) if self.velocity is not None and self.loose else greens
 

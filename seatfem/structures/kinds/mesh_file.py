@@ -43,8 +43,6 @@ class MeshFile(Elastic):
 
     sample: ClassVar[str] = """
 file = "seat.msh"
-material = "steel"
-damping_ratio = 0.02
 """
 
     kind: Literal["mesh"]
@@ -60,10 +58,6 @@ damping_ratio = 0.02
     @property
     def clamped(self) -> bool:
         return bool(self.fixed)
-
-    @property
-    def given_mesh(self) -> str:
-        return self.file.name
 
     def read(self, progress: Progress = silent) -> SeatMesh:
         """Return the mesh in the file; it is read once, as long as the file and all it includes stay."""
@@ -97,7 +91,7 @@ damping_ratio = 0.02
             if why := struck_side_problem(normals, shape, self.struck_face, self.held, self.bedded):
                 yield ("contact",), naming(self.file, why)
 
-    def part(self) -> Part | None:
+    def part(self) -> Part:
         from seatfem.structures.inspection.parts import of_mesh
 
         return of_mesh(self.file.name, self.read(), ())

@@ -24,10 +24,9 @@ from seatfem.fields import (
     SignedPressure,
     Table,
 )
-from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds.record_columns import CourseColumns, CourseUnits, Record, stated_in
 from seatfem.structures.kinds.striking import At
-from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.kinds.structure import Structure, Traits
 from seatfem.units import write_quantity
 
 
@@ -139,7 +138,7 @@ AnyPointForce = Annotated[PointForce, BeforeValidator(as_value)]
 class Moving(Structure):
     """Base of all bodies that may strike with a motion of their contact alone."""
 
-    is_solved: ClassVar[bool] = True
+    traits: ClassVar[Traits] = Traits(is_solved=True)
 
     velocity: Approach | None = Field(
         None, description='of a free reed or mass at the start; negative towards the seat, as in "-2 m/s"'
@@ -153,16 +152,8 @@ class Moving(Structure):
     def moved_by(self) -> tuple[str, ...]:
         return ("velocity", "deflection", "force")
 
-    @property
-    def is_loaded(self) -> bool:
-        return self.force is not None
-
     def start_at(self, at: float | None) -> float:
         return self.deflection or 0.0
-
-    def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
-        surrogate = self.surrogate(duration, face)
-        return surrogate.greens if surrogate.exact else None
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         known = self.closed_form() if greens is None else greens

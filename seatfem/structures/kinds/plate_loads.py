@@ -15,7 +15,7 @@ from seatfem.fields import Acceleration, KeyProblem, Length
 from seatfem.structures.kinds.curvature import Curvature
 from seatfem.structures.kinds.motion import AnyPressure, ForceCourse, as_value
 from seatfem.structures.kinds.plate_release import PlateRelease
-from seatfem.structures.kinds.striking import At
+from seatfem.structures.kinds.striking import At, check_along
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import Lip
 from seatfem.units import write_quantity
@@ -40,17 +40,9 @@ class ClampedPlate(ThinPlate):
     """
 
     group: ClassVar[str] = "reeds"
-    not_of_greens: ClassVar[tuple[str, ...]] = (
-        "velocity",
-        "release",
-        "deflection",
-        "force",
-        "pressure",
-        "pressure_radius",
-        "point_force",
-        "gravity",
-        "curvature",
-    )
+    _beside_greens: ClassVar[frozenset[str]] = ThinPlate._beside_greens | {
+        *("pressure", "pressure_radius", "point_force", "gravity", "curvature"),
+    }
 
     release: PlateRelease | None = Field(None, description="of a reed: how it starts; absent: at rest")
     pressure: AnyPressure | None = Field(
@@ -97,36 +89,25 @@ class ClampedPlate(ThinPlate):
     def moved_by(self) -> tuple[str, ...]:
         return ("release", "deflection", "force", "pressure", "point_force", "gravity")
 
-    @property
-    def is_loaded(self) -> bool:
-        return any(load is not None for load in (self.force, self.pressure, self.point_force, self.gravity))
-
     def start_at(self, at: float | None) -> float:
         if self.release is not None:
             return self.release.start_at(self.geometry().centre)
         return super().start_at(at)
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
-        body = super().body(self.solved().greens if greens is None else greens, n_modes, at)
+        body = super().body(greens, n_modes, at)
         state = body.state if self.release is None else self._state(self.plate(body.greens), self.release)
         return replace(body, state=state, loads=(*body.loads, *self._loads(body)))
 
-    @property
-    def axis(self) -> float:
-        """Return the length along which a force may lie [m]."""
-        return self.geometry().length
+    def check_place(self, place: float | Array | None, key: str) -> None:
+        if not isinstance(place, np.ndarray):
+            check_along(self.kind, self.geometry().length, place, key)
 
-    def check_place(self, at: float | None, key: str) -> None:
-        if at is not None and at > self.axis:
-            raise KeyProblem(
-                key,
-                f"{write_quantity(at, 'length')} must lie on the reed, which ends at "
-                f"{write_quantity(self.axis, 'length')}",
-            )
-
-    def pushed_at(self, body: Body, at: float | None) -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None) -> Array:
+        if isinstance(place, np.ndarray):
+            return super().pushed_at(body, place)
         plate = self.plate(body.greens)
-        return plate.centre if at is None else plate.at_point(at, "the point of a force")
+        return (plate.centre if place is None else plate.at_point(place, "the point of a force"))[:, None]
 
     def blown(self, body: Body) -> Array:
         return _on_disc(self.plate(body.greens), self.radius)[0]
@@ -164,7 +145,7 @@ class ClampedPlate(ThinPlate):
             mean, area = self._pressed(self.plate(body.greens))
             yield Load(mean, scaled(self.pressure.course, area))
         if self.point_force is not None:
-            yield Load(self.pushed_at(body, self.point_force.at), self.point_force.course)
+            yield Load(self.pushed_at(body, self.point_force.at)[:, 0], self.point_force.course)
         if self.gravity is not None:
             shape, mass = self.weight(body)
             yield Load(shape, scaled(constant(self.gravity), mass))

@@ -10,6 +10,7 @@ from pydantic import Field
 from seatfem.fields import DampingRatio, default
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.parts import GreensSettings
+from seatfem.structures.kinds.structure import Traits
 from seatfem.structures.method import AUTO, Applicability, Method
 from seatfem.structures.method import memory as forgotten_after
 
@@ -17,7 +18,7 @@ from seatfem.structures.method import memory as forgotten_after
 class Reduced(Moving):
     """Base of all bodies that are known by their matrices."""
 
-    is_reduced: ClassVar[bool] = True
+    traits: ClassVar[Traits] = replace(Moving.traits, is_reduced=True)
 
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
     greens: GreensSettings = default({}, "how the Green's function is computed")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
@@ -27,6 +28,8 @@ from seatfem.structures.kinds.selectors import (
     in_scene_words,
     kind_by_keys,
 )
+from seatfem.structures.kinds.structure import SampleScene, Traits
+from seatfem.structures.kinds.thin_plate import FRONTS
 from seatfem.structures.lands import axes_along
 from seatfem.structures.shapes.cad import STEP_SUFFIXES
 from seatfem.structures.shapes.frames import Frame
@@ -120,7 +123,7 @@ class OutlinedSheet(ClampedPlate):
     """
 
     group: ClassVar[str] = "imported"
-    reed_as_drawn: ClassVar[bool] = True
+    traits: ClassVar[Traits] = replace(ClampedPlate.traits, reed_as_drawn=True)
     about: ClassVar[str] = "contact_at"
     also: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({"plate": ("outline", "file")})
 
@@ -129,10 +132,8 @@ outline = [["0 mm", "-7 mm"], ["28 mm", "-7 mm"], ["28 mm", "7 mm"], ["0 mm", "7
 clamped = [["0 mm", "-7 mm"], ["0 mm", "7 mm"]]
 contact_at = ["20 mm", "0 mm"]
 thickness = "0.3 mm"
-material = "steel"
-damping_ratio = 0.02
 """
-    sample_motion: ClassVar[str] = 'release = { mode = 1, velocity = "-2 m/s" }'
+    sample_scene: ClassVar[SampleScene] = SampleScene('release = { mode = 1, velocity = "-2 m/s" }', "annular", FRONTS)
 
     kind: Literal["sheet"]
     outline: tuple[Place, ...] | None = Field(
@@ -237,16 +238,6 @@ damping_ratio = 0.02
             for field in ("outline", "holes"):
                 message = message.replace(f"Outlined.{field} = ", f"Outlined.file = {self.file.name}: {field}, ")
             raise GeometryError(message) from error
-
-    @property
-    def usual_radius(self) -> float:
-        hole, edge = self.geometry().room
-        return (hole + edge) / 2 if hole else edge / 8
-
-    @property
-    def usual_width(self) -> float | None:
-        hole, edge = self.geometry().room
-        return (edge - hole) / 4 if hole else None
 
 
 def _drawn(file: Path, unit: float | None, *, oblique: bool = False) -> DrawnOutline:

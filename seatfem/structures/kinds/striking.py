@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterator
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from impact.advice import Advice
 from impact.bodies.body import Body
-from impact.greens.base import Array, GreensFunction, GreensFunctionError
+from impact.greens.base import Array, GreensFunctionError
 from seatfem.fields import KeyProblem, Table
 from seatfem.structures.estimates.surrogate import Face
 from seatfem.units import write_quantity
@@ -22,48 +21,19 @@ At = float | tuple[float, ...] | None
 """Where a body is touched, from its root [m]: once, or at several places; ``None``: where it is by default."""
 
 
+LOADS: Final = ("force", "pressure", "point_force", "gravity")
+"""Keys of kinds that hold known forces."""
+
+
 class Striking(Table):
     """A body in the role of a striker; what is said here holds for one that is at rest and has no positions."""
 
     kind: str
 
-    is_solved: ClassVar[bool] = False
-    """Whether its Green's function must be computed or read before it strikes."""
-    meets_lips: ClassVar[bool] = False
-    """Whether it bends under a lip, arc by arc; else it touches with one rigid face."""
-    has_weight: ClassVar[bool] = False
-    """Whether `weight` is known."""
-    has_stress: ClassVar[bool] = False
-    """Whether its bending stress is known while it strikes."""
-    has_surface_stress: ClassVar[bool] = False
-    """Whether stress in its surface is recovered from its elements when the forces are known."""
-
-    def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
-        """Return what stands for the Green's function of one that `is_solved` in pre-runs; ``None``: nothing does.
-
-        ``face``: of what it strikes.
-        """
-        return None
-
-    @property
-    def widest_band(self) -> float:
-        """Return the highest band up to which its theory holds [Hz]."""
-        return math.inf
-
-    @property
-    def states_contact(self) -> bool:
-        """Return whether its table says with which part of it it touches."""
-        return False
-
     @property
     def is_curved(self) -> bool:
         """Return whether it is not flat without stress."""
         return False
-
-    def heights(self, points: Array) -> Array:
-        """Return the (n,) heights of its stress-free shape over the flat one, at points (n, 2) from its contact's
-        centre [m]. Raises `KeyProblem`, of a key of its table, of points that it is not known at."""
-        return np.zeros(len(points))
 
     @property
     def face(self) -> Face:
@@ -88,7 +58,7 @@ class Striking(Table):
     @property
     def is_loaded(self) -> bool:
         """Return whether known forces drive it."""
-        return False
+        return any(getattr(self, key, None) is not None for key in LOADS)
 
     @property
     def free_point(self) -> float | None:
@@ -99,58 +69,37 @@ class Striking(Table):
         """Return its deflection at a place at the start [m], away from the seat; ``None``: where it is touched."""
         return 0.0
 
-    def check_contact(self, at: float | None, key: str = "contact.at") -> None:
-        """Raise `KeyProblem`, of ``key``, for a contact at a place that it does not have."""
-        if at is None:
-            return
-        if self.reach is None:
-            raise KeyProblem(key, f"a {self.kind.replace('_', ' ')} has no positions; remove the key")
-        if at > self.reach:
+    def check_place(self, place: float | Array | None, key: str) -> None:
+        """Raise `KeyProblem`, of ``key``, for a force at a place that it does not have: at a distance from its root
+        [m], or at points (n, 2) from its contact's centre [m]."""
+        if isinstance(place, np.ndarray):
             raise KeyProblem(
                 key,
-                f"{write_quantity(at, 'length')} must lie on the reed, which ends at "
-                f"{write_quantity(self.reach, 'length')}",
+                f"a {self.kind.replace('_', ' ')} has no places across its face; remove the key, or take a plate: a "
+                "flapper, sheet, disc or ring_plate",
             )
+        check_along(self.kind, self.reach, place, key)
 
-    def check_place(self, at: float | None, key: str) -> None:
-        """Raise `KeyProblem`, of ``key``, for a force at a place that it does not have."""
-        self.check_contact(at, key)
-
-    def pushed_at(self, body: Body, at: float | None) -> Array:
-        """Return (M,) how a force at a place moves the modes of its ``body`` [1/sqrt(kg)]; ``None``: where it is
-        touched.
+    def pushed_at(self, body: Body, place: float | Array | None) -> Array:
+        """Return (M, n) how forces move the modes of its ``body`` [1/sqrt(kg)]: one at a distance from its root [m], or
+        those at points (n, 2) from its contact's centre [m]; ``None``: where it is touched.
 
         Raises `GreensFunctionError` of a body without modes.
         """
         if (modal := body.greens.modal) is None or len(modal.omega) == 0:
             raise GreensFunctionError(f"load: a reed of kind {self.kind!r} has no modes that a load could move")
-        return np.asarray(modal.shapes[:, 0])
+        return np.asarray(modal.shapes[:, :1])
 
-    def check_points(self, points: Array, key: str) -> None:
-        """Raise `KeyProblem`, of ``key``, for points (n, 2), from its contact's centre [m], that it does not have."""
-        raise KeyProblem(
-            key,
-            f"a {self.kind.replace('_', ' ')} has no places across its face; remove the key, or take a plate: a "
-            "flapper, sheet, disc or ring_plate",
-        )
-
-    @property
-    def spring_points(self) -> Array | None:
-        """Return (n, 2) places where springs press it by default, from its contact's centre [m]; ``None``: there."""
-        return None
-
-    def pushed_at_points(self, body: Body, points: Array | None) -> Array:
-        """Return (M, n) how forces at points (n, 2), from its contact's centre [m], move the modes of its ``body``
-        [1/sqrt(kg)]; ``None``: where springs press it by default.
-
-        Raises as `pushed_at`."""
-        return self.pushed_at(body, None)[:, None]
+    def pushed_by_springs(self, body: Body, points: Array | None) -> Array:
+        """Return as `pushed_at` of springs at points (n, 2) from its contact's centre [m]; ``None``: where they
+        press it by default."""
+        return self.pushed_at(body, points)
 
     def blown(self, body: Body) -> Array:
         """Return (M,) how a pressure on an effective area at the contact moves the modes, per newton [1/sqrt(kg)].
 
         Raises as `pushed_at`."""
-        return self.pushed_at(body, None)
+        return self.pushed_at(body, None)[:, 0]
 
     def weight(self, body: Body) -> tuple[Array, float]:
         """Return (M,) how a force spread like its mass moves the modes [1/sqrt(kg)], and the mass [kg]."""
@@ -158,13 +107,6 @@ class Striking(Table):
 
     def check_motion(self) -> None:
         """Raise `KeyProblem` for a motion that it is known not to be capable of."""
-
-    def as_a_beam(self, greens: GreensFunction) -> Body | None:
-        """Return the beam that a simpler model would take for it; ``None`` where there is none of the same motion.
-
-        ``greens``: its own Green's function.
-        """
-        return None
 
     def stress(
         self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool, since: float | None = None
@@ -197,3 +139,16 @@ class Striking(Table):
     def assumed(self) -> tuple[str, ...]:
         """Return the keys that were not given, with the values that stand for them, as far as a reader must know."""
         return ()
+
+
+def check_along(kind: str, reach: float | None, at: float | None, key: str) -> None:
+    """Raise `KeyProblem`, of ``key``, for a place that a body which reaches so far from its root [m] does not have."""
+    if at is None:
+        return
+    if reach is None:
+        raise KeyProblem(key, f"a {kind.replace('_', ' ')} has no positions; remove the key")
+    if at > reach:
+        raise KeyProblem(
+            key,
+            f"{write_quantity(at, 'length')} must lie on the reed, which ends at {write_quantity(reach, 'length')}",
+        )

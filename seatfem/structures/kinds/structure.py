@@ -2,36 +2,89 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Final
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+from pydantic import Field
+from pydantic.fields import FieldInfo
 
 from impact.bodies.body import Body
 from impact.greens.base import GreensFunction
 from impact.progress import Progress
-from seatfem.fields import kind_of, kinds_below
+from seatfem.fields import Angle, Gap, Length, kind_of, kinds_below
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.patch import Column, Patch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
 from seatfem.structures.kinds.striking import At, Striking
-from seatfem.structures.method import AnyLevel, Applicability, Level, Method
+from seatfem.structures.method import AnyLevel, Applicability, Method
 from seatfem.structures.outlines import BodyViews
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
-    from impact.measured.pole_choice import Candidate
-    from seatfem.structures.estimates.costs import Numbers
-    from seatfem.structures.inspection.parts import Part
+    from impact.measured.pole_fit import PoleFit
+    from seatfem.structures.kinds.drawn import Drawn
+    from seatfem.structures.kinds.elastic import Elastic
+    from seatfem.structures.kinds.thin_plate import ThinPlate
     from seatfem.structures.lip import AnyLip
     from seatfem.structures.natural_modes import NaturalModes, Wanted
 
 NO_RING: Final = (
     "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
 )
+_READS: Final[Mapping[str, Any]] = MappingProxyType({"length": Length, "gap": Gap, "angle": Angle})
+"""What keys of shapes are read by, `seatfem.structures.shapes.shape.Key`."""
 Finding = tuple[tuple[str | int, ...], str]
 """A key, from the structure's own table on, and what is wrong with it."""
+
+
+@dataclass(frozen=True)
+class Traits:
+    """What is so of every body of a kind, whatever its table says.
+
+    Attributes:
+        needs_gmsh: gmsh must run to compute it.
+        revolved: it is a solid of revolution, which pictures cut open.
+        is_reduced: its Green's function is a reduction of matrices, for a band and a tolerance.
+        is_kept: its Green's function is worth a file in the user's store.
+        face_as_drawn: its struck face has a place in a CAD file, where a reed from another file may lie over it.
+        reed_as_drawn: it may be such a reed: flat, in a STEP file.
+        plane: its patch moves as a plane, whatever presses it.
+        has_rings: its struck patch may be divided into rings.
+        is_solved: its Green's function must be computed or read before it strikes.
+        has_weight: `Structure.weight` is known.
+        has_stress: its bending stress is known while it strikes.
+    """
+
+    needs_gmsh: bool = False
+    revolved: bool = False
+    is_reduced: bool = False
+    is_kept: bool = False
+    face_as_drawn: bool = False
+    reed_as_drawn: bool = False
+    plane: bool = False
+    has_rings: bool = False
+    is_solved: bool = False
+    has_weight: bool = False
+    has_stress: bool = False
+
+
+@dataclass(frozen=True)
+class SampleScene:
+    """What surrounds the sample of a kind in a scene.
+
+    Attributes:
+        motion: of a kind that usually strikes, a line of TOML; "" of one that usually is struck.
+        opposite: the kind that it meets.
+        filter_width: of the mean behind the peak force, where the usual one is too short; "" for the usual one.
+    """
+
+    motion: str = ""
+    opposite: str = "cantilever"
+    filter_width: str = ""
 
 
 class Structure(Striking):
@@ -43,36 +96,50 @@ class Structure(Striking):
 
     group: ClassVar[str] = "seats"
     """Under which name lists of kinds have it: one of `seatfem.fields.GROUPS`."""
-    not_of_greens: ClassVar[tuple[str, ...]] = ("mesh", "greens", "model", "n_modes", "velocity", "deflection", "force")
+    traits: ClassVar[Traits] = Traits()
+    """What is so of every body of its kind."""
+    sample_scene: ClassVar[SampleScene] = SampleScene()
+    """What surrounds its sample in a scene of its own (`seatfem init`)."""
+    _beside_greens: ClassVar[frozenset[str]] = frozenset(
+        {"mesh", "greens", "model", "n_modes", "velocity", "deflection", "force"}
+    )
     """Keys that say how a body is computed, which its method knows, and how it moves."""
 
-    needs_gmsh: ClassVar[bool] = False
-    """Whether gmsh must run to compute it."""
-    revolved: ClassVar[bool] = False
-    """Whether it is a solid of revolution, which pictures cut open."""
-    is_reduced: ClassVar[bool] = False
-    """Whether its Green's function is a reduction of matrices, for a band and a tolerance."""
-    is_meshed: ClassVar[bool] = False
-    """Whether it has finite elements, whose cost is known beforehand."""
-    is_kept: ClassVar[bool] = False
-    """Whether its Green's function is worth a file in the user's store."""
-    is_drawn: ClassVar[bool] = False
-    """Whether its mesh is made from a drawing, as fine as it is asked for."""
-    face_as_drawn: ClassVar[bool] = False
-    """Whether its struck face has a place in a CAD file, where a reed from another file may lie over it."""
-    reed_as_drawn: ClassVar[bool] = False
-    """Whether it may be such a reed: flat, in a STEP file."""
-    plane: ClassVar[bool] = False
-    """Whether its patch moves as a plane, whatever presses it."""
-    has_rings: ClassVar[bool] = False
-    """Whether its struck patch may be divided into rings."""
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """Add the keys of the shape that a kind is drawn as, before those of its own."""
+        super().__pydantic_init_subclass__(**kwargs)
+        if (shape := vars(cls).get("shape")) is None:
+            return
+        inherited = {name for base in cls.__mro__[1:] if issubclass(base, Striking) for name in base.model_fields}
+        own = [name for name in cls.model_fields if name not in inherited]
+        for field in fields(shape):
+            if (key := field.metadata.get("key")) is None:
+                continue
+            optional = field.default is None
+            annotation = _READS[key.reads] | None if optional else _READS[key.reads]
+            said = Field(None if optional else key.written or ..., description=key.description)
+            cls.__annotations__[field.name] = annotation
+            cls.model_fields[field.name] = FieldInfo.from_annotated_attribute(annotation, said)
+        for name in own:
+            cls.model_fields[name] = cls.model_fields.pop(name)
 
-    sample_motion: ClassVar[str] = ""
-    """Its motion in such a scene, of a kind that usually strikes; "" of one that usually is struck."""
-    sample_opposite: ClassVar[str] = "cantilever"
-    """The kind that it meets there."""
-    sample_filter: ClassVar[str] = ""
-    """Width of the mean behind the peak force there, where the usual one is too short for what strikes."""
+    # What else it can be asked as
+
+    @property
+    def thin_plate(self) -> ThinPlate | None:
+        """Return the body as a plate that bends under a lip, arc by arc; ``None`` of one that touches rigidly."""
+        return None
+
+    @property
+    def elastic(self) -> Elastic | None:
+        """Return the body as one of finite elements, whose cost is known beforehand; ``None`` of others."""
+        return None
+
+    @property
+    def drawn(self) -> Drawn | None:
+        """Return the body as one whose mesh is made from a drawing, as fine as it is asked for; ``None`` of others."""
+        return None
 
     # What it is
 
@@ -86,15 +153,11 @@ class Structure(Striking):
 
     def content(self) -> dict[str, object]:
         """Return what its Green's function depends on beside the method, as JSON values; files stand for themselves."""
-        return self.model_dump(mode="json", exclude=set(self.not_of_greens))
+        return self.model_dump(mode="json", exclude=set(self._beside_greens))
 
     def made_by(self) -> tuple[type, ...]:
         """Return the classes whose code its Green's function depends on."""
         return (type(self),)
-
-    def part(self) -> Part | None:
-        """Return its faces, to be shown; ``None`` of a body without any."""
-        return None
 
     @property
     def loose(self) -> str:
@@ -137,17 +200,6 @@ class Structure(Striking):
     # How it is modelled
 
     @property
-    def is_swept(self) -> bool:
-        """Return whether hexahedra can be swept through it, of a body that is meshed."""
-        return False
-
-    @property
-    def given_mesh(self) -> str:
-        """Return the name of the file whose mesh is taken as it is; "" where a mesh can be made finer, or there is
-        none."""
-        return ""
-
-    @property
     def beam_modes(self) -> int | None:
         """Return the modes of a body that is known by its own, as a beam; ``None`` of others."""
         return None
@@ -156,15 +208,6 @@ class Structure(Striking):
     def loss(self) -> float:
         """Return the modal damping ratio, as far as it is uniform."""
         return 0.0
-
-    def loss_at(self, frequency: float) -> float:
-        """Return the damping ratio of modes at a frequency [rad/s]."""
-        return self.loss
-
-    @property
-    def slowest(self) -> float:
-        """Return the slowest waves in it [m/s]; infinite where they are not known."""
-        return math.inf
 
     def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
         """Return every level of modelling with what speaks for or against it, the cheapest first; ``band``: edge
@@ -178,14 +221,6 @@ class Structure(Striking):
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
         """Return the method that the table states, at the cheapest level whose own error is at most ``error``."""
         return Method(self.level(error).level, rings=rings, n_modes=self.beam_modes)
-
-    def discrete(self, level: AnyLevel) -> Level:
-        """Return the level of the finite elements: a spring's are of the cheapest that leaves nothing out."""
-        return "3d"
-
-    def elements_of(self, method: Method) -> Level:
-        """Return the level of a method's finite elements: the arcs of a lip leave no sectors alike."""
-        return "3d" if method.in_arcs else self.discrete(method.level)
 
     def memory(self, method: Method, duration: float) -> float:
         """Return how long its g must be right in a run of ``duration`` [s]."""
@@ -207,18 +242,13 @@ class Structure(Striking):
         return None
 
     @property
-    def model_words(self) -> str:
+    def _model_words(self) -> str:
         """Return what its closed form is called in results."""
         return f"{self.kind.replace('_', ' ')}, closed form"
 
     def closed_form(self) -> GreensFunction | None:
         """Return the body in closed form, where there is one."""
         return None
-
-    @property
-    def form_error(self) -> float:
-        """Return the relative error of g by the closed form, beside what `beyond` knows."""
-        return 0.0
 
     def beyond(self, level: AnyLevel) -> GreensFunction | None:
         """Return what a level leaves out, to first order: a body that has it; ``None``: nothing is known."""
@@ -233,22 +263,13 @@ class Structure(Striking):
             return Surrogate(exact, True, f"the {self.kind} itself")
         return unknown(f"kind = {self.kind!r} does not state the size of the struck face", face)
 
-    def numbers(self, method: Method, coarser: float = 1.0) -> Numbers | None:
-        """Return its finite elements in numbers, with elements ``coarser`` times as large; ``None`` where they have
-        none."""
-        return None
-
     def measured(self) -> FrequencyResponse | None:
         """Return the response that its poles are fitted to."""
         return None
 
-    def draws(self) -> tuple[GreensFunction, ...]:
-        """Return the same body as other noise of its record would have it; none of a body without a record."""
-        return ()
-
-    def tried_poles(self) -> tuple[Candidate, ...]:
-        """Return the poles of each order that the fit to its record looked at; none of a body without a record."""
-        return ()
+    def fit(self) -> PoleFit | None:
+        """Return the poles fitted to its record, those tried, and its other draws; ``None`` of a body without one."""
+        return None
 
     # Computing it
 
@@ -259,7 +280,7 @@ class Structure(Striking):
         too."""
         greens = self.closed_form() if method.n_modes is None else self.body(None, method.n_modes).greens
         assert greens is not None
-        return Solved(greens, about={"seat_model": self.model_words}, plane=self.plane)
+        return Solved(greens, about={"seat_model": self._model_words}, plane=self.traits.plane)
 
     def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
         """Return its modes, complete by inertia, whatever excites them; ``None`` where there is nothing to take them

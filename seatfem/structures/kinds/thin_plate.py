@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Final, Self
 
@@ -13,13 +12,14 @@ from impact.advice import Advice
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.progress import Progress
-from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default
+from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.surrogate import Face, Surrogate
 from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.selectors import in_scene_words
 from seatfem.structures.kinds.striking import At
+from seatfem.structures.kinds.structure import Traits
 from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.method import Applicability, Method
 from seatfem.structures.outlines import BodyViews, arc, of_sheet
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from seatfem.structures.natural_modes import NaturalModes, Wanted
     from seatfem.structures.sheets import PlateModes, Sheet, SolvedSheet
 
-EVENLY: Final = 16
-"""Springs that stand for one that is spread around a circle."""
 SHORTEST: Final = 1 / 6  # thickness over a bending wave that is a plate's
 ROUND_OFF: Final = 1e-9  # relative, of a contact that reaches to the edge of its plate
 
@@ -53,17 +51,16 @@ class PlateGreens(Table):
     bandwidth: Frequency = default("100 kHz", "highest frequency that must be right; modes up to 3 times it are kept")
 
 
+FRONTS: Final = "5 us"  # width of the filter: the fronts of a flat landing are shorter than its modes
+
+
 class ThinPlate(Moving):
     """Base of all flat plates that touch with a disc or a ring; computed by Mindlin plate elements."""
 
-    needs_gmsh: ClassVar[bool] = True
-    sample_opposite: ClassVar[str] = "annular"
-    sample_filter: ClassVar[str] = "5 us"  # the fronts of a flat landing are shorter than its modes
-    is_kept: ClassVar[bool] = True
-    meets_lips: ClassVar[bool] = True
-    has_weight: ClassVar[bool] = True
-    has_surface_stress: ClassVar[bool] = True
-    not_of_greens: ClassVar[tuple[str, ...]] = ("velocity", "release", "deflection", "force")
+    traits: ClassVar[Traits] = replace(Moving.traits, needs_gmsh=True, is_kept=True, has_weight=True)
+    _beside_greens: ClassVar[frozenset[str]] = frozenset({"velocity", "release", "deflection", "force"})
+    shape: ClassVar[type[Flat]]
+    """Its outline, whose keys are those of its table."""
     about: ClassVar[str] = "the plate's centre"
     """What its contact is centred on."""
 
@@ -77,19 +74,13 @@ class ThinPlate(Moving):
     greens: PlateGreens = default({}, "how the Green's function is computed")
     mesh: SheetMesh = default({}, "how fine the elements are")
 
-    @abstractmethod
+    @property
+    def thin_plate(self) -> ThinPlate | None:
+        return self
+
     def geometry(self) -> Flat:
         """Return the outline in SI units. Raises `GeometryError` where it cannot be built."""
-
-    @property
-    @abstractmethod
-    def usual_radius(self) -> float:
-        """Return the radius of the disc or ring that touches where no contact_radius is stated [m]."""
-
-    @property
-    def usual_width(self) -> float | None:
-        """Return the width of the ring that touches where no contact_width is stated [m]; ``None``: a disc does."""
-        return None
+        return of_same_names(self.shape, self)  # type: ignore[type-var]
 
     @model_validator(mode="after")
     def _contact_on_the_plate(self) -> Self:
@@ -123,12 +114,18 @@ class ThinPlate(Moving):
     @property
     def radius(self) -> float:
         """Return the radius of the disc that touches, or the mean radius of the ring [m]."""
-        return self.usual_radius if self.contact_radius is None else self.contact_radius
+        if self.contact_radius is not None:
+            return self.contact_radius
+        hole, edge = self.geometry().room
+        return (hole + edge) / 2 if hole else edge / 8
 
     @property
     def width(self) -> float | None:
         """Return the width of the ring that touches [m]; ``None``: a disc does."""
-        return self.usual_width if self.contact_width is None else self.contact_width
+        if self.contact_width is not None:
+            return self.contact_width
+        hole, edge = self.geometry().room
+        return (edge - hole) / 4 if hole else None
 
     @property
     def own_lip(self) -> Lip:
@@ -173,7 +170,8 @@ class ThinPlate(Moving):
 
     @property
     def widest_band(self) -> float:
-        """Return the band whose highest modes have waves of six thicknesses [Hz]."""
+        """Return the highest band up to which its theory holds [Hz], the highest whose waves are six
+        thicknesses long."""
         from seatfem.structures.sheets import CUTOFF  # as in `sheet`
 
         own = self.greens.bandwidth
@@ -192,6 +190,7 @@ class ThinPlate(Moving):
 
     @property
     def states_contact(self) -> bool:
+        """Return whether its table says with which part of it it touches."""
         return self.contact_radius is not None
 
     def solved(
@@ -237,16 +236,37 @@ class ThinPlate(Moving):
         with watch("modes"):
             return of_one(model_of(self.sheet(), self.lips(None)), None, wanted, progress)
 
-    def check_points(self, points: Array, key: str) -> None:
-        """Check points of round plates; those of others are checked by their mesh."""
+    @property
+    def spring_points(self) -> Array | None:
+        """Return (n, 2) places where springs press it by default, from its contact's centre [m]; ``None``: there."""
+        return None
 
-    def pushed_at_points(self, body: Body, points: Array | None) -> Array:
-        points = self.spring_points if points is None else points
-        if points is None:
-            return super().pushed_at_points(body, None)
+    def heights(self, points: Array) -> Array:
+        """Return the (n,) heights of its stress-free shape over the flat one, at points (n, 2) from its contact's
+        centre [m]. Raises `KeyProblem`, of a key of its table, of points that it is not known at."""
+        return np.zeros(len(points))
+
+    def as_a_beam(self, greens: GreensFunction) -> Body | None:
+        """Return the beam that a simpler model would take for it; ``None`` where there is none of the same motion.
+
+        ``greens``: its own Green's function.
+        """
+        return None
+
+    def check_place(self, place: float | Array | None, key: str) -> None:
+        """Check a place; points of other than round plates are checked by their mesh."""
+        if not isinstance(place, np.ndarray):
+            super().check_place(place, key)
+
+    def pushed_at(self, body: Body, place: float | Array | None) -> Array:
+        if not isinstance(place, np.ndarray):
+            return super().pushed_at(body, place)
         plate = self.plate(body.greens)
-        patches = (Patch(plate.sheet.shape.centre + point[None, :], np.ones(1)) for point in points)
+        patches = (Patch(plate.sheet.shape.centre + point[None, :], np.ones(1)) for point in place)
         return np.column_stack([plate.at(patch, "the place of a spring or force") for patch in patches])
+
+    def pushed_by_springs(self, body: Body, points: Array | None) -> Array:
+        return self.pushed_at(body, self.spring_points if points is None else points)
 
     def weight(self, body: Body) -> tuple[Array, float]:
         plate = self.plate(body.greens)
@@ -254,34 +274,3 @@ class ThinPlate(Moving):
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         return super().body(self.solved().greens if greens is None else greens, n_modes, at)
-
-
-class FreePlate(ThinPlate):
-    """Base of all flat plates that nothing holds."""
-
-    group: ClassVar[str] = "strikers"
-
-    @property
-    def loose(self) -> str:
-        return f"seat.kind = {self.kind!r} is free to move"
-
-    def check_points(self, points: Array, key: str) -> None:
-        least, most = self.geometry().room
-        away = np.hypot(*points.T)
-        if away.min() < least or away.max() > most:
-            far = float(away.min() if away.min() < least else away.max())
-            raise KeyProblem(
-                key,
-                f"{write_quantity(far, 'length')} from {self.about} is off the plate, which lies between "
-                f"{write_quantity(least, 'length')} and {write_quantity(most, 'length')} from there",
-            )
-
-    @property
-    def spring_points(self) -> Array | None:
-        """Return points around its mean circle, so that nothing is free to tumble."""
-        turns = 2 * np.pi * np.arange(EVENLY) / EVENLY
-        return np.asarray(sum(self.geometry().room) / 2 * np.column_stack([np.cos(turns), np.sin(turns)]))
-
-    def check_motion(self) -> None:
-        if self.deflection is not None:
-            raise KeyProblem("deflection", "a plate that nothing holds cannot be deflected at rest; give it a velocity")

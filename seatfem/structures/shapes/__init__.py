@@ -11,42 +11,41 @@ from pathlib import Path
 from typing import Any
 
 from seatfem.machine.code import is_ours, sources_from_elsewhere
-from seatfem.structures.errors import GeometryError as GeometryError
-from seatfem.structures.shapes.annular import AnnularSeat as AnnularSeat
-from seatfem.structures.shapes.ball import Ball as Ball
-from seatfem.structures.shapes.bar import Bar as Bar
-from seatfem.structures.shapes.block import Block as Block
-from seatfem.structures.shapes.cad import CadPart as CadPart
-from seatfem.structures.shapes.cad import Group as Group
-from seatfem.structures.shapes.cad import Region as Region
-from seatfem.structures.shapes.conical import ConicalSeat as ConicalSeat
-from seatfem.structures.shapes.disc import Disc as Disc
-from seatfem.structures.shapes.faces import Face as Face
-from seatfem.structures.shapes.flapper import Flapper as Flapper
+from seatfem.structures.errors import GeometryError
+from seatfem.structures.shapes.annular import AnnularSeat
+from seatfem.structures.shapes.ball import Ball
+from seatfem.structures.shapes.bar import Bar
+from seatfem.structures.shapes.block import Block
+from seatfem.structures.shapes.cad import CadPart, Group, Region
+from seatfem.structures.shapes.conical import ConicalSeat
+from seatfem.structures.shapes.disc import Disc
+from seatfem.structures.shapes.flapper import Flapper
 from seatfem.structures.shapes.flat import Flat as Flat
 from seatfem.structures.shapes.homes import at_home, home_of
-from seatfem.structures.shapes.outlined import Outlined as Outlined
+from seatfem.structures.shapes.outlined import Outlined
 from seatfem.structures.shapes.profile import Edge as Edge
 from seatfem.structures.shapes.profile import Profile as Profile
 from seatfem.structures.shapes.revolved import Turning as Turning
-from seatfem.structures.shapes.ring_plate import RingPlate as RingPlate
+from seatfem.structures.shapes.ring_plate import RingPlate
 from seatfem.structures.shapes.selectors import CONTACT_COLOUR as CONTACT_COLOUR
 from seatfem.structures.shapes.selectors import FIXED_COLOUR as FIXED_COLOUR
-from seatfem.structures.shapes.selectors import SELECTORS
-from seatfem.structures.shapes.selectors import ColourFace as ColourFace
-from seatfem.structures.shapes.selectors import ConeFace as ConeFace
-from seatfem.structures.shapes.selectors import CylinderFace as CylinderFace
+from seatfem.structures.shapes.selectors import (
+    SELECTORS,
+    ColourFace,
+    ConeFace,
+    CylinderFace,
+    NamedFace,
+    NumberedFace,
+    PlaneFace,
+    PointFace,
+    select,
+)
 from seatfem.structures.shapes.selectors import HalfPlaneFace as HalfPlaneFace
-from seatfem.structures.shapes.selectors import NamedFace as NamedFace
-from seatfem.structures.shapes.selectors import NumberedFace as NumberedFace
-from seatfem.structures.shapes.selectors import PlaneFace as PlaneFace
-from seatfem.structures.shapes.selectors import PointFace as PointFace
 from seatfem.structures.shapes.selectors import Selector as Selector
-from seatfem.structures.shapes.selectors import select as select
 from seatfem.structures.shapes.shape import Shape as Shape
 from seatfem.structures.shapes.shape import families as families
-from seatfem.structures.shapes.stopper import Stopper as Stopper
-from seatfem.structures.shapes.valve_plate import ValvePlate as ValvePlate
+from seatfem.structures.shapes.stopper import Stopper
+from seatfem.structures.shapes.valve_plate import ValvePlate
 
 __all__ = [
     "AnnularSeat",

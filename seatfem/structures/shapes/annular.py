@@ -8,7 +8,7 @@ from typing import ClassVar, Final
 from seatfem.structures.shapes.profile import Point, Profile, polygon, rounded
 from seatfem.structures.shapes.revolved import Turning
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
-from seatfem.structures.shapes.shape import require_above, require_below, require_positive
+from seatfem.structures.shapes.shape import key, require_above, require_below, require_positive
 
 PER_FILLET: Final = 16
 """Elements along the quarter circle of a fillet: its largest stress is right to 1 %."""
@@ -18,22 +18,23 @@ PER_FILLET: Final = 16
 class AnnularSeat(Turning):
     """Solid of revolution about z, underside at z = 0 (metres).
 
-    ``bore_radius``: of the port. ``lip_width``: radial, edges included. ``lip_height``: above the plate; 0 for a flat
-    seat, whose contact is the innermost ring of width ``lip_width`` (it needs ``lip_edge_radius`` = 0).
-    ``lip_edge_radius``: of both upper edges, 0 for sharp ones. ``lip_fillet``: radius of the fillet at the lip's foot,
-    between its outer side and the plate, 0 for a sharp corner. ``outer_radius``, ``thickness``: of the plate.
-    The group "contact" is the flat top of the lip, "fixed" the underside.
+    The group "contact" is the flat top of the lip, of a flat seat its innermost ring of width ``lip_width`` (it needs
+    ``lip_edge_radius`` = 0); "fixed" is the underside.
     """
 
     family: ClassVar[str] = "annular"
 
-    bore_radius: float = 4e-3
-    lip_width: float = 1e-3
-    lip_height: float = 0.5e-3
-    lip_edge_radius: float = 0.1e-3
-    lip_fillet: float = 0.0
-    outer_radius: float = 12e-3
-    thickness: float = 8e-3
+    bore_radius: float = key("radius of the port", 4e-3)
+    lip_width: float = key("radial width of the lip, its rounded edges included", 1e-3)
+    lip_height: float = key("height of the lip above the plate; 0 mm for a flat seat", "0.5 mm", "gap")
+    lip_edge_radius: float = key("radius of the lip's upper edges; 0 mm for sharp ones", "0.1 mm", "gap")
+    lip_fillet: float = key(
+        "radius of the fillet at the lip's foot; 0 mm for a sharp corner, where elastic stress has no limit",
+        "0 mm",
+        "gap",
+    )
+    outer_radius: float = key("radius of the plate", "12 mm")
+    thickness: float = key("thickness of the plate", "8 mm")
 
     def __post_init__(self) -> None:
         require_positive(self, "bore_radius", "lip_width", "outer_radius", "thickness")

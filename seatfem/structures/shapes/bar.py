@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
-from seatfem.structures.shapes.shape import EVERYWHERE, Plan, Rectangle, Shape, check_quarters, require_positive
+from seatfem.structures.shapes.shape import EVERYWHERE, Plan, Rectangle, Shape, check_quarters, key, require_positive
 
 
 @dataclass(frozen=True)
@@ -19,9 +19,9 @@ class Bar(Shape):
 
     family: ClassVar[str] = "bar"
 
-    length: float
-    width: float
-    height: float
+    length: float = key("length along the impact")
+    width: float = key("side of the cross-section")
+    height: float = key("other side of the cross-section")
 
     def __post_init__(self) -> None:
         require_positive(self, "length", "width", "height")

@@ -13,6 +13,7 @@ from seatfem.structures.shapes.shape import (
     Rectangle,
     Shape,
     check_quarters,
+    key,
     require_below,
     require_positive,
 )
@@ -27,11 +28,11 @@ class Block(Shape):
 
     family: ClassVar[str] = "block"
 
-    width: float
-    depth: float
-    thickness: float
-    patch_width: float
-    patch_depth: float
+    width: float = key("side of the block")
+    depth: float = key("other side of the block")
+    thickness: float = key("height of the block")
+    patch_width: float = key("side of the contact face, along width")
+    patch_depth: float = key("other side of the contact face, along depth")
 
     def __post_init__(self) -> None:
         require_positive(self, "width", "depth", "thickness", "patch_width", "patch_depth")

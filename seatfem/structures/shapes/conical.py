@@ -10,27 +10,24 @@ from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.profile import Point, Profile, polygon
 from seatfem.structures.shapes.revolved import Turning
 from seatfem.structures.shapes.selectors import ConeFace, Patches, PlaneFace
-from seatfem.structures.shapes.shape import require_above, require_below, require_positive
+from seatfem.structures.shapes.shape import key, require_above, require_below, require_positive
 
 
 @dataclass(frozen=True)
 class ConicalSeat(Turning):
     """Solid of revolution about z, underside at z = 0 (metres, radians).
 
-    The bore widens upwards in a cone of ``half_angle`` between its generators and the axis (pi/4: the common 45
-    degree seat). ``face_width``: of the cone along its generators, from the bore to the top; ``contact_width``: of
-    the band in the middle of it that is struck (None: all of it). ``outer_radius``, ``thickness``: of the ring.
-    The group "contact" is that band, "fixed" the underside.
+    The bore widens upwards in a cone; the group "contact" is a band in the middle of it, "fixed" the underside.
     """
 
     family: ClassVar[str] = "conical"
 
-    bore_radius: float = 4e-3
-    half_angle: float = math.pi / 4
-    face_width: float = 2e-3
-    contact_width: float | None = None
-    outer_radius: float = 12e-3
-    thickness: float = 8e-3
+    bore_radius: float = key("radius of the port", 4e-3)
+    half_angle: float = key("between the cone's generators and the axis", "45 deg", "angle")
+    face_width: float = key("width of the cone along its generators", 2e-3)
+    contact_width: float | None = key("width of the band that is struck; all of the cone if absent", None)
+    outer_radius: float = key("radius of the ring", "12 mm")
+    thickness: float = key("thickness of the ring", "8 mm")
 
     def __post_init__(self) -> None:
         require_positive(self, "bore_radius", "face_width", "outer_radius", "thickness")

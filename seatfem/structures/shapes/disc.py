@@ -9,7 +9,7 @@ from typing import ClassVar
 from impact.greens.base import Array
 from seatfem.structures.shapes import loops
 from seatfem.structures.shapes.flat import THINNER, Flat
-from seatfem.structures.shapes.shape import require_below, require_positive
+from seatfem.structures.shapes.shape import key, require_below, require_positive
 
 
 @dataclass(frozen=True)
@@ -18,8 +18,8 @@ class Disc(Flat):
 
     family: ClassVar[str] = "disc"
 
-    diameter: float
-    thickness: float
+    diameter: float = key("diameter")
+    thickness: float = key("thickness, in the direction of the motion")
 
     def __post_init__(self) -> None:
         require_positive(self, *vars(self))

@@ -14,7 +14,7 @@ from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes import loops
 from seatfem.structures.shapes.flat import THINNER, Flat
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
-from seatfem.structures.shapes.shape import require_above, require_below, require_positive
+from seatfem.structures.shapes.shape import key, require_above, require_below, require_positive
 
 
 @dataclass(frozen=True)
@@ -28,15 +28,15 @@ class Flapper(Flat):
 
     family: ClassVar[str] = "flapper"
 
-    root_width: float
-    taper_length: float
-    neck_width: float
-    neck_length: float
-    paddle_diameter: float
-    thickness: float
-    slot_width: float | None = None
-    slot_length: float | None = None
-    hole_diameter: float | None = None
+    root_width: float = key("width where it is clamped")
+    taper_length: float = key("from the root, over which it narrows to the neck")
+    neck_width: float = key("width of the neck")
+    neck_length: float = key("from the clamped root to where the neck meets the paddle")
+    paddle_diameter: float = key("diameter of the paddle")
+    thickness: float = key("thickness, in the direction of the motion")
+    slot_width: float | None = key("of a slot along the axis in the straight neck, its ends round", None)
+    slot_length: float | None = key("of that slot from end to end; it lies in the neck's middle", None)
+    hole_diameter: float | None = key("of a hole in the paddle's centre", None)
 
     def __post_init__(self) -> None:
         require_positive(self, *(name for name, value in vars(self).items() if value is not None))
@@ -47,9 +47,9 @@ class Flapper(Flat):
         if self.hole_diameter is not None:
             rim = self.paddle_diameter - 2 * self.thickness
             require_below(self, "hole_diameter", rim, "paddle_diameter less a rim as wide as the sheet is thick")
-        for key, other in (("slot_width", "slot_length"), ("slot_length", "slot_width")):
-            if getattr(self, key) is not None and getattr(self, other) is None:
-                raise GeometryError(f"Flapper.{other} = None: {key} is given, a slot needs both")
+        for name, other in (("slot_width", "slot_length"), ("slot_length", "slot_width")):
+            if getattr(self, name) is not None and getattr(self, other) is None:
+                raise GeometryError(f"Flapper.{other} = None: {name} is given, a slot needs both")
         if self.slot_width is not None and self.slot_length is not None:
             sides = self.neck_width - 2 * self.thickness
             require_below(self, "slot_width", sides, "neck_width less two strips as wide as the sheet is thick")

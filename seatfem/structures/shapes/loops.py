@@ -84,7 +84,7 @@ def area(loop: Array) -> float:
     """Return the area, positive of a loop that runs anticlockwise: the polygon's, and of each arc the segment beyond
     its chord."""
     middle = loop[:, :2] - loop[:, :2].mean(axis=0)
-    total = float(polygons.cross(middle, np.roll(middle, -1, axis=0)).sum() / 2)
+    total = polygons.area(middle)
     for (start, end), turn in zip(edges(loop), angles(loop), strict=True):
         if turn:
             total += circle(start, end, float(start[2]))[1] ** 2 / 2 * (turn - math.sin(turn))

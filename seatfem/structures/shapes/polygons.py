@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from impact.greens.base import Array
 
 ALONG: Final = (0.1, 0.3, 0.5, 0.7, 0.9)  # of each edge: where widths are measured
-BLOCK: Final = 1 << 20  # pairs of edges that are looked at together
+BLOCK: Final = 1 << 20  # pairs that are looked at together
 FACING: Final = -0.5  # n.n of two edges at most, whose distance is a width: they make 60 degrees at most
 
 
@@ -27,14 +27,27 @@ def distances(starts: Array, ends: Array, points: Array) -> Array:
     return np.asarray(np.linalg.norm(off - at[..., None] * run, axis=2))
 
 
+def inside(loops: Iterable[Array], points: Array) -> NDArray[np.bool_]:
+    """Return (n,) whether points (n, 2) lie within an odd number of polygons."""
+    odd = np.zeros(len(points), dtype=bool)
+    for loop in loops:
+        (x0, y0), (x1, y1) = loop.T, np.roll(loop, -1, axis=0).T
+        slope = np.divide(x1 - x0, y1 - y0, out=np.zeros(len(loop)), where=y1 != y0)
+        for rows in np.array_split(np.arange(len(points)), 1 + len(points) * len(loop) // BLOCK):
+            x, y = points[rows].T[:, :, None]
+            crossed = ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) * slope)
+            odd[rows] ^= crossed.sum(axis=1) % 2 == 1
+    return odd
+
+
 def holds(corners: Array, point: Sequence[float] | Array) -> bool:
-    """Return whether a polygon has a point inside: an odd number of edges cross the ray from it along x."""
-    x, y = (corners - np.asarray(point)).T
-    ahead_x, ahead_y = np.roll(x, -1), np.roll(y, -1)
-    crosses = (y > 0) != (ahead_y > 0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at = x - y * (ahead_x - x) / (ahead_y - y)
-    return bool(np.sum(crosses & (at > 0)) % 2)
+    """Return whether a polygon has a point inside."""
+    return bool(inside([corners], np.asarray(point, dtype=float)[None])[0])
+
+
+def area(corners: Array) -> float:
+    """Return the area, positive of a polygon that runs anticlockwise."""
+    return float(cross(corners, np.roll(corners, -1, axis=0)).sum() / 2)
 
 
 def crossing(corners: Array, within: float) -> tuple[int, int] | None:

@@ -9,7 +9,7 @@ from typing import ClassVar
 from impact.greens.base import Array
 from seatfem.structures.shapes import loops
 from seatfem.structures.shapes.flat import THINNER, Flat
-from seatfem.structures.shapes.shape import require_below, require_positive
+from seatfem.structures.shapes.shape import key, require_below, require_positive
 
 
 @dataclass(frozen=True)
@@ -18,9 +18,9 @@ class RingPlate(Flat):
 
     family: ClassVar[str] = "ring_plate"
 
-    outer_diameter: float
-    inner_diameter: float
-    thickness: float
+    outer_diameter: float = key("outer diameter")
+    inner_diameter: float = key("diameter of the hole")
+    thickness: float = key("thickness, in the direction of the motion")
 
     def __post_init__(self) -> None:
         require_positive(self, *vars(self))

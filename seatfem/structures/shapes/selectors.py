@@ -17,6 +17,7 @@ LENGTH_TOLERANCE = 1e-6  # metres; what CAD exchange files keep
 ANGLE_TOLERANCE = 1e-3  # radians
 
 UP: Vector = (0.0, 0.0, 1.0)
+DOWN: Vector = (0.0, 0.0, -1.0)
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 CONTACT_COLOUR: Colour = (255, 0, 0, 255)
@@ -72,10 +73,9 @@ class CylinderFace:
 
     def __post_init__(self) -> None:
         _check_direction("CylinderFace.axis", UP if self.axis is None else self.axis)
-        if not (math.isfinite(self.radius) and self.radius > 0.0):
-            raise GeometryError(
-                f"CylinderFace.radius = {write_quantity(self.radius, 'length')}: must be a finite length > 0"
-            )
+        if not 0.0 < self.radius < math.inf:
+            radius = write_quantity(self.radius, "length")
+            raise GeometryError(f"CylinderFace.radius = {radius}: must be a finite length > 0")
 
     def matches(self, face: Face) -> bool:
         if face.axis is None or face.axis.half_angle > 0.0:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import Field, dataclass
+from dataclasses import field as new_field
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.profile import Point, Profile
 from seatfem.structures.shapes.selectors import Patches
-from seatfem.units import write_quantity
+from seatfem.units import parse_quantity, write_quantity
 
 EVERYWHERE = ""
 """The area that is the whole plan."""
@@ -29,35 +30,57 @@ PER_DISTANCE = 0.8  # side of a square over its distance from the patch
 Distance = Callable[[Array], Array]
 
 
+@dataclass(frozen=True)
+class Key:
+    """What is said of a field of a shape that is a key of its kind's table in scenes, too.
+
+    Attributes:
+        description: in words.
+        reads: "length" > 0, "gap" >= 0, both in metres, or "angle" in radians.
+        written: its default, as scenes write it; ``None``: they must state the key, or may leave it out as `None`.
+    """
+
+    description: str
+    reads: Literal["length", "gap", "angle"]
+    written: str | None
+
+
+def key(
+    description: str, default: float | str | None = math.nan, reads: Literal["length", "gap", "angle"] = "length"
+) -> Any:
+    """Return a field of a shape that is a `Key`.
+
+    ``default``: as scenes write it, such as "0.5 mm"; a number is the default of scripts alone; nan: there is none.
+    """
+    written = default if isinstance(default, str) else None
+    value = parse_quantity(written, "angle" if reads == "angle" else "length") if written is not None else default
+    metadata = {"key": Key(description, reads, written)}
+    return new_field(metadata=metadata) if value != value else new_field(default=value, metadata=metadata)
+
+
 def require_positive(spec: object, *fields: str) -> None:
     """Raise `GeometryError` unless every named field of ``spec`` is a finite length > 0 (in metres)."""
-    for field in fields:
-        value = getattr(spec, field)
-        if not (math.isfinite(value) and value > 0.0):
-            raise GeometryError(
-                f"{type(spec).__name__}.{field} = {write_quantity(value, 'length')}: must be a finite length > 0"
-            )
+    for name in fields:
+        value = getattr(spec, name)
+        _require(spec, name, math.isfinite(value) and value > 0.0, "a finite length > 0")
 
 
-def require_below(spec: object, field: str, limit: float, meaning: str, *, inclusive: bool = False) -> None:
-    """Raise `GeometryError` unless ``spec.field`` is below ``limit`` (metres), which ``meaning`` explains."""
-    value = getattr(spec, field)
-    if not (value < limit or (inclusive and value == limit)):
-        sign = "<=" if inclusive else "<"
-        raise GeometryError(
-            f"{type(spec).__name__}.{field} = {write_quantity(value, 'length')}: must be {sign} "
-            f"{write_quantity(limit, 'length')} ({meaning})"
-        )
+def require_below(spec: object, name: str, limit: float, meaning: str, *, inclusive: bool = False) -> None:
+    """Raise `GeometryError` unless the field is below ``limit`` (metres), which ``meaning`` explains."""
+    value = getattr(spec, name)
+    is_below, sign = (value <= limit, "<=") if inclusive else (value < limit, "<")
+    _require(spec, name, is_below, f"{sign} {write_quantity(limit, 'length')} ({meaning})")
 
 
-def require_above(spec: object, field: str, limit: float, meaning: str) -> None:
-    """Raise `GeometryError` unless ``spec.field`` is above ``limit`` (metres), which ``meaning`` explains."""
-    value = getattr(spec, field)
-    if not value > limit:
-        raise GeometryError(
-            f"{type(spec).__name__}.{field} = {write_quantity(value, 'length')}: must be > "
-            f"{write_quantity(limit, 'length')} ({meaning})"
-        )
+def require_above(spec: object, name: str, limit: float, meaning: str) -> None:
+    """Raise `GeometryError` unless the field is above ``limit`` (metres), which ``meaning`` explains."""
+    _require(spec, name, getattr(spec, name) > limit, f"> {write_quantity(limit, 'length')} ({meaning})")
+
+
+def _require(spec: object, name: str, holds: bool, what: str) -> None:
+    if not holds:
+        value = write_quantity(getattr(spec, name), "length")
+        raise GeometryError(f"{type(spec).__name__}.{name} = {value}: must be {what}")
 
 
 def check_quarters(shape: object, sectors: int) -> None:
@@ -100,6 +123,13 @@ class Shape(ABC):
     """
 
     family: ClassVar[str]
+
+    def __init_subclass__(cls) -> None:
+        """Add the fields that are keys to the docstring."""
+        fields = {name: each for name, each in vars(cls).items() if isinstance(each, Field) and each.metadata}
+        said = [f"        {name}: {each.metadata['key'].description}." for name, each in fields.items()]
+        if said:
+            cls.__doc__ = "\n".join([(cls.__doc__ or "").rstrip(), "", "    Attributes:", *said, "    "])
 
     @property
     @abstractmethod

@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from impact.greens.base import Array
-from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon
 from seatfem.structures.shapes.revolved import Turning
@@ -20,12 +19,12 @@ from seatfem.structures.shapes.shape import (
     Plan,
     PlanSamples,
     circle_points,
+    key,
     require_above,
     require_below,
     require_positive,
     squares,
 )
-from seatfem.units import write_quantity
 
 INSIDE = 1e-2  # radians from the plane y = 0
 
@@ -34,17 +33,15 @@ INSIDE = 1e-2  # radians from the plane y = 0
 class Stopper(Turning):
     """Solid disc about z, underside at z = 0 (metres).
 
-    ``radius``, ``thickness``: of the disc (at its axis). ``contact_radius``: of the struck patch around the axis.
-    ``dome_radius``: of the spherical top, None for a flat one.
     The group "contact" is the patch, "fixed" the underside; a meridian's edge on the axis is called "axis".
     """
 
     family: ClassVar[str] = "stopper"
 
-    radius: float = 6e-3
-    thickness: float = 5e-3
-    contact_radius: float = 2e-3
-    dome_radius: float | None = None
+    radius: float = key("radius of the disc", 6e-3)
+    thickness: float = key("thickness of the disc, at its axis", 5e-3)
+    contact_radius: float = key("radius of the contact face", 2e-3)
+    dome_radius: float | None = key("radius of the spherical top; a flat one if absent", None)
 
     def __post_init__(self) -> None:
         require_positive(self, "radius", "thickness", "contact_radius")
@@ -52,11 +49,7 @@ class Stopper(Turning):
         if self.dome_radius is None:
             return
         require_positive(self, "dome_radius")
-        if not self.dome_radius > self.radius:
-            raise GeometryError(
-                f"Stopper.dome_radius = {write_quantity(self.dome_radius, 'length')}: must be > "
-                f"{write_quantity(self.radius, 'length')}, the radius"
-            )
+        require_above(self, "dome_radius", self.radius, "the radius")
         require_above(self, "thickness", self.thickness - self.top(self.radius), "the dome's height")
 
     def top(self, r: float) -> float:

@@ -10,12 +10,14 @@ import numpy as np
 
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.shapes.selectors import Patches, PlaneFace, PointFace, Selector
+from seatfem.structures.shapes.profile import Point
+from seatfem.structures.shapes.selectors import DOWN, UP, Patches, PlaneFace, PointFace, Selector
 from seatfem.structures.shapes.shape import (
     Plan,
     PlanSamples,
     Shape,
     circle_points,
+    key,
     require_above,
     require_below,
     require_positive,
@@ -23,29 +25,25 @@ from seatfem.structures.shapes.shape import (
     squares,
 )
 
-UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
-
 
 @dataclass(frozen=True)
 class ValvePlate(Shape):
     """Plate with its underside at z = 0 and its centre on the z axis (metres).
 
-    ``ports`` holes of ``port_radius``, their centres ``pitch`` apart: on a circle in a round plate (``layout``
-    "circle", the first on the x axis) or along x in a rectangular one ("row"); the webs are pitch - 2 port_radius
-    wide. ``margin``: from the outer ports to the plate's edge. ``land_width``: of the ring around each port on which
-    the valve closes, flush with the plate's top. ``clamp_width``: of the underside's rim.
+    ``ports`` holes: on a circle in a round plate (``layout`` "circle", the first on the x axis) or along x in a
+    rectangular one ("row"); the webs are pitch - 2 port_radius wide, the lands flush with the plate's top.
     The group "contact" is all lands, "land_1", "land_2", ... each of them, "fixed" the underside's rim.
     """
 
     family: ClassVar[str] = "valve_plate"
 
     ports: int = 6
-    port_radius: float = 3e-3
-    pitch: float = 10e-3
-    margin: float = 5e-3
-    thickness: float = 6e-3
-    land_width: float = 1e-3
-    clamp_width: float = 2e-3
+    port_radius: float = key("radius of each port", 3e-3)
+    pitch: float = key("distance of neighbouring ports, centre to centre", 10e-3)
+    margin: float = key("from the outer ports to the plate's edge", 5e-3)
+    thickness: float = key("thickness of the plate", 6e-3)
+    land_width: float = key("width of the land around each port", 1e-3)
+    clamp_width: float = key("width of the clamped rim of the underside", 2e-3)
     layout: Literal["circle", "row"] = "circle"
 
     def __post_init__(self) -> None:
@@ -133,16 +131,40 @@ class ValvePlate(Shape):
 
     def build(self, occ: Any) -> None:
         """Extrude the outline (millimetres) and imprint the lands and the rim, in the given gmsh OpenCASCADE model."""
-        solid = occ.extrude([(2, _base(self, occ, 0.0))], 0, 0, 1e3 * self.thickness)
-        lands = [(2, _land(self, occ, centre, 1e3 * self.thickness)) for centre in self.centres]
-        occ.fragment([entity for entity in solid if entity[0] == 3], [*lands, (2, _rim(self, occ))])
+        solid = occ.extrude(self._base(occ), 0, 0, 1e3 * self.thickness)
+        lands = [self._land(occ, centre, 1e3 * self.thickness) for centre in self.centres]
+        occ.fragment([entity for entity in solid if entity[0] == 3], [*lands, self._rim(occ)])
 
     def areas(self, occ: Any) -> dict[str, list[int]]:
         """Add the plan (millimetres), split into its areas; return their surface tags."""
-        lands = [(2, _land(self, occ, centre, 0.0)) for centre in self.centres]
-        _, pieces = occ.fragment([(2, _base(self, occ, 0.0))], [*lands, (2, _rim(self, occ))])
+        lands = [self._land(occ, centre, 0.0) for centre in self.centres]
+        _, pieces = occ.fragment(self._base(occ), [*lands, self._rim(occ)])
         names = [f"land_{number}" for number in range(1, self.ports + 1)]
         return {name: [tag for _, tag in piece] for name, piece in zip([*names, "rim"], pieces[1:], strict=True)}
+
+    def _outline(self, occ: Any, inset: float) -> tuple[int, int]:
+        if self.layout == "circle":
+            radius = 1e3 * (self.outer_radius - inset)
+            return 2, int(occ.addDisk(0, 0, 0.0, radius, radius))
+        x, y = (1e3 * (side - inset) for side in self.half_sides)
+        return 2, int(occ.addRectangle(-x, -y, 0.0, 2 * x, 2 * y))
+
+    def _base(self, occ: Any) -> list[tuple[int, int]]:
+        radius = 1e3 * self.port_radius
+        holes = [(2, occ.addDisk(1e3 * x, 1e3 * y, 0.0, radius, radius)) for x, y in self.centres]
+        return [occ.cut([self._outline(occ, 0.0)], holes)[0][0]]
+
+    def _land(self, occ: Any, centre: Point, z: float) -> tuple[int, int]:
+        x, y = 1e3 * centre[0], 1e3 * centre[1]
+        radii = 1e3 * (self.port_radius + self.land_width), 1e3 * self.port_radius
+        outer, inner = ((2, occ.addDisk(x, y, z, radius, radius)) for radius in radii)
+        ring: tuple[int, int] = occ.cut([outer], [inner])[0][0]
+        return ring
+
+    def _rim(self, occ: Any) -> tuple[int, int]:
+        inner = self._outline(occ, self.clamp_width)
+        rim: tuple[int, int] = occ.cut([self._outline(occ, 0.0)], [inner])[0][0]
+        return rim
 
     def plan_samples(self) -> PlanSamples:
         centres = np.array(self.centres)
@@ -164,29 +186,3 @@ class ValvePlate(Shape):
         holes = circle_points(centres, inner)
         outline, lengths = (np.concatenate([rim[k], holes[k]]) for k in range(2))
         return points[kept], areas[kept], outline, lengths, distance
-
-
-def _outline(plate: ValvePlate, occ: Any, z: float, inset: float) -> int:
-    if plate.layout == "circle":
-        radius = 1e3 * (plate.outer_radius - inset)
-        return int(occ.addDisk(0, 0, z, radius, radius))
-    x, y = (1e3 * (side - inset) for side in plate.half_sides)
-    return int(occ.addRectangle(-x, -y, z, 2 * x, 2 * y))
-
-
-def _base(plate: ValvePlate, occ: Any, z: float) -> int:
-    radius = 1e3 * plate.port_radius
-    holes = [(2, occ.addDisk(1e3 * x, 1e3 * y, z, radius, radius)) for x, y in plate.centres]
-    return int(occ.cut([(2, _outline(plate, occ, z, 0.0))], holes)[0][0][1])
-
-
-def _land(plate: ValvePlate, occ: Any, centre: tuple[float, float], z: float) -> int:
-    x, y = 1e3 * centre[0], 1e3 * centre[1]
-    outer, inner = 1e3 * (plate.port_radius + plate.land_width), 1e3 * plate.port_radius
-    ring = occ.cut([(2, occ.addDisk(x, y, z, outer, outer))], [(2, occ.addDisk(x, y, z, inner, inner))])
-    return int(ring[0][0][1])
-
-
-def _rim(plate: ValvePlate, occ: Any) -> int:
-    inner = _outline(plate, occ, 0.0, plate.clamp_width)
-    return int(occ.cut([(2, _outline(plate, occ, 0.0, 0.0))], [(2, inner)])[0][0][1])

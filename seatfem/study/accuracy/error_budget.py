@@ -181,7 +181,7 @@ def error_budget(
     if method.seat.level == "spring":
         floors["model"] = FLOOR_OF_SPRING
     budget = with_floors(Budget(budget.values, known_parts, (*names, *unknown)), floors)
-    if scene.reed.meets_lips and Division.of(seat.greens).arcs > 1:
+    if scene.reed.thin_plate is not None and Division.of(seat.greens).arcs > 1:
         budget = with_share(budget, "model", WITHIN_PARTS)  # no number of parts makes it smaller
     return with_cut_landings(with_jumps(budget, blow), like)
 
@@ -299,8 +299,8 @@ def sources_of(
     }
     if chooses_one_port(scene, method):
         sources[LIP] = _of_one_port(scene, method, seat, problem)
-    if draws := scene.seat.draws():
-        sources["reduction"], sources[RECORD] = (), _of_record(scene, seat, problem, draws)
+    if (fit := scene.seat.fit()) is not None and fit.draws:
+        sources["reduction"], sources[RECORD] = (), _of_record(scene, seat, problem, fit.draws)
     beside = {STRIKER: of_striker(scene, reed, problem), STOPPER: of_stopper(scene, method, problem)}
     for name, parts in beside.items():
         if parts is not None:
@@ -353,7 +353,7 @@ def _of_reduction(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms 
     greens = seat.greens
     stated = of_body(problem, problem.target, greens.error_estimate.reduction)
     modal = greens.modal
-    if stated is None or not scene.seat.is_meshed or modal is None or len(modal.omega) == 0:
+    if stated is None or scene.seat.elastic is None or modal is None or len(modal.omega) == 0:
         return stated
     highest = float(modal.frequencies_hz.max())
     return (*stated, (_with_seat(scene, problem, narrowed(modal, highest / NARROWER)),))
@@ -430,7 +430,7 @@ def _of_arcs(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProb
         return None
     if other == division:
         other, weight = Division(division.arcs // 2, division.rings), OF_TWICE - 1
-    striker = _along(scene, method, other) if scene.reed.meets_lips else problem.striker
+    striker = _along(scene, method, other) if scene.reed.thin_plate is not None else problem.striker
     stopper, same = stopper_in(problem), impact.Body(divided_less(finer, division))
     as_before = problem_of(scene, problem.striker, same, stopper)
     varied = problem_of(scene, striker, impact.Body(divided_less(finer, other)), stopper)
@@ -453,7 +453,7 @@ def of_rings_across(scene: Scene, method: RunMethod, seat: Solved, problem: Cont
     if lip is None or whole is None or surrogate.patch is None:
         return None
     many, finest = on_its_patch(whole, lip, surrogate.patch), Division(arcs, most)
-    plate = _greens_along(scene, method, finest) if scene.reed.meets_lips else None
+    plate = _greens_along(scene, method, finest) if scene.reed.thin_plate is not None else None
 
     def struck(division: Division) -> ContactProblem:
         striker = problem.striker if plate is None else striker_of(scene, greens=parts_joined(plate, finest, division))

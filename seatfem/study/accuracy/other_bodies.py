@@ -32,7 +32,7 @@ def of_striker(scene: Scene, reed: Solved | None, problem: ContactProblem) -> Pa
     """Return the errors that a computed striker leaves; ``None`` for others."""
     if reed is None:
         return None
-    modes = scene.reed.meets_lips
+    modes = scene.reed.thin_plate is not None
     return _of_solved(problem, problem.striker, reed, lambda greens: striker_of(scene, greens=greens), modes=modes)
 
 
@@ -42,7 +42,7 @@ def of_stopper(scene: Scene, method: RunMethod, problem: ContactProblem) -> Part
     if scene.stopper is None or body is None:
         return None
     if (solved := solved_stopper(scene)) is not None:
-        modes = scene.stopper.body.is_meshed
+        modes = scene.stopper.body.elastic is not None
         known = _of_solved(problem, body, solved, lambda greens: replace(body, greens=greens), modes=modes)
         return {**known, "patch": _of_parts(scene, method, problem, body, solved)}
     if scene.stopper.parts != Division():
@@ -72,7 +72,7 @@ def _of_parts(
         own, other_greens = divided_less(model, division), divided_less(model, other)
     stopper = scene.stopper.model_copy(update={"arcs": other.arcs, "rings": other.rings})
     changed, striker = scene.model_copy(update={"stopper": stopper}), problem.striker
-    if scene.reed.meets_lips and (lip := behind_the_reed(scene)) is not None:
+    if scene.reed.thin_plate is not None and (lip := behind_the_reed(scene)) is not None:
         how = replace(method.reed, behind=replace(lip, arcs=other.arcs, rings=other.rings))  # type: ignore[type-var]
         reed = solved_striker(changed, method=how, mesh_error=False)
         striker = striker_of(changed, greens=None if reed is None else reed.greens)

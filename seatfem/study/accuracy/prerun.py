@@ -86,12 +86,15 @@ class Window:
 def stand_in_of(scene: Scene, progress: Progress = silent) -> GreensFunction | None:
     """Return the Green's function that pre-runs take for a striker that has to be computed: its own only where nothing
     else describes it; ``None`` for a closed form."""
-    if not scene.reed.is_solved:
+    if not scene.reed.traits.is_solved:
         return None
-    if scene.reed.meets_lips and (solved := solved_striker(scene, progress, mesh_error=False)) is not None:
+    if scene.reed.thin_plate is not None and (solved := solved_striker(scene, progress, mesh_error=False)) is not None:
         return solved.greens
     with in_role("reed", scene.reed):
-        greens = scene.reed.stand_in(scene.run.duration, scene.seat.face)
+        if scene.reed.elastic is not None:
+            return scene.reed.elastic.stand_in(scene.run.duration, scene.seat.face)
+        surrogate = scene.reed.surrogate(scene.run.duration, scene.seat.face)
+    greens = surrogate.greens if surrogate.exact else None
     if greens is None and (solved := solved_striker(scene, progress)) is not None:
         return solved.greens
     return greens
@@ -237,7 +240,7 @@ class Bench:
         """Return the look at the reed's stress: a beam's, or a plate's at a few places."""
         if (look := bending_look(self.scene)) is not None:
             return look
-        if not self.scene.reed.has_surface_stress:
+        if self.scene.reed.thin_plate is None:
             return None
         if not self._plates:
             from seatfem.study.impacts.plate_stress import PlateLook  # with finite elements, of plates alone

@@ -9,7 +9,6 @@ from typing import Final
 from impact.greens.base import GreensFunction
 from impact.runs.variations import NARROWER
 from seatfem.structures.estimates.patch import Patch
-from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import Method
 from seatfem.study.impacts.contact import seat_beside
 from seatfem.study.method import RunMethod
@@ -27,15 +26,15 @@ def lowest_band(patch: Patch) -> float:
 
 def tells_waves(scene: Scene, method: RunMethod) -> bool:
     """Return whether a run on the statics of a seat measures what its waves change: of a body of revolution in arcs."""
-    seat = method.seat
-    return seat.static and seat.in_arcs and scene.seat.is_drawn and scene.seat.elements_of(seat) == CHEAP
+    body, seat = scene.seat.drawn, method.seat
+    return seat.static and seat.in_arcs and body is not None and body.elements_of(seat) == CHEAP
 
 
 def method_beside(scene: Scene, method: RunMethod) -> Method | None:
     """Return how the seat with its waves is computed: on the mesh of its statics, in no wider a band than its first
     resonances need; ``None`` where it has them already, or they are expensive."""
-    body, seat = scene.seat, method.seat
-    if not tells_waves(scene, method) or not isinstance(body, Drawn) or (patch := body.patch()) is None:
+    body, seat = scene.seat.drawn, method.seat
+    if not tells_waves(scene, method) or body is None or (patch := body.patch()) is None:
         return None
     assert seat.bandwidth is not None
     spec, band = body.mesh_spec(seat), min(seat.bandwidth, lowest_band(patch))

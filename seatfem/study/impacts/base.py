@@ -35,7 +35,7 @@ def on_its_base(scene: Scene, role: str, body: Body) -> Body:
         )
     motion, structure, loads = base.motion(), scene.bodies[role], body.loads
     modes = 0 if body.greens.modal is None else len(body.greens.modal.omega)
-    if structure.has_weight and modes:  # a spring in its place has no inertia
+    if structure.traits.has_weight and modes:  # a spring in its place has no inertia
         with in_role(role, structure):
             shape, mass = structure.weight(body)
         alike = np.zeros(modes)  # as many as it has: what it is compared with may have fewer, or one more
@@ -53,7 +53,7 @@ def check_base(scene: Scene, role: str, greens: GreensFunction) -> None:
         GreensFunctionError: naming frequency, way and limit.
     """
     base, structure = scene.base_of(role), scene.bodies[role]
-    if base is None or (structure.has_weight and greens.modal is not None):
+    if base is None or (structure.traits.has_weight and greens.modal is not None):
         return
     motion, lowest = base.motion(), _lowest(greens)
     time = np.linspace(0.0, scene.run.duration, LOOKS)

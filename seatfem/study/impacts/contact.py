@@ -104,7 +104,7 @@ def solved_striker(
 ) -> Solved | None:
     """Return the striker, computed by a method, by default as its own keys state, with the error of its mesh; ``None``
     for a closed form."""
-    if not scene.reed.is_solved:
+    if not scene.reed.traits.is_solved:
         return None
     with in_role("reed", scene.reed):
         how = method or stated_method(scene).reed
@@ -156,7 +156,7 @@ def _computed(
     mesh_error: bool = True,
 ) -> Solved | None:
     """Return the structure, computed by a ``method``, by default as its own keys state; ``None`` for a closed form."""
-    if not structure.is_solved:
+    if not structure.traits.is_solved:
         return None
     how = method or structure.stated()
     return _solved(_Asked(key_of(structure, how), mesh_error, structure, how, duration, progress))
@@ -176,7 +176,7 @@ class _Asked:
 
 @lru_cache(maxsize=6)
 def _solved(asked: _Asked) -> Solved:
-    cache = Cache(None) if asked.structure.is_kept else None
+    cache = Cache(None) if asked.structure.traits.is_kept else None
     progress = asked.progress
     return build(asked.structure, asked.method, asked.duration, cache, progress=progress, mesh_error=asked.mesh_error)
 
@@ -195,7 +195,7 @@ def stress_of(
     """Return the reed's largest bending stresses under the contact forces of seat and stopper, (n + 1,) each; ``None``
     for a rigid mass. ``opening``: (n + 1,) the seats' mean, by which loads that follow the lift are as the march had
     them. ``since``: the time at which a landing begins, before and after which they are distinguished, too [s]."""
-    if not scene.reed.has_stress:
+    if not scene.reed.traits.has_stress:
         return None
     pushed = pushes(striker, force, stopper)
     marched = without_springs(as_marched(striker, opening, dt), pushed, dt)
@@ -204,7 +204,7 @@ def stress_of(
 
 def bending_look(scene: Scene) -> StressLook | None:
     """Return the look at the bending stress of a beam, coarsely; ``None`` of other reeds."""
-    if not scene.reed.has_stress:
+    if not scene.reed.traits.has_stress:
         return None
 
     def look(stepper: impact.ContactStepper, since: float | None) -> ReedStress | None:

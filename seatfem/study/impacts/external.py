@@ -37,11 +37,8 @@ def _loads(scene: Scene, body: Body) -> Iterator[Load]:
         if load.pressure is not None:
             yield _blown(scene, load, body)
         elif load.force is not None:
-            points = None if load.point is None else np.array([load.point])
-            pushed = (
-                scene.reed.pushed_at(body, load.at) if points is None else scene.reed.pushed_at_points(body, points)
-            )
-            yield Load(pushed.ravel(), load.force.course)
+            place = load.at if load.point is None else np.array([load.point])
+            yield Load(scene.reed.pushed_at(body, place).ravel(), load.force.course)
         else:
             shape, mass = scene.reed.weight(body)
             if load.gravity is not None:

@@ -13,7 +13,6 @@ from impact.greens.base import Array
 from impact.quantities import percent
 from seatfem.pictures.layout import Action, Layout, Placed, Way
 from seatfem.structures.errors import ModelError
-from seatfem.structures.kinds.plate_loads import ClampedPlate
 from seatfem.structures.outlines import BodyViews, length_text, round_sizes
 from seatfem.structures.rings import Division
 from seatfem.study.scene import Scene
@@ -42,7 +41,8 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     """
     contact, reed, stopper = scene.contact, scene.reed, scene.stopper
     at = reed.free_point if contact.at is None else contact.at
-    root = reed.geometry().centre[0] if isinstance(reed, ClampedPlate) else at  # away, of the contact's middle
+    shape = None if reed.thin_plate is None else reed.thin_plate.geometry()
+    root = shape.centre[0] if shape is not None and shape.is_clamped else at  # away, of the contact's middle
     seen = reed.views(at).turned_over()
     thickness = max((float(loop[:, 1].max()) for loop in seen.section), default=0.0)
     stated = division or Division(contact.ports or 1, contact.rings)
@@ -133,7 +133,9 @@ def _springs(scene: Scene, at: float | None) -> Array:
 def _of_springs(scene: Scene, spring: ValveSpring, at: float | None) -> Array:
     if spring.at is not None:
         return np.array([(_along(spring.at, at), 0.0)])
-    points = scene.reed.spring_points if spring.places is None else spring.places
+    points, plate = spring.places, scene.reed.thin_plate
+    if points is None and plate is not None:
+        points = plate.spring_points
     return np.zeros((1, 2)) if points is None else points
 
 
@@ -250,7 +252,7 @@ def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planne
     if division.count > 1:
         rings = f" x {division.rings} rings" if division.rings > 1 else ""
         yield f"contact in {division.arcs} segments{rings}"
-    elif scene.reed.meets_lips and not scene.seat.no_lip and not planned:
+    elif scene.reed.thin_plate is not None and not scene.seat.no_lip and not planned:
         yield "contact as a whole, unless the plan divides it into segments"
     if contact.tilt:
         axis = math.degrees(contact.tilt_axis)

@@ -55,13 +55,18 @@ class _Columns:
 
 def has_plate_stress(scene: Scene, striker: Body) -> bool:
     """Return whether a plate strikes whose stress can be known."""
-    return isinstance(scene.reed, ThinPlate) and striker.greens.modal is not None
+    return scene.reed.thin_plate is not None and striker.greens.modal is not None
+
+
+def reed_of(scene: Scene) -> ThinPlate:
+    """Return the plate that strikes, in a scene that `has_plate_stress`."""
+    assert scene.reed.thin_plate is not None
+    return scene.reed.thin_plate
 
 
 def lips_of_plate(scene: Scene, division: Division) -> tuple[AnyLip, ...]:
     """Return what touches the plate that strikes: its own face first, then the seat's lip in these parts."""
-    assert isinstance(scene.reed, ThinPlate)
-    return scene.reed.lips(on_the_reed(scene, lip_of(scene, division.arcs, division.rings)))
+    return reed_of(scene).lips(on_the_reed(scene, lip_of(scene, division.arcs, division.rings)))
 
 
 def touching_lips(scene: Scene, division: Division) -> tuple[AnyLip, ...]:
@@ -72,14 +77,12 @@ def touching_lips(scene: Scene, division: Division) -> tuple[AnyLip, ...]:
 
 def touched_points(scene: Scene, greens: GreensFunction, division: Division) -> Array:
     """Return (k, 2) points of the patches with which a plate touches [m]."""
-    assert isinstance(scene.reed, ThinPlate)
-    return _points_of(scene.reed.plate(greens), touching_lips(scene, division))
+    return _points_of(reed_of(scene).plate(greens), touching_lips(scene, division))
 
 
 def singular_points(scene: Scene, greens: GreensFunction, division: Division) -> Array:
     """Return (k, 2) points of a plate that strikes beside which its theory knows no stress [m]."""
-    assert isinstance(scene.reed, ThinPlate)
-    return _singular(scene.reed.plate(greens), touching_lips(scene, division))
+    return _singular(reed_of(scene).plate(greens), touching_lips(scene, division))
 
 
 def plate_field(scene: Scene, striker: Body, division: Division, *, few: bool = False) -> StressField:
@@ -91,8 +94,7 @@ def plate_field(scene: Scene, striker: Body, division: Division, *, few: bool = 
 
     The body of the field is the whole striker: `struck_by` takes its start, its loads and its elastic modes.
     """
-    assert isinstance(scene.reed, ThinPlate)
-    plate = scene.reed.plate(striker.greens)
+    plate = reed_of(scene).plate(striker.greens)
     lips, touched = lips_of_plate(scene, division), touching_lips(scene, division)
     columns = _columns(_Plate(plate, lips, touched, tuple(striker.greens.ports)))
     field = StressField(columns.points, columns.static, columns.modal, striker)
@@ -173,8 +175,7 @@ def in_some_modes(body: Body, kept: NDArray[np.bool_]) -> Body:
 
 def stresses_of_plate(scene: Scene, field: StressField, found: LargestStress) -> ReedStress:
     """Return the largest von Mises stresses of a plate in the spans of a run."""
-    assert isinstance(scene.reed, ThinPlate)
-    reed = scene.reed
+    reed = reed_of(scene)
     return stress_by_spans(found.spans, lambda chosen: _peak(reed, field, found.within(chosen)))
 
 

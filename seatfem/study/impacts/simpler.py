@@ -61,6 +61,7 @@ def simpler_bodies(scene: Scene, striker: impact.Body, division: Division) -> It
     if scene.load or scene.base or scene.spring or scene.gas is not None or scene.stopper is not None:
         return
     with in_role("reed", scene.reed):
-        beam = scene.reed.as_a_beam(greens)
+        plate = scene.reed.thin_plate
+        beam = None if plate is None else plate.as_a_beam(greens)
     if beam is not None:
         yield BEAM, beam

@@ -81,5 +81,5 @@ def _undeformed(scene: Scene, spring: ValveSpring) -> float:
 def _shapes(scene: Scene, spring: ValveSpring, body: Body) -> Array:
     """Return the (M, S) shapes of the body's modes at the springs of a table [1/sqrt(kg)]."""
     if spring.at is not None:
-        return scene.reed.pushed_at(body, spring.at)[:, None]
-    return scene.reed.pushed_at_points(body, spring.places)
+        return scene.reed.pushed_at(body, spring.at)
+    return scene.reed.pushed_by_springs(body, spring.places)

@@ -89,7 +89,7 @@ def dishing_notes(scene: Scene) -> tuple[str, ...]:
     """
     reed, time = scene.reed, np.linspace(0.0, scene.run.duration, SAMPLES)
     thickness, material = getattr(reed, "thickness", None), getattr(reed, "material", None)
-    if not reed.has_stress or thickness is None or material is None or scene.seat.files():
+    if not reed.traits.has_stress or thickness is None or material is None or scene.seat.files():
         return ()
     closing = max((-float(each.pressure.course(time).min()) for each in scene.load if each.pressure), default=0.0)
     loops = scene.seat.views(coarse=True).contact
@@ -107,7 +107,7 @@ def dishing_notes(scene: Scene) -> tuple[str, ...]:
 
 def stopper_notes(scene: Scene) -> tuple[str, ...]:
     """Return the note that no plan looks at a stopper that is computed or read."""
-    if scene.stopper is None or not scene.stopper.body.is_solved:
+    if scene.stopper is None or not scene.stopper.body.traits.is_solved:
         return ()
     return (
         f"the stopper (kind {scene.stopper.body.kind!r}) is computed as its keys state it: a run's uncertainty "

@@ -66,7 +66,9 @@ def predict_cost(
     rates, static = machine or Machine.known(), method.seat.static
     seat, coarser = finite_elements(scene, method), coarser_elements(scene, method)
     parts = {"program start": rates.start, "plan": max(planning, PLAN * rates.start)}
-    if scene.seat.is_drawn and scene.seat.files() and not planning:  # its inspection, by a gmsh process of its own
+    if (
+        scene.seat.drawn is not None and scene.seat.files() and not planning
+    ):  # its inspection, by a gmsh process of its own
         parts["plan"] += rates.meshing_start
     if seat is not None and not kept:
         parts |= seat_seconds(seat, rates, static=static)
@@ -109,7 +111,11 @@ def _waves_beside(scene: Scene, method: RunMethod, rates: Machine) -> float:
 def striker_elements(scene: Scene, method: RunMethod) -> tuple[SeatModel, ...] | None:
     """Return the sizes of the striker's elements, and of the coarser ones of its mesh error; ``None`` if unknown."""
     reed, how, duration = scene.reed, method.reed, scene.run.duration
-    if not reed.is_solved or how.level in ("rod", "closed form") or (model := seat_model(reed, how, duration)) is None:
+    if (
+        not reed.traits.is_solved
+        or how.level in ("rod", "closed form")
+        or (model := seat_model(reed, how, duration)) is None
+    ):
         return None
     coarser = coarse_of(reed, how, duration)
     return (model,) if coarser is None else (model, coarser)

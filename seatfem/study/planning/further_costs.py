@@ -35,7 +35,7 @@ def further_seconds(
         contact: seconds of one march.
         rates: of this computer; what is stated in seconds is of the default rates.
     """
-    slower, plate = rates.start / Machine.start, scene.reed.meets_lips
+    slower, plate = rates.start / Machine.start, scene.reed.thin_plate is not None
     parts: dict[str, float] = {}
     pictures = 0
     if plate:

@@ -173,7 +173,7 @@ def rings_refused(scene: Scene) -> str:
     """Return why the arcs of a lip are not divided across unless the file says so; "" where nothing is against it."""
     if scene.life is not None and scene.life.contact_criterion:
         return "the life under a sphere's contact (life.contact_criterion) is computed without parts across the lip"
-    return "" if scene.seat.has_rings else "the seat has no rings"
+    return "" if scene.seat.traits.has_rings else "the seat has no rings"
 
 
 def several_needed(scene: Scene) -> str:
@@ -185,7 +185,11 @@ def several_needed(scene: Scene) -> str:
         return f"a single contact point cannot represent {uneven}"
     if scene.stress is not None or scene.life is not None:
         return "stress under the lip is asked for"
-    return "" if scene.reed.meets_lips and lip_of(scene, 1) is not None else "this reed cannot touch the lip as a whole"
+    return (
+        ""
+        if scene.reed.thin_plate is not None and lip_of(scene, 1) is not None
+        else "this reed cannot touch the lip as a whole"
+    )
 
 
 def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], beside: Changes) -> Changes | None:

@@ -166,9 +166,10 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
         notes.append(f"accuracy.target = {percent(target)} will be missed, predicted: {words}")
     if surrogate.patch is None and not surrogate.exact:
         notes.append(f"{surrogate.words}: this plan is rough; the run measures its errors")
-    if mesh_file := plan.scene.seat.given_mesh:
+    seat = plan.scene.seat
+    if seat.elastic is not None and seat.drawn is None:
         notes.append(
-            f"the error of the mesh in {mesh_file} is not known and not part of the uncertainty; "
+            f"the error of the mesh in {seat.files()[0].name} is not known and not part of the uncertainty; "
             "compare with a finer mesh of the seat"
         )
     notes.extend(stopper_notes(plan.scene))
@@ -176,7 +177,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
     notes.extend(covered_notes(plan.scene))
     if seen.band is not None:
         notes.append("mesh error of the reed: known after the run")
-    elif plan.scene.reed.is_solved:
+    elif plan.scene.reed.traits.is_solved:
         notes.append(
             "errors of the reed's mesh, reduction and model, which are as [reed] states them: known after the run"
         )

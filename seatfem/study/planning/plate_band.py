@@ -42,10 +42,10 @@ def in_a_band(scene: Scene, seat: GreensFunction, stopper: Body | None, progress
 
     ``seat``: what stands for it, undivided or in the scene's arcs.
     """
-    if not scene.reed.meets_lips:
+    if (reed := scene.reed.thin_plate) is None:
         return None
     stated = is_given(scene, REED_BAND)
-    aim, most = MODES_SHARE * scene.accuracy.target / SAFETY, scene.reed.widest_band
+    aim, most = MODES_SHARE * scene.accuracy.target / SAFETY, reed.widest_band
     for _ in range(LOOKS):
         band = stated_method(scene).reed.bandwidth
         assert band is not None

@@ -135,10 +135,10 @@ def _spring(seen: Seen, seat: Method, found: WithoutWaves) -> Iterator[SeatOptio
 
 def _rod(seen: Seen, method: Method) -> Iterator[SeatOption]:
     """Yield a bar as a rod: lateral inertia and the clamped end are left out."""
-    form, better = seen.scene.seat.closed_form(), seen.scene.seat.beyond("rod")
-    if form is None or better is None:
+    seat = seen.scene.seat.drawn
+    if seat is None or (form := seat.closed_form()) is None or (better := seat.beyond("rod")) is None:
         return
-    inertia, end = seen.sensitivity.between(form, better), seen.per_g(seen.scene.seat.form_error)
+    inertia, end = seen.sensitivity.between(form, better), seen.per_g(seat.form_error)
     errors = {name: value + end[name] for name, value in inertia.items()}
     name = max(seen.sensitivity.asked, key=lambda measure: errors[measure])
     words = short_words(name)

@@ -105,12 +105,12 @@ class Seen:
     @property
     def reduced(self) -> bool:
         """Return whether the seat's matrices are reduced, which a band is needed for."""
-        return self.scene.seat.is_reduced
+        return self.scene.seat.traits.is_reduced
 
     @property
     def drawn(self) -> bool:
         """Return whether a mesh is made for the run."""
-        return self.scene.seat.is_drawn
+        return self.scene.seat.drawn is not None
 
     @property
     def waves(self) -> Applicability:
@@ -172,7 +172,8 @@ class Seen:
     def _of_an_arc(self) -> float:
         """Return the element size for one element or more in each arc of a lip, of a body meshed around it [m]."""
         lip = self.stated.seat.lip
-        if lip is None or not self.stated.seat.in_arcs or self.scene.seat.elements_of(self.stated.seat) != "3d":
+        body, stated = self.scene.seat.elastic, self.stated.seat
+        if lip is None or body is None or not stated.in_arcs or body.elements_of(stated) != "3d":
             return math.inf
         return PER_ARC * lip.length / lip.arcs
 

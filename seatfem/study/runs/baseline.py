@@ -69,9 +69,9 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
         with watch("simpler models"):
             simpler = simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
     errors, bar = None, None
-    if draws := scene.seat.draws():
+    if (fit := scene.seat.fit()) is not None and fit.draws:
         with watch("spring baseline"):
-            others = [static_stiffness(draw) for draw in draws]
+            others = [static_stiffness(draw) for draw in fit.draws]
             errors = _left_by_record(done, touches, stress, stiffness, others)
             bar = SAFETY * OF_DRAWS * max(abs(other - stiffness) for other in others)
     return Baseline(done.result, stiffness, touches, stress, simpler, errors, bar)

@@ -88,7 +88,7 @@ def _contact(
 ) -> tuple[str, Sequence[Path]]:
     """Write contact.inp; return the words about it, and its files. Raises `DeckError`, `ModelError` if it cannot."""
     mesh, files = "mesh.inp", list[Path]()
-    if plan.scene.reed.meets_lips:
+    if plan.scene.reed.thin_plate is not None:
         check_landing(plan.scene)
         whole = whole_seat(plan, progress)
         if seat.deck.plane or seat.deck.share != 1:

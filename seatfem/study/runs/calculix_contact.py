@@ -17,8 +17,6 @@ from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunction
 from seatfem.structures.formats.calculix_contact import PlateStriker, check_patch, mass_contact, plate_contact
 from seatfem.structures.formats.calculix_deck import Integers
-from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import tilted
 from seatfem.structures.mesh.sheet import CLAMPED
 from seatfem.structures.method import Aims
@@ -95,8 +93,8 @@ def check_landing(scene: Scene) -> None:
 
 def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
     """Return the deck of a plate that lands on the whole seat. Raises as `of_mass`."""
-    scene, reed, lip = plan.scene, plan.scene.reed, seat.lip
-    assert isinstance(reed, ThinPlate)
+    scene, reed, lip = plan.scene, plan.scene.reed.thin_plate, seat.lip
+    assert reed is not None
     check_patch(seat.deck)
     plate = plate_modes(reed.sheet(plan.method.reed.bandwidth))
     width, offset = scene.run.filter_width, scene.contact.offset
@@ -170,8 +168,9 @@ def _stiffness(scene: Scene, area: float, dt: float) -> tuple[float, str]:
     if isinstance(law, impact.LinearSpring):
         return law.stiffness / area, "contact.law, over the patch's area"
     if isinstance(law, impact.Signorini):
-        assert isinstance(scene.seat, Elastic)
-        solids = (one.solid for one in (scene.seat.material, *scene.seat.materials.values()))
+        body = scene.seat.elastic
+        assert body is not None
+        solids = (one.solid for one in (body.material, *body.materials.values()))
         stiffest = max(one.density * float(one.c_p_along([0.0, 0.0, 1.0])) for one in solids)
         return stiffest / dt, "in place of a rigid contact: rho c_p over the time step"
     raise DeckError(f"contact.law.kind = {scene.contact.law.kind!r}: state spring or signorini")

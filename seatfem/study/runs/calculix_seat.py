@@ -92,9 +92,11 @@ def _as_face(lip: AnyLip | None) -> FaceLip:
 
 
 def _body(plan: Plan) -> Elastic:
-    body = plan.scene.seat
-    if not isinstance(body, Elastic):
-        raise DeckError(f"seat.kind = {body.kind!r} has no finite elements to write a deck of; give one that is meshed")
+    body = plan.scene.seat.elastic
+    if body is None:
+        raise DeckError(
+            f"seat.kind = {plan.scene.seat.kind!r} has no finite elements to write a deck of; give one that is meshed"
+        )
     if body.struck_arc is not None:
         raise DeckError("only an arc of the seat's ring is struck: a half section has none; remove seat.arc")
     if held := [support.kind for support in body.supports if support.kind != "sliding"]:

@@ -24,7 +24,6 @@ from seatfem.pictures.apart import Picture
 from seatfem.pictures.landing import Landing, animate_landing
 from seatfem.pictures.moving import moving_landing, save_moving
 from seatfem.structures.elements.mindlin import PlateMesh
-from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.touches import Touches, on_the_ports
 from seatfem.study.runs.round import Round
@@ -107,11 +106,11 @@ def landing_of(done: Round, lip: ImpactResult, landings: Sequence[Mapping[str, o
     _, (start, end) = measures.hardest_group(touches.seat, scene.run.filter_width)
     if marks := landing_marks(landings):
         start, end = marks[0].start, marks[0].end
-    if not isinstance(scene.reed, ThinPlate) or reed is None:
+    if (plate_reed := scene.reed.thin_plate) is None or reed is None:
         return None
     if shape is None or math.isnan(start) or scene.is_blown_by_lift or scene.contact.preload:
         return None
-    plate, modal, dt = scene.reed.plate(reed.greens), done.striker.greens.modal, touches.seat.dt
+    plate, modal, dt = plate_reed.plate(reed.greens), done.striker.greens.modal, touches.seat.dt
     dofs, shapes = plate.model.dofs, plate.modes.shapes
     if dofs is None or not isinstance(dofs.mesh, PlateMesh) or modal is None or len(modal.omega) != shapes.shape[1]:
         return None
@@ -123,7 +122,7 @@ def landing_of(done: Round, lip: ImpactResult, landings: Sequence[Mapping[str, o
     forces = on_the_ports(scene, done.striker.greens, done.seat.greens, touches)[1:].T
     coordinates = own_coordinates(done.striker, modal_coordinates(done.striker, forces, dt, stride)[rows])
     deflection = np.array([dofs.expand(shapes @ q)[2] for q in coordinates])
-    centre = np.asarray(scene.reed.geometry().centre) + scene.contact.offset
+    centre = np.asarray(plate_reed.geometry().centre) + scene.contact.offset
     inner, outer = shape.edge_lines(shape.arcs * math.ceil(AROUND / shape.arcs))
     steps, width = stride * np.arange(begin, begin + len(deflection)), scene.run.filter_width
     total = averaged(touches.seat.force[1:], dt, width, MOVING_AVERAGE)

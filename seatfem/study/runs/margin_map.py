@@ -18,7 +18,6 @@ from seatfem.pictures.skin import skin_of, skin_of_plate, skin_of_section
 from seatfem.structures.fields.around import AnyField, RingField
 from seatfem.structures.fields.recovery import mises_range, tensor_histories
 from seatfem.structures.fields.solids import elements_of
-from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.study.impacts.life import block_from
 from seatfem.study.runs.lip_pictures import raising
 from seatfem.study.runs.lives import Stressed
@@ -109,9 +108,9 @@ def _of_ring(field: RingField, found: Array, mesh: Any, nodes: Array) -> MarginM
 
 
 def _of_reed(done: Round, stressed: Stressed) -> MarginMap | None:
-    life, field, reed = done.plan.scene.life, stressed.reed, done.plan.scene.reed
+    life, field, reed = done.plan.scene.life, stressed.reed, done.plan.scene.reed.thin_plate
     demand = None if life is None else life.demand()
-    if field is None or demand is None or not isinstance(reed, ThinPlate):
+    if field is None or demand is None or reed is None:
         return None
     mesh, first = reed.plate(done.striker.greens).mesh, block_from(done.plan.scene, done.touches)
     force = plate_pushes(done, done.touches)

@@ -89,7 +89,7 @@ def draw_run(
     ]
     of_seat = _seat_pictures(scene, seat)
     files, gaps = draw_all(pictures + of_seat, folder, progress, painter)
-    if not scene.seat.is_meshed:
+    if scene.seat.elastic is None:
         return files, gaps
     names, key = [name for name, _ in of_seat], key_of(scene.seat, method.seat)
     try:
@@ -141,15 +141,15 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
     if response is not None and fitted is not None:
         width = scene.run.filter_width
         drawn: list[Picture] = [("fit.png", lambda path: plot_fit(response, fitted, path, width=width))]
-        if len(tried := scene.seat.tried_poles()) > 1:
-            drawn.append(("stabilisation.png", partial(plot_stabilisation, response, tried)))
+        if (fit := scene.seat.fit()) is not None and len(fit.tried) > 1:
+            drawn.append(("stabilisation.png", partial(plot_stabilisation, response, fit.tried)))
         return drawn
     if seat.model is None or seat.mesh is None:
         return []
     pictures: list[Picture] = [("mesh.png", mesh_picture(seat.mesh))]
     if seat.modes is None or len(seat.modes.frequencies_hz) == 0:
         return pictures
-    frequencies, cut = [float(f) for f in seat.modes.frequencies_hz[:SHOWN_MODES]], scene.seat.revolved
+    frequencies, cut = [float(f) for f in seat.modes.frequencies_hz[:SHOWN_MODES]], scene.seat.traits.revolved
     try:
         grid, shapes = _shapes(seat, len(frequencies))
     except Exception as problem:  # numbers are known already, as in `gap_of`

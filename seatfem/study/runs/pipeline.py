@@ -98,7 +98,7 @@ def run_scene(
     check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE, LANDINGS_FILE)))
     with watch("plan"):
         plan = plan or ended_plan(scene)
-        if plan is None and painter is not None and scene.seat.is_meshed:  # the seat is likely to be new
+        if plan is None and painter is not None and scene.seat.elastic is not None:  # the seat is likely to be new
             painter.begin()
         plan = plan or plan_scene(scene, progress=progress, folder=folder)
         check_stress(plan, progress)

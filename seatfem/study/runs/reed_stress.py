@@ -15,7 +15,6 @@ from impact.greens.base import Array
 from seatfem.structures.fields.corners import left_by_mesh, near
 from seatfem.structures.fields.peaks import LITTLE
 from seatfem.structures.fields.recovery import LargestStress, StressField, largest
-from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.method import COARSENING
 from seatfem.structures.rings import Division
 from seatfem.structures.sheets import ORDER, plate_modes, refinement
@@ -77,10 +76,10 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     what a quarter of the modes less change; it knows nothing of the force's own. ``since``: the time at which a landing
     begins, before and after which the stress is told apart, too [s].
     """
-    scene, reed = done.plan.scene, done.plan.scene.reed
+    scene = done.plan.scene
     if not has_plate_stress(scene, done.striker) or (peaks := PlatePeaks.of(done, since)) is None:
         return None
-    assert isinstance(reed, ThinPlate)
+    reed = plate_stress.reed_of(scene)
     plate, force, dt = reed.plate(done.striker.greens), plate_pushes(done, done.touches), done.result.dt
     field, of_run = peaks.field, peaks.found
     stresses = plate_stress.stresses_of_plate(scene, field, of_run)
@@ -146,8 +145,7 @@ def singular_of_plate(done: Round) -> Array:
 
 def parts_of_plate(done: Round, points: Array) -> NDArray[np.str_]:
     """Return what the part of a plate that strikes is called on which each of points (P, 2) lies."""
-    reed = done.plan.scene.reed
-    assert isinstance(reed, ThinPlate)
+    reed = plate_stress.reed_of(done.plan.scene)
     touched = plate_stress.touched_points(done.plan.scene, done.striker.greens, _division(done))
     beside = near(points, touched, BESIDE * reed.thickness)
     return np.where(beside, "beside the contact", reed.geometry().regions(points))

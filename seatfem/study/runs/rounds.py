@@ -178,7 +178,7 @@ def _round(
         cache = Cache(folder / SEAT_FILE)
         seat = seat_of(scene, cache, method=method.seat, watch=watch, progress=progress)
     reed = None if before is None or before.plan.method.reed != method.reed else before.reed
-    if reed is None and scene.reed.is_solved:
+    if reed is None and scene.reed.traits.is_solved:
         with watch(STRIKER):
             reed = solved_striker(scene, progress, method.reed)
     striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)

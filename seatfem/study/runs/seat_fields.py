@@ -22,7 +22,6 @@ from seatfem.structures.fields.response import MORE, VECTORS, Response
 from seatfem.structures.fields.sites import Sites, at_points, on_surface
 from seatfem.structures.fields.solids import elements_of, solid_stress
 from seatfem.structures.inspection.mesh_file import regions_of
-from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.lip import Lip
 from seatfem.structures.mesh.meridian import MeridianMesh
@@ -59,8 +58,8 @@ class SeatMesh:
     @property
     def body(self) -> Elastic:
         """Return the seat."""
-        body = self.plan.scene.seat
-        assert isinstance(body, Elastic)
+        body = self.plan.scene.seat.elastic
+        assert body is not None
         return body
 
     @property
@@ -247,13 +246,13 @@ class Waves:
 def check_stress(plan: Plan, progress: Progress) -> None:
     """Raise `SceneError` of named points that are off the seat or at a singular edge, on a mesh coarser by
     `COARSENING` where the seat is drawn."""
-    scene, body, method = plan.scene, plan.scene.seat, plan.method.seat
-    if scene.stress is None or not scene.stress.points or not isinstance(body, Elastic):
+    scene, body, method = plan.scene, plan.scene.seat.elastic, plan.method.seat
+    if scene.stress is None or not scene.stress.points or body is None:
         return
-    if isinstance(body, Drawn):
-        spec, level = body.mesh_spec(method), body.elements_of(method)
+    if (drawn := body.drawn) is not None:
+        spec, level = drawn.mesh_spec(method), drawn.elements_of(method)
         spec = replace(spec, size=COARSENING * spec.size, contact_size=COARSENING * spec.patch_size)
-        mesh = draw(body, spec, level, progress, method=method)
+        mesh = draw(drawn, spec, level, progress, method=method)
     else:
         mesh = body.meshes(method, progress)[0]
     SeatMesh(plan, mesh).named()

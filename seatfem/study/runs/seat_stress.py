@@ -21,7 +21,6 @@ from seatfem.structures.fields.peaks import Largest
 from seatfem.structures.fields.recovery import at_time, histories, largest, von_mises
 from seatfem.structures.fields.solids import elements_of
 from seatfem.structures.finite_elements import MESH_SAFETY, refinement_of
-from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.rings import Division
 from seatfem.study.runs.round import Round
@@ -111,10 +110,10 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     Raises:
         SceneError: a named point off the seat or at a singular edge.
     """
-    scene, body = done.plan.scene, done.plan.scene.seat
+    scene, body = done.plan.scene, done.plan.scene.seat.elastic
     if scene.stress is None:
         return None
-    assert isinstance(body, Elastic)
+    assert body is not None
     drawn, coarser = body.meshes(done.plan.method.seat, progress)
     fine = SeatMesh(done.plan, drawn)
     dt, force = done.result.dt, force_by_port(done, done.touches)
@@ -238,7 +237,7 @@ def stress_pictures(
 
 def _front(done: Round) -> float:
     """Return rho c_0 v of the first touch [Pa]."""
-    body = done.plan.scene.seat
-    assert isinstance(body, Elastic)
+    body = done.plan.scene.seat.elastic
+    assert body is not None
     solid = body.material.solid
     return front_of(done.result, float(np.max(solid.young)), solid.density)

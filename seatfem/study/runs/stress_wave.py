@@ -25,8 +25,6 @@ from seatfem.structures.fields.recovery import in_frames, response_in_frames, vo
 from seatfem.structures.fields.response import Response
 from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.fields.solids import elements_of
-from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.study.runs.lip_pictures import AFTER, BEFORE, raising
 from seatfem.study.runs.reed_stress import plate_field, plate_pushes
 from seatfem.study.runs.round import Round
@@ -71,8 +69,8 @@ def _keep(wave: StressWave, title: str, path: Path) -> None:
 
 def seat_wave(done: Round, stress: SeatStress) -> StressWave | None:
     """Return the stress wave in the seat, on the mesh of its stress."""
-    scene, body, model = done.plan.scene, done.plan.scene.seat, stress.model
-    assert isinstance(body, Elastic)
+    scene, body, model = done.plan.scene, done.plan.scene.seat.elastic, stress.model
+    assert body is not None
     assert scene.stress is not None
     extent, touch = float(np.ptp(stress.mesh.p, axis=1).max()), touch_of(done)
     steps = _steps(done, touch, touch + PASSES * extent / body.slowest)
@@ -126,8 +124,8 @@ def _around(done: Round, stress: SeatStress, skin: Skin, force: Array, steps: ra
 
 def reed_wave(done: Round) -> StressWave | None:
     """Return the stress wave in the plate that strikes; ``None`` for other reeds."""
-    reed = done.plan.scene.reed
-    if not isinstance(reed, ThinPlate) or done.striker.greens.modal is None:
+    reed = done.plan.scene.reed.thin_plate
+    if reed is None or done.striker.greens.modal is None:
         return None
     groups = measures.contact_groups(done.result)
     start, end = groups[0] if len(groups) else (math.nan, math.nan)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from seatfem.fields import KeyProblem, keys_of
+from seatfem.structures.kinds.striking import check_along
 from seatfem.structures.rings import Division
 from seatfem.study.scene.measures import LifeMargin, Stress, any_needs_stress
 from seatfem.units import write_quantity
@@ -69,8 +70,8 @@ def _check_loads(scene: Scene) -> None:
     for number, load in enumerate(scene.load):
         reed.check_place(load.at, f"load.{number}.at")
         if load.point is not None:
-            reed.check_points(np.array([load.point]), f"load.{number}.point")
-        if (keys := load.given_keys("gravity", "base_motion")) and not reed.has_weight:
+            reed.check_place(np.array([load.point]), f"load.{number}.point")
+        if (keys := load.given_keys("gravity", "base_motion")) and not reed.traits.has_weight:
             words = f"of a reed of kind {reed.kind!r} it is not known how its mass is spread; give a force"
             raise KeyProblem(f"load.{number}.{keys[0]}", words)
     for number, spring in enumerate(scene.spring):
@@ -91,13 +92,13 @@ def _check_bases(scene: Scene) -> None:
         if loose := scene.bodies[base.of].loose:
             words = loose.replace("seat.kind", f"{base.of}.kind")
             raise KeyProblem(key, f"{words}: it has no base that could move it; remove the table")
-        if base.of == "reed" and not scene.reed.has_weight:
+        if base.of == "reed" and not scene.reed.traits.has_weight:
             words = f"of a reed of kind {scene.reed.kind!r} it is not known how its mass is spread"
             raise KeyProblem(key, f"{words}; give a beam or a plate")
 
 
 def _check_contact(reed: Structure, ring: tuple[float, float] | None, at: float | None) -> None:
-    reed.check_contact(at)
+    check_along(reed.kind, reed.reach, at, "contact.at")
     if ring is None or reed.reach is None or at is None:
         return
     if at < (outer := ring[0] + ring[1] / 2) * (1 - 1e-9):
@@ -110,8 +111,8 @@ def check_start(scene: Scene) -> None:
     """Check that the stopper meets the reed where it has a place, and not before the start; raises `KeyProblem`."""
     if (stopper := scene.stopper) is None:
         return
-    scene.reed.check_contact(stopper.at, "stopper.at")
-    if stopper.parts != Division() and not scene.reed.meets_lips:
+    check_along(scene.reed.kind, scene.reed.reach, stopper.at, "stopper.at")
+    if stopper.parts != Division() and scene.reed.thin_plate is None:
         key = "arcs" if (stopper.arcs or 1) > 1 else "tilt" if stopper.tilt else "rings"
         words = f"a reed of kind {scene.reed.kind!r} touches with one rigid face; remove the key, or take a plate"
         raise KeyProblem(f"stopper.{key}", words)
@@ -144,7 +145,7 @@ def _check_lip(seat: Structure, reed: Structure, contact: Contact) -> None:
     if reed.is_curved and contact.ports == 1:
         words = "a single contact point has only a mean gap, reed.curvature needs several: remove it"
         raise KeyProblem("contact.ports", words)
-    if any(contact.offset) and not reed.meets_lips:
+    if any(contact.offset) and reed.thin_plate is None:
         words = f"a body of kind {reed.kind!r} touches with one rigid face; remove the key"
         raise KeyProblem("contact.offset", words)
 
@@ -155,11 +156,11 @@ def _check_parts_of_the_seat(seat: Structure, contact: Contact, stress: StressTa
         with keys_of("contact"):
             contact.film.check(seat.struck_ring, seat.kind, contact.rings)
     if stress is not None:
-        if not seat.is_meshed:
+        if seat.elastic is None:
             raise KeyProblem("stress", f"a seat of kind {seat.kind!r} has no finite elements; remove the table")
         with keys_of("stress"):
             stress.check(duration)
-    if contact.rings > 1 and not seat.has_rings:
+    if contact.rings > 1 and not seat.traits.has_rings:
         words = f"a seat of kind {seat.kind!r} has no contact face that could be divided; remove the key"
         raise KeyProblem("contact.rings", words)
 
@@ -168,7 +169,7 @@ def _check_stress_of_the_reed(scene: Scene) -> None:
     """Check the measures that look at the reed's stress, and its life."""
     wanted = scene.accuracy.measures
     name = LifeMargin.name if LifeMargin.name in wanted else Stress.name
-    if any_needs_stress(wanted) and not (scene.reed.has_stress or scene.reed.has_surface_stress):
+    if any_needs_stress(wanted) and not (scene.reed.traits.has_stress or scene.reed.thin_plate is not None):
         bends = "has no bending stress that is known" if scene.reed.reach else "does not bend, it has no stress"
         words = f"{name} is asked of a body of kind {scene.reed.kind!r}, which {bends}: remove it, or use a cantilever"
         raise KeyProblem("accuracy.measures", f"{words} or a plate")

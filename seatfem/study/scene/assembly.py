@@ -69,8 +69,8 @@ def with_places(given: Mapping[str, Any], folder: Path, *, unread: bool = False)
 def _seat_kind(seat: Mapping[str, Any]) -> type[Drawn]:
     """Return the kind of the seat. Raises `KeyProblem` of one whose face has no place in a file."""
     kind = _kind(seat)
-    if kind is None or not kind.face_as_drawn or not issubclass(kind, Drawn):
-        names = _names(each for each in kinds_of() if each.face_as_drawn)
+    if kind is None or not kind.traits.face_as_drawn or not issubclass(kind, Drawn):
+        names = _names(each for each in kinds_of() if each.traits.face_as_drawn)
         words = f"seat.kind = {seat.get('kind')!r} has no CAD file; take kind = {names}, or remove [assembly]"
         raise KeyProblem(KEY, words)
     return kind
@@ -80,9 +80,9 @@ def _file_of_reed(reed: Mapping[str, Any], folder: Path) -> Path | None:
     """Return the reed's STEP file, ``None`` of one that is not there. Raises `KeyProblem` of another kind of reed."""
     table, kind, file = _kind(reed), reed.get("kind"), reed.get("file")
     step = isinstance(file, str) and Path(file).suffix.lower() in STEP_SUFFIXES
-    if table is None or not table.reed_as_drawn or not step:
+    if table is None or not table.traits.reed_as_drawn or not step:
         what = f"reed.kind = {kind!r}" if file is None else f"reed.kind = {kind!r} with reed.file = {file!r}"
-        names = _names(each for each in kinds_of() if each.reed_as_drawn)
+        names = _names(each for each in kinds_of() if each.traits.reed_as_drawn)
         words = f"{what} is no flat reed from a STEP file; take kind = {names} with one, or remove [assembly]"
         raise KeyProblem(KEY, words)
     path = (folder / str(file)).resolve()

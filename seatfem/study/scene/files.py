@@ -63,6 +63,6 @@ def _naming_file(body: Structure, error: ModelError) -> str:
 def part_of_scene(path: Path) -> Part:
     """Return the faces of a scene's seat. Raises `GeometryError` for a seat that has none, `SceneError`."""
     seat = load_scene(path).seat
-    if (part := seat.part()) is None:
+    if seat.elastic is None:
         raise GeometryError(f"{path}: seat.kind = {seat.kind!r} has no faces; take a cad, mesh or drawn seat")
-    return part
+    return seat.elastic.part()

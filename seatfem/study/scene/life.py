@@ -161,14 +161,14 @@ source = "report, page"
         if self.contact_criterion and (scene.contact.law.of_a_sphere is None or scene.contact.rings > 1):
             words = "the stress below a contact is known of a law of Hertz, not in rings: state one, or remove the key"
             raise KeyProblem("contact_criterion", words)
-        bends = scene.reed.has_stress or scene.reed.has_surface_stress
+        bends = scene.reed.traits.has_stress or scene.reed.thin_plate is not None
         judged = self.of_bending and self.strength is not None
         if judged and not bends:
             words = f"of a body of kind {scene.reed.kind!r} no bending stress is known: remove it, or use a cantilever"
             raise KeyProblem("strength", f"{words} or a plate")
         if self.seat_strength is not None and scene.stress is None:
             raise KeyProblem("seat_strength", "stress in the seat is not computed: add the table [stress]")
-        if self.multiaxial and not (self.seat_strength or scene.reed.has_surface_stress):
+        if self.multiaxial and not (self.seat_strength or scene.reed.thin_plate is not None):
             words = (
                 f"a body of kind {scene.reed.kind!r} has no stress of several axes: remove it, or give seat_strength"
             )

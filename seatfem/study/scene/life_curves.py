@@ -65,7 +65,7 @@ def varied(scene: Scene, name: str, value: float) -> Scene:
     if name == "tilt":
         from seatfem.study.scene.lips import usual_ports  # it reads whole scenes
 
-        if scene.seat.no_lip or not reed.meets_lips or (contact.ports or usual_ports(scene)) == 1:
+        if scene.seat.no_lip or reed.thin_plate is None or (contact.ports or usual_ports(scene)) == 1:
             raise KeyProblem("tilt", "contact is not along a lip: state contact.ports, 16 or more, or contact.tilt")
         if abs(value) > STEEPEST:
             raise KeyProblem("tilt", f"it must be at most {math.degrees(STEEPEST):g} deg")

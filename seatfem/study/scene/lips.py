@@ -32,7 +32,7 @@ USUAL: Final = 32  # arcs, where nothing else is known
 def usual_ports(scene: Scene) -> int:
     """Return the number of arcs of a scene that states none: `USUAL` where it opens unevenly or lies off the middle, or
     where a plate that touches where the lip is meets a ring, else one."""
-    touches = scene.reed.meets_lips and not scene.reed.states_contact
+    touches = (reed := scene.reed.thin_plate) is not None and not reed.states_contact
     uneven = scene.contact.uneven or scene.reed.is_curved or any(scene.contact.offset)
     many = (touches and scene.seat.struck_ring is not None) or uneven
     return min(USUAL, MOST_CHOSEN // scene.contact.rings) if many else 1
@@ -45,8 +45,9 @@ def lip_of(scene: Scene, ports: int | None = None, rings: int | None = None) -> 
     is struck as ``contact.ports`` says alone. Raises `ModelError` of a face of a file that is no lip.
     """
     arcs, rings = ports or scene.contact.ports or usual_ports(scene), rings or scene.contact.rings
-    as_it_states = scene.contact.ports is None and (scene.reed.states_contact or scene.seat.struck_ring is None)
-    if arcs == 1 and (as_it_states or not scene.reed.meets_lips):
+    reed = scene.reed.thin_plate
+    open_ports = arcs == 1 and scene.contact.ports is None
+    if arcs == 1 and (reed is None or (open_ports and (reed.states_contact or scene.seat.struck_ring is None))):
         return None
     lip = scene.seat.lip(arcs, rings)
     stated = ports or scene.contact.ports
@@ -75,7 +76,7 @@ def across_of(scene: Scene) -> int:
 
 def on_the_reed(scene: Scene, lip: AnyLip | None) -> AnyLip | None:
     """Return the same lip as a plate sees it, off its centre; ``None`` for a striker that touches as one rigid face."""
-    if lip is None or not scene.reed.meets_lips:
+    if lip is None or scene.reed.thin_plate is None:
         return None
     return replace(lip, offset=scene.contact.offset)  # type: ignore[type-var]
 
@@ -173,10 +174,11 @@ def _heights(scene: Scene, points: Array, angles: Array | None) -> Array:
 def of_the_reed(scene: Scene, points: Array, offset: tuple[float, float]) -> Array:
     """Return the heights of the stress-free reed over a flat one, at points (..., 2) about what is off its contact by
     ``offset`` [m]. Raises `SceneError` where they are not known."""
-    if not scene.reed.is_curved:
+    reed = scene.reed.thin_plate
+    if reed is None or not reed.is_curved:
         return np.zeros(points.shape[:-1])
     try:
-        return scene.reed.heights((offset + points).reshape(-1, 2)).reshape(points.shape[:-1])
+        return reed.heights((offset + points).reshape(-1, 2)).reshape(points.shape[:-1])
     except KeyProblem as problem:
         raise _problem(f"reed.{problem.key}", str(problem)) from None
 

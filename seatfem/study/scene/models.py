@@ -54,7 +54,7 @@ class Scene(Table):
     @property
     def needs_stress(self) -> bool:
         """Return whether the reed's stress is asked for while it strikes, by a measure or for its life."""
-        for_life = self.life is not None and self.life.demand() is not None and self.reed.has_stress
+        for_life = self.life is not None and self.life.demand() is not None and self.reed.traits.has_stress
         return any_needs_stress(self.accuracy.measures) or for_life
 
     @model_validator(mode="before")

@@ -75,4 +75,4 @@ preload = "5 N"
         if self.at is not None:
             reed.check_place(self.at, "at")
         if (places := self.places) is not None:
-            reed.check_points(places, "radius" if self.points is None else "points")
+            reed.check_place(places, "radius" if self.points is None else "points")

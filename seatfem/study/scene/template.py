@@ -30,6 +30,8 @@ _HEAD: Final = """\
 """
 DURATION: Final = "2 ms"
 TARGET: Final = "5 %"
+STEEL: Final = {"material": "steel", "damping_ratio": 0.02}
+"""Of a kind with these keys, unless its sample says otherwise."""
 Stated = dict[str, Mapping[str, Any]]
 """Tables of a scene, and what stands in them without #."""
 _SPOKEN: Final = {"number": "0.1", "whole number": "1", "text": '"..."', "file name": '"file.csv"'}
@@ -52,11 +54,12 @@ def scene_template(name: str, *, file: str = "scene.toml") -> str:
     if name not in kinds:
         hint = did_you_mean(name, kinds)
         raise NoTemplate(f"kind: {name!r} is no kind; choose: {kinds_in_words(kinds_of())}{hint}")
-    kind, other = kinds[name], kinds[kinds[name].sample_opposite]
-    seat, reed = (other, kind) if kind.sample_motion else (kind, other)
+    kind, other = kinds[name], kinds[kinds[name].sample_scene.opposite]
+    seat, reed = (other, kind) if kind.sample_scene.motion else (kind, other)
     title = f"{kind_of(reed)} on {kind_of(seat)}".replace("_", " ")
-    width = {"filter_width": reed.sample_filter} if reed.sample_filter else {}
-    stated: Stated = {"seat": _begun(seat), "reed": _begun(reed, reed.sample_motion), "contact": {}}
+    around = reed.sample_scene
+    width = {"filter_width": around.filter_width} if around.filter_width else {}
+    stated: Stated = {"seat": _begun(seat), "reed": _begun(reed, around.motion), "contact": {}}
     stated |= {"run": {"duration": DURATION} | width, "accuracy": {"target": TARGET}}
     lines = [_HEAD.format(file=file), f"title = {as_toml(title)}", ""]
     for key, field in Scene.model_fields.items():
@@ -70,7 +73,8 @@ def scene_template(name: str, *, file: str = "scene.toml") -> str:
 
 
 def _begun(kind: type[Structure], motion: str = "") -> Mapping[str, Any]:
-    return {"kind": kind_of(kind), **tomllib.loads(kind.sample + motion)}
+    usual = STEEL if "material" in kind.model_fields else {}
+    return {"kind": kind_of(kind), **usual, **tomllib.loads(kind.sample + motion)}
 
 
 def _body(role: str, kind: type[Structure], stated: Stated) -> list[str]:

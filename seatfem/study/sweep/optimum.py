@@ -60,7 +60,7 @@ def run_optimum(
     goal = goal_of(study)
     predicted = ahead_of(study, rounds, file)
     scene = load_scene(study.scene, changes_at(study, (0.5,) * len(study.vary)))
-    if any(body.needs_gmsh for body in scene.bodies.values()):
+    if any(body.traits.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
     workers = workers or predicted.workers()
     with folder_of_ours(folder) as journal, crew_of(workers, effort.cluster) as ask:

@@ -46,7 +46,7 @@ PRESSED_ON: Final = ("pressed_on_time_s", "pressed_on_largest_load_N")
 
 def settings(scene: Scene) -> Changes:
     """Return what is changed in all scenes of such a study, besides what varies: the target, and one port."""
-    one_port = {RINGS: scene.seat.is_meshed, PORTS: lip_of(scene) is not None}
+    one_port = {RINGS: scene.seat.elastic is not None, PORTS: lip_of(scene) is not None}
     ports = {key: 1 for key, applies in one_port.items() if applies and not is_given(scene, key)}
     return {"accuracy.target": TIGHTER * scene.accuracy.target, **ports}
 

@@ -74,7 +74,7 @@ def run_study(
         predicted = ahead_of_many(study, file)
         tell(predicted.in_words(workers or predicted.workers()))
     cases, scene, measures = scenes_of(study, effort.rounds, file, progress)
-    if any(body.needs_gmsh for body in scene.bodies.values()):
+    if any(body.traits.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
     with folder_of_ours(folder) as journal:
         runner = Runner(study, journal, effort, partial(check_measures, measures))

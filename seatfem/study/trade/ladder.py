@@ -17,7 +17,7 @@ from functools import cached_property
 from typing import Final
 
 from impact.march.engines import Engine
-from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import PER_WAVELENGTH, AnyLevel, Method
 from seatfem.structures.reduction.greens import reducers
 from seatfem.structures.rings import MOST_RINGS, Division
@@ -92,19 +92,19 @@ def centre_of(scene: Scene) -> Centre:
     """Return what the file states; what it leaves open follows the filter's band, its waves and the struck face."""
     seat, method = scene.seat, stated_method(scene)
     stated, centre = method.seat, Centre(n_modes=scene.reed.beam_modes)
-    if not seat.is_reduced:
+    if not seat.traits.is_reduced:
         return centre
     band = stated.bandwidth if is_given(scene, BAND) else None
     centre = replace(centre, bandwidth=band or BAND_PER_FILTER / scene.run.filter_width, tolerance=stated.tolerance)
-    if not seat.is_drawn:
+    if (drawn := seat.drawn) is None:
         return centre
-    level = next(a.level for a in seat.levels() if a.applies and a.error == 0.0)
-    size, contact_size = _sizes(seat, stated, level, centre.bandwidth or 0.0)
+    level = next(a.level for a in drawn.levels() if a.applies and a.error == 0.0)
+    size, contact_size = _sizes(drawn, stated, level, centre.bandwidth or 0.0)
     centre = replace(centre, level=level, size=size, contact_size=contact_size)
     return centre if method.ports is None else replace(centre, ports=method.ports, reed_band=method.reed.bandwidth)
 
 
-def _sizes(seat: Structure, stated: Method, level: AnyLevel, bandwidth: float) -> tuple[float, float]:
+def _sizes(seat: Drawn, stated: Method, level: AnyLevel, bandwidth: float) -> tuple[float, float]:
     """Return element sizes in bulk and contact: `ACROSS` the column's height and the patch, and the slowest wave."""
     wave, column = seat.slowest / (PER_WAVELENGTH[seat.discrete(level)] * bandwidth), seat.column()
     across = ACROSS[level in SOLID]
@@ -143,7 +143,9 @@ class Ladder:
         if (column := seat.column()) is None:
             return
         spring = {"kind": "spring", "stiffness": f"{column.stiffness!r} N/m"}
-        yield Point("spring, column E A/h" if seat.is_drawn else "spring, E A/L", "spring", BY_HAND, {"seat": spring})
+        yield Point(
+            "spring, column E A/h" if seat.drawn is not None else "spring, E A/L", "spring", BY_HAND, {"seat": spring}
+        )
         if seat.closed_form() is not None:  # its column is what the rod is
             return
         rod = {
@@ -228,13 +230,18 @@ class Ladder:
         seat, centre, (usual, *_) = self.scene.seat, self.centre, reducers()
         if centre.level == "harmonics":
             return
-        as_matrix = seat.loss == 0 and seat.loss_at(1.0) > 0
+        as_matrix = seat.loss == 0 and seat.elastic is not None and seat.elastic.loss_at(1.0) > 0
         for name, each in reducers().items():
             settings = {**base, "seat.greens.method": name}
             point = Point(f"reduction {name}", centre.family, "reduction", settings)
             if not each.diagonal_mass and (each.modal_damping or as_matrix):
                 yield point
-            if centre.is_solid and seat.is_swept and (each.diagonal_mass or name == usual):
+            if (
+                centre.is_solid
+                and seat.drawn is not None
+                and seat.drawn.is_swept
+                and (each.diagonal_mass or name == usual)
+            ):
                 hexes = {**settings, "seat.mesh.shape": "hex"}
                 yield replace(point, name=f"hexahedra, {point.name}", settings=hexes)
 
@@ -249,7 +256,7 @@ class Ladder:
         number = max(2, min(64, math.floor(ENGINE_STEPS * width / duration)))
         step = written("run.time_step", width / number)
         for engine in ENGINES:
-            if engine != "poles" or seat.is_drawn or seat.column() is None:  # of a rod by hand there are none
+            if engine != "poles" or seat.drawn is not None or seat.column() is None:  # of a rod by hand there are none
                 yield Point(f"history {engine}", family, "history", {**base, "run.time_step": step}, engine)
 
     def reference(self, fineness: float, *, coarser: bool = False) -> Point:
@@ -265,11 +272,10 @@ class Ladder:
             settings["seat.greens.tolerance"] = min(TOLERANCES) / 3 * RATIO ** (2 * back)
         if centre.n_modes is not None:
             settings["reed.n_modes"] = round(REFERENCE_MODES / RATIO**back)
-        if centre.ports is not None and centre.reed_band is not None:
+        plate = self.scene.reed.thin_plate
+        if centre.ports is not None and centre.reed_band is not None and plate is not None:
             settings["contact.ports"] = round(REFERENCE_PORTS / 2**back)
-            settings[REED_BAND] = written(
-                REED_BAND, min(centre.reed_band * RATIO ** (2 - back), self.scene.reed.widest_band)
-            )
+            settings[REED_BAND] = written(REED_BAND, min(centre.reed_band * RATIO ** (2 - back), plate.widest_band))
         if rings > 1:
             settings["contact.rings"] = min(MOST_RINGS, 2 * rings) if not coarser else rings
         settings["run.time_step"] = None

@@ -1,4 +1,4 @@
-"""The elastic rod in closed form."""
+"""Bodies in closed form: the massless spring, the rigid mass and the elastic rod."""
 
 from __future__ import annotations
 
@@ -9,20 +9,82 @@ from typing import ClassVar, Final, Literal, Self
 from pydantic import Field, model_validator
 
 import impact
-from impact.greens.base import GreensFunction
-from seatfem.fields import Area, DampingRatio, Density, KeyProblem, Length, Pressure
+from impact.bodies.body import Body
+from impact.greens.base import Array, GreensFunction
+from impact.quantities import in_units
+from seatfem.fields import Approach, Area, DampingRatio, Density, KeyProblem, Length, Mass, Pressure, Stiffness
 from seatfem.structures.estimates.patch import Column
 from seatfem.structures.kinds.motion import Moving
+from seatfem.structures.kinds.striking import At
+from seatfem.structures.kinds.structure import SampleScene, Structure, Traits
 from seatfem.structures.outlines import BodyViews, of_prism
 
 NO_MODES: Final = "a rod in closed form has no modes to be set in motion; take kind = 'bar' with model = 'sector'"
 
 
+class Spring(Structure):
+    """A massless spring: the model of the seat that has no waves."""
+
+    traits: ClassVar[Traits] = Traits(plane=True)
+
+    sample: ClassVar[str] = """
+stiffness = "50 N/um"
+"""
+
+    kind: Literal["spring"]
+    stiffness: Stiffness = Field(description="force per displacement of the contact")
+
+    @property
+    def _model_words(self) -> str:
+        return "spring"
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        return BodyViews(f"spring {1e-6 * self.stiffness:.4g} N/um", symbol="spring")
+
+    def closed_form(self) -> GreensFunction | None:
+        return impact.spring(stiffness=self.stiffness)
+
+
+class RigidMass(Structure):
+    """A rigid striker in free flight, as in a drop test."""
+
+    group: ClassVar[str] = "strikers"
+    traits: ClassVar[Traits] = Traits(has_weight=True)
+
+    sample: ClassVar[str] = """
+mass = "5 g"
+"""
+    sample_scene: ClassVar[SampleScene] = SampleScene('velocity = "-1 m/s"', "stopper")
+
+    kind: Literal["rigid_mass"]
+    mass: Mass = Field(description="mass")
+    velocity: Approach = Field(description='velocity at the start; towards the seat it is negative, as in "-2 m/s"')
+
+    @property
+    def moved_by(self) -> tuple[str, ...]:
+        return ("velocity",)
+
+    @property
+    def loose(self) -> str:
+        return "seat.kind = 'rigid_mass' is free to move"
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        return BodyViews(f"rigid mass {in_units(self.mass, 'kg')}", symbol="mass")
+
+    def closed_form(self) -> GreensFunction | None:
+        return impact.rigid_mass(mass=self.mass, velocity=0.0).greens
+
+    def weight(self, body: Body) -> tuple[Array, float]:
+        return self.pushed_at(body, None)[:, 0], self.mass
+
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
+        return impact.rigid_mass(mass=self.mass, velocity=self.velocity)
+
+
 class Rod(Moving):
     """The straight elastic rod in one dimension, clamped or free at its far end, in closed form."""
 
-    plane: ClassVar[bool] = True
-    is_solved: ClassVar[bool] = False
+    traits: ClassVar[Traits] = Traits(plane=True)
 
     sample: ClassVar[str] = """
 young = "206 GPa"

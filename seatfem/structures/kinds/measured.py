@@ -1,0 +1,289 @@
+"""Bodies known by files: Green's functions, measured frequency responses, modes, and matrices of other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeVar
+
+import numpy as np
+from pydantic import Field
+
+from impact.greens.base import GreensFunction, GreensFunctionError
+from impact.greens.modal import ModalGreens
+from impact.progress import Progress
+from seatfem.fields import ExistingFile, Tolerance, default
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
+from seatfem.structures.inspection.opened import FileState, opened, state_of
+from seatfem.structures.kinds.motion import Moving
+from seatfem.structures.kinds.record_columns import ResponseColumns, ResponseUnits, stated_in
+from seatfem.structures.kinds.reduced import Reduced
+from seatfem.structures.kinds.structure import Finding, Traits
+from seatfem.structures.method import Method
+from seatfem.structures.rings import with_fewer_rings
+from seatfem.structures.solved import Solved
+from seatfem.units import write_quantity
+
+if TYPE_CHECKING:
+    from impact.measured.frf import FrequencyResponse
+    from impact.measured.pole_fit import PoleFit
+    from seatfem.structures.model import SecondOrderModel
+    from seatfem.structures.natural_modes import NaturalModes, Wanted
+
+UNIVERSAL: Final = (".uff", ".unv")
+Made = TypeVar("Made")
+Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
+
+# Readers of files take long to load: each is imported by the function that needs it.
+
+
+def read_once(read: Callable[..., Made], asked: tuple[Any, ...], *files: Path) -> Made:
+    """Return ``read(*asked)``, kept in the process as long as these files stay as they are."""
+    made: Made = _read(read, asked, tuple(state_of(file) for file in files))
+    return made
+
+
+@lru_cache(maxsize=8)
+def _read(read: Callable[..., Any], asked: tuple[Any, ...], states: tuple[FileState, ...]) -> Any:
+    del states  # part of the key
+    return read(*asked)
+
+
+class GreensFile(Moving):
+    """A Green's function computed or measured before."""
+
+    group: ClassVar[str] = "imported"
+    traits: ClassVar[Traits] = replace(Moving.traits, has_rings=True)
+
+    sample: ClassVar[str] = """
+file = "seat.h5"
+"""
+
+    kind: Literal["greens"]
+    file: ExistingFile = Field(description="the Green's function file, relative to the scene's folder")
+
+    def problems(self) -> Iterator[Finding]:
+        yield from opened(self._read, {"file": self.file})
+
+    def _read(self) -> GreensFunction:
+        from impact.storage.hdf5 import load_greens  # h5py takes long to load
+
+        return load_greens(self.file)
+
+    def function(self, duration: float) -> GreensFunction:
+        """Return the function in the file; raises `GreensFunctionError` if it is not known for a run of ``duration``
+        [s]."""
+        greens = self._read()
+        if greens.valid_for < duration * (1 - 1e-9):
+            raise GreensFunctionError(
+                f"seat.file = {self.file.name}: the run lasts {write_quantity(duration, 'time')} (run.duration) but "
+                f"g is known up to "
+                f"{write_quantity(greens.valid_for, 'time', 6)} only: shorten the run to that, or make the file "
+                f"anew for all of it (seatfem "
+                f"greens, with this run.duration): {greens.lengthened}"
+            )
+        return greens
+
+    def surrogate(self, duration: float, face: Face) -> Surrogate:
+        return Surrogate(self.function(duration), True, f"the function in {self.file.name}")
+
+    def solve(
+        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
+    ) -> Solved:
+        greens = self.function(duration)
+        combined = greens if method.rings is None else with_fewer_rings(greens, method.rings)
+        return Solved(combined, about={"seat_model": f"Green's function from {self.file.name}"})
+
+
+class FrequencyResponseFile(Moving):
+    """A measured frequency response of the contact: poles are fitted to it."""
+
+    group: ClassVar[str] = "imported"
+    sample: ClassVar[str] = """
+file = "response.csv"
+"""
+
+    kind: Literal["frf"]
+    file: ExistingFile = Field(description="CSV file with quantities and units in its header, or a universal file (58)")
+    node: int | None = Field(None, strict=True, description="of a universal file: number of the contact's node")
+    direction: Direction = Field("+z", description="of a universal file: outward normal of the contact")
+    tolerance: Tolerance = default("1 %", "misfit of the poles beyond the noise of the record")
+    free: bool | None = Field(None, description="whether the body is free to move; found from the record if absent")
+    quantity: Literal["receptance", "mobility", "accelerance"] | None = Field(
+        None, description="measured quantity, where neither heads nor units state it"
+    )
+    columns: ResponseColumns | None = Field(None, description="heads of the columns, where they do not say their role")
+    units: ResponseUnits | None = Field(None, description="units of the columns, where the header does not say them")
+    averages: int | None = Field(
+        None,
+        ge=1,
+        strict=True,
+        description="number of averaged hammer blows; with the column of coherence it gives the noise",
+    )
+
+    def problems(self) -> Iterator[Finding]:
+        yield from opened(self.measured, {"file": self.file})
+
+    def measured(self) -> FrequencyResponse:
+        """Return the measured response of the contact, read once in a process.
+
+        Raises:
+            FrequencyResponseError: what `read_frf` raises; a universal file without a node.
+            UffError, OSError: as the readers.
+        """
+        return read_once(_record, self._asked, self.file)
+
+    @property
+    def _asked(self) -> tuple[Any, ...]:
+        columns, units = (tuple(stated_in(roles).items()) for roles in (self.columns, self.units))
+        return self.file, self.node, self.direction, self.averages, self.quantity, columns, units
+
+    def surrogate(self, duration: float, face: Face) -> Surrogate:
+        return unknown("poles are fitted to the response by the run", face)
+
+    def solve(
+        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
+    ) -> Solved:
+        with watch("pole fit"):
+            return Solved(self.fit().greens, about={"seat_model": f"poles fitted to {self.file.name}"})
+
+    def fit(self) -> PoleFit:
+        return read_once(_fitted, (self._asked, self.tolerance, self.free), self.file)
+
+
+class UniversalModes(Moving):
+    """Measured or computed modes in a universal file (dataset 55)."""
+
+    group: ClassVar[str] = "imported"
+    sample: ClassVar[str] = """
+file = "modes.unv"
+node = 1
+direction = "+z"
+"""
+
+    kind: Literal["modes"]
+    file: ExistingFile = Field(description="the universal file")
+    node: int = Field(strict=True, description="number of the contact's node")
+    direction: Direction = Field(description="outward normal of the contact")
+    system: Literal["SI", "mm-N-s", "inch-lbf-s"] | None = Field(None, description="units, if the file states none")
+
+    def problems(self) -> Iterator[Finding]:
+        yield from opened(self.function, {"file": self.file})
+
+    def function(self) -> ModalGreens:
+        """Return the modes of the file, read once in a process. Raises `UffError`, `OSError`."""
+        return read_once(_modes, (self.file, self.node, self.direction, self.system), self.file)
+
+    def surrogate(self, duration: float, face: Face) -> Surrogate:
+        return Surrogate(self.function(), True, f"the modes in {self.file.name}")
+
+    def solve(
+        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
+    ) -> Solved:
+        return Solved(self.function(), about={"seat_model": f"modes from {self.file.name}"})
+
+
+class Matrices(Reduced):
+    """Mass, stiffness and damping matrices of another finite element program (.mtx, .npz, .npy)."""
+
+    group: ClassVar[str] = "imported"
+    sample: ClassVar[str] = """
+mass = "mass.mtx"
+stiffness = "stiffness.mtx"
+contact = "contact.csv"
+damping_ratio = 0.02
+"""
+
+    kind: Literal["matrices"]
+    mass: ExistingFile = Field(description="file of the mass matrix")
+    stiffness: ExistingFile = Field(description="file of the stiffness matrix")
+    damping: ExistingFile | None = Field(None, description="file of the damping matrix")
+    contact: ExistingFile = Field(description="CSV file (dof,weight) of the contact face")
+    system: Literal["SI", "mm-t-s", "mm-kg-ms", "inch-lbf-s"] = Field("SI", description="units of the files")
+    first_dof: Literal[0, 1] = Field(1, description="number of the first unknown in the contact file")
+    constrained: Literal["refuse", "drop"] = Field("refuse", description="what to do with held unknowns")
+
+    def problems(self) -> Iterator[Finding]:
+        files = {"mass": self.mass, "damping": self.damping, "contact": self.contact, "stiffness": self.stiffness}
+        yield from opened(self.system_of_equations, files)
+
+    @property
+    def couples(self) -> bool:
+        return self.damping is not None
+
+    def surrogate(self, duration: float, face: Face) -> Surrogate:
+        return unknown("matrices do not contain the size of the struck face", face)
+
+    def system_of_equations(self) -> SecondOrderModel:
+        """Return the model in the files, read once in a process. Raises `ModelError`, `OSError`."""
+        files = (self.mass, self.stiffness, self.damping, self.contact)
+        return read_once(_matrices, (*files, self.system, self.first_dof, self.constrained), *filter(None, files))
+
+    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
+        from seatfem.structures.natural_modes import of_one  # of `seatfem modes` only
+
+        model = self.system_of_equations()
+        with watch("modes"):
+            return of_one(model, None, wanted, progress)
+
+    def solve(
+        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
+    ) -> Solved:
+        from seatfem.structures.finite_elements import reduced  # plans load no reduction
+        from seatfem.structures.model import ModelError
+
+        with watch("reduction"):
+            model = self.system_of_equations()
+            try:
+                reduction = reduced(self, model, method, duration, progress)
+            except (ModelError, np.linalg.LinAlgError) as problem:
+                raise ModelError(f"{self.stiffness}, {self.mass}: {problem}") from problem
+        about = {"seat_model": f"matrices from {self.stiffness.name}", "seat_dof": model.size}
+        return Solved(reduction.greens, model=model, modes=reduction.modes, about=about)
+
+
+def _record(
+    file: Path, node: int | None, direction: Direction, averages: int | None, quantity: Any, columns: Any, units: Any
+) -> FrequencyResponse:
+    from impact.measured.frf import FrequencyResponseError, read_frf
+    from seatfem.structures.formats.uff import read_frf_uff
+
+    if file.suffix.lower() not in UNIVERSAL:
+        return read_frf(file, columns=dict(columns), units=dict(units), quantity=quantity, averages=averages)
+    if node is None:
+        raise FrequencyResponseError(f"{file}: a universal file needs seat.node, the contact's node number")
+    return read_frf_uff(file, ports={"contact": (node, direction)})
+
+
+def _fitted(asked: tuple[Any, ...], tolerance: float, free: bool | None) -> PoleFit:
+    from impact.measured.frf import FrequencyResponseError
+    from impact.measured.pole_fit import fit_response
+
+    file = asked[0]
+    response = read_once(_record, asked, file)
+    try:
+        return fit_response(response, tolerance=tolerance, free=free)
+    except FrequencyResponseError as problem:
+        raise FrequencyResponseError(f"{file}: {problem}") from problem
+    except np.linalg.LinAlgError as problem:
+        raise FrequencyResponseError(
+            f"{file}: no poles can be fitted ({problem}): some values are beyond all measure; check the units"
+        ) from problem
+
+
+def _modes(file: Path, node: int, direction: Direction, units: Any) -> ModalGreens:
+    from seatfem.structures.formats.uff import read_modes_uff
+
+    return read_modes_uff(file, ports={"contact": (node, direction)}, units=units)
+
+
+def _matrices(
+    mass: Path, stiffness: Path, damping: Path | None, contact: Path, system: Any, first_dof: Any, constrained: Any
+) -> SecondOrderModel:
+    from seatfem.structures.formats.matrices import read_matrices
+
+    how = {"system": system, "first_dof": first_dof, "constrained": constrained}
+    return read_matrices(mass, stiffness, damping, ports={"contact": contact}, **how)

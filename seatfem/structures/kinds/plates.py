@@ -1,0 +1,157 @@
+"""Flat plates of round parts, by plate elements: the flapper, the disc of a plate valve, the ring of a ring valve."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Final, Literal
+
+import numpy as np
+from pydantic import Field
+
+from impact.beams.stepped import SteppedCantilever
+from impact.bodies.body import Body
+from impact.bodies.reeds import ModeShape, reed
+from impact.greens.base import Array, GreensFunction
+from seatfem.fields import KeyProblem, Length, of_same_names
+from seatfem.structures.kinds.plate_loads import ClampedPlate
+from seatfem.structures.kinds.structure import SampleScene
+from seatfem.structures.kinds.thin_plate import FRONTS, ThinPlate
+from seatfem.structures.shapes import Disc as DiscOutline
+from seatfem.structures.shapes import Flapper as FlapperOutline
+from seatfem.structures.shapes import Flat
+from seatfem.structures.shapes import RingPlate as RingOutline
+from seatfem.units import write_quantity
+
+EVENLY: Final = 16
+"""Springs that stand for one that is spread around a circle."""
+CHORDS: Final = 64  # of a quarter circle, in the beam that stands for a flapper: its mass is right to 1e-4
+OF_THE_BEAM: Final = 40  # modes
+NEAR: Final = 0.1  # frequencies of one and the same mode, as a plate and as a beam
+
+
+class FreePlate(ThinPlate):
+    """Base of all flat plates that nothing holds."""
+
+    group: ClassVar[str] = "strikers"
+
+    @property
+    def loose(self) -> str:
+        return f"seat.kind = {self.kind!r} is free to move"
+
+    def check_place(self, place: float | Array | None, key: str) -> None:
+        if not isinstance(place, np.ndarray):
+            return super().check_place(place, key)
+        least, most = self.geometry().room
+        away = np.hypot(*place.T)
+        if away.min() < least or away.max() > most:
+            far = float(away.min() if away.min() < least else away.max())
+            raise KeyProblem(
+                key,
+                f"{write_quantity(far, 'length')} from {self.about} is off the plate, which lies between "
+                f"{write_quantity(least, 'length')} and {write_quantity(most, 'length')} from there",
+            )
+        return None
+
+    @property
+    def spring_points(self) -> Array | None:
+        """Return points around its mean circle, so that nothing is free to tumble."""
+        turns = 2 * np.pi * np.arange(EVENLY) / EVENLY
+        return np.asarray(sum(self.geometry().room) / 2 * np.column_stack([np.cos(turns), np.sin(turns)]))
+
+    def check_motion(self) -> None:
+        if self.deflection is not None:
+            raise KeyProblem("deflection", "a plate that nothing holds cannot be deflected at rest; give it a velocity")
+
+
+class Disc(FreePlate):
+    """A round flat plate that nothing holds, in free flight: a plate valve. It touches with a disc or a ring about its
+    centre. By Mindlin plate elements: it translates and tumbles as a rigid body, and rings in its own modes."""
+
+    shape: ClassVar[type[Flat]] = DiscOutline
+    sample: ClassVar[str] = """
+diameter = "16 mm"
+thickness = "1 mm"
+"""
+    sample_scene: ClassVar[SampleScene] = SampleScene('velocity = "-2 m/s"', "stopper", FRONTS)
+
+    kind: Literal["disc"]
+    contact_radius: Length | None = Field(
+        None, description="radius of the disc that touches, or mean radius of the ring; absent: diameter/16"
+    )
+
+
+class RingPlate(FreePlate):
+    """A flat annulus that nothing holds, in free flight: the ring of a ring valve. It touches with a ring about its
+    axis. By Mindlin plate elements: it translates and tumbles as a rigid body, and rings in its own modes."""
+
+    shape: ClassVar[type[Flat]] = RingOutline
+    sample: ClassVar[str] = """
+outer_diameter = "16 mm"
+inner_diameter = "6 mm"
+thickness = "1 mm"
+contact_radius = "5.5 mm"
+contact_width = "1 mm"
+"""
+    sample_scene: ClassVar[SampleScene] = SampleScene('velocity = "-2 m/s"', "annular", FRONTS)
+
+    kind: Literal["ring_plate"]
+    contact_radius: Length | None = Field(
+        None, description="mean radius of the ring that touches; absent: in the middle of the annulus"
+    )
+    contact_width: Length | None = Field(
+        None, description="radial width of the ring that touches; absent: a quarter of the annulus's"
+    )
+
+    def blown(self, body: Body) -> Array:
+        """Return how a pressure over its whole face moves the modes."""
+        return self.plate(body.greens).mean
+
+
+class Flapper(ClampedPlate):
+    """A flat reed of even thickness: a clamped root that tapers to a neck, and a round paddle; it touches with a disc
+    or a ring about the paddle's centre. By Mindlin plate elements: it twists, and its paddle bends across."""
+
+    about: ClassVar[str] = "the paddle's centre"
+
+    shape: ClassVar[type[Flat]] = FlapperOutline
+    sample: ClassVar[str] = """
+root_width = "8 mm"
+taper_length = "2 mm"
+neck_width = "6 mm"
+neck_length = "15 mm"
+paddle_diameter = "16 mm"
+thickness = "0.3 mm"
+"""
+    sample_scene: ClassVar[SampleScene] = SampleScene('release = { mode = 1, velocity = "-2 m/s" }', "annular", FRONTS)
+
+    kind: Literal["flapper"]
+    contact_radius: Length | None = Field(
+        None,
+        description="radius of the disc that touches, or mean radius of the ring; absent: paddle_diameter/16, or "
+        "midway between a hole and the paddle's edge",
+    )
+    contact_width: Length | None = Field(
+        None,
+        description="radial width of the ring that touches; absent: a disc does, or about a hole a ring of a quarter "
+        "of what is there",
+    )
+
+    def as_a_beam(self, greens: GreensFunction) -> Body | None:
+        """Return a beam of the same widths, touched at the paddle's centre, where it moves as fast in the mode that it
+        is released in: the one of the nearest frequency. ``None`` of other starts, of loads, and where no bending mode
+        is near."""
+        release = self.release
+        if release is None or release.velocity is None or self.is_loaded:
+            return None
+        outline, solid = self.geometry(), self.material.solid
+        beam = SteppedCantilever(solid.young, solid.density, self.thickness, outline.widths(CHORDS))
+        assert greens.modal is not None
+        wanted, frequencies = greens.modal.omega[release.mode - 1], beam.frequencies(OF_THE_BEAM)
+        number = int(np.argmin(np.abs(frequencies - wanted)))
+        if abs(frequencies[number] / wanted - 1) > NEAR:
+            return None
+        centre = outline.centre[0]
+        start = ModeShape(number + 1, at=centre, velocity=release.velocity)
+        return reed(beam, damping_ratio=self.damping_ratio, n_modes=OF_THE_BEAM, contact_at=centre, release=start)
+
+    def geometry(self) -> FlapperOutline:
+        return of_same_names(FlapperOutline, self)

@@ -1,0 +1,153 @@
+"""Flat reeds and springs, each a beam of its own theory."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from impact.beams.cantilever import Cantilever as CantileverBeam
+from impact.beams.clamped import ClampedClamped as ClampedClampedBeam
+from impact.beams.stepped import SteppedCantilever
+from impact.beams.timoshenko import TimoshenkoCantilever
+from impact.beams.tip_mass import TipMassCantilever
+from impact.bodies.body import Body
+from impact.greens.base import Array, GreensFunctionError
+from seatfem.fields import Gap, KeyProblem, Length, Mass, of_same_names
+from seatfem.structures.kinds.beam import Beam, UniformBeam
+from seatfem.structures.kinds.striking import At
+from seatfem.structures.kinds.structure import SampleScene, Traits
+
+if TYPE_CHECKING:
+    from impact.after.stresses import ReedStress
+
+PLACES: Final = 17
+"""Along a reed, the root and the tip among them, whose fatigue is judged beside that of its largest stresses."""
+WIDTHS: Final = [["0 mm", "8 mm"], ["2 mm", "6 mm"], ["15 mm", "6 mm"], ["15 mm", "16 mm"], ["30 mm", "16 mm"]]
+
+
+class Cantilever(UniformBeam):
+    """A flat reed, clamped at its root: an Euler-Bernoulli beam; by default as wide and thick as the paper's."""
+
+    traits: ClassVar[Traits] = Traits(has_weight=True, has_stress=True)
+    sample: ClassVar[str] = """
+length = "25 mm"
+width = "10 mm"
+thickness = "0.3 mm"
+"""
+    sample_scene: ClassVar[SampleScene] = SampleScene('release = { tip_deflection = "1 mm" }', "annular")
+
+    kind: Literal["cantilever"]
+
+    def beam(self) -> CantileverBeam:
+        return of_same_names(CantileverBeam, self, self.material)
+
+    def stress(
+        self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool, since: float | None = None
+    ) -> ReedStress | None:
+        from impact.after.stresses import reed_stress  # compiled code, of runs only
+
+        return reed_stress(force, dt, body, self.beam(), contact_at=at, coarsely=coarsely, since=since)
+
+    def stress_histories(
+        self, force: Array, dt: float, body: Body, at: At, also: Collection[float] = (), *, few: bool = False
+    ) -> Iterator[tuple[str, Array]]:
+        """Yield the bending stress of both faces at `PLACES`, the contacts and ``also``; ``few``: at the root in their
+        place."""
+        from impact.after.stresses import bending_stress
+
+        beam = self.beam()
+        contacts = (
+            {"contact": at} if isinstance(at, float) else dict(zip(("contact", "stopper"), at or (), strict=False))
+        )
+        named = {place: name for name, place in {**contacts, "root": 0.0}.items()}
+        places = np.unique([*np.linspace(0.0, beam.length, 0 if few else PLACES), *named, *also])
+        for place, stress in zip(places, bending_stress(force, dt, body, beam, places, contact_at=at), strict=True):
+            name = named.get(place, f"{1e3 * place:.4g} mm from the root")
+            yield f"{name}, face towards the seat", stress
+            yield f"{name}, face away from the seat", -stress
+
+
+class ClampedClamped(UniformBeam):
+    """A flat leaf, clamped at both ends: an Euler-Bernoulli beam; where nothing is said it strikes with its middle."""
+
+    theory: ClassVar[type[Any]] = ClampedClampedBeam
+    both_held: ClassVar[bool] = True
+    sample: ClassVar[str] = Cantilever.sample.replace("25", "40")
+    sample_scene: ClassVar[SampleScene] = SampleScene('release = { mode = 1, velocity = "-2 m/s" }', "annular")
+
+    kind: Literal["clamped_clamped"]
+
+
+class Timoshenko(UniformBeam):
+    """A reed, clamped at its root, that may be thick: a Timoshenko beam, with shear and rotary inertia."""
+
+    theory: ClassVar[type[Any]] = TimoshenkoCantilever
+    sample: ClassVar[str] = Cantilever.sample.replace("0.3", "1")
+    sample_scene: ClassVar[SampleScene] = SampleScene('release = { tip_deflection = "0.2 mm" }', "annular")
+
+    kind: Literal["timoshenko"]
+    shear_factor: float = Field(5 / 6, gt=0, le=1, description="shear area over area; 5/6 for a rectangle")
+
+    def too_thick(self) -> str:
+        return ""
+
+    def shear_error(self, at: float | None) -> float:
+        return 0.0
+
+
+class TipMass(UniformBeam):
+    """A flat reed, clamped at its root, with a point mass at its tip: an Euler-Bernoulli beam."""
+
+    theory: ClassVar[type[Any]] = TipMassCantilever
+    sample: ClassVar[str] = Cantilever.sample + 'tip_mass = "0.1 g"\n'
+    sample_scene: ClassVar[SampleScene] = Cantilever.sample_scene
+
+    kind: Literal["tip_mass"]
+    tip_mass: Mass = Field(description="mass at the tip")
+
+
+class Stepped(Beam):
+    """A flat reed of varying width, clamped at its root: an Euler-Bernoulli beam. Its width is linear between the
+    positions given; the same position twice is a step."""
+
+    long: ClassVar[str] = "the last position in reed.widths"
+    sample: ClassVar[str] = """
+widths = [["0 mm", "10 mm"], ["15 mm", "6 mm"], ["25 mm", "6 mm"]]
+thickness = "0.3 mm"
+"""
+    sample_scene: ClassVar[SampleScene] = Cantilever.sample_scene
+
+    kind: Literal["stepped"]
+    widths: tuple[tuple[Gap, Gap], ...] = Field(
+        min_length=2,
+        max_length=1000,
+        description="[position, width] from the root, at 0 mm, to the tip, which may be a point",
+        examples=[WIDTHS],
+    )
+    thickness: Length = Field(description="thickness, in the direction of the motion")
+
+    @model_validator(mode="after")
+    def _widths_make_a_beam(self) -> Self:
+        try:
+            self.beam()
+        except GreensFunctionError as error:
+            raise KeyProblem("widths", str(error).partition(": ")[2]) from error
+        return self
+
+    @property
+    def span(self) -> float:
+        return self.widths[-1][0]
+
+    @property
+    def widths_along(self) -> tuple[tuple[float, float], ...]:
+        return self.widths
+
+    @property
+    def mean_width(self) -> float:
+        return self.beam().mean_width
+
+    def beam(self) -> SteppedCantilever:
+        return of_same_names(SteppedCantilever, self, self.material)

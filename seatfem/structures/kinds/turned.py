@@ -1,0 +1,309 @@
+"""Solids of revolution: seats and stoppers, and the ball."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from impact.bodies.body import Body
+from impact.greens.base import Array
+from impact.progress import Progress
+from seatfem.fields import Angle, KeyProblem, Length, of_same_names
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.estimates.patch import Column
+from seatfem.structures.kinds.drawn import Drawn, struck_as_a_whole
+from seatfem.structures.kinds.striking import At
+from seatfem.structures.kinds.structure import NO_RING, SampleScene, Traits
+from seatfem.structures.method import QUARTERS, Level, Method
+from seatfem.structures.outlines import BodyViews, Size, length_text, of_profile
+from seatfem.structures.shapes import AnnularSeat, ConicalSeat, Stopper, Turning
+from seatfem.structures.shapes import Ball as Sphere
+from seatfem.structures.shapes.profile import Point
+
+if TYPE_CHECKING:
+    from impact.after.stresses import ReedStress
+    from impact.exact.contact_stress import ShearMaximum
+    from seatfem.structures.lip import AnyLip, Lip
+    from seatfem.structures.natural_modes import NaturalModes, Wanted
+
+MOST_HARMONICS: Final = 1000  # that are taken of a part of a ring (`seatfem.structures.reduction.harmonics`)
+NARROWEST: Final = 2 * math.pi / MOST_HARMONICS
+FLAT: Final = 1e-6  # of a ring's width: by as much its edges may differ in height
+UNDIVIDED: Final = ("rod", "harmonics", "sector", "3d")  # stated models of a ring that is struck as a whole
+
+
+class Turned(Drawn):
+    """Base of all solids of revolution."""
+
+    traits: ClassVar[Traits] = replace(Drawn.traits, revolved=True)
+
+    arc: Angle | None = Field(None, description="angular width of the part of the ring that is struck; absent: all")
+    fixed: Literal["underside"] = Field("underside", description="the clamped face")
+
+    shape: ClassVar[type[Turning]]
+
+    def geometry(self) -> Turning:
+        return of_same_names(self.shape, self)  # type: ignore[type-var]
+
+    @model_validator(mode="after")
+    def _arc_of_a_ring(self) -> Self:
+        if self.arc is not None and not NARROWEST <= self.arc < 2 * math.pi:
+            least = math.degrees(NARROWEST)
+            raise KeyProblem(
+                "arc",
+                f"{math.degrees(self.arc):g} deg must lie between {least:g} and 360 deg: a narrower part of a ring "
+                f"needs more than {MOST_HARMONICS} harmonics",
+            )
+        return self
+
+    @property
+    def sectors(self) -> int:
+        return QUARTERS
+
+    @property
+    def struck_share(self) -> float:
+        """Return the part of the ring that is struck."""
+        return 1.0 if self.arc is None else self.arc / (2 * math.pi)
+
+    @property
+    def struck_area(self) -> float:
+        """Return the area of the struck face [m^2]."""
+        return self.struck_share * self.geometry().profile.area("contact")
+
+    @property
+    def struck_arc(self) -> float | None:
+        return self.arc
+
+    @property
+    def struck_ring(self) -> tuple[float, float] | None:
+        face = self._flat_face()
+        return None if face is None or face.inner == 0 else (face.radius, face.width)
+
+    @property
+    def no_lip(self) -> str:
+        if self.arc is not None:
+            return "with arc is struck on that part of its ring alone; remove arc, or the key"
+        return struck_as_a_whole(self.model) if self.model in UNDIVIDED else ("" if self._flat_face() else NO_RING)
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        name = self.kind.replace("_", " ")
+        return of_profile(name, self.geometry().profile, struck_arc=self.arc, held=self.clamped)
+
+    def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
+        face = self._flat_face()
+        return None if face is None else replace(face, arcs=arcs, rings=rings)
+
+    def _flat_face(self) -> Lip | None:
+        """Return the flat ring or disc that is struck all around; ``None`` where another face is."""
+        from seatfem.structures.lip import Lip  # scenes without lips need none
+
+        if self.arc is not None or self.model in UNDIVIDED or not self.isotropic:
+            return None
+        (r, z), (s, height) = self._ends_of_contact()
+        flat = abs(z - height) < FLAT * abs(s - r)
+        return Lip((r + s) / 2, abs(s - r)) if flat else None
+
+    def elements_of(self, method: Method) -> Level:
+        return "harmonics" if method.in_arcs else super().elements_of(method)
+
+    def _ends_of_contact(self) -> tuple[Point, Point]:
+        edges = [edge for edge in self.geometry().profile.edges if edge.name == "contact"]
+        return edges[0].start, edges[-1].end
+
+    @property
+    def _obstacles(self) -> dict[Level, str]:
+        meridians = "" if self.isotropic else "an orthotropic material need not be the same in every meridian"
+        if self.arc is None:
+            whole = "the whole ring is struck: harmonic 0 alone, the axisymmetric model, is enough"
+            return {**super()._obstacles, "axisymmetric": meridians, "harmonics": meridians or whole}
+        return {
+            "axisymmetric": meridians or "only an arc of the ring is struck: the load is not the axis's",
+            "harmonics": meridians,
+            "sector": "only an arc of the ring is struck: the sectors differ",
+            "3d": "the drawn contact face is the whole ring, not an arc of it",
+        }
+
+    def measures_inside(self, level: Level) -> float:
+        from seatfem.structures.counts.bodies import section_of  # of plans only
+
+        if level in ("axisymmetric", "harmonics"):
+            return section_of(self.geometry().profile).inner.total
+        return super().measures_inside(level)
+
+    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
+        from seatfem.structures.natural_modes import by_harmonics  # of `seatfem modes` only
+
+        if self.isotropic and self.model != "3d":
+            return by_harmonics(self, wanted, watch, progress)
+        return super().natural_modes(wanted, watch, progress)
+
+
+class Annular(Turned):
+    """A circular plate with a port bore and a raised, rounded lip around it; the reed strikes the lip's flat top."""
+
+    shape: ClassVar[type[Turning]] = AnnularSeat
+    sample: ClassVar[str] = """
+bore_radius = "5 mm"
+lip_width = "1 mm"
+"""
+
+    kind: Literal["annular"]
+
+    def geometry(self) -> AnnularSeat:
+        return of_same_names(AnnularSeat, self)
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        """Return the outlines with the width of the lip beside that of its flat top."""
+        views, shape = super().views(at), self.geometry()
+        edge = shape.lip_edge_radius if shape.lip_height else 0.0
+        flat = next(size for size in views.sizes if size.text.startswith("contact"))
+        text = f"lip {length_text(shape.lip_width)} wide"
+        lip = replace(flat, low=flat.low - edge, high=flat.high + edge, text=text)
+        sizes = (*(size for size in views.sizes if size is not flat), *((flat,) if edge else ()), lip)
+        return replace(views, sizes=sizes)
+
+    def struck_part(self) -> tuple[float, float, float]:
+        shape = self.geometry()
+        width = shape.lip_width - (2 * shape.lip_edge_radius if shape.lip_height else 0.0)
+        return self.struck_area, width, shape.thickness + shape.lip_height
+
+
+class Conical(Turned):
+    """A ring whose port widens in a cone, as under a poppet valve; a band in the middle of the cone is struck."""
+
+    shape: ClassVar[type[Turning]] = ConicalSeat
+    sample: ClassVar[str] = """
+bore_radius = "4 mm"
+face_width = "2 mm"
+"""
+
+    kind: Literal["conical"]
+
+    def geometry(self) -> ConicalSeat:
+        return of_same_names(ConicalSeat, self)
+
+    def struck_part(self) -> tuple[float, float, float]:
+        shape = self.geometry()
+        start, end = shape.band
+        return self.struck_area, end - start, shape.thickness
+
+    def column(self) -> Column | None:
+        """Return the column under the band as it is seen along the axis."""
+        column = super().column()
+        return None if column is None else replace(column, area=column.area * math.sin(self.geometry().half_angle))
+
+
+class StopperSeat(Turned):
+    """A disc, flat or domed, struck around its axis: the stop that limits a valve's lift."""
+
+    shape: ClassVar[type[Turning]] = Stopper
+    sample: ClassVar[str] = """
+radius = "8 mm"
+thickness = "5 mm"
+contact_radius = "1 mm"
+"""
+
+    kind: Literal["stopper"]
+
+    def geometry(self) -> Stopper:
+        return of_same_names(Stopper, self)
+
+    def struck_part(self) -> tuple[float, float, float]:
+        return self.struck_area, self.geometry().contact_radius, self.geometry().thickness
+
+
+class Ball(Turned):
+    """An elastic sphere in free flight. It touches with a small flat facet at its pole, a disc whose radius stays: it
+    translates as a rigid body exactly, and its waves and own compliance are in its Green's function. Hertz's contact of
+    a ball on a flat face, whose disc grows with the force, is kind = "rigid_mass" with law = { kind = "hertz", ... }:
+    that has the compliance of both bodies, and no waves in the ball."""
+
+    traits: ClassVar[Traits] = replace(Turned.traits, has_stress=True)
+    group: ClassVar[str] = "strikers"
+    sample: ClassVar[str] = """
+diameter = "10 mm"
+damping_ratio = 0.005
+"""
+    sample_scene: ClassVar[SampleScene] = SampleScene('velocity = "-0.5 m/s"', "stopper")
+
+    kind: Literal["ball"]
+    diameter: Length = Field(description="diameter")
+    contact_radius: Length | None = Field(None, description="radius of the facet; absent: diameter/16")
+    fixed: Literal["nothing"] = Field("nothing", description="it flies freely")  # type: ignore[assignment]
+
+    @model_validator(mode="after")
+    def _whole_facet(self) -> Self:
+        if self.arc is not None:
+            raise KeyProblem("arc", "a ball touches with its whole facet; remove the key")
+        return self
+
+    @property
+    def clamped(self) -> bool:
+        return False
+
+    def geometry(self) -> Sphere:
+        return Sphere(self.diameter, self.contact_radius or self.diameter / 16)
+
+    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+        radius = self.diameter / 2
+        diameter = Size("plan", 1, -radius, radius, radius, f"Ø {length_text(self.diameter)}")
+        return replace(super().views(at), sizes=(diameter,))
+
+    def pushed_by_springs(self, body: Body, points: Array | None) -> Array:
+        """Return (M, n) of its translation alone, as a spring through its centre does: not its facet, which yields."""
+        modal, pushed = body.greens.modal, super().pushed_by_springs(body, points)
+        assert modal is not None
+        return np.where(modal.omega[:, None] == 0, pushed, 0.0)
+
+    def stress(
+        self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool, since: float | None = None
+    ) -> ReedStress | None:
+        """Return the largest von Mises stress on the axis below the facet, and its depth in place of its place.
+
+        The facet's pressure is uniform, as its port in the Green's function has it: p = N/(pi a^2). The stress below it
+        is that in a half-space, at rest under the force of each moment: sigma = 2 tau_max of `disk_shear_maximum`.
+
+        Source: Timoshenko and Goodier, load over part of the boundary of a semi-infinite solid.
+        """
+        from impact.after.spans import Spans
+        from impact.after.stresses import NO_STRESS, PeakStress, stress_by_spans
+
+        spans, facet = Spans.of_run(force, dt, since), self.geometry().contact_radius
+        most, pressed = self._most_stressed, np.abs(force)
+        number = spans.of_times(np.arange(len(force)))
+
+        def largest(chosen: slice) -> PeakStress:
+            in_spans = np.isin(number, np.arange(spans.count)[chosen])
+            if not pressed[in_spans].any():
+                return NO_STRESS
+            step = int(np.argmax(np.where(in_spans, pressed, 0.0)))
+            value = 2 * most.stress * pressed[step] / (math.pi * facet**2)
+            return PeakStress(float(value), most.depth * facet, dt * step)
+
+        return stress_by_spans(spans, largest)
+
+    def stress_histories(
+        self, force: Array, dt: float, body: Body, at: At, also: Collection[float] = (), *, few: bool = False
+    ) -> Iterator[tuple[str, Array]]:
+        """Yield the tensors at the depth below the facet where the von Mises stress is largest, as of `stress`."""
+        from impact.exact.contact_stress import disk_axis_stress
+
+        facet, depth = self.geometry().contact_radius, self._most_stressed.depth
+        across, along = disk_axis_stress(np.array([depth]), poisson=self.material.mean.poisson)
+        tensors = np.zeros((len(force), 6))
+        tensors[:, :2], tensors[:, 2] = across[0], along[0]
+        yield f"{length_text(depth * facet)} below the facet", tensors * np.abs(force)[:, None] / (math.pi * facet**2)
+
+    @property
+    def _most_stressed(self) -> ShearMaximum:
+        from impact.exact.contact_stress import disk_shear_maximum
+
+        return disk_shear_maximum(poisson=self.material.mean.poisson)
+
+    def struck_part(self) -> tuple[float, float, float]:
+        return self.struck_area, self.geometry().contact_radius, self.diameter
