@@ -22,6 +22,8 @@ FILE_LIMIT = 8192 * MB
 GROUPS = ("reeds", "seats", "strikers", "imported")
 """Of kinds of structures, in the order of lists."""
 Made = TypeVar("Made", bound="DataclassInstance")
+Contradictions = Iterator[tuple[str, str]]
+"""Keys to change, and why."""
 
 
 class KeyProblem(ValueError):
@@ -39,6 +41,11 @@ def keys_of(table: str) -> Iterator[None]:
         yield
     except KeyProblem as problem:
         raise KeyProblem(f"{table}.{problem.key}", str(problem)) from None
+
+
+def within(table: str, contradictions: Iterable[tuple[str, str]]) -> Contradictions:
+    """Yield the contradictions in a ``table`` by the dotted keys that they have in the table around it."""
+    yield from ((f"{table}.{key}", words) for key, words in contradictions)
 
 
 @contextmanager
@@ -68,7 +75,7 @@ class Table(BaseModel):
         """Return those of these keys that have a value."""
         return [key for key in keys if getattr(self, key) is not None]
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         """Yield the keys to change, and why, where several together are wrong; the first of them is reported."""
         yield from ()
 

@@ -1,4 +1,4 @@
-"""Checks that the tables of a scene agree with each other: what one of them asks of another."""
+"""Contradictions between the tables of a scene: what one of them asks of another."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from seatfem.fields import KeyProblem, keys_of
+from seatfem.fields import Contradictions, keys_of, within
 from seatfem.structures.kinds.striking import check_along
 from seatfem.structures.rings import Division
 from seatfem.study.scene.measures import LifeMargin, Stress, any_needs_stress
@@ -21,51 +21,50 @@ if TYPE_CHECKING:
     from seatfem.study.scene.stress import Stress as StressTable
 
 
-def check_agreement(scene: Scene) -> None:
-    """Raise the first `KeyProblem`."""
+def contradictions_of(scene: Scene) -> Contradictions:
+    """Yield the keys to change, and why, where tables of the scene do not agree with each other."""
     if scene.gas is not None:
-        _check_gas(scene.gas, scene.run.duration)
-    _check_roles(scene)
-    _check_loads(scene)
-    _check_bases(scene)
-    _check_contact(scene.reed, scene.seat.struck_ring, scene.contact.at)
-    check_start(scene)
-    _check_lip(scene.seat, scene.reed, scene.contact)
-    _check_parts_of_the_seat(scene.seat, scene.contact, scene.stress, scene.run.duration)
-    _check_stress_of_the_reed(scene)
+        yield from _of_gas(scene.gas, scene.run.duration)
+    yield from _of_roles(scene)
+    yield from _of_loads(scene)
+    yield from _of_bases(scene)
+    yield from _of_contact(scene.reed, scene.seat.struck_ring, scene.contact.at)
+    yield from contradictions_of_start(scene)
+    yield from _of_lip(scene.seat, scene.reed, scene.contact)
+    yield from _of_parts(scene.seat, scene.contact, scene.stress, scene.run.duration)
+    yield from _of_reed_stress(scene)
 
 
-def _check_gas(gas: CompressorGas, duration: float) -> None:
+def _of_gas(gas: CompressorGas, duration: float) -> Contradictions:
     takes = write_quantity(duration, "time")
     if gas.cycles is not None and not math.isclose(gas.cycles * gas.turn, duration, rel_tol=1e-6):
         words = f"{gas.cycles:g} turns take {write_quantity(gas.cycles * gas.turn, 'time')}, run.duration is {takes}"
-        raise KeyProblem("gas.cycles", f"{words}: keep one of the two")
+        yield "gas.cycles", f"{words}: keep one of the two"
     if gas.cylinder_pressure is not None:
         time, slack = gas.course.time, 1e-9 * duration
         if not gas.course.period and (time[0] > slack or time[-1] < duration - slack):
             first, last = (write_quantity(end, "time") for end in (time[0], time[-1]))
             words = f"the record covers {first} to {last}, the run takes {takes}"
-            raise KeyProblem("gas.cylinder_pressure", f"{words}: give a longer record, or shorten run.duration")
+            yield "gas.cylinder_pressure", f"{words}: give a longer record, or shorten run.duration"
 
 
-def _check_roles(scene: Scene) -> None:
-    """Check that what is struck is at rest, and what strikes moves."""
+def _of_roles(scene: Scene) -> Contradictions:
+    """Yield where what is struck is not at rest, or what strikes does not move."""
     if scene.seat.motion:
-        words = "the struck body is at rest; remove the key, or use the body as the reed"
-        raise KeyProblem(f"seat.{scene.seat.motion}", words)
+        yield f"seat.{scene.seat.motion}", "the struck body is at rest; remove the key, or use the body as the reed"
     reed, moved_by = scene.reed, scene.reed.moved_by
     if not moved_by:
-        raise KeyProblem("reed.kind", f"a body of kind {reed.kind!r} cannot move; take a kind that can")
+        yield "reed.kind", f"a body of kind {reed.kind!r} cannot move; take a kind that can"
     if not reed.motion and not (scene.load or scene.base or scene.spring) and scene.gas is None:
         others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
         words = type(reed).model_fields[moved_by[0]].description or ""
-        raise KeyProblem(f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}")
+        yield f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}"
     with keys_of("reed"):
         reed.check_motion()
 
 
-def _check_loads(scene: Scene) -> None:
-    """Check that loads and springs act where the reed has a place, and on what is known of it."""
+def _of_loads(scene: Scene) -> Contradictions:
+    """Yield where loads and springs act on no place of the reed, or on what is not known of it."""
     reed = scene.reed
     for number, load in enumerate(scene.load):
         reed.check_place(load.at, f"load.{number}.at")
@@ -73,109 +72,103 @@ def _check_loads(scene: Scene) -> None:
             reed.check_place(np.array([load.point]), f"load.{number}.point")
         if (keys := load.given_keys("gravity", "base_motion")) and not reed.traits.has_weight:
             words = f"of a reed of kind {reed.kind!r} it is not known how its mass is spread; give a force"
-            raise KeyProblem(f"load.{number}.{keys[0]}", words)
+            yield f"load.{number}.{keys[0]}", words
     for number, spring in enumerate(scene.spring):
         with keys_of(f"spring.{number}"):
             spring.check(reed)
     if scene.spring and scene.base_of("reed") is not None:
         words = "the guard that springs stand on is at rest, [[base]] moves the reed's clamp: remove one of the two"
-        raise KeyProblem("spring.0.stiffness", f"{words}, or move the seat")
+        yield "spring.0.stiffness", f"{words}, or move the seat"
 
 
-def _check_bases(scene: Scene) -> None:
+def _of_bases(scene: Scene) -> Contradictions:
     for number, base in enumerate(scene.base):
         key = f"base.{number}.of"
         if base.of not in scene.bodies:
-            raise KeyProblem(key, "there is no [stopper]; add one, or remove the table")
+            yield key, "there is no [stopper]; add one, or remove the table"
         if base is not scene.base_of(base.of):
-            raise KeyProblem(key, f"the base of the {base.of} has a table before; keep one")
+            yield key, f"the base of the {base.of} has a table before; keep one"
         if loose := scene.bodies[base.of].loose:
             words = loose.replace("seat.kind", f"{base.of}.kind")
-            raise KeyProblem(key, f"{words}: it has no base that could move it; remove the table")
+            yield key, f"{words}: it has no base that could move it; remove the table"
         if base.of == "reed" and not scene.reed.traits.has_weight:
             words = f"of a reed of kind {scene.reed.kind!r} it is not known how its mass is spread"
-            raise KeyProblem(key, f"{words}; give a beam or a plate")
+            yield key, f"{words}; give a beam or a plate"
 
 
-def _check_contact(reed: Structure, ring: tuple[float, float] | None, at: float | None) -> None:
+def _of_contact(reed: Structure, ring: tuple[float, float] | None, at: float | None) -> Contradictions:
     check_along(reed.kind, reed.reach, at, "contact.at")
     if ring is None or reed.reach is None or at is None:
         return
     if at < (outer := ring[0] + ring[1] / 2) * (1 - 1e-9):
         words = f"the lip's middle is {write_quantity(at, 'length')} from the clamp, and the lip reaches"
         reaches = f"{words} {write_quantity(outer, 'length', 4)} from its middle, behind the clamp"
-        raise KeyProblem("contact.at", f"{reaches}; make contact.at at least that, or the lip smaller")
+        yield "contact.at", f"{reaches}; make contact.at at least that, or the lip smaller"
 
 
-def check_start(scene: Scene) -> None:
-    """Check that the stopper meets the reed where it has a place, and not before the start; raises `KeyProblem`."""
+def contradictions_of_start(scene: Scene) -> Contradictions:
+    """Yield where the stopper meets the reed before the start. Raises `KeyProblem` of a place that the reed has not."""
     if (stopper := scene.stopper) is None:
         return
     check_along(scene.reed.kind, scene.reed.reach, stopper.at, "stopper.at")
     if stopper.parts != Division() and scene.reed.thin_plate is None:
         key = "arcs" if (stopper.arcs or 1) > 1 else "tilt" if stopper.tilt else "rings"
         words = f"a reed of kind {scene.reed.kind!r} touches with one rigid face; remove the key, or take a plate"
-        raise KeyProblem(f"stopper.{key}", words)
+        yield f"stopper.{key}", words
     key, more = ("gap", 0.0) if stopper.lift is None else ("lift", scene.contact.gap)
     if more > 0 and scene.has_two_places:
         words = (
             f"with contact.gap = {1e3 * more:g} mm the closed reed is bent, and where it stands at stopper.at depends"
         )
-        raise KeyProblem("stopper.lift", f"{words} on what holds it there; give stopper.gap, from the undeformed reed")
+        yield "stopper.lift", f"{words} on what holds it there; give stopper.gap, from the undeformed reed"
     gap, start = scene.stopper_gap, scene.reed.start_at(scene.contact.at if stopper.at is None else stopper.at)
     stated = f"{1e3 * (gap + more):.6g} mm"
     if gap < 0:
         words = f"{stated} is less than contact.gap = {1e3 * more:.6g} mm: the undeformed reed would stand inside"
-        raise KeyProblem(f"stopper.{key}", f"{words} the stopper; make the lift at least {1e3 * more:.6g} mm")
+        yield f"stopper.{key}", f"{words} the stopper; make the lift at least {1e3 * more:.6g} mm"
     if start > gap + 1e-9 * abs(start):
         words = (
             f"{stated}: at the start the reed stands {1e3 * start:.6g} mm off its undeformed place there, inside the"
         )
         least = f"stopper (limit: stopper.{key}); make the {key} at least {1e3 * (start + more):.6g} mm"
-        raise KeyProblem(f"stopper.{key}", f"{words} {least}, or release the reed from a smaller deflection")
+        yield f"stopper.{key}", f"{words} {least}, or release the reed from a smaller deflection"
 
 
-def _check_lip(seat: Structure, reed: Structure, contact: Contact) -> None:
+def _of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradictions:
     if (key := contact.along_a_lip) and (why := seat.no_lip):
-        raise KeyProblem(f"contact.{key}", f"a seat of kind {seat.kind!r}, {why}")
+        yield f"contact.{key}", f"a seat of kind {seat.kind!r}, {why}"
     if seat.is_curved:
-        raise KeyProblem("seat.curvature", "only the reed may be curved; remove the key")
+        yield "seat.curvature", "only the reed may be curved; remove the key"
     if reed.is_curved and (why := seat.no_lip):
-        raise KeyProblem("reed.curvature", f"a seat of kind {seat.kind!r}, {why}")
+        yield "reed.curvature", f"a seat of kind {seat.kind!r}, {why}"
     if reed.is_curved and contact.ports == 1:
-        words = "a single contact point has only a mean gap, reed.curvature needs several: remove it"
-        raise KeyProblem("contact.ports", words)
+        yield "contact.ports", "a single contact point has only a mean gap, reed.curvature needs several: remove it"
     if any(contact.offset) and reed.thin_plate is None:
-        words = f"a body of kind {reed.kind!r} touches with one rigid face; remove the key"
-        raise KeyProblem("contact.offset", words)
+        yield "contact.offset", f"a body of kind {reed.kind!r} touches with one rigid face; remove the key"
 
 
-def _check_parts_of_the_seat(seat: Structure, contact: Contact, stress: StressTable | None, duration: float) -> None:
-    """Check the film on its lip, the stress in its finite elements, and the rings of its contact face."""
+def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, duration: float) -> Contradictions:
+    """Yield what is wrong with the film on its lip, its stress, and the rings of its contact face."""
     if contact.film is not None:
-        with keys_of("contact"):
-            contact.film.check(seat.struck_ring, seat.kind, contact.rings)
+        yield from within("contact", contact.film.check(seat.struck_ring, seat.kind, contact.rings))
     if stress is not None:
         if seat.elastic is None:
-            raise KeyProblem("stress", f"a seat of kind {seat.kind!r} has no finite elements; remove the table")
-        with keys_of("stress"):
-            stress.check(duration)
+            yield "stress", f"a seat of kind {seat.kind!r} has no finite elements; remove the table"
+        yield from within("stress", stress.check(duration))
     if contact.rings > 1 and not seat.traits.has_rings:
-        words = f"a seat of kind {seat.kind!r} has no contact face that could be divided; remove the key"
-        raise KeyProblem("contact.rings", words)
+        yield "contact.rings", f"a seat of kind {seat.kind!r} has no contact face that could be divided; remove the key"
 
 
-def _check_stress_of_the_reed(scene: Scene) -> None:
-    """Check the measures that look at the reed's stress, and its life."""
+def _of_reed_stress(scene: Scene) -> Contradictions:
+    """Yield what is wrong with the measures that look at the reed's stress, and with its life."""
     wanted = scene.accuracy.measures
     name = LifeMargin.name if LifeMargin.name in wanted else Stress.name
     if any_needs_stress(wanted) and not (scene.reed.traits.has_stress or scene.reed.thin_plate is not None):
         bends = "has no bending stress that is known" if scene.reed.reach else "does not bend, it has no stress"
         words = f"{name} is asked of a body of kind {scene.reed.kind!r}, which {bends}: remove it, or use a cantilever"
-        raise KeyProblem("accuracy.measures", f"{words} or a plate")
+        yield "accuracy.measures", f"{words} or a plate"
     if LifeMargin.name in wanted and (scene.life is None or scene.life.demand() is None):
         words = f"{name} is asked, and no strength of the reed is stated: add life.strength, or remove the measure"
-        raise KeyProblem("accuracy.measures", words)
+        yield "accuracy.measures", words
     if scene.life is not None:
-        with keys_of("life"):
-            scene.life.check(scene)
+        yield from within("life", scene.life.check(scene))

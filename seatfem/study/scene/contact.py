@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from pydantic import model_validator
 
-from seatfem.fields import Angle, Length, Opening, Position, Table, absent, default, one_of
+from seatfem.fields import Angle, Contradictions, Length, Opening, Position, Table, absent, default, one_of
 from seatfem.structures.rings import MOST_CHOSEN, MOST_PORTS, MOST_RINGS
 from seatfem.study.scene.film import Film
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
@@ -85,7 +84,7 @@ class Contact(Table):
         """Return the first key that only a lip has a use for; "" where none is given."""
         return "ports" if (self.ports or 1) > 1 else self.uneven or ("offset" if any(self.offset) else "")
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         if abs(self.tilt) > STEEPEST:
             yield "tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg"
         arcs = self.ports or 1

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import BeforeValidator, Field
 
-from seatfem.fields import Acceleration, Length, Position, SignedArea, Table, absent
+from seatfem.fields import Acceleration, Contradictions, Length, Position, SignedArea, Table, absent
 from seatfem.structures.kinds.motion import AnyAcceleration, AnyForce, AnyPressure
 
 ACTING = ("pressure", "force", "gravity", "base_motion")
@@ -35,7 +35,7 @@ class AreaByLift(Table):
     lift: tuple[Position, ...] = Field(min_length=1, description="opening at the contact, increasing")
     area: tuple[SignedArea, ...] = Field(min_length=1, description="area at each of them")
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         if len(self.lift) != len(self.area):
             yield "area", f"{len(self.area)} areas at {len(self.lift)} lifts: give one for each"
         if self.lift[0] < 0:
@@ -79,7 +79,7 @@ area = "80 mm^2"
         "acceleration of the frame along the normal; a constant one may be written as text"
     )
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         self.check_one_of(ACTING, "nothing acts")
         if self.area is None and self.pressure is not None:
             yield "area", "required key is missing: effective area"

@@ -8,7 +8,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from impact.march.film import SqueezeFilm
-from seatfem.fields import KeyProblem, Length, Pressure, Table, Viscosity, absent, default
+from seatfem.fields import Contradictions, Length, Pressure, Table, Viscosity, absent, default
 
 
 class Film(Table):
@@ -37,14 +37,14 @@ floor = "2 um"
         "1 bar", "pressure by which the film pulls before it breaks: the ambient one less that of cavitation"
     )
 
-    def check(self, ring: tuple[float, float] | None, seat: str, rings: int) -> None:
-        """Check the film on the seat's lip, mean radius and width [m]; `KeyProblem` where there is no such strip."""
+    def check(self, ring: tuple[float, float] | None, seat: str, rings: int) -> Contradictions:
+        """Yield what is wrong with the film on the seat's lip, a ``ring`` of mean radius and width [m]."""
         if rings > 1:
-            raise KeyProblem("film", f"the film is known across the whole lip, not in {rings} rings: remove either")
+            yield "film", f"the film is known across the whole lip, not in {rings} rings: remove either"
         for key in ("width", "length"):
             if ring is None and getattr(self, key) is None:
                 words = f"required key is missing: of a seat of kind {seat!r}, as it is given here, no lip is known"
-                raise KeyProblem(f"film.{key}", f"{words}; give width and length of the strip that closes")
+                yield f"film.{key}", f"{words}; give width and length of the strip that closes"
 
     def of(self, ring: tuple[float, float] | None) -> SqueezeFilm:
         """Return the film on the whole lip."""

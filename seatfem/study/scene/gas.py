@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Annotated, ClassVar, Final, Literal
 
 import numpy as np
@@ -17,6 +16,7 @@ from impact.gas.valve import NOT_MEASURED, AreaTable, ReedValve, port_flow, port
 from seatfem.fields import (
     Angle,
     Area,
+    Contradictions,
     ExistingFile,
     Gap,
     KeyProblem,
@@ -50,7 +50,7 @@ class Fluid(Table):
     molar_mass: MolarMass | None = absent("of the gas")
     source: str = default("", "citation of the numbers")
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         if self.name is None and (self.k is None or self.molar_mass is None):
             yield "k", "a gas needs a name, or k and molar_mass"
         if self.name is not None and (self.k is not None or self.molar_mass is not None):
@@ -94,9 +94,11 @@ class MeasuredArea(Table):
         lift, area = np.array(self.area).T
         return AreaTable(lift, area, self.source)
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
-        with problem_of("area", GasError):
+    def contradictions(self) -> Contradictions:
+        try:
             _ = self.table
+        except GasError as problem:
+            yield "area", str(problem)
 
 
 class Directions(Table):
@@ -164,7 +166,7 @@ port_diameter = "12 mm"
     flow: Directions = default({}, "effective flow areas; estimated where absent")
     force: Directions = default({}, "effective force areas; that of the port where absent")
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         keys = self.given_keys(*OF_THE_CRANK)
         if self.cylinder_pressure is not None:
             if unused := [*keys, *self.given_keys(*BESIDE)]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 from seatfem.fields import (
+    Contradictions,
     ExistingFile,
     Fraction,
     KeyProblem,
@@ -16,6 +16,7 @@ from seatfem.fields import (
     Table,
     absent,
     default,
+    within,
 )
 from seatfem.study.scene.life_curves import Curves
 from seatfem.units import write_quantity
@@ -70,7 +71,7 @@ source = "report, page"
     )
     source: str = default("", "citation of impact_speed_limit")
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         if self.impact_speed_limit is not None and not self.source.strip():
             yield "source", "required key is missing: citation of impact_speed_limit"
         if self.source and self.impact_speed_limit is None:
@@ -156,34 +157,34 @@ source = "report, page"
         strength = self.measured()
         return strength if strength is not None and strength.impact_velocity is not None else None
 
-    def check(self, scene: Scene) -> None:
-        """Raise `KeyProblem` where the scene gives no stress to judge, or no turn of the crank."""
+    def check(self, scene: Scene) -> Contradictions:
+        """Yield where the scene gives no stress to judge, or no turn of the crank."""
         if self.contact_criterion and (scene.contact.law.of_a_sphere is None or scene.contact.rings > 1):
             words = "the stress below a contact is known of a law of Hertz, not in rings: state one, or remove the key"
-            raise KeyProblem("contact_criterion", words)
-        bends = scene.reed.traits.has_stress or scene.reed.thin_plate is not None
+            yield "contact_criterion", words
+        bends = scene.reed.has_stress or scene.reed.thin_plate is not None
         judged = self.of_bending and self.strength is not None
         if judged and not bends:
             words = f"of a body of kind {scene.reed.kind!r} no bending stress is known: remove it, or use a cantilever"
-            raise KeyProblem("strength", f"{words} or a plate")
+            yield "strength", f"{words} or a plate"
         if self.seat_strength is not None and scene.stress is None:
-            raise KeyProblem("seat_strength", "stress in the seat is not computed: add the table [stress]")
+            yield "seat_strength", "stress in the seat is not computed: add the table [stress]"
         if self.multiaxial and not (self.seat_strength or scene.reed.thin_plate is not None):
             words = (
                 f"a body of kind {scene.reed.kind!r} has no stress of several axes: remove it, or give seat_strength"
             )
-            raise KeyProblem("multiaxial", words)
+            yield "multiaxial", words
         if self.curves is not None:
-            self.curves.check(scene)
+            yield from within("curves", self.curves.check(scene))
         if self.block == "last cycle":
             if (turn := turn_of(scene)) is None:
-                raise KeyProblem("block", "no load of one rpm repeats in this scene; take the run as the block")
+                yield "block", "no load of one rpm repeats in this scene; take the run as the block"
             if scene.run.duration < TURNS * turn * (1 - 1e-9):
                 duration, each = (write_quantity(time, "time") for time in (scene.run.duration, turn))
                 words = (
                     f"run.duration = {duration} holds fewer than {TURNS} turns of {each}, so that the last one would"
                 )
-                raise KeyProblem("block", f"{words} hold the start: watch longer, or take the run as the block")
+                yield "block", f"{words} hold the start: watch longer, or take the run as the block"
 
 
 def turn_of(scene: Scene) -> float | None:

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
-from seatfem.fields import Angle, Gap, KeyProblem, Speed, Table, default
-from seatfem.study.scene.agreement import check_start
+from seatfem.fields import Angle, Contradictions, Gap, KeyProblem, Speed, Table, default
+from seatfem.study.scene.agreement import contradictions_of_start
 from seatfem.study.scene.stopper import STEEPEST
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ class Curves(Table):
     tilt: tuple[Angle, ...] = default((), "of the reed on the seat's lip: contact.tilt")
     lift: tuple[Gap, ...] = default((), "to the stopper: its gap, or its lift where that is stated")
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         curves = {name: getattr(self, name) for name in UNITS if getattr(self, name)}
         if not curves:
             yield "speed", "no curve is asked for: give speed, tilt or lift, or remove the table"
@@ -49,14 +49,15 @@ class Curves(Table):
         least = sum(map(len, curves.values()))
         return least, least + OF_A_CURVE * len(curves)
 
-    def check(self, scene: Scene) -> None:
-        """Raise `KeyProblem` for a value that the scene cannot have."""
+    def check(self, scene: Scene) -> Contradictions:
+        """Yield the values that the scene cannot have."""
         for name, value in ((name, value) for name, values in self.asked() for value in values):
+            unit, factor = UNITS[name]
             try:
-                check_start(varied(scene, name, value))
+                problems = [words for _, words in contradictions_of_start(varied(scene, name, value))]
             except KeyProblem as problem:
-                unit, factor = UNITS[name]
-                raise KeyProblem(f"curves.{name}", f"{value * factor:g} {unit}: {problem}") from None
+                problems = [str(problem)]
+            yield from ((name, f"{value * factor:g} {unit}: {words}") for words in problems)
 
 
 def varied(scene: Scene, name: str, value: float) -> Scene:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from seatfem.fields import Table, absent, default, one_of, read_rpm
+from seatfem.fields import Contradictions, Table, absent, default, one_of, read_rpm
 from seatfem.structures.kinds import Structure, kinds_of
-from seatfem.study.scene.agreement import check_agreement
+from seatfem.study.scene.agreement import contradictions_of
 from seatfem.study.scene.assembly import Assembly, with_places
 from seatfem.study.scene.base import Base
 from seatfem.study.scene.contact import Contact
@@ -125,7 +125,5 @@ class Scene(Table):
         """Return whether any load depends on how far the reed is off its seat."""
         return self.gas is not None or any(load.by_lift for load in self.load)
 
-    @model_validator(mode="after")
-    def _tables_agree(self) -> Self:
-        check_agreement(self)
-        return self
+    def contradictions(self) -> Contradictions:
+        return contradictions_of(self)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final, Literal
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import Fraction, KeyProblem, Table, Time, absent, default
+from seatfem.fields import Contradictions, Fraction, KeyProblem, Table, Time, absent, default
 from seatfem.study.scene.measures import LandingChoice, all_measures, judged_names
 from seatfem.units import write_quantity
 
@@ -24,7 +24,7 @@ class Run(Table):
     time_step: Time | None = absent("time step; chosen from both bodies where absent", examples=["50 ns"])
     filter_width: Time = default("1 us", "width of the moving average behind filtered_peak_force_N")
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         if self.time_step is not None and 2 * self.time_step > self.duration:
             step, duration = (write_quantity(time, "time") for time in (self.time_step, self.duration))
             yield "time_step", f"{step} must leave at least two steps in {duration}"

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final
 
 import numpy as np
 from pydantic import BeforeValidator, Field
 
 from impact.greens.base import Array
-from seatfem.fields import Length, Position, ReadQuantity, Stiffness, Table, absent, default
+from seatfem.fields import Contradictions, Length, Position, ReadQuantity, Stiffness, Table, absent, default
 
 if TYPE_CHECKING:
     from seatfem.structures.kinds.structure import Structure
@@ -47,7 +46,7 @@ preload = "5 N"
     number: int | None = absent("of a plate: springs on a circle, the first on the x axis", strict=True, ge=1, le=MOST)
     radius: Length | None = absent("of that circle, about the centre of the plate's contact")
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         if (self.number is None) != (self.radius is None):
             missing = "number" if self.number is None else "radius"
             yield missing, "required key is missing: springs on a circle have number and radius"

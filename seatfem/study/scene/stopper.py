@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from pydantic import Field, SerializerFunctionWrapHandler, create_model, model_serializer, model_validator
 
-from seatfem.fields import Angle, Gap, Length, Position, Table, absent, default, one_of
+from seatfem.fields import Angle, Contradictions, Gap, Length, Position, Table, absent, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.rings import MOST_PORTS, MOST_RINGS, Division
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
@@ -73,7 +73,7 @@ gap = "1.5 mm"
         own: dict[str, Any] = dict(handler(self))
         return {**own.pop("body", {}), **own}
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         if self.gap is None and self.lift is None:
             words = type(self).model_fields["gap"].description
             yield "gap", f"required key is missing: {words}; or give lift, from the seat"

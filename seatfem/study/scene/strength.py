@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Final
@@ -13,9 +12,9 @@ from pydantic import Field
 from impact.life.curves import Curve, LifeError, basquin, tabled
 from impact.life.strength import Strength
 from seatfem.fields import (
+    Contradictions,
     ExistingFile,
     Fraction,
-    KeyProblem,
     Length,
     Pressure,
     Source,
@@ -49,7 +48,7 @@ class CurveTable(Table):
     scatter: float | None = absent("standard deviation of log10 N", ge=0)
     survival: Fraction = default(0.5, "share of specimens that survive the curve as it is stated")
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         knee = {key: getattr(self, key) for key in ("knee_stress", "knee_cycles", "slope")}
         if self.points and self.file is not None:
             yield "file", "points are given too; keep one of the two"
@@ -100,12 +99,12 @@ class StrengthTable(Table):
     limit_cycles: Count | None = absent("N of the two limits")
     impact_velocity: Speed | None = absent("largest speed of closing allowed")
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         try:
             _ = self.strength
         except LifeError as problem:
             key, _, words = str(problem).removeprefix("strength.").partition(": ")
-            raise KeyProblem(key, words) from None
+            yield key, words
 
     @cached_property
     def strength(self) -> Strength:

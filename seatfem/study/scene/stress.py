@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import ClassVar
 
-from seatfem.fields import Gap, KeyProblem, Position, Table, Time, absent, default
+from seatfem.fields import Contradictions, Gap, Position, Table, Time, absent, default
 from seatfem.units import write_quantity
 
 MOST = 100
@@ -54,7 +53,7 @@ frames = 40
         "after its first contact"
     )
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         if not self.surface and not self.points:
             yield "points", "no point is named and surface = false: name one, or remove the table"
         if not self.frames and (idle := [key for key in ("frames_from", "frames_until") if getattr(self, key)]):
@@ -63,9 +62,9 @@ frames = 40
             last, first = (write_quantity(time, "time") for time in (self.frames_until, self.frames_from))
             yield "frames_until", f"{last} must be later than frames_from = {first}"
 
-    def check(self, duration: float) -> None:
-        """Raise `KeyProblem` for frames that lie beyond the run, ``duration`` [s]."""
+    def check(self, duration: float) -> Contradictions:
+        """Yield the frames that lie beyond the run, ``duration`` [s]."""
         for key in self.given_keys("frames_from", "frames_until"):
             if (time := getattr(self, key)) > duration:
                 stated, most = (write_quantity(each, "time") for each in (time, duration))
-                raise KeyProblem(key, f"{stated} must be at most run.duration = {most}")
+                yield key, f"{stated} must be at most run.duration = {most}"

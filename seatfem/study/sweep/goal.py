@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
 from pydantic import BeforeValidator
 
-from seatfem.fields import Fraction, Table, absent, default
+from seatfem.fields import Contradictions, Fraction, Table, absent, default
 
 LEAST: Final = 5  # evaluations: three for a line and its curvature, one to begin with, one that uses them
 CONFIRMED: Final = 3  # points that are carried out at the scene's own target
@@ -78,6 +77,6 @@ class Optimise(Table):
         """Return all measures that are asked for, each once."""
         return tuple(dict.fromkeys((self.measure, *(each.measure for each in self.subject_to))))
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         if (self.minimise is None) == (self.maximise is None):
             yield "minimise", "give one of minimise and maximise: a key of summary.json"

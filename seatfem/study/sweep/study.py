@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from seatfem.fields import ExistingFile, Table, absent, default, kinds_below
+from seatfem.fields import Contradictions, ExistingFile, Table, absent, default, kinds_below
 from seatfem.study.scene.load import load_table
 from seatfem.study.sweep.goal import Optimise
 from seatfem.study.sweep.variations import AnyVariation, Listed, Range, Variation
@@ -120,10 +120,10 @@ class Study(Table):
         names = (*self.outputs.asked(), *(() if self.optimise is None else self.optimise.measures))
         return any(word in name for name in names for word in ("stress", "life"))
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         yield from self._contradictions_of_design() if self.optimise is None else self._contradictions_of_search()
 
-    def _contradictions_of_search(self) -> Iterator[tuple[str, str]]:
+    def _contradictions_of_search(self) -> Contradictions:
         for key in {"design", "number"} & self.model_fields_set:
             yield key, "[optimise] chooses the scenes; remove the key, or the table"
         if self.error_bars == "sampled":
@@ -141,7 +141,7 @@ class Study(Table):
             words = f"{self.optimise.most} evaluations are too few for {len(self.vary)} keys: at least {least}"
             yield "optimise.most", words
 
-    def _contradictions_of_design(self) -> Iterator[tuple[str, str]]:
+    def _contradictions_of_design(self) -> Contradictions:
         for key, each in self.vary.items() if self.error_bars == "sampled" else ():
             if key not in CONTACT_DATA and not (isinstance(each, Listed) and len(each.values) == 1):
                 words = "is no contact data, of which alone scenes may differ with error_bars = 'sampled'"

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from seatfem.fields import KeyProblem, Table, absent, kinds_below, one_of
+from seatfem.fields import Contradictions, KeyProblem, Table, absent, kinds_below, one_of
 from seatfem.units import number_and_unit
 
 MOST: Final = 10_000  # values of a key
@@ -55,7 +55,7 @@ class Variation(Table):
         values = {field.alias or name: getattr(self, name) for name, field in type(self).model_fields.items()}
         return {key: value for key, value in values.items() if isinstance(value, tuple)}
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         for key, (_, unit) in self.quantities().items():
             if unit != self.unit:
                 yield key, f"is in {unit or 'no unit'}, another in {self.unit or 'none'}: give all in one unit"
@@ -108,7 +108,7 @@ class Range(Variation):
     number: int | None = absent("of levels", strict=True, ge=2, le=MOST)
     scale: Literal["linear", "log"] = "linear"
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         yield from super().contradictions()
         if self.scale == "log" and self.low[0] <= 0:
             yield "from", f"{self.low[0]:g} is not positive, as a logarithmic scale needs it"
@@ -156,7 +156,7 @@ class TruncatedNormal(Normal):
     low: Quantity = Field(alias="from", description="lowest value")
     high: Quantity = Field(alias="to", description="highest value")
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         yield from super().contradictions()
         below, above = self._shares()
         if above - below < 1e-9:
@@ -197,7 +197,7 @@ class Tabled(Variation):
     def quantities(self) -> dict[str, tuple[float, str]]:
         return {f"points.{number}": value for number, (value, _) in enumerate(self.points)}
 
-    def contradictions(self) -> Iterator[tuple[str, str]]:
+    def contradictions(self) -> Contradictions:
         yield from super().contradictions()
         values, shares = np.array([(value[0], share) for value, share in self.points]).T
         if np.any(np.diff(values) <= 0) or np.any(np.diff(shares) < 0):
