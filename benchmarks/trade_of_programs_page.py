@@ -54,7 +54,6 @@ LOOKS: Final = {
 }  # fmt: skip
 WIDE: Final = 8.0  # inch, from which on a legend is one line
 LEAST: Final = 1e-5  # relative, the smallest error or doubt that is drawn
-TARGETS: Final = ("30 %", "1 %")  # whose runs are in the tables
 SHOWN: Final = ("beam_on_rod", "mass_on_lip", "tilted_flapper")
 TITLES: Final = {
     "beam_on_rod": "Beam reed on a rod",
@@ -179,14 +178,13 @@ it the scene files and the equations of these pages alone. One scene a section; 
 FINDINGS: Final = """- Bars are {wide:.0f} times the error in the median.
 - For the error that seatfem reaches at 1 % the other program takes {cheap}, and seatfem {low:.1f} to {high:.1f} times
   as long: it starts slower, plans, and repeats the contact for bars and baseline. CalculiX, given the mesh, takes
-  longer than all. seatfem takes any scene, chooses the model and knows the error.
+  longer than all. A program written for one scene is faster with it; seatfem takes any scene and knows the error.
 - A target of 30 % is hardly cheaper than one of 3 %: the time is not that of the contact.
 - `contact.gap` is the smallest opening on the centre lines of the parts across a lip: with one ring on that of the lip,
   with many at its edge. For the tilted flapper these are {shift:.1f} um apart; the reference takes the edge.
 - The tilted flapper misses 1 % by its own bar, and says so.
 
-Tables hold two runs of seatfem and, of the other programs, the cheapest point that is as accurate as the run for
-1 %, or their most accurate one. All points: `benchmarks/results/trade_of_programs.csv`.
+All points: `benchmarks/results/trade_of_programs.csv`.
 """
 ABOUT: Final = {
     "beam_on_rod": """A steel reed, moving in its first mode, lands on a rod of PEEK with its waves; the law is a
@@ -318,33 +316,18 @@ def failing(chart: Chart) -> str:
     return f"Beyond bar and doubt: {'; '.join(fails)}." if fails else ""
 
 
-def shown(chart: Chart) -> Iterator[Point]:
-    """Yield the points of a scene's table."""
-    yield from (point for point in chart.of(OURS) if point.setting in TARGETS)
-    best, _ = at_one_percent(chart)
-    for program in LOOKS:
-        if program != OURS and (points := chart.of(program)):
-            yield cheapest(points, max(best.worst, chart.floor)) or min(points, key=lambda point: point.worst)
-
-
 def section(chart: Chart) -> str:
-    """Return a scene's chart, words and table."""
+    """Return a scene's chart and words."""
     name, keys = chart.scene.name, chart.scene.keys
-    words = [f"## {TITLES[name]}", f"`benchmarks/programs/{name}.toml`. {ABOUT[name]}"]
-    words += [f"![Error against time](images/trade_programs_{name}.png)", *filter(None, [failing(chart)])]
-    lines = [
-        f"| program | setting | processor | {' | '.join(WORDS[key] for key in keys)} |",
-        "|---" * (3 + len(keys)) + "|",
-    ]
-    for point in shown(chart):
-        cells = [
-            f"{100 * point.errors[key]:+.2g} %" + (f" (bar {percent(point.bars[key])})" if key in point.bars else "")
-            for key in keys
-        ]
-        lines.append(f"| {point.program} | {point.setting} | {point.processor:.3g} s | {' | '.join(cells)} |")
     doubts = ", ".join(f"{WORDS[key]} {percent(chart.doubts[key])}" for key in keys)
-    reference = f"Reference: level {chart.scene.finest}, {chart.seconds:.0f} s. Its doubt: {doubts}."
-    return "\n\n".join([*words, "\n".join(lines), reference]) + "\n"
+    words = [
+        f"## {TITLES[name]}",
+        f"`benchmarks/programs/{name}.toml`. {ABOUT[name]}",
+        f"![Error against time](images/trade_programs_{name}.png)",
+        *filter(None, [failing(chart)]),
+        f"Reference: level {chart.scene.finest}, {chart.seconds:.0f} s. Its doubt: {doubts}.",
+    ]
+    return "\n\n".join(words) + "\n"
 
 
 def describe_findings(charts: Sequence[Chart]) -> str:
