@@ -16,10 +16,11 @@ import numpy as np
 from table import Table, publish
 
 from seatfem.faces.report.bodies import body_figure
-from seatfem.pictures.moving import MOST_TRIANGLES, Moving, load_moving, save_moving
+from seatfem.pictures.frames import Frames
+from seatfem.pictures.moving import MOST_TRIANGLES, load_moving, save_moving
 
 
-def wavy(triangles: int, frames: int, *, stress: bool) -> Moving:
+def wavy(triangles: int, frames: int, *, stress: bool) -> Frames:
     """A square of 20 mm in ``frames`` frames."""
     count = round((triangles / 2) ** 0.5)
     x, y = np.meshgrid(*2 * (np.linspace(0, 0.02, count + 1),))
@@ -33,8 +34,8 @@ def wavy(triangles: int, frames: int, *, stress: bool) -> Moving:
     moved[..., 2] = 1e-6 * waves
     labels = tuple(str(k) for k in range(frames))
     if not stress:
-        return Moving("", points, cells, moved, labels)
-    return Moving("", points, cells, moved, labels, phase[:, 0], 1e6 * waves**2, "von Mises stress", "Pa", 0.0, 1e6)
+        return Frames("", points, cells, moved, labels)
+    return Frames("", points, cells, moved, labels, phase[:, 0], 1e6 * waves**2, "von Mises stress", "Pa", 0.0, 1e6)
 
 
 def main() -> None:

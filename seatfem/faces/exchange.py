@@ -17,8 +17,7 @@ from seatfem.faces.output import load
 from seatfem.faces.readings import as_number
 from seatfem.faces.report.asked import SCENE_COPY, changes_in
 from seatfem.faces.report.folder import run_summary, text_of
-from seatfem.pictures.moving import KEPT, SOURCES, load_moving
-from seatfem.pictures.paraview import write_moving
+from seatfem.pictures.moving import KEPT, SOURCES, load_moving, write_moving
 from seatfem.structures.formats.dxf_writing import write_outline
 from seatfem.structures.formats.reduced_writing import write_reduced
 from seatfem.structures.formats.uff_writing import write_modes_uff, write_receptance_uff

@@ -23,7 +23,8 @@ from seatfem.machine.libraries import picture_library_gap
 from seatfem.pictures.apart import Painter, Picture, drawing_apart
 from seatfem.pictures.cell_grid import CellGrid, revolve
 from seatfem.pictures.fit_plot import plot_fit
-from seatfem.pictures.moving import moving_modes, save_moving
+from seatfem.pictures.frames import mode_frames
+from seatfem.pictures.moving import save_moving
 from seatfem.pictures.plots import animate_mode, plot_mesh, plot_modes, write_vtu
 from seatfem.pictures.section_plot import plot_section
 from seatfem.pictures.skin import skin_of
@@ -184,7 +185,7 @@ def _save_modes(numbered: list[tuple[int, Mode]], title: str, path: Path) -> Non
     shapes = [skin.moved(_amplitudes(mode)[:, skin.nodes].T, mode.diameters or 0) for _, mode in numbered]
     labels = [f"{_name(k, mode)}: {text(mode.frequency_hz, 'Hz', 4)}" for k, mode in numbered]
     frequency = np.array([mode.frequency_hz for _, mode in numbered])
-    save_moving(moving_modes(skin, shapes, labels, title, frequency), path)
+    save_moving(mode_frames(skin, shapes, labels, title, frequency), path)
 
 
 def mesh_picture(mesh: SeatMesh | MeridianMesh | None) -> Callable[..., None]:
