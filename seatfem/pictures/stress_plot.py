@@ -144,4 +144,4 @@ def _image(mesh: Any, sites: Array, values: Array) -> NDArray[np.uint8]:
         "", points, numbered.reshape(-1, 3), np.zeros((1, *points.shape)), ("",), None,
         _values_at(sites, values, points)[None], "stress", high=float(values.max()),
     )  # fmt: skip
-    return crop(draw_frames(surface, [(0, 1.0)], size=(900, 760)))[0]
+    return crop(draw_frames(surface, [(0, 1.0)]))[0]
