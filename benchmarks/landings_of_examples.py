@@ -16,7 +16,7 @@ from pathlib import Path
 from time import process_time
 from typing import Any, Final
 
-from seatfem.faces.readings import reading
+from seatfem.readings import reading
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.rounds import Limits
 from seatfem.study.scene import load_scene

@@ -10,22 +10,22 @@ from typing import Final
 import numpy as np
 
 from impact import measures
+from impact.files.table import write_csv
 from impact.greens.base import GreensFunction
 from impact.progress import Progress, silent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.output import load
-from seatfem.faces.readings import as_number
 from seatfem.faces.report.asked import SCENE_COPY, changes_in
 from seatfem.faces.report.folder import run_summary, text_of
 from seatfem.pictures.moving import KEPT, SOURCES, load_moving, write_moving
+from seatfem.readings import as_number, measured
 from seatfem.structures.formats.dxf_writing import write_outline
 from seatfem.structures.formats.reduced_writing import write_reduced
 from seatfem.structures.formats.uff_writing import write_modes_uff, write_receptance_uff
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.calculix import csv_table, write_calculix
-from seatfem.study.runs.outcome import measured
+from seatfem.study.runs.calculix import write_calculix
 from seatfem.study.runs.pictures import MODES_FILE
 from seatfem.study.runs.pipeline import RESULT_FILE, SUMMARY_FILE, compute_greens
 from seatfem.study.runs.rounds import SEAT_FILE
@@ -85,14 +85,14 @@ def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
             f"{words}striker displacement [m]": run.striker_displacement,
             f"{words}seat displacement [m]": run.target_displacement,
         }
-    yield csv_table(output / "force.csv", list(columns), zip(*(v.tolist() for v in columns.values()), strict=True))
+    yield write_csv(output / "force.csv", list(columns), zip(*(v.tolist() for v in columns.values()), strict=True))
     if (source / HISTORIES_FILE).is_file():
         time, places = load_histories(source / HISTORIES_FILE)
         heads = ["time [s]", *(f"{name} [Pa]" for name in places)]
-        yield csv_table(
+        yield write_csv(
             output / "stress.csv", heads, zip(time.tolist(), *(v.tolist() for v in places.values()), strict=True)
         )
-    yield csv_table(output / "summary.csv", ["key", "value", "error bar", "spring baseline"], measured(summary))
+    yield write_csv(output / "summary.csv", ["key", "value", "error bar", "spring baseline"], measured(summary))
 
 
 def _filter_width(source: Path, summary: Mapping[str, object]) -> float:

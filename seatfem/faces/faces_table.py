@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Sequence
 
 from rich.table import Table
 from rich.text import Text
 
+from impact.files.table import csv_text
 from seatfem.structures.inspection.cad import FoundFace
 from seatfem.structures.inspection.parts import Part
 
@@ -29,11 +28,8 @@ def faces_table(part: Part) -> Table:
 
 def faces_csv(part: Part) -> str:
     """Return the same as comma-separated values, all columns."""
-    page = io.StringIO()
-    writer = csv.writer(page, lineterminator="\n")
-    writer.writerow([f"{name} [{unit}]" if unit else name for name, unit in zip(COLUMNS, UNITS, strict=True)])
-    writer.writerows(_cells(face) for face in part.faces)
-    return page.getvalue()
+    heads = (f"{name} [{unit}]" if unit else name for name, unit in zip(COLUMNS, UNITS, strict=True))
+    return csv_text(heads, map(_cells, part.faces))
 
 
 def _heading(name: str, unit: str) -> str:

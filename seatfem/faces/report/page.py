@@ -14,7 +14,6 @@ from impact.files.atomic import write_whole
 from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.landings_table import landings_of, landings_table
-from seatfem.faces.readings import as_number
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
 from seatfem.faces.report.bodies import MOST_OF_BODIES, body_figure
 from seatfem.faces.report.checked import who_checked
@@ -25,9 +24,10 @@ from seatfem.faces.report.omissions import omissions
 from seatfem.faces.report.provenance import provenance, versions
 from seatfem.faces.report.stressed import hot_spots, life_table
 from seatfem.faces.result_table import result_table
-from seatfem.faces.rows import LANDING, asked, name_of
 from seatfem.faces.verdict import LANDED, judged_words, lasting, pressed_on, simpler, verdict
 from seatfem.pictures.moving import KEPT, moving_bodies
+from seatfem.readings import as_number
+from seatfem.results import LANDING, asked, name_of
 from seatfem.study.accuracy.source_words import in_words
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE

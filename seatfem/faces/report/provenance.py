@@ -10,11 +10,11 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from seatfem.faces.readings import as_number
 from seatfem.faces.report.asked import SCENE_COPY, changes_in
 from seatfem.faces.report.folder import text_of
 from seatfem.faces.report.html_tables import html_rows
 from seatfem.faces.tables import time_line
+from seatfem.readings import as_number
 
 
 def provenance(folder: Path, summary: Mapping[str, Any]) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from impact.after.result import ImpactResult
-from impact.files.atomic import whole_file
+from impact.files.table import write_csv
 from impact.pictures.drawing import gap_of
 from impact.pictures.gas_plot import plot_gas
 from impact.pictures.greens_plots import plot_greens
@@ -289,13 +289,10 @@ def in_space(modes: list[Mode]) -> tuple[CellGrid, list[Array]]:
 
 def write_table(found: NaturalModes, path: Path) -> None:
     """Write one line a mode; an empty field where a number means nothing."""
-    lines = ["mode,frequency_hz,residual,nodal_diameters,family,port_share"]
-    for k, mode in enumerate(found.modes, start=1):
-        diameters = "" if mode.diameters is None else str(mode.diameters)
-        share = "" if mode.share is None else f"{mode.share:.6g}"
-        lines.append(f"{k},{mode.frequency_hz:.9g},{mode.residual:.2e},{diameters},{mode.family},{share}")
-    with whole_file(path) as temporary:
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    heads = ("mode", "frequency_hz", "residual", "nodal_diameters", "family", "port_share")
+    modes = enumerate(found.modes, start=1)
+    rows = ((k, float(m.frequency_hz), float(m.residual), m.diameters, m.family, m.share) for k, m in modes)
+    write_csv(path, heads, rows, digits=9)
 
 
 def _amplitudes(mode: Mode) -> Array:

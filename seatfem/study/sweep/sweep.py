@@ -30,7 +30,7 @@ from seatfem.study.sweep.table import (
     is_usable,
     measures_of,
     table_of,
-    write_csv,
+    write_columns,
     write_parquet,
 )
 
@@ -99,7 +99,7 @@ def run_study(
                 study.scene, cases, journal, known, about=about, effort=effort, ask=ask, progress=progress, heard=heard
             )  # fmt: skip
         table = table_of(study, cases, outcomes, measures)
-        write_csv(folder / TABLE, table.columns)
+        write_columns(folder / TABLE, table.columns)
         write_parquet(folder / PARQUET, table.columns)
     return table
 
