@@ -14,7 +14,7 @@ from decimal import Decimal
 from difflib import get_close_matches
 from functools import cache
 from math import isfinite
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from impact.quantities import in_digits
 
@@ -47,87 +47,52 @@ class Dimension:
     made_of: tuple[str, ...] = ()
     """The only base names allowed; keeps hertz, 1/s and rad/s apart, which have one dimension."""
 
+    @staticmethod
+    def from_row(
+        name: str, si: str, example: str, usual: str, least: float, largest: float, *made_of: str
+    ) -> Dimension:
+        """Return a dimension whose ``usual`` units stand in one text, each before its size in SI units."""
+        sizes = (each.rpartition(" ") for each in usual.split(", "))
+        return Dimension(name, si, example, {unit: size for unit, _, size in sizes}, (least, largest), made_of)
 
-DIMENSIONS: Final = {
-    dimension.name: dimension
-    for dimension in (
-        Dimension(
-            "length", "m", "3 mm", {"mm": "1e-3", "um": "1e-6", "m": "1", "cm": "1e-2", "inch": "0.0254"}, (1e-9, 1e4)
-        ),
-        Dimension("area", "m^2", "4 mm^2", {"mm^2": "1e-6", "m^2": "1", "um^2": "1e-12"}, (1e-18, 1e8)),
-        Dimension("volume", "m^3", "5 cm^3", {"cm^3": "1e-6", "mm^3": "1e-9", "m^3": "1", "ml": "1e-6"}, (1e-18, 1e6)),
-        Dimension("molar mass", "kg/mol", "29 g/mol", {"g/mol": "1e-3", "kg/mol": "1"}, (1e-6, 1e3)),
-        Dimension("time", "s", "3 ms", {"ms": "1e-3", "us": "1e-6", "ns": "1e-9", "s": "1"}, (1e-15, 1e9)),
-        Dimension("mass", "kg", "5 g", {"g": "1e-3", "kg": "1", "mg": "1e-6"}, (1e-18, 1e12)),
-        Dimension("velocity", "m/s", "2 m/s", {"m/s": "1", "mm/s": "1e-3", "mm/us": "1e3"}, (1e-12, 1e5)),
-        Dimension("acceleration", "m/s^2", "9.81 m/s^2", {"m/s^2": "1", "mm/s^2": "1e-3"}, (1e-12, 1e9)),
-        Dimension("force", "N", "2 N", {"N": "1", "mN": "1e-3", "kN": "1e3"}, (1e-15, 1e12)),
-        Dimension("density", "kg/m^3", "7850 kg/m^3", {"kg/m^3": "1", "g/cm^3": "1e3"}, (1e-6, 1e9)),
-        Dimension(
-            "pressure",
-            "Pa",
-            "200 GPa",
-            {"GPa": "1e9", "MPa": "1e6", "kPa": "1e3", "Pa": "1", "bar": "1e5", "psi": "6894.757293168361336722673443"},
-            (1e-3, 1e18),
-        ),
-        Dimension(
-            "stiffness", "N/m", "20 N/um", {"N/m": "1", "N/mm": "1e3", "N/um": "1e6", "kN/mm": "1e6"}, (1e-12, 1e21)
-        ),
-        Dimension(
-            "frequency",
-            "Hz",
-            "1 MHz",
-            {"MHz": "1e6", "kHz": "1e3", "Hz": "1", "GHz": "1e9"},
-            (1e-6, 1e15),
-            made_of=("hertz",),
-        ),
-        Dimension(
-            "bedding",
-            "N/m^3",
-            "2 GPa/mm",
-            {"GPa/mm": "1e12", "MPa/mm": "1e9", "N/mm^3": "1e9", "N/m^3": "1"},
-            (1e-6, 1e24),
-        ),
-        Dimension(
-            "area damping",
-            "N s/m^3",
-            "4e7 N*s/m^3",
-            {"N*s/m^3": "1", "N*s/mm^3": "1e9", "Pa*s/m": "1"},
-            (1e-6, 1e21),
-        ),
-        Dimension(
-            "angle",
-            "rad",
-            "60 deg",
-            {"deg": "0.01745329251994329576923690768", "rad": "1"},
-            (1e-9, 1e3),
-            made_of=("degree", "radian"),
-        ),
-        Dimension(
-            "Hertz stiffness",
-            "N/m^1.5",
-            "5 GN/m^1.5",
-            {"N/m^1.5": "1", "GN/m^1.5": "1e9", "N/mm^1.5": "31622.77660168379331998893544"},
-            (1e-12, 1e24),
-        ),
-        Dimension("slowness", "s/m", "0.1 s/m", {"s/m": "1", "s/mm": "1e3", "us/mm": "1e-3"}, (1e-9, 1e9)),
-        Dimension(
-            "viscosity",
-            "Pa s",
-            "18 uPa s",
-            {"uPa s": "1e-6", "uPa*s": "1e-6", "mPa s": "1e-3", "mPa*s": "1e-3", "Pa s": "1", "Pa*s": "1"},
-            (1e-9, 1e6),
-        ),
-        Dimension(
-            "rate",
-            "1/s",
-            "10 1/s",
-            {"1/s": "1", "1/ms": "1e3", "1/us": "1e6"},
-            (1e-9, 1e18),
-            made_of=("second", "minute", "hour"),
-        ),
-    )
-}
+
+_ROWS: Final[tuple[tuple[Any, ...], ...]] = (
+    ("length", "m", "3 mm", "mm 1e-3, um 1e-6, m 1, cm 1e-2, inch 0.0254", 1e-9, 1e4),
+    ("area", "m^2", "4 mm^2", "mm^2 1e-6, m^2 1, um^2 1e-12", 1e-18, 1e8),
+    ("volume", "m^3", "5 cm^3", "cm^3 1e-6, mm^3 1e-9, m^3 1, ml 1e-6", 1e-18, 1e6),
+    ("molar mass", "kg/mol", "29 g/mol", "g/mol 1e-3, kg/mol 1", 1e-6, 1e3),
+    ("time", "s", "3 ms", "ms 1e-3, us 1e-6, ns 1e-9, s 1", 1e-15, 1e9),
+    ("mass", "kg", "5 g", "g 1e-3, kg 1, mg 1e-6", 1e-18, 1e12),
+    ("velocity", "m/s", "2 m/s", "m/s 1, mm/s 1e-3, mm/us 1e3", 1e-12, 1e5),
+    ("acceleration", "m/s^2", "9.81 m/s^2", "m/s^2 1, mm/s^2 1e-3", 1e-12, 1e9),
+    ("force", "N", "2 N", "N 1, mN 1e-3, kN 1e3", 1e-15, 1e12),
+    ("density", "kg/m^3", "7850 kg/m^3", "kg/m^3 1, g/cm^3 1e3", 1e-6, 1e9),
+    (
+        "pressure",
+        "Pa",
+        "200 GPa",
+        "GPa 1e9, MPa 1e6, kPa 1e3, Pa 1, bar 1e5, psi 6894.757293168361336722673443",
+        1e-3,
+        1e18,
+    ),
+    ("stiffness", "N/m", "20 N/um", "N/m 1, N/mm 1e3, N/um 1e6, kN/mm 1e6", 1e-12, 1e21),
+    ("frequency", "Hz", "1 MHz", "MHz 1e6, kHz 1e3, Hz 1, GHz 1e9", 1e-6, 1e15, "hertz"),
+    ("bedding", "N/m^3", "2 GPa/mm", "GPa/mm 1e12, MPa/mm 1e9, N/mm^3 1e9, N/m^3 1", 1e-6, 1e24),
+    ("area damping", "N s/m^3", "4e7 N*s/m^3", "N*s/m^3 1, N*s/mm^3 1e9, Pa*s/m 1", 1e-6, 1e21),
+    ("angle", "rad", "60 deg", "deg 0.01745329251994329576923690768, rad 1", 1e-9, 1e3, "degree", "radian"),
+    (
+        "Hertz stiffness",
+        "N/m^1.5",
+        "5 GN/m^1.5",
+        "N/m^1.5 1, GN/m^1.5 1e9, N/mm^1.5 31622.77660168379331998893544",
+        1e-12,
+        1e24,
+    ),
+    ("slowness", "s/m", "0.1 s/m", "s/m 1, s/mm 1e3, us/mm 1e-3", 1e-9, 1e9),
+    ("viscosity", "Pa s", "18 uPa s", "uPa s 1e-6, uPa*s 1e-6, mPa s 1e-3, mPa*s 1e-3, Pa s 1, Pa*s 1", 1e-9, 1e6),
+    ("rate", "1/s", "10 1/s", "1/s 1, 1/ms 1e3, 1/us 1e6", 1e-9, 1e18, "second", "minute", "hour"),
+)
+DIMENSIONS: Final = {row[0]: Dimension.from_row(*row) for row in _ROWS}
 
 _OTHER_NAMES: Final = (
     ("temperature", "K"),
