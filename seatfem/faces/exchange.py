@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -43,14 +42,6 @@ class ExportError(ValueError):
     """A format that there is not, or one that what is given has nothing for."""
 
 
-@dataclass(frozen=True)
-class Format:
-    """A format of other programs: what writes it into a folder, and whether a scene will do as source."""
-
-    write: Callable[[Path, Path, Progress], Written]
-    of_scenes: bool
-
-
 def export(source: Path, to: str, output: Path | None = None, progress: Progress = silent) -> tuple[Path | str, ...]:
     """Write a scene or the folder of a run as ``to``, one of `FORMATS`, into a folder [that of the run, or the scene's
     name + "-" + the format]; the files written, and notes of what is left out.
@@ -63,13 +54,13 @@ def export(source: Path, to: str, output: Path | None = None, progress: Progress
     """
     if to not in FORMATS:
         raise ExportError(f"--to: {to!r} is none of {', '.join(FORMATS)}")
-    if not source.is_dir() and not FORMATS[to].of_scenes:
+    if not source.is_dir() and to not in OF_SCENES:
         raise ExportError(f"{source}: --to {to} takes the folder of a run; give one (seatfem run -o)")
     if not source.exists():
         raise ExportError(f"{source}: no such file or folder; give a scene (TOML) or the folder of a run")
     folder = output or (source if source.is_dir() else Path(f"{source.stem}-{to}"))
     folder.mkdir(parents=True, exist_ok=True)
-    return tuple(FORMATS[to].write(source, folder, progress))
+    return tuple(FORMATS[to](source, folder, progress))
 
 
 def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
@@ -157,14 +148,16 @@ def _as_dxf(source: Path, output: Path, progress: Progress) -> Written:
     yield output / "reed.dxf"
 
 
-FORMATS: Final[Mapping[str, Format]] = {
-    "csv": Format(_as_csv, False),
-    "uff": Format(_as_uff, False),
-    "vtk": Format(_as_vtk, False),
-    "calculix": Format(_as_calculix, True),
-    "reduced": Format(_as_reduced, True),
-    "dxf": Format(_as_dxf, True),
+FORMATS: Final[Mapping[str, Callable[[Path, Path, Progress], Written]]] = {
+    "csv": _as_csv,
+    "uff": _as_uff,
+    "vtk": _as_vtk,
+    "calculix": _as_calculix,
+    "reduced": _as_reduced,
+    "dxf": _as_dxf,
 }
+"""What writes a scene or the folder of a run into a folder, by the name of the format."""
+OF_SCENES: Final = ("calculix", "reduced", "dxf")
 
 
 def _scene_of(source: Path) -> Scene:

@@ -8,8 +8,8 @@ from typing import Final
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from impact.quantities import plain, scaled
-from seatfem.readings import DEGREES, Summary, as_number, bar_of, in_text, with_unit
+from impact.quantities import plain
+from seatfem.readings import DEGREES, Summary, as_number, bar_of, in_text, prefix_of, with_unit
 from seatfem.results import EXCESS, OF_LANDINGS, STATIC, is_loaded, unit_of
 from seatfem.study.runs.pipeline import LANDINGS_FILE
 
@@ -31,19 +31,20 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
         return None
     shown = records[:most]
     loaded = any(is_loaded(record) for record in shown)
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table = Table("landing", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify = "left"
-    columns = [[_name(record) for record in shown]]
-    table.add_column("landing")
+    cut = (", cut off" if record.get("cut_off") is True else "" for record in shown)
+    columns = [[f"{record.get('body')} {record.get('number')}{end}" for record, end in zip(shown, cut, strict=True)]]
     if any(places := [_place(record) for record in shown]):
         table.add_column("place")
         columns.append(places)
     for key, head in OF_LANDINGS.items():
         if loaded or key not in (STATIC, EXCESS):
-            unit = unit_of(key)
-            factor, prefixed = _prefix(shown, key, unit)
-            table.add_column(f"{head}\n[{plain(prefixed)}]" if unit else head, justify="right")
-            columns.append([_cell(record, key, factor) for record in shown])
+            values = [as_number(record.get(key)) for record in shown]
+            factor, unit = prefix_of(unit_of(key), max((abs(value) for value in values if value), default=0.0))
+            table.add_column(f"{head}\n[{plain(unit)}]" if unit else head, justify="right")
+            bars = (bar_of(record, key) for record in shown)
+            columns.append([in_text(key, *each, "", factor) for each in zip(values, bars, strict=True)])
     for cells in zip(*columns, strict=True):
         table.add_row(*cells)
     notes = ["landings sorted by their largest force"]
@@ -57,27 +58,9 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
     return table
 
 
-def _name(record: Summary) -> str:
-    """Return what is met, which landing on it, and whether the run ends in it."""
-    return f"{record.get('body')} {record.get('number')}{', cut off' if record.get('cut_off') is True else ''}"
-
-
-def _prefix(records: Records, key: str, unit: str) -> tuple[float, str]:
-    values = [value for each in records if (value := as_number(each.get(key))) is not None]
-    return scaled(values, unit) if unit else (1.0, "")
-
-
-def _cell(record: Summary, key: str, factor: float) -> str:
-    """Return a number in the unit of its column."""
-    value, bar = as_number(record.get(key)), bar_of(record, key)
-    if value is None:
-        return "-"
-    return in_text(key, value, bar, "", factor)
-
-
 def _place(record: Summary) -> str:
     """Return where the reed touches first: an angle, or a length along the lip; "" where none is known."""
-    for key, unit in (("place_deg", DEGREES), ("place_m", "m")):
-        if (value := as_number(record.get(key))) is not None:
-            return with_unit(f"{value:.4g}", unit) if unit == DEGREES else in_text(key, value, None, unit)
-    return ""
+    if (angle := as_number(record.get("place_deg"))) is not None:
+        return with_unit(f"{angle:.4g}", DEGREES)
+    along = as_number(record.get("place_m"))
+    return "" if along is None else in_text("place_m", along, None, "m")

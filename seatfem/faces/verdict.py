@@ -51,14 +51,25 @@ class Difference:
 
     Attributes:
         key: of the measure in summary.json.
-        relative: spring/seat - 1.
-        bars: |spring - seat| over the larger of both error bars, of which a spring states one on measured seats alone;
-        ``inf`` for a bar of zero, 0 where there is no difference.
+        seat, spring: its values [SI].
+        bar: the larger of both error bars, of which a spring states one on measured seats alone [SI].
     """
 
     key: str
-    relative: float
-    bars: float
+    seat: float
+    spring: float
+    bar: float
+
+    @property
+    def relative(self) -> float:
+        """Return spring/seat - 1."""
+        return self.spring / self.seat - 1
+
+    @property
+    def bars(self) -> float:
+        """Return |spring - seat| over the error bar; ``inf`` for a bar of zero, 0 where there is no difference."""
+        off = abs(self.spring - self.seat)
+        return off / self.bar if self.bar > 0 else (math.inf if off > 0 else 0.0)
 
 
 def difference(summary: Summary, key: str) -> Difference | None:
@@ -67,15 +78,12 @@ def difference(summary: Summary, key: str) -> Difference | None:
     ``None`` where it has no error bar, where seat or spring have no value to compare, of instants, and of the static
     load, which a spring bears as any seat.
     """
-    seat, spring, bar = (as_number(summary.get(name)) for name in (key, SPRING + key, BAR + key))
-    if bar is not None and (of_spring := as_number(summary.get(BAR + SPRING + key))) is not None:
-        bar = max(bar, of_spring)
     if result_of(key).of_each_step or key == LANDING + STATIC or key.endswith(WITHOUT_ZERO):
         return None
+    seat, spring, bar = (as_number(summary.get(name)) for name in (key, SPRING + key, BAR + key))
     if seat is None or spring is None or bar is None or seat == 0.0:
         return None
-    off = abs(spring - seat)
-    return Difference(key, spring / seat - 1, off / bar if bar > 0 else (math.inf if off > 0 else 0.0))
+    return Difference(key, seat, spring, max(bar, as_number(summary.get(BAR + SPRING + key)) or 0.0))
 
 
 def verdict(summary: Summary) -> str:
@@ -223,24 +231,15 @@ def _is_known(summary: Summary, key: str) -> bool:
 
 def _instead(summary: Summary, each: Difference) -> str:
     """Return the spring's number in place of the seat's, and how well the seat's is known."""
-    unit, key = result_of(each.key).unit, each.key
-    seat, spring, bar = (as_number(summary.get(name)) for name in (key, SPRING + key, BAR + key))
-    assert seat is not None
-    assert spring is not None
-    assert bar is not None
-    (factor, prefixed), name = scaled(seat, unit) if unit else (1.0, ""), name_of(key, summary)
-    after = f" {plain(prefixed)}" if prefixed else ""
-    ours, theirs = (f"{number}{after}" for number in _apart(factor * seat, factor * spring))
+    unit, name = result_of(each.key).unit, name_of(each.key, summary)
+    factor, prefixed = scaled(each.seat, unit) if unit else (1.0, "")
+    after, bar = f" {plain(prefixed)}" if prefixed else "", as_number(summary.get(BAR + each.key)) or 0.0
+    texts = [[_short(factor * value, digits) for value in (each.seat, each.spring)] for digits in range(2, 7)]
+    seat, spring = next((pair for pair in texts if pair[0] != pair[1]), texts[-1])  # as few digits as tell them apart
     return (
-        f"{name[:1].upper()}{name[1:]}: A spring would give {theirs} instead of {ours} "
-        f"({percent(each.relative, sign=True)}). Uncertainty of the {ours}: {in_digits(factor * bar, 2)}{after}."
+        f"{name[:1].upper()}{name[1:]}: A spring would give {spring}{after} instead of {seat}{after} "
+        f"({percent(each.relative, sign=True)}). Uncertainty of the {seat}{after}: {in_digits(factor * bar, 2)}{after}."
     )
-
-
-def _apart(seat: float, spring: float) -> tuple[str, str]:
-    """Return both numbers with as few digits, two at least, as tell them apart."""
-    texts = [(_short(seat, digits), _short(spring, digits)) for digits in range(2, 7)]
-    return next((pair for pair in texts if pair[0] != pair[1]), texts[-1])
 
 
 def _short(value: float, digits: int) -> str:
@@ -264,14 +263,12 @@ def _by_plan(summary: Summary) -> str:
     )
 
 
-def _alike(summary: Summary, found: list[Difference]) -> str:
-    largest = max(found, key=lambda d: abs(d.relative))
-    bar, value = (as_number(summary.get(prefix + largest.key)) for prefix in (BAR, ""))
-    assert bar is not None
-    assert value is not None
-    names = enumeration(name_of(d.key, summary) for d in found)
+def _alike(summary: Summary, differences: list[Difference]) -> str:
+    largest = max(differences, key=lambda d: abs(d.relative))
+    bar = as_number(summary.get(BAR + largest.key)) or 0.0
+    names = enumeration(name_of(d.key, summary) for d in differences)
     changes = f"it changes {names} by {percent(abs(largest.relative))} at most"
-    within = f"within the uncertainty of {percent(bar / abs(value))}"
+    within = f"within the uncertainty of {percent(bar / abs(largest.seat))}"
     if summary.get("accuracy_met") is False or not _is_known(summary, largest.key):
         return f"This run cannot show whether a spring is enough: {changes}, {within}."
     return f"A spring is enough here: {changes}, {within}."

@@ -174,7 +174,9 @@ def _asked(
         for future in futures:
             number, parcel = pending.pop(future)
             if future in answers:
-                yield number, _at_home(answers[future], parcel)
+                answer = answers[future]
+                lost = isinstance(answer, Lost)
+                yield number, replace(answer, log=_renamed(answer.log, parcel)) if lost else _renamed(answer, parcel)
             elif future.status == "error" and isinstance(problem := future.exception(), KilledWorker):
                 reason = (
                     f"{problem.allowed_failures + 1} workers were lost that had this job, last {problem.last_worker}"
@@ -222,14 +224,8 @@ def _sent(client: Client, path: Path, files: dict[Path, Future[bytes]]) -> Futur
     return files[path]
 
 
-def _at_home(answer: str | Lost, parcel: Parcel) -> str | Lost:
-    """Return the answer with the names that the files have here."""
-    if isinstance(answer, Lost):
-        return replace(answer, log=_renamed(answer.log, parcel))
-    return _renamed(answer, parcel)
-
-
 def _renamed(text: str, parcel: Parcel) -> str:
+    """Return an answer with the names that the files have here."""
     for name in sorted(parcel.files, key=len, reverse=True):
         text = text.replace(f"{FILES}/{name}", json.dumps(str(parcel.files[name]))[1:-1])
     return text

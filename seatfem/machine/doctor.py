@@ -9,7 +9,6 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from importlib import metadata
 from typing import Final
 
 from impact.files.atomic import OutputError, check_writable
@@ -21,7 +20,7 @@ from seatfem.machine.libraries import (
     picture_library_gap,
     select_offscreen_window,
 )
-from seatfem.machine.packages import requirements
+from seatfem.machine.packages import installed_version, requirements
 from seatfem.machine.petsc import petsc_setting
 from seatfem.machine.rates import cores
 
@@ -72,7 +71,7 @@ def _gmsh_gap() -> tuple[str, str] | None:
 
 
 def _pardiso_gap() -> tuple[str, str] | None:
-    if _version("pypardiso") is not None:
+    if installed_version("pypardiso") is not None:
         return None
     detail = "PARDISO not installed; METIS + SuperLU take its place, several times slower"
     return detail, "pip install pypardiso (x86-64 only)"
@@ -117,34 +116,26 @@ def doctor_report() -> tuple[Check, ...]:
     """Look at the interpreter, libraries, extras, processors, cache, gmsh, PARDISO, off-screen rendering and PETSc."""
     with ThreadPoolExecutor(max_workers=2) as pool:
         tried = pool.map(lambda check: check(), (GMSH.check, PARDISO.check, PICTURES.check, check_petsc))
+        limits = [f"{name}={os.environ[name]}" for name in _THREAD_VARIABLES if name in os.environ]
         needed = sys.version_info >= (3, 11)
         extras = requirements()
+        libraries = {name: installed_version(name) for name in extras.pop("", ())}
         return (
             Check("python", needed, f"{platform.python_version()}, {sys.executable}", "Python >= 3.11"),
-            *(_package(name) for name in extras.pop("", ())),
+            *(Check(name, v is not None, v or "not installed", f"pip install {name}") for name, v in libraries.items()),
             *(_extra(name, packages) for name, packages in extras.items()),
-            Check("processors", True, f"{cores()} usable; {_thread_limits()}"),
+            Check("processors", True, f"{cores()} usable; {', '.join(limits) or 'thread counts not limited'}"),
             _cache(),
             *tried,
         )
 
 
-def _package(name: str) -> Check:
-    version = _version(name)
-    return Check(name, version is not None, version or "not installed", f"pip install {name}")
-
-
 def _extra(name: str, packages: tuple[str, ...]) -> Check:
-    versions = {package: _version(package) for package in packages}
+    versions = {package: installed_version(package) for package in packages}
     absent = [package for package, version in versions.items() if version is None]
     installed = ", ".join(f"{package} {version}" for package, version in versions.items())
     detail = f"not installed: {', '.join(absent)}" if absent else installed
     return Check(f"extra {name}", not absent, detail, f"pip install 'seatfem[{name}]'", required=False)
-
-
-def _thread_limits() -> str:
-    limits = [f"{name}={os.environ[name]}" for name in _THREAD_VARIABLES if name in os.environ]
-    return ", ".join(limits) or "thread counts not limited"
 
 
 def _cache() -> Check:
@@ -157,13 +148,6 @@ def _cache() -> Check:
         remedy = f"set {VARIABLE} to a folder that can be written to"
         return Check("cache folder", False, f"{reason}: nothing computed is kept", remedy, required=False)
     return Check("cache folder", True, str(folder))
-
-
-def _version(name: str) -> str | None:
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return None
 
 
 def check_petsc() -> Check:

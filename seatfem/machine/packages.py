@@ -35,6 +35,13 @@ def _failed_module(error: Exception) -> str:
     return "" if module in _NO_OTHERS else module
 
 
+def installed_version(name: str) -> str | None:
+    """Return the version of a distribution; ``None``: it is not installed."""
+    with suppress(metadata.PackageNotFoundError):
+        return metadata.version(name)
+    return None
+
+
 def requirements(package: str = "seatfem") -> dict[str, tuple[str, ...]]:
     """Return the distributions that each extra needs, the smallest extras first, under "" those needed always and
     everywhere; nothing of a package that is not installed."""

@@ -39,9 +39,9 @@ def test_what_is_needed_is_read_from_the_package() -> None:
 
 
 def test_a_missing_reader_of_universal_files_is_a_gap_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
-    known = doctor._version
+    known = doctor.installed_version
     monkeypatch.setattr(doctor, "_try", lambda code: (True, ""))
-    monkeypatch.setattr(doctor, "_version", lambda name: None if name == "pyuff" else known(name))
+    monkeypatch.setattr(doctor, "installed_version", lambda name: None if name == "pyuff" else known(name))
     (found,) = (check for check in doctor_report() if check.name == "extra uff")
     assert (found.ok, found.required, found.remedy) == (False, False, "pip install 'seatfem[uff]'")
     assert found.detail == "not installed: pyuff"

@@ -177,8 +177,9 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
         plan = json.loads(text)
         read = [[str(name), str(words)] for name, words in dict(plan.get("read", {})).items()]
         rows = [
-            [*(str(each[key]) for key in ("key", "value")), *_origin(each), str(each["reason"])]
+            [str(each["key"]), str(each["value"]), "file" if each["given"] else "plan", left, str(each["reason"])]
             for each in plan["choices"]
+            for left in (str(each.get("leaves", "")),)  # which plans of earlier versions do not have
         ]
         notes = [str(note) for note in plan["notes"]]
     except (ValueError, LookupError, TypeError, AttributeError) as error:
@@ -191,11 +192,6 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
         "Plan and its reasons",
         html_rows(("key", "value", "from", "error left", "why"), rows) + (f"<ul>{items}</ul>" if items else ""),
     )
-
-
-def _origin(choice: Mapping[str, object]) -> tuple[str, str]:
-    """Return where a value comes from and the error that it leaves, which plans of earlier versions do not have."""
-    return "file" if choice["given"] else "plan", str(choice.get("leaves", ""))
 
 
 def _state(summary: Mapping[str, Any]) -> str:

@@ -40,6 +40,7 @@ from seatfem.study.impacts.external import crank_of
 from seatfem.study.impacts.gas import GasRun
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
+from seatfem.study.runs.lip_pictures import raising
 from seatfem.study.scene import Scene
 
 if TYPE_CHECKING:
@@ -154,7 +155,7 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
     try:
         grid, shapes = _shapes(seat, len(frequencies))
     except Exception as problem:  # numbers are known already, as in `gap_of`
-        return [*pictures, ("modes.png", partial(_raise, problem))]
+        return [*pictures, ("modes.png", partial(raising, problem))]
     # all there are: counted, and of the whole body instead of a section or sector
     whole = seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
     title = "Modes of the seat" if whole else "Modes of the seat that this load excites"
@@ -193,10 +194,6 @@ def mesh_picture(mesh: SeatMesh | MeridianMesh | None) -> Callable[..., None]:
     if isinstance(mesh, MeridianMesh):
         return partial(plot_section, mesh.mesh)
     return partial(plot_mesh, None if mesh is None else mesh.mesh)
-
-
-def _raise(problem: Exception, path: Path) -> None:
-    raise problem
 
 
 def _shapes(seat: Solved, count: int) -> tuple[CellGrid, list[Array]]:

@@ -123,7 +123,7 @@ def run_scene(
             if histories:
                 save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": latest.number})
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
-            gas_files = _write_gas(scene, latest, folder)
+            gas = () if scene.gas is None else (write_gas(GasRun.of(scene, latest.touches), folder / GAS_FILE),)
             write_landings(folder / LANDINGS_FILE, summary["landings"])
     remember(latest)
     assert baseline is not None
@@ -162,14 +162,14 @@ def run_scene(
             gaps = (*gaps, f"{SUMMARY_FILE} does not list the pictures: {problem}")
     tables = (folder / SUMMARY_FILE, folder / LANDINGS_FILE)
     written = (*tables, *((folder / RESULT_FILE,) if histories else ()), folder / SEAT_FILE)
-    files = (*written, *gas_files, *later.files, *drawn)
+    files = (*written, *gas, *later.files, *drawn)
     summary |= timing_keys(watch, start)
     return RunOutcome(summary, (*notes, *gaps), files, watch.stages, met, plan=latest.plan)
 
 
 def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) -> dict[str, Any]:
     width, records = scene.run.filter_width, landing_records(done.touches, done.left, done.without_bar)
-    measured = _measured(scene, done.touches, done.stress)
+    measured, bar = _measured(scene, done.touches, done.stress), baseline.stiffness_bar
     return {
         "title": scene.title,
         **measured,
@@ -185,7 +185,7 @@ def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) ->
         **accuracy_keys(done),
         **plan_keys(done.plan, watch.stages["plan"]),
         "seat_static_stiffness_N_per_m": baseline.stiffness,
-        **_stiffness_bar(baseline),
+        **({} if bar is None else {"error_bar_seat_static_stiffness_N_per_m": bar}),
         **greens_error_keys(done.seat.greens),
         **done.seat.about,
         "seat_reused": done.seat.reused,
@@ -196,18 +196,6 @@ def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) ->
         **reed_keys(scene.reed.kind, done.striker, done.reed),
         **regime_keys(done.striker, as_a_whole(done.seat.greens), done.result),
     }
-
-
-def _stiffness_bar(baseline: Baseline) -> dict[str, object]:
-    bar = baseline.stiffness_bar
-    return {} if bar is None else {"error_bar_seat_static_stiffness_N_per_m": bar}
-
-
-def _write_gas(scene: Scene, done: Round, folder: Path) -> tuple[Path, ...]:
-    """Write gas.csv of a scene with gas."""
-    if scene.gas is None:
-        return ()
-    return (write_gas(GasRun.of(scene, done.touches), folder / GAS_FILE),)
 
 
 def write_landings(path: Path, landings: Sequence[Mapping[str, object]]) -> None:
