@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
@@ -117,34 +117,27 @@ class ReadQuantity:
     dimension: str
 
     def __call__(self, value: object) -> float:
-        if isinstance(value, str):
-            return self._sane(parse_quantity(value, self.dimension), value)
-        raise UnitError(f"{value!r} has no unit; write a string, e.g. {DIMENSIONS[self.dimension].example!r}")
-
-    def _sane(self, value: float, written: str) -> float:
         wanted = DIMENSIONS[self.dimension]
-        least, most = wanted.sane
-        if value == 0.0 or least <= abs(value) <= most:
-            return value
-        raise UnitError(f"{written!r} is out of any sane range: {least:g} to {most:g} {wanted.si}")
+        if not isinstance(value, str):
+            raise UnitError(f"{value!r} has no unit; write a string, e.g. {wanted.example!r}")
+        number, (least, most) = parse_quantity(value, self.dimension), wanted.sane
+        if number == 0.0 or least <= abs(number) <= most:
+            return number
+        raise UnitError(f"{value!r} is out of any sane range: {least:g} to {most:g} {wanted.si}")
 
 
-def read_number(value: object) -> float:
-    """Read a number such as 0.1 or "10 %"."""
+def read_number(value: object, parse: Callable[[str], float] = parse_fraction, example: str = "0.1 or '10 %'") -> float:
+    """Read a number, or the text that ``parse`` knows: 0.1 or "10 %"."""
     if isinstance(value, str):
-        return parse_fraction(value)
+        return parse(value)
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)
-    raise UnitError(f"{value!r} is not a number; write 0.1 or '10 %'")
+    raise UnitError(f"{value!r} is not a number; write {example}")
 
 
 def read_rpm(value: object) -> float:
     """Read a speed of a crank in turns a minute: 3000 or "3000 1/min"."""
-    if isinstance(value, str):
-        return parse_rpm(value)
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value)
-    raise UnitError(f"{value!r} is not a number; write 3000 or '3000 1/min'")
+    return read_number(value, parse_rpm, "3000 or '3000 1/min'")
 
 
 def read_temperature(value: object) -> float:
