@@ -19,8 +19,8 @@ from typing import Any
 
 from markers import between
 
-from seatfem.faces.readings import reading
-from seatfem.faces.rows import rows_of, words_of
+from seatfem.readings import reading
+from seatfem.results import rows_of, words_of
 from seatfem.structures.inspection.parts import open_part
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, load_scene

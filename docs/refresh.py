@@ -29,8 +29,8 @@ from markers import between
 
 from impact.files.atomic import whole_file
 from seatfem.faces.cli import demo_scene, run_command
-from seatfem.faces.readings import reading
 from seatfem.faces.verdict import verdict
+from seatfem.readings import reading
 from seatfem.structures.store import VARIABLE, Store
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -177,25 +177,23 @@ class ReadQuantity:
         if not isinstance(value, str):
             raise UnitError(f"{value!r} has no unit; write a string, e.g. {wanted.example!r}")
         number, (least, most) = parse_quantity(value, self.dimension), wanted.sane
-        if number != 0.0 and not least <= abs(number) <= most:
-            raise UnitError(f"{value!r} is out of any sane range: {least:g} to {most:g} {wanted.si}")
-        return number
+        if number == 0.0 or least <= abs(number) <= most:
+            return number
+        raise UnitError(f"{value!r} is out of any sane range: {least:g} to {most:g} {wanted.si}")
 
 
-def read_number(value: object) -> float:
-    """Read a number such as 0.1 or "10 %"."""
-    return parse_fraction(value) if isinstance(value, str) else _plain_number(value, "0.1 or '10 %'")
+def read_number(value: object, parse: Callable[[str], float] = parse_fraction, example: str = "0.1 or '10 %'") -> float:
+    """Read a number, or the text that ``parse`` knows: 0.1 or "10 %"."""
+    if isinstance(value, str):
+        return parse(value)
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    raise UnitError(f"{value!r} is not a number; write {example}")
 
 
 def read_rpm(value: object) -> float:
     """Read a speed of a crank in turns a minute: 3000 or "3000 1/min"."""
-    return parse_rpm(value) if isinstance(value, str) else _plain_number(value, "3000 or '3000 1/min'")
-
-
-def _plain_number(value: object, examples: str) -> float:
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value)
-    raise UnitError(f"{value!r} is not a number; write {examples}")
+    return read_number(value, parse_rpm, "3000 or '3000 1/min'")
 
 
 def read_temperature(value: object) -> float:

@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from impact import measures
+from impact.files.table import write_csv
 from impact.greens.base import GreensFunction
 from impact.progress import Progress, silent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.output import load
-from seatfem.faces.readings import as_number
 from seatfem.faces.report.asked import SCENE_COPY, changes_in
 from seatfem.faces.report.folder import run_summary, text_of
-from seatfem.pictures.moving import KEPT, SOURCES, load_moving
-from seatfem.pictures.paraview import write_moving
+from seatfem.pictures.moving import KEPT, SOURCES, load_moving, write_moving
+from seatfem.readings import as_number, measured
 from seatfem.structures.formats.dxf_outline import write_outline
 from seatfem.structures.formats.reduced_writing import write_reduced
 from seatfem.structures.formats.uff import write_modes_uff, write_receptance_uff
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.calculix import csv_table, write_calculix
-from seatfem.study.runs.outcome import measured
+from seatfem.study.runs.calculix import write_calculix
 from seatfem.study.runs.pictures import MODES_FILE
 from seatfem.study.runs.pipeline import RESULT_FILE, SUMMARY_FILE, compute_greens
 from seatfem.study.runs.rounds import SEAT_FILE
@@ -43,14 +41,6 @@ class ExportError(ValueError):
     """A format that there is not, or one that what is given has nothing for."""
 
 
-@dataclass(frozen=True)
-class Format:
-    """A format of other programs: what writes it into a folder, and whether a scene will do as source."""
-
-    write: Callable[[Path, Path, Progress], Written]
-    of_scenes: bool
-
-
 def export(source: Path, to: str, output: Path | None = None, progress: Progress = silent) -> tuple[Path | str, ...]:
     """Write a scene or the folder of a run as ``to``, one of `FORMATS`, into a folder [that of the run, or the scene's
     name + "-" + the format]; the files written, and notes of what is left out.
@@ -63,13 +53,13 @@ def export(source: Path, to: str, output: Path | None = None, progress: Progress
     """
     if to not in FORMATS:
         raise ExportError(f"--to: {to!r} is none of {', '.join(FORMATS)}")
-    if not source.is_dir() and not FORMATS[to].of_scenes:
+    if not source.is_dir() and to not in OF_SCENES:
         raise ExportError(f"{source}: --to {to} takes the folder of a run; give one (seatfem run -o)")
     if not source.exists():
         raise ExportError(f"{source}: no such file or folder; give a scene (TOML) or the folder of a run")
     folder = output or (source if source.is_dir() else Path(f"{source.stem}-{to}"))
     folder.mkdir(parents=True, exist_ok=True)
-    return tuple(FORMATS[to].write(source, folder, progress))
+    return tuple(FORMATS[to](source, folder, progress))
 
 
 def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
@@ -85,14 +75,14 @@ def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
             f"{words}striker displacement [m]": run.striker_displacement,
             f"{words}seat displacement [m]": run.target_displacement,
         }
-    yield csv_table(output / "force.csv", list(columns), zip(*(v.tolist() for v in columns.values()), strict=True))
+    yield write_csv(output / "force.csv", list(columns), zip(*(v.tolist() for v in columns.values()), strict=True))
     if (source / HISTORIES_FILE).is_file():
         time, places = load_histories(source / HISTORIES_FILE)
         heads = ["time [s]", *(f"{name} [Pa]" for name in places)]
-        yield csv_table(
+        yield write_csv(
             output / "stress.csv", heads, zip(time.tolist(), *(v.tolist() for v in places.values()), strict=True)
         )
-    yield csv_table(output / "summary.csv", ["key", "value", "error bar", "spring baseline"], measured(summary))
+    yield write_csv(output / "summary.csv", ["key", "value", "error bar", "spring baseline"], measured(summary))
 
 
 def _filter_width(source: Path, summary: Mapping[str, object]) -> float:
@@ -157,14 +147,16 @@ def _as_dxf(source: Path, output: Path, progress: Progress) -> Written:
     yield output / "reed.dxf"
 
 
-FORMATS: Final[Mapping[str, Format]] = {
-    "csv": Format(_as_csv, False),
-    "uff": Format(_as_uff, False),
-    "vtk": Format(_as_vtk, False),
-    "calculix": Format(_as_calculix, True),
-    "reduced": Format(_as_reduced, True),
-    "dxf": Format(_as_dxf, True),
+FORMATS: Final[Mapping[str, Callable[[Path, Path, Progress], Written]]] = {
+    "csv": _as_csv,
+    "uff": _as_uff,
+    "vtk": _as_vtk,
+    "calculix": _as_calculix,
+    "reduced": _as_reduced,
+    "dxf": _as_dxf,
 }
+"""What writes a scene or the folder of a run into a folder, by the name of the format."""
+OF_SCENES: Final = ("calculix", "reduced", "dxf")
 
 
 def _scene_of(source: Path) -> Scene:

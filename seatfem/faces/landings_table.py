@@ -8,34 +8,20 @@ from typing import Final
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from impact.quantities import plain, scaled
-from seatfem.faces.readings import DEGREES, as_number, bar_of, in_text, with_unit
-from seatfem.faces.rows import is_loaded
-from seatfem.study.runs.landings_file import LANDINGS_FILE
+from impact.quantities import plain
+from seatfem.readings import DEGREES, Summary, as_number, bar_of, in_text, prefix_of, with_unit
+from seatfem.results import EXCESS, OF_LANDINGS, STATIC, is_loaded, unit_of
+from seatfem.study.runs.pipeline import LANDINGS_FILE
 
 SHOWN: Final = 10
-COLUMNS: Final = (
-    ("time", "time_s", "s"),
-    ("closing\nspeed", "closing_speed_m_per_s", "m/s"),
-    ("peak\nforce", "filtered_peak_force_N", "N"),
-    ("static\nload", "static_load_N", "N"),
-    ("peak above\nstatic load", "excess_peak_force_N", "N"),
-    ("impulse", "impulse_Ns", "N s"),
-    ("duration", "duration_s", "s"),
-    ("restitution", "restitution", ""),
-)
-"""Head, key of the records and unit of each."""
-OF_STATIC: Final = ("static_load_N", "excess_peak_force_N")
-"""Columns that say nothing where no landing has a static load."""
-
-Records = Sequence[Mapping[str, object]]
+Records = Sequence[Summary]
 
 
-def landings_of(summary: Mapping[str, object]) -> Records:
+def landings_of(summary: Summary) -> Records:
     """Return the records of the landings, the largest force above the static load first; none of runs without them."""
     landings = summary.get("landings")
     records = [each for each in landings if isinstance(each, Mapping)] if isinstance(landings, list) else []
-    return sorted(records, key=lambda each: -(as_number(each.get("excess_peak_force_N")) or 0.0))
+    return sorted(records, key=lambda each: -(as_number(each.get(EXCESS)) or 0.0))
 
 
 def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
@@ -45,18 +31,20 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
         return None
     shown = records[:most]
     loaded = any(is_loaded(record) for record in shown)
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table = Table("landing", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify = "left"
-    columns = [[_name(record) for record in shown]]
-    table.add_column("landing")
+    cut = (", cut off" if record.get("cut_off") is True else "" for record in shown)
+    columns = [[f"{record.get('body')} {record.get('number')}{end}" for record, end in zip(shown, cut, strict=True)]]
     if any(places := [_place(record) for record in shown]):
         table.add_column("place")
         columns.append(places)
-    for head, key, unit in COLUMNS:
-        if loaded or key not in OF_STATIC:
-            factor, prefixed = _prefix(shown, key, unit)
-            table.add_column(f"{head}\n[{plain(prefixed)}]" if unit else head, justify="right")
-            columns.append([_cell(record, key, factor) for record in shown])
+    for key, head in OF_LANDINGS.items():
+        if loaded or key not in (STATIC, EXCESS):
+            values = [as_number(record.get(key)) for record in shown]
+            factor, unit = prefix_of(unit_of(key), max((abs(value) for value in values if value), default=0.0))
+            table.add_column(f"{head}\n[{plain(unit)}]" if unit else head, justify="right")
+            bars = (bar_of(record, key) for record in shown)
+            columns.append([in_text(key, *each, "", factor) for each in zip(values, bars, strict=True)])
     for cells in zip(*columns, strict=True):
         table.add_row(*cells)
     notes = ["landings sorted by their largest force"]
@@ -70,27 +58,9 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
     return table
 
 
-def _name(record: Mapping[str, object]) -> str:
-    """Return what is met, which landing on it, and whether the run ends in it."""
-    return f"{record.get('body')} {record.get('number')}{', cut off' if record.get('cut_off') is True else ''}"
-
-
-def _prefix(records: Records, key: str, unit: str) -> tuple[float, str]:
-    values = [value for each in records if (value := as_number(each.get(key))) is not None]
-    return scaled(values, unit) if unit else (1.0, "")
-
-
-def _cell(record: Mapping[str, object], key: str, factor: float) -> str:
-    """Return a number in the unit of its column."""
-    value, bar = as_number(record.get(key)), bar_of(record, key)
-    if value is None:
-        return "-"
-    return in_text(key, value, bar, "", factor)
-
-
-def _place(record: Mapping[str, object]) -> str:
+def _place(record: Summary) -> str:
     """Return where the reed touches first: an angle, or a length along the lip; "" where none is known."""
-    for key, unit in (("place_deg", DEGREES), ("place_m", "m")):
-        if (value := as_number(record.get(key))) is not None:
-            return with_unit(f"{value:.4g}", unit) if unit == DEGREES else in_text(key, value, None, unit)
-    return ""
+    if (angle := as_number(record.get("place_deg"))) is not None:
+        return with_unit(f"{angle:.4g}", DEGREES)
+    along = as_number(record.get("place_m"))
+    return "" if along is None else in_text("place_m", along, None, "m")

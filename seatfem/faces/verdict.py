@@ -8,13 +8,23 @@ from dataclasses import dataclass
 from typing import Final
 
 from impact.quantities import enumeration, in_digits, in_units, percent, plain, scaled
-from seatfem.faces.readings import as_number, bar_of, duration
-from seatfem.faces.rows import LANDING, STATIC, asked, name_of, unit_of
-from seatfem.study.runs.outcome import WITHOUT_ZERO, is_known
-from seatfem.study.scene.measures import key_of
+from seatfem.readings import BAR, SPRING, WITHOUT_ZERO, Summary, as_number, bar_of, duration, is_known
+from seatfem.results import (
+    FILM_PEAK,
+    FIRST_CONTACT,
+    IMPULSE,
+    LANDING,
+    LARGEST_LIFT,
+    LIFE_CYCLES,
+    LIFE_MARGIN,
+    PEAK,
+    PORTS,
+    STATIC,
+    asked,
+    name_of,
+    result_of,
+)
 
-OF_EACH_STEP: Final = ("max_seat_displacement_m", "landing_max_seat_displacement_m")
-"""Measures in which the spring follows the force of every single step, so that its value depends on the step."""
 LANDED: Final = "landed"
 STATUS: Final[Mapping[str, str]] = {
     "no landing": (
@@ -41,34 +51,42 @@ class Difference:
 
     Attributes:
         key: of the measure in summary.json.
-        relative: spring/seat - 1.
-        bars: |spring - seat| over the larger of both error bars, of which a spring states one on measured seats alone;
-        ``inf`` for a bar of zero, 0 where there is no difference.
+        seat, spring: its values [SI].
+        bar: the larger of both error bars, of which a spring states one on measured seats alone [SI].
     """
 
     key: str
-    relative: float
-    bars: float
+    seat: float
+    spring: float
+    bar: float
+
+    @property
+    def relative(self) -> float:
+        """Return spring/seat - 1."""
+        return self.spring / self.seat - 1
+
+    @property
+    def bars(self) -> float:
+        """Return |spring - seat| over the error bar; ``inf`` for a bar of zero, 0 where there is no difference."""
+        off = abs(self.spring - self.seat)
+        return off / self.bar if self.bar > 0 else (math.inf if off > 0 else 0.0)
 
 
-def difference(summary: Mapping[str, object], key: str) -> Difference | None:
+def difference(summary: Summary, key: str) -> Difference | None:
     """Return the spring's difference in one measure.
 
     ``None`` where it has no error bar, where seat or spring have no value to compare, of instants, and of the static
     load, which a spring bears as any seat.
     """
-    seat, spring, bar = (as_number(summary.get(name)) for name in (key, f"spring_{key}", f"error_bar_{key}"))
-    if bar is not None and (of_spring := as_number(summary.get(f"error_bar_spring_{key}"))) is not None:
-        bar = max(bar, of_spring)
-    if key in (*OF_EACH_STEP, STATIC) or key.endswith(WITHOUT_ZERO):
+    if result_of(key).of_each_step or key == LANDING + STATIC or key.endswith(WITHOUT_ZERO):
         return None
+    seat, spring, bar = (as_number(summary.get(name)) for name in (key, SPRING + key, BAR + key))
     if seat is None or spring is None or bar is None or seat == 0.0:
         return None
-    off = abs(spring - seat)
-    return Difference(key, spring / seat - 1, off / bar if bar > 0 else (math.inf if off > 0 else 0.0))
+    return Difference(key, seat, spring, max(bar, as_number(summary.get(BAR + SPRING + key)) or 0.0))
 
 
-def verdict(summary: Mapping[str, object]) -> str:
+def verdict(summary: Summary) -> str:
     """Return what a run means for people, from the numbers of summary.json.
 
     A run without a landing says so first. Then the measures that the accuracy was asked for are compared with those of
@@ -78,17 +96,17 @@ def verdict(summary: Mapping[str, object]) -> str:
     state = standing(summary)
     if state and not any(summary.get(key) for key in asked(summary)):
         return state
-    if not state and summary.get("first_contact_s") is None and not summary.get("film_force_peak_N"):
+    if not state and summary.get(FIRST_CONTACT) is None and not summary.get(FILM_PEAK):
         return "No contact within run.duration: there is nothing to compare."
     return " ".join(filter(None, (state, _comparison(summary))))
 
 
-def is_static(summary: Mapping[str, object]) -> bool:
+def is_static(summary: Summary) -> bool:
     """Return whether the seat was computed as its static stiffness alone, as the baseline is."""
     return "spring" in (summary.get("seat_kind"), summary.get("plan_seat_level"))
 
 
-def standing(summary: Mapping[str, object]) -> str:
+def standing(summary: Summary) -> str:
     """Return in words that nothing landed, or that the run ends in a contact, with the remedy; "" of a landing."""
     status = str(summary.get("landing_status") or LANDED)
     if status == LANDED:
@@ -97,7 +115,7 @@ def standing(summary: Mapping[str, object]) -> str:
     return STATUS.get(status, status.capitalize() + ".").replace("{time}", time)
 
 
-def which_landing(summary: Mapping[str, object]) -> str:
+def which_landing(summary: Summary) -> str:
     """Return which landing on the seat the run is judged by, and its number: "hardest landing (2 of 3)"."""
     words = "first landing" if summary.get("accuracy_landing") == "first" else "hardest landing"
     words += " on the seat" if as_number(summary.get("stopper_landing_count")) else ""
@@ -107,48 +125,48 @@ def which_landing(summary: Mapping[str, object]) -> str:
     return f"{words} ({number:.0f} of {number_of_all:.0f})" if number_of_all > 1 else "landing"
 
 
-def pressed_on(summary: Mapping[str, object]) -> str:
+def pressed_on(summary: Summary) -> str:
     """Return how hard and how long the loads alone press the reed on its seat; "" where they do not."""
     time, load = (as_number(summary.get(f"pressed_on_{key}")) for key in ("time_s", "largest_load_N"))
     if not time or not load:
         return ""
-    by = "the gas" if "gas_largest_lift_m" in summary else "its loads"
+    by = "the gas" if LARGEST_LIFT in summary else "its loads"
     return f"reed pressed on its seat by {by}: up to {in_units(load, 'N')}, {duration(time)} in total (not a landing)"
 
 
-def judged_words(summary: Mapping[str, object]) -> str:
+def judged_words(summary: Summary) -> str:
     """Return what the accuracy speaks of: the judged measures, of which landing."""
     keys = asked(summary)
     of_landing = f" of the {which_landing(summary)}" if any(key.startswith(LANDING) for key in keys) else ""
     return enumeration(name_of(key, summary) for key in keys) + of_landing
 
 
-def simpler(summary: Mapping[str, object]) -> str:
+def simpler(summary: Summary) -> str:
     """Return what simpler models would say of a contact with a film or along a lip, in one line; "" of others."""
     results: list[str] = []
     for words, name in (("without the film", "without_film"), ("single contact point", "one_port"), ("beam", "beam")):
-        peak, impulse = (as_number(summary.get(f"{name}_{key}")) for key in ("filtered_peak_force_N", "impulse_Ns"))
+        peak, impulse = (as_number(summary.get(f"{name}_{key}")) for key in (PEAK, IMPULSE))
         if peak is not None and impulse is not None:
             results.append(f"{words} {in_units(peak, 'N')} and {in_units(impulse, 'N s')}")
     over = duration(summary.get("filter_width_s"))
     return f"simpler models: {', '.join(results)} (peak, {over} mean, and impulse of the whole run)" if results else ""
 
 
-def lasting(summary: Mapping[str, object]) -> str:
+def lasting(summary: Summary) -> str:
     """Return how long the reed lives, in one line with the source of its strength; "" where nobody asked.
 
     What the summary does not hold, as that of an earlier version, is left out of the sentences.
     """
     sentences = []
-    if "life_margin" in summary:
-        margin, cycles = as_number(summary["life_margin"]), as_number(summary.get("life_cycles"))
+    if LIFE_MARGIN in summary:
+        margin, cycles = as_number(summary[LIFE_MARGIN]), as_number(summary.get(LIFE_CYCLES))
         wanted, share = (as_number(summary.get(f"life_{key}")) for key in ("design_cycles", "survival"))
-        bar = as_number(summary.get("error_bar_life_margin"))
+        bar = as_number(summary.get(BAR + LIFE_MARGIN))
         body = _body_at(summary, "life_at")
         asked_for = "the cycles asked for" if wanted is None else f"{in_digits(wanted)} cycles"
         asked_for += "" if share is None else f" with {percent(share, 6)} survival"
         more = "" if bar is None else f" +- {in_digits(bar, 2)}"
-        if bar is not None and margin is not None and not is_known("life_margin", margin, bar):
+        if bar is not None and margin is not None and not is_known(LIFE_MARGIN, margin, bar):
             more += " (not known)"
         if margin is None:
             sentences.append(f"no multiple of the stress uses up the life of {asked_for}")
@@ -174,12 +192,12 @@ def lasting(summary: Mapping[str, object]) -> str:
     return f"fatigue: {'; '.join(sentences)}".replace("\n", "\\n") if sentences else ""
 
 
-def _body_at(summary: Mapping[str, object], key: str) -> str:
+def _body_at(summary: Summary, key: str) -> str:
     """Return the body of a place such as "reed, x = 3 mm"; "body" where the summary does not name one."""
     return str(summary.get(key) or "body").partition(",")[0]
 
 
-def _in_brackets(summary: Mapping[str, object], *keys: str) -> str:
+def _in_brackets(summary: Summary, *keys: str) -> str:
     """Return what the summary holds of the keys, in brackets; "" of none."""
     stated = [str(value) for key in keys if (value := summary.get(key))]
     return f" ({'; '.join(stated)})" if stated else ""
@@ -190,13 +208,13 @@ def count(bars: float) -> str:
     return "> 1000" if bars > 1000 else "0" if bars < 1e-3 else in_digits(bars, 2) if bars < 100 else f"{bars:.0f}"
 
 
-def _comparison(summary: Mapping[str, object]) -> str:
+def _comparison(summary: Summary) -> str:
     if summary.get("seat_kind") == "spring":
         return "The seat is a spring: it is its own baseline."
     if summary.get("plan_seat_level") == "spring":
         return _by_plan(summary)
     differences = [d for key in asked(summary) if (d := difference(summary, key)) is not None]
-    usual = [key_of(name) for name in ("filtered_peak", "impulse")] if not differences else []
+    usual = [] if differences else [PEAK, IMPULSE]
     differences = differences or [d for key in usual if (d := difference(summary, key)) is not None]
     counted = sorted(
         (d for d in differences if d.bars > 1 and _is_known(summary, d.key)), key=lambda d: -abs(d.relative)
@@ -206,31 +224,22 @@ def _comparison(summary: Mapping[str, object]) -> str:
     return _alike(summary, differences) if differences else ""
 
 
-def _is_known(summary: Mapping[str, object], key: str) -> bool:
+def _is_known(summary: Summary, key: str) -> bool:
     value = as_number(summary.get(key))
     return value is not None and is_known(key, value, bar_of(summary, key))
 
 
-def _instead(summary: Mapping[str, object], each: Difference) -> str:
+def _instead(summary: Summary, each: Difference) -> str:
     """Return the spring's number in place of the seat's, and how well the seat's is known."""
-    unit, key = unit_of(each.key), each.key
-    seat, spring, bar = (as_number(summary.get(name)) for name in (key, f"spring_{key}", f"error_bar_{key}"))
-    assert seat is not None
-    assert spring is not None
-    assert bar is not None
-    (factor, prefixed), name = scaled(seat, unit) if unit else (1.0, ""), name_of(key, summary)
-    after = f" {plain(prefixed)}" if prefixed else ""
-    ours, theirs = (f"{number}{after}" for number in _apart(factor * seat, factor * spring))
+    unit, name = result_of(each.key).unit, name_of(each.key, summary)
+    factor, prefixed = scaled(each.seat, unit) if unit else (1.0, "")
+    after, bar = f" {plain(prefixed)}" if prefixed else "", as_number(summary.get(BAR + each.key)) or 0.0
+    texts = [[_short(factor * value, digits) for value in (each.seat, each.spring)] for digits in range(2, 7)]
+    seat, spring = next((pair for pair in texts if pair[0] != pair[1]), texts[-1])  # as few digits as tell them apart
     return (
-        f"{name[:1].upper()}{name[1:]}: A spring would give {theirs} instead of {ours} "
-        f"({percent(each.relative, sign=True)}). Uncertainty of the {ours}: {in_digits(factor * bar, 2)}{after}."
+        f"{name[:1].upper()}{name[1:]}: A spring would give {spring}{after} instead of {seat}{after} "
+        f"({percent(each.relative, sign=True)}). Uncertainty of the {seat}{after}: {in_digits(factor * bar, 2)}{after}."
     )
-
-
-def _apart(seat: float, spring: float) -> tuple[str, str]:
-    """Return both numbers with as few digits, two at least, as tell them apart."""
-    texts = [(_short(seat, digits), _short(spring, digits)) for digits in range(2, 7)]
-    return next((pair for pair in texts if pair[0] != pair[1]), texts[-1])
 
 
 def _short(value: float, digits: int) -> str:
@@ -239,9 +248,9 @@ def _short(value: float, digits: int) -> str:
     return f"{value:.{places}f}" if abs(value) < 1e6 else in_digits(value, digits)
 
 
-def _by_plan(summary: Mapping[str, object]) -> str:
+def _by_plan(summary: Summary) -> str:
     """Return why seat and baseline are alike: both are springs."""
-    lip = "; the baseline has no coupling between the segments of the lip" if "ports" in summary else ""
+    lip = "; the baseline has no coupling between the segments of the lip" if PORTS in summary else ""
     if "seat.model" in str(summary.get("plan_given", "")).split(", "):
         return f'seat.model = "spring": the seat is its static stiffness alone, as in the baseline{lip}.'
     names = enumeration(name_of(key, summary) for key in asked(summary)) or "the measures"
@@ -254,14 +263,12 @@ def _by_plan(summary: Mapping[str, object]) -> str:
     )
 
 
-def _alike(summary: Mapping[str, object], found: list[Difference]) -> str:
-    largest = max(found, key=lambda d: abs(d.relative))
-    bar, value = (as_number(summary.get(prefix + largest.key)) for prefix in ("error_bar_", ""))
-    assert bar is not None
-    assert value is not None
-    names = enumeration(name_of(d.key, summary) for d in found)
+def _alike(summary: Summary, differences: list[Difference]) -> str:
+    largest = max(differences, key=lambda d: abs(d.relative))
+    bar = as_number(summary.get(BAR + largest.key)) or 0.0
+    names = enumeration(name_of(d.key, summary) for d in differences)
     changes = f"it changes {names} by {percent(abs(largest.relative))} at most"
-    within = f"within the uncertainty of {percent(bar / abs(value))}"
+    within = f"within the uncertainty of {percent(bar / abs(largest.seat))}"
     if summary.get("accuracy_met") is False or not _is_known(summary, largest.key):
         return f"This run cannot show whether a spring is enough: {changes}, {within}."
     return f"A spring is enough here: {changes}, {within}."

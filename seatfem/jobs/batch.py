@@ -2,26 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager
 
-from seatfem.jobs.desk import NEVER, Ask, Desk, Lost, Program
+from seatfem.jobs.desk import Ask, Desk, Lost, Program
 from seatfem.jobs.folders import private_folder
-
-
-def answers(
-    jobs: Sequence[str], module: str, *arguments: str, limit: float, renew: int = NEVER, own_session: bool = False
-) -> Iterator[str | Lost]:
-    """Yield the answer to each job, a line, in their order; from one worker at a time.
-
-    Args:
-        jobs: lines.
-        module, arguments, renew, own_session: of the worker's `Program`.
-        limit: seconds of the clock for one job.
-    """
-    with crew(Program(module, arguments, renew, own_session), workers=1) as ask:
-        yield from (answer for _, answer in ask(jobs, limit))
 
 
 @contextmanager

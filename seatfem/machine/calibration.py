@@ -49,7 +49,8 @@ BEYOND_IMPORTS: Final = 1.3  # the program's start over its imports
 FRAMES: Final = 3
 SAVED: Final = 22
 _IMPORTS: Final = "import seatfem.faces.cli, seatfem.study.runs.pipeline, seatfem.study.scene, matplotlib.figure"
-REED: Final = impact.Cantilever(2e11, 7850.0, 25.4e-3, 10e-3, 0.3e-3)
+SIZES: Final = {"young": 2e11, "density": 7850.0, "length": 25.4e-3, "width": 10e-3, "thickness": 0.3e-3}
+REED: Final = impact.Cantilever(**SIZES)
 
 Rates = Mapping[str, float]
 Made = TypeVar("Made")
@@ -69,7 +70,8 @@ def calibrate(progress: Progress = silent) -> Machine:
         progress("measuring this computer", len(rates) / len(default.rates()))
         progress(stage, 1.0)
 
-    add("program start", _start(default))
+    start = BEYOND_IMPORTS * _time(lambda: subprocess.run([sys.executable, "-P", "-c", _IMPORTS], check=True))
+    add("program start", {"start": start, "compiled": default.compiled * start / default.start})
     meshes, measured = _meshing()
     add("meshing", measured)
     models, measured = _assembly(meshes)
@@ -78,7 +80,8 @@ def calibrate(progress: Progress = silent) -> Machine:
     result, measured = _contact()
     add("contact", measured)
     with private_folder("calibration") as folder:
-        add("files", _files(result, folder))
+        seconds = _time(lambda: save_results(folder / "result.h5", {"wave": result, "spring": result}, {}))
+        add("files", {"value": seconds / SAVED / STEPS})
         add("pictures", _pictures(result, meshes, models, folder, default))
     return replace(default, **rates, origin="rates measured on this computer just now")
 
@@ -98,11 +101,6 @@ def _once(work: Callable[[], Made]) -> tuple[Made, float]:
 def _processor() -> float:
     """Return the processor time [s] of this process and of those that it waited for."""
     return process_time() + sum(os.times()[2:4])
-
-
-def _start(default: Machine) -> Rates:
-    start = BEYOND_IMPORTS * _time(lambda: subprocess.run([sys.executable, "-P", "-c", _IMPORTS], check=True))
-    return {"start": start, "compiled": default.compiled * start / default.start}
 
 
 def _meshing() -> tuple[tuple[SeatMesh, SeatMesh], Rates]:
@@ -148,16 +146,7 @@ def _reduction(models: tuple[SecondOrderModel, SecondOrderModel], default: Machi
 
 
 def _contact() -> tuple[ImpactResult, Rates]:
-    reed = impact.cantilever_reed(
-        young=REED.young,
-        density=REED.density,
-        length=REED.length,
-        width=REED.width,
-        thickness=REED.thickness,
-        damping_ratio=0.03,
-        n_modes=40,
-        tip_deflection=1e-3,
-    )
+    reed = impact.cantilever_reed(**SIZES, damping_ratio=0.03, n_modes=40, tip_deflection=1e-3)
     omega = np.linspace(1e5, 1e7, POLES)
     many = ModalGreens(omega, np.full(POLES, 0.1), np.full((POLES, 1), 1.0), Residual.spring(1e-8 * np.eye(1)), ("c",))
 
@@ -174,11 +163,6 @@ def _contact() -> tuple[ImpactResult, Rates]:
     stress = _time(lambda: peak_bending_stress(result.force, STEP, reed, REED))
     step = max(short / STEPS - 40 * pole, 0.1 * short / STEPS)
     return result, {"pole": pole, "step": step, "stress": stress / STEPS / 40}
-
-
-def _files(result: ImpactResult, folder: Path) -> Rates:
-    seconds = _time(lambda: save_results(folder / "result.h5", {"wave": result, "spring": result}, {}))
-    return {"value": seconds / SAVED / STEPS}
 
 
 def _pictures(

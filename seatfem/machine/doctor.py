@@ -9,7 +9,6 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from importlib import metadata
 from typing import Final
 
 from impact.files.atomic import OutputError, check_writable
@@ -21,22 +20,12 @@ from seatfem.machine.libraries import (
     picture_library_gap,
     select_offscreen_window,
 )
-from seatfem.machine.packages import EXTRAS, LIBRARIES
+from seatfem.machine.packages import installed_version, requirements
 from seatfem.machine.petsc import petsc_setting
+from seatfem.machine.rates import cores
 
 PROBE_TIMEOUT: Final = 60.0
 _THREAD_VARIABLES: Final = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-
-_GMSH_PROBE: Final = "import gmsh; gmsh.initialize(readConfigFiles=False); print(gmsh.__version__); gmsh.finalize()"
-_PARDISO_PROBE: Final = (
-    "import numpy, scipy.sparse, pypardiso; "
-    "x = pypardiso.spsolve(scipy.sparse.csr_matrix(2 * numpy.eye(3)), numpy.ones(3)); "
-    "assert abs(x - 0.5).max() < 1e-15; print(pypardiso.__version__)"
-)
-_PICTURE_PROBE: Final = (
-    "import pyvista; p = pyvista.Plotter(off_screen=True, window_size=(64, 64)); p.add_mesh(pyvista.Sphere()); "
-    "image = p.screenshot(return_img=True); assert image.std() > 1; print(type(p.render_window).__name__)"
-)
 
 
 @dataclass(frozen=True)
@@ -50,37 +39,99 @@ class Check:
     required: bool = True
 
 
-def doctor_report() -> tuple[Check, ...]:
-    """Look at the interpreter, libraries, extras, processors, cache, gmsh, PARDISO, off-screen rendering and PETSc.
+@dataclass(frozen=True)
+class Probe:
+    """Code that is tried in a process of its own, because a missing system library can crash it.
 
-    gmsh, PARDISO and VTK are tried in processes of their own, because a missing system library can crash them.
+    Attributes:
+        name, what: of the check; before what the code prints.
+        code: prints what it has found.
+        remedy: of code that fails.
+        gap: what is missing and how it is mended, where that is known without trying; else ``None``.
     """
-    probes: tuple[Callable[[], Check], ...] = (_gmsh, _pardiso, _pictures, _petsc)
+
+    name: str
+    what: str
+    code: str
+    remedy: str
+    gap: Callable[[], tuple[str, str] | None]
+    required: bool = False
+
+    def check(self) -> Check:
+        """Return what is found."""
+        if (gap := self.gap()) is not None:
+            return Check(self.name, False, *gap, self.required)
+        ok, detail = _try(self.code)
+        return Check(self.name, ok, f"{self.what} {detail}".strip(), self.remedy, self.required)
+
+
+def _gmsh_gap() -> tuple[str, str] | None:
+    missing = missing_packages(GMSH_LIBRARIES)
+    return ("system libraries are missing", apt_command(missing)) if missing else None
+
+
+def _pardiso_gap() -> tuple[str, str] | None:
+    if installed_version("pypardiso") is not None:
+        return None
+    detail = "PARDISO not installed; METIS + SuperLU take its place, several times slower"
+    return detail, "pip install pypardiso (x86-64 only)"
+
+
+def _picture_gap() -> tuple[str, str] | None:
+    if gap := picture_library_gap():
+        detail, _, remedy = gap.partition("; ")
+        return detail, remedy.partition(": ")[2]
+    select_offscreen_window()
+    return None
+
+
+GMSH: Final = Probe(
+    "meshing",
+    "gmsh",
+    "import gmsh; gmsh.initialize(readConfigFiles=False); print(gmsh.__version__); gmsh.finalize()",
+    "pip install --force-reinstall gmsh",
+    _gmsh_gap,
+    required=True,
+)
+PARDISO: Final = Probe(
+    "factorization",
+    "PARDISO, pypardiso",
+    "import numpy, scipy.sparse, pypardiso; "
+    "x = pypardiso.spsolve(scipy.sparse.csr_matrix(2 * numpy.eye(3)), numpy.ones(3)); "
+    "assert abs(x - 0.5).max() < 1e-15; print(pypardiso.__version__)",
+    "pip install --force-reinstall pypardiso",
+    _pardiso_gap,
+)
+PICTURES: Final = Probe(
+    "off-screen rendering",
+    "",
+    "import pyvista; p = pyvista.Plotter(off_screen=True, window_size=(64, 64)); p.add_mesh(pyvista.Sphere()); "
+    "image = p.screenshot(return_img=True); assert image.std() > 1; print(type(p.render_window).__name__)",
+    "apt-get install libegl1 libgl1-mesa-dri",
+    _picture_gap,
+)
+
+
+def doctor_report() -> tuple[Check, ...]:
+    """Look at the interpreter, libraries, extras, processors, cache, gmsh, PARDISO, off-screen rendering and PETSc."""
     with ThreadPoolExecutor(max_workers=2) as pool:
-        tried = [pool.submit(probe) for probe in probes]
-        quick = (
-            _python(),
-            *(_library(name) for name in LIBRARIES),
-            *(_extra(name, packages) for name, packages in EXTRAS.items()),
-            _threads(),
+        tried = pool.map(lambda check: check(), (GMSH.check, PARDISO.check, PICTURES.check, check_petsc))
+        limits = [f"{name}={os.environ[name]}" for name in _THREAD_VARIABLES if name in os.environ]
+        needed = sys.version_info >= (3, 11)
+        extras = requirements()
+        libraries = {name: installed_version(name) for name in extras.pop("", ())}
+        return (
+            Check("python", needed, f"{platform.python_version()}, {sys.executable}", "Python >= 3.11"),
+            *(Check(name, v is not None, v or "not installed", f"pip install {name}") for name, v in libraries.items()),
+            *(_extra(name, packages) for name, packages in extras.items()),
+            Check("processors", True, f"{cores()} usable; {', '.join(limits) or 'thread counts not limited'}"),
             _cache(),
+            *tried,
         )
-        return (*quick, *(future.result() for future in tried))
-
-
-def _python() -> Check:
-    return Check(
-        "python", sys.version_info >= (3, 11), f"{platform.python_version()}, {sys.executable}", "Python >= 3.11"
-    )
-
-
-def _library(name: str) -> Check:
-    version = _version(name)
-    return Check(name, version is not None, version or "not installed", f"pip install {name}")
 
 
 def _extra(name: str, packages: tuple[str, ...]) -> Check:
-    versions = {package: _version(package) for package in packages}
+    versions = {package: installed_version(package) for package in packages}
     absent = [package for package, version in versions.items() if version is None]
     installed = ", ".join(f"{package} {version}" for package, version in versions.items())
     detail = f"not installed: {', '.join(absent)}" if absent else installed
@@ -99,46 +150,7 @@ def _cache() -> Check:
     return Check("cache folder", True, str(folder))
 
 
-def _version(name: str) -> str | None:
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return None
-
-
-def _threads() -> Check:
-    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    limits = [f"{name}={os.environ[name]}" for name in _THREAD_VARIABLES if name in os.environ]
-    return Check("processors", True, f"{usable} usable; {', '.join(limits) or 'thread counts not limited'}")
-
-
-def _gmsh() -> Check:
-    if missing := missing_packages(GMSH_LIBRARIES):
-        return Check("meshing", False, "system libraries are missing", apt_command(missing))
-    ok, detail = _try(_GMSH_PROBE)
-    return Check("meshing", ok, f"gmsh {detail}", "pip install --force-reinstall gmsh")
-
-
-def _pardiso() -> Check:
-    if _version("pypardiso") is None:
-        detail = "PARDISO not installed; METIS + SuperLU take its place, several times slower"
-        return Check("factorization", False, detail, "pip install pypardiso (x86-64 only)", required=False)
-    ok, detail = _try(_PARDISO_PROBE)
-    return Check(
-        "factorization", ok, f"PARDISO, pypardiso {detail}", "pip install --force-reinstall pypardiso", required=False
-    )
-
-
-def _pictures() -> Check:
-    if gap := picture_library_gap():
-        detail, _, remedy = gap.partition("; ")
-        return Check("off-screen rendering", False, detail, remedy.partition(": ")[2], required=False)
-    select_offscreen_window()
-    ok, detail = _try(_PICTURE_PROBE)
-    return Check("off-screen rendering", ok, detail, "apt-get install libegl1 libgl1-mesa-dri", required=False)
-
-
-def _petsc() -> Check:
+def check_petsc() -> Check:
     """Return the check of PETSc, which seat.greens.backend = "slepc" alone needs."""
     try:
         setting = petsc_setting()
@@ -150,14 +162,12 @@ def _petsc() -> Check:
 
 def _try(code: str) -> tuple[bool, str]:
     """Run code in another interpreter: (success, its output or what went wrong)."""
+    command = [sys.executable, "-P", "-c", code]
     try:
-        result = subprocess.run(
-            [sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=PROBE_TIMEOUT, check=False
-        )
+        result = subprocess.run(command, capture_output=True, text=True, timeout=PROBE_TIMEOUT, check=False)
     except subprocess.TimeoutExpired:
         return False, f"no answer within {PROBE_TIMEOUT:g} s"
-    if result.returncode == 0:
-        return True, (result.stdout.strip().splitlines() or [""])[-1]
     if result.returncode < 0:
         return False, f"crashed (signal {-result.returncode})"
-    return False, (result.stderr.strip().splitlines() or [f"exit code {result.returncode}"])[-1]
+    lines = (result.stderr if result.returncode else result.stdout).strip().splitlines()
+    return not result.returncode, (lines or [f"exit code {result.returncode}" if result.returncode else ""])[-1]

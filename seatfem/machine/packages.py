@@ -2,51 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from contextlib import suppress
 from importlib import metadata
 from traceback import walk_tb
-from types import MappingProxyType
 from typing import Final
 
 from impact.extras import how_to_mend
-from seatfem.machine.libraries import PICTURE_PACKAGES
 
-LIBRARIES: Final = (
-    "numpy",
-    "scipy",
-    "numba",
-    "h5py",
-    "rainflow",
-    "threadpoolctl",
-    "gmsh",
-    "scikit-fem",
-    "pymetis",
-    "pydantic",
-    "meshio",
-    "netCDF4",
-    "pint",
-    "cyclopts",
-    "rich",
-    "psutil",
-)
-"""Distributions that are always needed."""
-
-EXTRAS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
-    {
-        "pictures": PICTURE_PACKAGES,
-        "tables": ("pandas", "pyarrow"),
-        "report": ("plotly",),
-        "cluster": ("distributed",),
-        "uff": ("pyuff",),
-        "docs": ("sphinx", "docutils", "myst-parser", "sphinx-gallery", "pydata-sphinx-theme"),
-        "dev": (
-            *("pytest", "pytest-xdist", "hypothesis", "build", "mypy", "ruff", "scipy-stubs", "types-psutil"),
-            *("selenium", "nbclient", "ipykernel", "jsonschema", "types-jsonschema"),
-        ),
-    }
-)
-"""Distributions of each extra, beside those of other extras that it takes in."""
-
+_NAME: Final = re.compile(r"[A-Za-z0-9._-]+")
+_EXTRA: Final = re.compile(r"extra == ['\"]([\w-]+)")
 _NO_OTHERS = ("seatfem", "impact", "__main__")
 
 
@@ -55,10 +20,8 @@ def broken_package(error: Exception) -> str:
     if not (module := _failed_module(error)):
         return ""
     for name in map(str.lower, metadata.packages_distributions().get(module, [module])):
-        if name in LIBRARIES:
-            return how_to_mend(name, "", error)
-        for extra, packages in EXTRAS.items():
-            if name in packages or any(name in _needs(package) for package in packages):
+        for extra, packages in requirements().items():
+            if name in packages or (extra and any(name in _needs(package) for package in packages)):
                 return how_to_mend(name, extra, error)
     return how_to_mend(module, "", error) if isinstance(error, ImportError) else ""
 
@@ -72,10 +35,29 @@ def _failed_module(error: Exception) -> str:
     return "" if module in _NO_OTHERS else module
 
 
+def installed_version(name: str) -> str | None:
+    """Return the version of a distribution; ``None``: it is not installed."""
+    with suppress(metadata.PackageNotFoundError):
+        return metadata.version(name)
+    return None
+
+
+def requirements(package: str = "seatfem") -> dict[str, tuple[str, ...]]:
+    """Return the distributions that each extra needs, the smallest extras first, under "" those needed always and
+    everywhere; nothing of a package that is not installed."""
+    stated: dict[str, list[str]] = {}
+    with suppress(metadata.PackageNotFoundError):
+        for words in metadata.requires(package) or []:
+            requirement, _, marker = words.partition(";")
+            extra = _EXTRA.search(marker)
+            name = _NAME.match(requirement)
+            if name and name[0].lower() != package and (extra or not marker):
+                stated.setdefault(extra[1] if extra else "", []).append(name[0])
+    return {
+        extra: tuple(stated[extra]) for extra in sorted(stated, key=lambda extra: (extra != "", len(stated[extra])))
+    }
+
+
 def _needs(package: str) -> set[str]:
     """Return the distributions that one requires, if it is installed."""
-    try:
-        stated = metadata.requires(package) or []
-    except metadata.PackageNotFoundError:
-        return set()
-    return {words.split(";")[0].split("[")[0].rstrip("<>=!~ .0123456789,*()").strip().lower() for words in stated}
+    return {name.lower() for names in requirements(package).values() for name in names}

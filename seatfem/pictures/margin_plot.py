@@ -54,15 +54,11 @@ def plot_margins(
             words = f"allowed: {allowed:.4g}"
             axes.annotate(words, (allowed, 1.0), place, top, "offset points", color=GREEN, va="top", ha=side)
         axes.set_yscale("log")
-        rounded = ([tick for tick in each if _within(tick, axes)] for each in (ROUND, FINER))
+        low, high = axes.get_ylim()
+        rounded = ([tick for tick in each if low <= tick <= high] for each in (ROUND, FINER))
         ticks = next((each for each in rounded if len(each) > 2), [1.0])
         axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
         axes.minorticks_off()
         axes.tick_params(colors="black", grid_color=GREY, grid_alpha=0.3)
         axes.set_xlabel(label)
         axes.set_ylabel("margin")
-
-
-def _within(tick: float, axes: object) -> bool:
-    low, high = axes.get_ylim()  # type: ignore[attr-defined]
-    return bool(low <= tick <= high)

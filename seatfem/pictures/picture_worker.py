@@ -36,7 +36,7 @@ def _load(_: Path) -> None:
     """Load libraries, and open a window of OpenGL, whose first one takes longest."""
     import matplotlib.backends.backend_agg  # noqa: F401
 
-    from seatfem.pictures import plots, stress_plot, stress_wave  # noqa: F401
+    from seatfem.pictures import plots, stress_plot  # noqa: F401
 
     new_plotter(load_pyvista(), (16, 16)).close()
 

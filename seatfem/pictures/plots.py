@@ -2,42 +2,26 @@
 
 from __future__ import annotations
 
-import math
 import os
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impact.files.atomic import whole_file
-from impact.pictures.drawing import ORANGE, SKY, PictureError, sheet
+from impact.pictures.drawing import ORANGE, SKY, PictureError
 from impact.quantities import text
 from seatfem.pictures.cell_grid import VTK_TYPES, CellGrid
-from seatfem.pictures.rendering import (
-    ABOVE,
-    BELOW,
-    Image,
-    aim,
-    crop,
-    halved,
-    import_pyvista,
-    load_pyvista,
-    new_plotter,
-    shoot,
-    write_gif,
-)
+from seatfem.pictures.frame_pictures import album, plot_frames, swing_frame
+from seatfem.pictures.frames import Frames, mode_frames
+from seatfem.pictures.rendering import ABOVE, BELOW, aim, crop, import_pyvista, load_pyvista, new_plotter, shoot
+from seatfem.pictures.skin import Skin
 from seatfem.structures.model import Array
 
 if TYPE_CHECKING:
     from types import ModuleType
-
-    from matplotlib.figure import Figure
-
-COLOURS = "viridis"
-AMPLITUDE = 0.08
-"""Largest drawn displacement over the size of the body."""
 
 _LIGHT = {"ambient": 0.42, "diffuse": 0.62, "specular": 0.1}
 _EDGES = {"show_edges": True, "edge_color": "#3F454C", "line_width": 1.0}
@@ -67,34 +51,8 @@ def plot_modes(
     Raises:
         PictureError: no modes, or what drawing needs is missing.
     """
-    _check(grid, shapes, frequencies_hz)
-    pyvista = load_pyvista()
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-
-    plotter = new_plotter(pyvista, (900, 750), shrunk=True)
-    body = _Body(pyvista, plotter, grid, shapes, cut)
-    images = []
-    for k in range(len(shapes)):
-        body.move(k, 1.0)
-        images.append(shoot(plotter))
-    plotter.close()
-    images = crop(images)
-    height, width = images[0].shape[:2]
-    rows = math.ceil(len(images) / (columns or math.ceil(math.sqrt(1.5 * len(images) * height / width))))
-    columns = columns or math.ceil(len(images) / rows)
     numbers = [str(k + 1) for k in range(len(shapes))] if names is None else names
-    headings = [f"{k}:  {text(float(f), 'Hz', 4)}" for k, f in zip(numbers, frequencies_hz, strict=True)]
-    with album(images, headings, path, title, columns) as figure:
-        colours = figure.colorbar(
-            ScalarMappable(Normalize(0.0, 1.0), COLOURS),
-            ax=figure.axes,
-            orientation="horizontal",
-            aspect=50,
-            shrink=0.6,
-            pad=0.02,
-        )
-        colours.set_label("magnitude of displacement, largest = 1", fontsize=8)
+    plot_frames(_frames(grid, shapes, frequencies_hz, numbers, cut), path, title=title, columns=columns)
 
 
 def animate_mode(
@@ -112,17 +70,7 @@ def animate_mode(
     Raises:
         PictureError: what drawing needs is missing.
     """
-    _check(grid, [shape], [frequency_hz])
-    pyvista = load_pyvista()
-    plotter = new_plotter(pyvista, (1120, 960), shrunk=True)
-    body = _Body(pyvista, plotter, grid, [shape], cut)
-    plotter.add_text(f"{title}  {text(frequency_hz, 'Hz')}".strip(), position=(24, 896), font_size=18, color="black")
-    half = []
-    for k in range(frames // 2 + 1):  # the way back passes the same pictures
-        body.move(0, math.cos(2 * math.pi * k / frames))
-        half.append(halved(shoot(plotter)))
-    plotter.close()
-    write_gif([*half, *half[-2:0:-1]], np.full((1, 3), 255), path, round(1500 / frames), shaded=True)
+    swing_frame(_frames(grid, [shape], [frequency_hz], [""], cut), path, title=title, pictures=frames)
 
 
 def write_vtu(
@@ -210,40 +158,29 @@ def _visible_facets(mesh: Any, kept: NDArray[np.bool_], groups: tuple[str, ...])
     return {**visible, "surface": np.flatnonzero(rest)}
 
 
-class _Body:
-    """A grid in a plotter: surface (perhaps cut) with the shapes on it, and the undeformed edges."""
-
-    def __init__(self, pyvista: ModuleType, plotter: Any, grid: CellGrid, shapes: Sequence[Array], cut: bool) -> None:
-        volume = _unstructured(pyvista, grid.points, grid.linear_cells)
-        for k, shape in enumerate(shapes):
-            field = np.asarray(shape, dtype=float).T
-            largest = float(np.linalg.norm(field, axis=1).max())
-            volume.point_data[f"u{k}"] = field / (largest or 1.0)
-        if cut:
-            low, high = np.array(volume.bounds[::2]), np.array(volume.bounds[1::2])
-            volume = volume.clip(normal=(0.0, -1.0, 0.0), origin=(low + high) / 2)
-        surface = volume.extract_surface(algorithm=None)
-        outline = surface.extract_feature_edges(
-            feature_angle=35, boundary_edges=False, manifold_edges=False, non_manifold_edges=False
-        )
-        self._rest = surface.compute_normals(  # sharp edges split once, for all shapes
-            cell_normals=False, feature_angle=35, split_vertices=True, consistent_normals=False
-        )
-        self._amplitude = AMPLITUDE * grid.size
-        self._moved = self._rest.copy()
-        self._moved.point_data["displacement"] = np.zeros(self._rest.n_points)
-        limits = {"clim": (0.0, 1.0), "show_scalar_bar": False}
-        drawn = plotter.add_mesh(self._moved, scalars="displacement", cmap=COLOURS, **limits, **_LIGHT)
-        drawn.prop.interpolation = "phong"  # by the normals that `move` keeps
-        plotter.add_mesh(outline, color="#6A6A6A", line_width=2.0)
-        aim(plotter, outline.points, self._amplitude)
-
-    def move(self, k: int, phase: float) -> None:
-        """Move the body to shape ``k`` at ``phase`` (-1..1) of its largest displacement."""
-        field = self._rest.point_data[f"u{k}"]
-        self._moved.points = self._rest.points + phase * self._amplitude * field
-        self._moved.compute_normals(cell_normals=False, split_vertices=False, consistent_normals=False, inplace=True)
-        self._moved.point_data["displacement"] = np.linalg.norm(field, axis=1)
+def _frames(
+    grid: CellGrid,
+    shapes: Sequence[Array],
+    frequencies_hz: Sequence[float] | Array,
+    names: Sequence[str],
+    cut: bool,
+) -> Frames:
+    """Return the surface of a grid, of its half away from the viewer where it is cut, with its modes scaled to 1."""
+    _check(grid, shapes, frequencies_hz)
+    pyvista = load_pyvista()
+    volume = _unstructured(pyvista, grid.points, grid.linear_cells)
+    for k, shape in enumerate(shapes):
+        volume.point_data[f"u{k}"] = np.asarray(shape, dtype=float).T
+    if cut:
+        low, high = np.array(volume.bounds[::2]), np.array(volume.bounds[1::2])
+        volume = volume.clip(normal=(0.0, -1.0, 0.0), origin=(low + high) / 2)
+    cells = volume.extract_surface(algorithm=None)  # those that are cut have up to six corners
+    edges = cells.extract_feature_edges(35, boundary_edges=False, manifold_edges=False, non_manifold_edges=False)
+    surface = cells.triangulate()
+    labels = [f"{name}:  {text(float(f), 'Hz', 4)}".lstrip(": ") for name, f in zip(names, frequencies_hz, strict=True)]
+    skin = Skin(surface.points, surface.regular_faces, *(2 * [np.arange(surface.n_points)]))
+    frames = mode_frames(skin, [surface.point_data[f"u{k}"] for k in range(len(shapes))], labels, "")
+    return replace(frames, edges=edges.points[edges.lines.reshape(-1, 3)[:, 1:]])
 
 
 def _unstructured(pyvista: ModuleType, points: Array, cells: NDArray[np.int64]) -> Any:
@@ -258,22 +195,3 @@ def _check(grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[flo
     for k, shape in enumerate(shapes):
         if np.shape(shape) != (3, len(grid.points)) or not np.all(np.isfinite(shape)):
             raise PictureError(f"shape {k} is {np.shape(shape)}, must be finite and (3, {len(grid.points)})")
-
-
-@contextmanager
-def album(
-    images: Sequence[Image], headings: Sequence[str], path: str | os.PathLike[str], title: str, columns: int
-) -> Iterator[Figure]:
-    """Draw a sheet with images of equal size in rows, each under its heading, at most as wide and as high as a page."""
-    rows = math.ceil(len(images) / columns)
-    height, width = images[0].shape[:2]
-    cell = min(7.0 / columns, min(7.5 / rows, 4.2) * width / height)
-    with sheet(path, max(cell * columns + 0.2, 4.0), 0.8 + rows * (cell * height / width + 0.28)) as figure:
-        figure.suptitle(title)
-        places = figure.subplots(rows, columns, squeeze=False).ravel()
-        for place in places:
-            place.axis("off")
-        for place, image, heading in zip(places, images, headings, strict=False):
-            place.imshow(image, interpolation="lanczos")
-            place.set_title(heading, loc="center")
-        yield figure

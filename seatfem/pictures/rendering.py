@@ -22,10 +22,11 @@ if TYPE_CHECKING:
 
 Image = NDArray[np.uint8]
 
-ABOVE, BELOW = (0.45, -1.0, 0.62), (0.45, -1.0, -0.62)
+View = tuple[float, float, float]
+
+ABOVE: Final[View] = (0.45, -1.0, 0.62)
+BELOW: Final[View] = (0.45, -1.0, -0.62)
 """Directions from the body to the camera."""
-LIGHT: Final = {"ambient": 0.55, "diffuse": 0.5, "specular": 0.05}
-"""Of bodies whose colours are values: they stay what they are in the shade."""
 NO_DRIVER: Final = (
     "no pictures: VTK cannot draw off-screen, an OpenGL driver is missing; "
     "install it: apt-get install libegl1 libgl1-mesa-dri"
@@ -101,7 +102,7 @@ def new_plotter(pyvista: ModuleType, size: tuple[int, int], *, shrunk: bool = Fa
     return plotter
 
 
-def aim(plotter: Any, points: NDArray[np.float64], margin: float, view: tuple[float, float, float] = ABOVE) -> None:
+def aim(plotter: Any, points: NDArray[np.float64], margin: float, view: View = ABOVE) -> None:
     """Set a parallel camera that sees all ``points`` (n, 3) and ``margin`` [m] around them, z upwards."""
     towards = np.asarray(view) / np.linalg.norm(view)
     right = np.cross((0.0, 0.0, 1.0), towards)
@@ -146,35 +147,23 @@ def halved(image: Image) -> Image:
     return np.asarray(Pillow.fromarray(image).reduce(2))
 
 
-def round_factor(wanted: float) -> float:
-    """Return the largest of ..., 1, 2, 5, 10, 20, ... that is no larger than an exaggeration."""
-    steps = np.outer(10.0 ** np.arange(-3, 12), [1, 2, 5]).ravel()
-    return float(steps[max(0, int(np.searchsorted(steps, wanted, side="right")) - 1)])
-
-
-def in_few_colours(images: list[Image], own: NDArray[Any], *, shaded: bool = False) -> list[Any]:
+def in_few_colours(images: list[Image], own: NDArray[Any]) -> list[Any]:
     """Return all images in the same 256 colours, ``own`` (n, 3) of 0 ... 255 among them: colours of small things would
-    be missed by area. They are Pillow's images, dithered where light and shade have ``shaded`` the colours."""
+    be missed by area. They are Pillow's images."""
     from PIL import Image as Pillow
 
     kept = np.asarray(own).astype(int)
-    everything = Pillow.fromarray(np.concatenate([image[::2, ::2] for image in images[::4]])).quantize(256 - len(kept))
+    everything = Pillow.fromarray(
+        np.concatenate([image[::2, ::2] for image in images[:: max(1, len(images) // 8)]])
+    ).quantize(256 - len(kept))
     palette = Pillow.new("P", (1, 1))
     palette.putpalette([*kept.ravel().tolist(), *(everything.getpalette() or [])[: 3 * (256 - len(kept))]])
-    dither = Pillow.Dither.FLOYDSTEINBERG if shaded else Pillow.Dither.NONE
-    return [Pillow.fromarray(image).quantize(palette=palette, dither=dither) for image in images]
+    return [Pillow.fromarray(image).quantize(palette=palette, dither=Pillow.Dither.NONE) for image in images]
 
 
-def write_gif(
-    images: list[Image],
-    own: NDArray[Any],
-    path: str | os.PathLike[str],
-    milliseconds: int,
-    *,
-    shaded: bool = False,
-) -> None:
+def write_gif(images: list[Image], own: NDArray[Any], path: str | os.PathLike[str], milliseconds: int) -> None:
     """Write an endless GIF of the images `in_few_colours`."""
-    few = in_few_colours(images, own, shaded=shaded)
+    few = in_few_colours(images, own)
     with whole_file(path) as temporary:
         few[0].save(temporary, "GIF", save_all=True, append_images=few[1:], duration=milliseconds, loop=0)
 

@@ -60,7 +60,8 @@ class _Sheet:
             self._lengths(view)
         self._heights()
         self._names()
-        self._actions()
+        for number, action in enumerate(self._layout.actions):  # above the section, a row each
+            self._action(action, self._frame.top + 0.28 + LOADS * number)
         self._foot()
 
     # Strokes
@@ -81,6 +82,18 @@ class _Sheet:
 
     def _line(self, points: Array, colour: str = INK, width: float = 0.7, **style: Any) -> None:
         self._axes.plot(*np.asarray(points).T, color=colour, linewidth=width, **style)
+
+    def _lines(self, lines: Sequence[Array], **style: Any) -> None:
+        from matplotlib.collections import LineCollection
+
+        self._axes.add_collection(LineCollection(list(lines), **style))
+
+    def _triangles(self, body: Placed, **style: Any) -> None:
+        """Fill the triangles of a body in plan."""
+        from matplotlib.collections import PolyCollection
+
+        middle = np.array([self._frame.x, self._frame.plan]) + self._frame.scale * np.array(body.at)
+        self._axes.add_collection(PolyCollection(list(middle + self._frame.scale * body.views.triangles), **style))
 
     def _text(self, x: float, y: float, words: str, **style: Any) -> None:
         usual: dict[str, Any] = {"fontsize": SMALL, "color": INK, "va": "center"}
@@ -151,11 +164,14 @@ class _Sheet:
                 colour = GREEN if body.role == "reed" else ORANGE
                 self._line(frame.place("section", line, body), colour, 2.4, zorder=7, solid_capstyle="butt")
             self._root(body)
-        if layout.start is not None:
-            self._released(layout.start)
+        if layout.start is not None:  # the reed's underside as it is released
+            underside = frame.up(layout.top_of_reed() + layout.start[:, 1])
+            line = np.column_stack([frame.x + frame.scale * layout.start[:, 0], underside])
+            self._line(line, GREEN, 1.2, linestyle=(0, (5, 2)), zorder=5)
         self._valve_springs()
         if any(loop[:, 0].min() < 0 < loop[:, 0].max() for loop in layout.seat.views.port):
-            x = frame.x + frame.scale * (layout.seat.at[0] + _middle(layout.seat.views.port))
+            port = np.concatenate(layout.seat.views.port)[:, 0]
+            x = frame.x + frame.scale * (layout.seat.at[0] + float(port.min() + port.max()) / 2)
             low = float(frame.up(-layout.seat.views.depth)) - 0.1
             self._line(np.array([(x, low), (x, frame.section + 0.12)]), GREY, 0.7, linestyle="-.")
         for zone in frame.zones:
@@ -219,13 +235,6 @@ class _Sheet:
             self._spring(np.array([x, foot]), np.array([x, foot + SYMBOL]), LOAD, zorder=6)
             self._ground(np.array([(x - 0.12, foot + SYMBOL), (x + 0.12, foot + SYMBOL)]), np.array([0.0, 1.0]))
 
-    def _released(self, start: Array) -> None:
-        """Draw the reed's underside as it is released."""
-        frame = self._frame
-        base = self._layout.top_of_reed()
-        line = np.column_stack([frame.x + frame.scale * start[:, 0], frame.up(base + start[:, 1])])
-        self._line(line, GREEN, 1.2, linestyle=(0, (5, 2)), zorder=5)
-
     def _break(self, zone: Zone) -> None:
         """Draw a wavy band where the heights of a body are shortened."""
         frame = self._frame
@@ -239,8 +248,6 @@ class _Sheet:
             self._line(np.column_stack([along, y + side + wave]), INK, 0.6, zorder=9)
 
     def _plan(self) -> None:
-        from matplotlib.collections import LineCollection, PolyCollection
-
         frame, layout = self._frame, self._layout
 
         def placed(lines: Loops, body: Placed) -> list[Array]:
@@ -253,32 +260,20 @@ class _Sheet:
             views = body.views
             dashed = body is not seat
             if views.triangles is not None and not dashed:
-                at = np.array([frame.x, frame.plan]) + frame.scale * np.array(body.at)
-                corners = at + frame.scale * views.triangles
-                self._axes.add_collection(
-                    PolyCollection(list(corners), facecolors=PALE, edgecolors=PALE, linewidths=0.3, zorder=order)
-                )
+                self._triangles(body, facecolors=PALE, edgecolors=PALE, linewidths=0.3, zorder=order)
             elif not dashed:
                 self._fill(placed(views.plan, body), facecolor=PALE, edgecolor=INK, linewidth=0.7, zorder=order)
             lines = placed((*views.edges, *(_closed(views.plan) if dashed else ())), body)
             style = {"colors": PURPLE, "linestyles": (0, (6, 2))} if dashed else {"colors": GREY}
-            self._axes.add_collection(
-                LineCollection(lines, linewidths=1.0 if dashed else 0.5, zorder=order + 1, **style)
-            )
+            self._lines(lines, linewidths=1.0 if dashed else 0.5, zorder=order + 1, **style)
         self._fill(placed(seat.views.contact, seat), facecolor=ORANGE, edgecolor="none", zorder=3)
         if len(layout.arcs):
             lines = [frame.place("plan", line, seat) for line in layout.arcs]
-            self._axes.add_collection(LineCollection(lines, colors="white", linewidths=0.7, zorder=3.5))
-        self._axes.add_collection(
-            LineCollection(placed(seat.views.clamp, seat), colors=BLUE, linewidths=1.4, zorder=3.2)
-        )
+            self._lines(lines, colors="white", linewidths=0.7, zorder=3.5)
+        self._lines(placed(seat.views.clamp, seat), colors=BLUE, linewidths=1.4, zorder=3.2)
         if reed.views.triangles is not None:
-            corners = np.array([frame.x, frame.plan]) + frame.scale * reed.views.triangles
-            self._axes.add_collection(
-                PolyCollection(list(corners), facecolors=SKY, edgecolors="none", alpha=0.25, zorder=5)
-            )
-            edges = placed(reed.views.edges, reed)
-            self._axes.add_collection(LineCollection(edges, colors=INK, linewidths=0.7, zorder=5.5))
+            self._triangles(reed, facecolors=SKY, edgecolors="none", alpha=0.25, zorder=5)
+            self._lines(placed(reed.views.edges, reed), colors=INK, linewidths=0.7, zorder=5.5)
         else:
             loops = placed(reed.views.plan, reed)
             self._fill(loops, facecolor=(0.34, 0.71, 0.91, 0.32), edgecolor=INK, linewidth=1.1, zorder=5)
@@ -424,13 +419,8 @@ class _Sheet:
             if 0.15 + wide + 0.1 < x - 0.25:
                 self._line(np.array([(0.2 + wide, level), (x - 0.24, level), (x, y)]), GREY, 0.35)
 
-    def _actions(self) -> None:
-        """Draw loads and motions above the section, a row each."""
-        frame = self._frame
-        for number, action in enumerate(self._layout.actions):
-            self._action(action, frame.top + 0.28 + LOADS * number)
-
     def _action(self, action: Action, y: float) -> None:
+        """Draw a load or a motion at a height of the sheet."""
         frame = self._frame
         low, high = (frame.x + frame.scale * end for end in (action.low, action.high))
         count = 1 if high - low < 0.3 else int(np.clip((high - low) / 0.3, 3, 9))
@@ -492,11 +482,6 @@ def _fine(loop: Array) -> Array:
 
 def _closed(loops: Loops) -> Loops:
     return tuple(np.concatenate([loop, loop[:1]]) for loop in loops)
-
-
-def _middle(loops: Loops) -> float:
-    points = np.concatenate(loops)
-    return float((points[:, 0].min() + points[:, 0].max()) / 2)
 
 
 def _outward(line: Array, middle: Array) -> Array:

@@ -77,7 +77,7 @@ def skin_of(model: SecondOrderModel) -> Skin:
         grid = CellGrid.of_model(model)
         cells = grid.linear_cells
         sides = _outer(np.concatenate([cells[:, list(side)] for side in _SIDES[cells.shape[1]]]))
-        return _skin(grid.points, _halved(sides))
+        return _skin(grid.points, as_triangles(sides))
     r, _, z = model.dofs.points
     return skin_of_section(model.dofs.mesh, r, z)
 
@@ -90,7 +90,7 @@ def skin_of_section(mesh: Any, r: Array, z: Array, angles: Array | None = None) 
     low, high = _outer(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])).T
     first = len(r) * np.arange(slices)[:, None]
     rings = np.stack([low + first, high + first, high + first + len(r), low + first + len(r)], axis=-1).reshape(-1, 4)
-    every = np.concatenate([triangles, triangles[:, ::-1] + slices * len(r), _halved(rings)])
+    every = np.concatenate([triangles, triangles[:, ::-1] + slices * len(r), as_triangles(rings)])
     used, numbered = np.unique(every, return_inverse=True)
     nodes, which = np.unique(used % len(r), return_inverse=True)
     turned, node = angles[used // len(r)], used % len(r)
@@ -101,7 +101,7 @@ def skin_of_section(mesh: Any, r: Array, z: Array, angles: Array | None = None) 
 def skin_of_plate(mesh: PlateMesh) -> Skin:
     """Return one face of a plate, drawn in its mid-surface."""
     quarters = mesh.cells[:, np.array(_QUARTERS)].reshape(-1, 4)
-    return _skin(np.column_stack([mesh.points, np.zeros(len(mesh.points))]), _halved(quarters))
+    return _skin(np.column_stack([mesh.points, np.zeros(len(mesh.points))]), as_triangles(quarters))
 
 
 def wound_outward(points: Array, triangles: Integers) -> Integers | None:
@@ -145,6 +145,6 @@ def _outer(sides: Integers) -> Integers:
     return np.asarray(sides[first[count == 1]])
 
 
-def _halved(sides: Integers) -> Integers:
-    """Return quadrilaterals as triangles."""
+def as_triangles(sides: Integers) -> Integers:
+    """Return triangles (m, 3) as they are, quadrilaterals (m, 4) each as two."""
     return sides if sides.shape[1] == 3 else np.concatenate([sides[:, [0, 1, 2]], sides[:, [0, 2, 3]]])

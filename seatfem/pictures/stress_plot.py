@@ -13,16 +13,16 @@ from scipy.spatial import cKDTree
 from impact.files.atomic import whole_file
 from impact.pictures.drawing import ORANGE, sheet
 from impact.quantities import scaled, text
-from seatfem.pictures.rendering import ABOVE, LIGHT, aim, crop, import_pyvista, load_pyvista, new_plotter, shoot
+from seatfem.pictures.frame_pictures import COLOURS, UNKNOWN, draw_frames
+from seatfem.pictures.frames import Frames
+from seatfem.pictures.rendering import crop, import_pyvista
+from seatfem.pictures.skin import as_triangles
 from seatfem.structures.model import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-COLOURS: Final = "viridis"
-UNTOLD: Final = "#C4C8CC"
 SHOWN: Final = 400  # steps after it, and a quarter of these before
-SIZE: Final = (900, 760)
 
 
 def plot_stress(
@@ -102,7 +102,7 @@ def write_stress_vtu(sites: Array, largest: Array, time: Array, path: str | os.P
         cloud.save(temporary)
 
 
-def _told(sites: Array, values: Array, points: Array) -> Array:
+def _values_at(sites: Array, values: Array, points: Array) -> Array:
     """Return values (n,) at points (n, d) that are sites; nan at others."""
     away, which = cKDTree(sites).query(points)
     return np.where(away < 1e-9 * np.abs(points).max(), values[which], np.nan)
@@ -116,11 +116,14 @@ def _outline(place: Axes, mesh: Any, sites: Array, values: Array, scale: Any) ->
     ends = mesh.p[:, mesh.facets[:, facets]].transpose(2, 1, 0)
     curved = mesh.doflocs.shape[1] > mesh.nvertices
     middle = mesh.doflocs[:, mesh.dofs.facet_dofs[0, facets]].T if curved else ends.mean(axis=1)
-    at_ends, on_middle = _told(sites, values, ends.reshape(-1, 2)).reshape(-1, 2), _told(sites, values, middle)
+    at_ends, on_middle = (
+        _values_at(sites, values, ends.reshape(-1, 2)).reshape(-1, 2),
+        _values_at(sites, values, middle),
+    )
     on_middle = np.where(np.isfinite(on_middle), on_middle, at_ends.mean(axis=1))
     halves = np.concatenate([np.stack([ends[:, k], middle], axis=1) for k in (0, 1)])
     heights = np.concatenate([np.stack([at_ends[:, k], on_middle], axis=1) for k in (0, 1)])
-    place.add_collection(LineCollection(list(1e3 * halves), colors=UNTOLD, linewidths=3.5, zorder=1))
+    place.add_collection(LineCollection(list(1e3 * halves), colors=UNKNOWN, linewidths=3.5, zorder=1))
     share = np.linspace(0.0, 1.0, 6)[:, None, None]
     pieces = 1e3 * ((1 - share) * halves[:, 0] + share * halves[:, 1])
     along = np.stack([pieces[:-1], pieces[1:]], axis=2).reshape(-1, 2, 2)
@@ -135,23 +138,10 @@ def _outline(place: Axes, mesh: Any, sites: Array, values: Array, scale: Any) ->
 
 def _image(mesh: Any, sites: Array, values: Array) -> NDArray[np.uint8]:
     """Return an image of the surface from above."""
-    pyvista = load_pyvista()
-    facets = mesh.facets[:, mesh.boundary_facets()].T
-    nodes, numbered = np.unique(facets, return_inverse=True)
+    nodes, numbered = np.unique(as_triangles(mesh.facets[:, mesh.boundary_facets()].T), return_inverse=True)
     points = np.ascontiguousarray(mesh.p.T[nodes])
-    surface = pyvista.PolyData.from_regular_faces(points, numbered.reshape(facets.shape))
-    surface.point_data["stress"] = _told(sites, values, points)
-    plotter = new_plotter(pyvista, SIZE)
-    plotter.add_mesh(
-        surface,
-        scalars="stress",
-        cmap=COLOURS,
-        clim=(0.0, float(values.max())),
-        nan_color=UNTOLD,
-        show_scalar_bar=False,
-        **LIGHT,
-    )
-    aim(plotter, points, 0.0, ABOVE)
-    image = shoot(plotter)
-    plotter.close()
-    return crop([image])[0]
+    surface = Frames(
+        "", points, numbered.reshape(-1, 3), np.zeros((1, *points.shape)), ("",), None,
+        _values_at(sites, values, points)[None], "stress", high=float(values.max()),
+    )  # fmt: skip
+    return crop(draw_frames(surface, [(0, 1.0)]))[0]

@@ -21,13 +21,12 @@ ROWS = [
 ]
 WITHIN = ("read_abaqus", "read_nastran", "read_unv", "read_by_meshio", "read_cards", "read_blocks", "read_file")
 """Parts of `read_mesh`, whose tests `docs/mesh_formats.md` lists."""
-OF_PICTURES = ("write_frames", "load_matrix", "read_columns")
+OF_PICTURES = ("write_surface", "load_matrix", "read_columns")
 """Parts of `write_moving`, `read_matrices` and of the fields of a scene."""
 BY_VERB = {"write_receptance_uff": "uff", "write_modes_uff": "uff", "write_moving": "vtk", "write_reduced": "reduced"}
 SOURCES = (
     "seatfem/structures/formats",
     "seatfem/pictures/moving.py",
-    "seatfem/pictures/paraview.py",
     "impact/measured",
     "impact/storage",
     "impact/bodies/time_series.py",

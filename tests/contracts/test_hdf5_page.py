@@ -15,7 +15,8 @@ import impact
 from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
 from impact.storage.checkpoint import save_checkpoint
-from seatfem.pictures.moving import Moving, load_moving, save_moving
+from seatfem.pictures.frames import Frames
+from seatfem.pictures.moving import load_moving, save_moving
 from seatfem.study.runs.stress_spots import History, Spot, Spots, write_spots
 
 ROOT = Path(__file__).parents[2]
@@ -25,7 +26,7 @@ REST = Residual(np.array([[0.5]]), np.array([2e4]), np.array([[1e-9]]))
 SEAT = ModalGreens(np.array([2e4]), np.array([0.1]), np.array([[3.0]]), REST, valid_for=1.0)
 FILM = impact.SqueezeFilm(1e-12, 1e-6)
 TWO = np.array([[[0.0, 0.0, 1.0]] * 3, [[0.0, 1.0, 0.0]] * 3])
-BODY = Moving("", np.eye(3), np.array([[0, 1, 2]]), TWO, ("1", "2"))
+BODY = Frames("", np.eye(3), np.array([[0, 1, 2]]), TWO, ("1", "2"))
 
 
 def problem(film: impact.SqueezeFilm | None = None) -> impact.ContactProblem:

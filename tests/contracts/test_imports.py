@@ -248,7 +248,19 @@ def test_the_verification_is_a_leaf() -> None:
     assert known == {f"seatfem/faces/other_verbs.py imports seatfem.verify.{name}" for name in verb}
 
 
-ROOMS = ("units", "fields", "machine", "jobs", "structures", "pictures", "study", "leaves", "faces")
+ROOMS = (
+    "units",
+    "fields",
+    "readings",
+    "results",
+    "machine",
+    "jobs",
+    "structures",
+    "pictures",
+    "study",
+    "leaves",
+    "faces",
+)
 """Of `seatfem`, the lowest first: each imports from those before it, inside functions too."""
 IN_STUDY = ("safety", "scene", "method", "impacts", "accuracy", "planning", "runs", "sweep", "trade")
 """The same of what a study is made of."""

@@ -18,7 +18,8 @@ from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
-from seatfem.pictures.moving import load_moving, moving_modes, save_moving
+from seatfem.pictures.frames import mode_frames
+from seatfem.pictures.moving import load_moving, save_moving
 from seatfem.pictures.skin import skin_of
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.formats.matrices import read_matrices
@@ -162,7 +163,7 @@ def modes(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Array, Array]
     model = assemble(mesh, Material(200e9, 0.3, 7850.0), order=2)
     found, skin, where = solve_modes(model, 3), skin_of(model), tmp_path_factory.mktemp("modes")
     shapes = [skin.moved(model.expand(shape)[:, skin.nodes].T) for shape in found.shapes.T]
-    made = moving_modes(skin, shapes, ["1", "2", "3"], "", found.frequencies_hz)
+    made = mode_frames(skin, shapes, ["1", "2", "3"], "", found.frequencies_hz)
     save_moving(made, where / "modes.h5")
     return where, found.frequencies_hz, np.array(shapes)[:, -1]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from io import StringIO
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,7 +14,7 @@ from seatfem.faces.landings_table import landings_of, landings_table
 from seatfem.faces.result_table import result_table
 from seatfem.faces.terminal import Console
 from seatfem.faces.verdict import judged_words, pressed_on, verdict
-from seatfem.study.runs.landings_file import landing_rows
+from seatfem.study.runs.pipeline import write_landings
 from seatfem.study.scene.measures import Blow, Measure
 
 JUDGED = "landing_impulse_Ns, landing_filtered_peak_force_N"
@@ -235,10 +236,13 @@ def test_a_measure_of_the_user_is_a_row(summary: dict[str, Any], prefix: str) ->
     assert "squared force: asked for, but this run gives no value" in printed(asked)
 
 
-def test_landings_as_csv() -> None:
-    text = landing_rows([landing(1, restitution=None), landing(2, cut_off=True)]).decode().splitlines()
+def test_landings_as_csv(tmp_path: Path) -> None:
+    path = tmp_path / "landings.csv"
+    write_landings(path, [landing(1, restitution=None), landing(2, cut_off=True)])
+    text = path.read_text(encoding="utf-8").splitlines()
     assert text[0].startswith("body,number,time_s,place_deg,")
     first, second = (dict(zip(text[0].split(","), line.split(","), strict=True)) for line in text[1:])
     assert float(first["time_s"]) == 9.0006e-3
     assert (first["restitution"], first["cut_off"], second["cut_off"]) == ("", "false", "true")
-    assert landing_rows([]) == b"body,number,time_s\n"
+    write_landings(path, [])
+    assert path.read_bytes() == b"body,number,time_s\n"

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Final
 
 from seatfem.jobs import journal
-from seatfem.jobs.batch import answers
-from seatfem.jobs.desk import Lost
+from seatfem.jobs.batch import crew
+from seatfem.jobs.desk import Lost, Program
 
 from .trial import Case, Verdict
 
@@ -27,21 +27,15 @@ def run_cases(
     todo = [case for case in cases if case.name not in known]
     start = time.monotonic()
     folder.mkdir(parents=True, exist_ok=True)
-    found = answers(
-        [json.dumps(asdict(case)) for case in todo],
-        "tests.fuzz.worker",
-        str(corpus),
-        str(folder),
-        str(limit),
-        limit=limit,
-        renew=CASES_A_PROCESS,
-        own_session=True,
-    )
-    for number, (case, answer) in enumerate(zip(todo, found, strict=True), start=1):
-        known[case.name] = _lost(answer) if isinstance(answer, Lost) else Verdict(**json.loads(answer))
-        journal.append(log, {"case": case.name, **asdict(known[case.name])})
-        if number % 250 == 0 or number == len(todo):
-            tell(f"{number} of {len(todo)} cases, {time.monotonic() - start:.0f} s")
+    arguments = (str(corpus), str(folder), str(limit))
+    program = Program("tests.fuzz.worker", arguments, renew=CASES_A_PROCESS, own_session=True)
+    with crew(program, workers=1) as ask:
+        for number, answer in ask([json.dumps(asdict(case)) for case in todo], limit):
+            case = todo[number]
+            known[case.name] = _lost(answer) if isinstance(answer, Lost) else Verdict(**json.loads(answer))
+            journal.append(log, {"case": case.name, **asdict(known[case.name])})
+            if number % 250 == 249 or number + 1 == len(todo):
+                tell(f"{number + 1} of {len(todo)} cases, {time.monotonic() - start:.0f} s")
     return {case.name: known[case.name] for case in cases}
 
 

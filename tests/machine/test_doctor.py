@@ -5,7 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
-import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,6 +13,7 @@ import pytest
 from seatfem.machine import doctor, petsc
 from seatfem.machine import libraries as system
 from seatfem.machine.doctor import doctor_report
+from seatfem.machine.packages import requirements
 
 ROOT = Path(__file__).parents[2]
 
@@ -27,21 +28,20 @@ def test_here_everything_that_is_required_works() -> None:
     assert gaps == []
 
 
-def test_the_libraries_are_those_of_the_package() -> None:
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-
-    def names(requirements: list[str]) -> set[str]:
-        return {re.split(r"[<>=;\[ ]", requirement)[0] for requirement in requirements} - {"seatfem"}
-
-    assert set(doctor.LIBRARIES) == names(project["dependencies"]) - {"pypardiso"}
-    extras = {extra: names(packages) for extra, packages in project["optional-dependencies"].items()}
-    assert {extra: set(packages) for extra, packages in doctor.EXTRAS.items()} == extras
+def test_what_is_needed_is_read_from_the_package() -> None:
+    """The marker of a platform makes a library none that is needed everywhere; the smallest extra comes first."""
+    extras = requirements()
+    assert {"numpy", "gmsh", "pydantic"} <= set(extras[""])
+    assert "pypardiso" not in extras[""]
+    assert extras["pictures"] == ("matplotlib", "pyvista")
+    assert next(iter(extras)) == ""
+    assert [len(names) for names in list(extras.values())[1:]] == sorted(map(len, list(extras.values())[1:]))
 
 
 def test_a_missing_reader_of_universal_files_is_a_gap_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
-    known = doctor._version
+    known = doctor.installed_version
     monkeypatch.setattr(doctor, "_try", lambda code: (True, ""))
-    monkeypatch.setattr(doctor, "_version", lambda name: None if name == "pyuff" else known(name))
+    monkeypatch.setattr(doctor, "installed_version", lambda name: None if name == "pyuff" else known(name))
     (found,) = (check for check in doctor_report() if check.name == "extra uff")
     assert (found.ok, found.required, found.remedy) == (False, False, "pip install 'seatfem[uff]'")
     assert found.detail == "not installed: pyuff"
@@ -57,13 +57,13 @@ def test_the_system_packages_are_those_that_ci_installs() -> None:
 def test_without_petsc_a_gap_costs_one_backend_and_names_the_packages(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(petsc.PYTHON, "/no/python")
     monkeypatch.setenv(petsc.MPIEXEC, "/no/mpiexec")
-    found = doctor._petsc()
+    found = doctor.check_petsc()
     assert (found.ok, found.required) == (False, False)
     packages = "python3-petsc4py python3-slepc4py openmpi-bin"
     assert found.remedy == f"apt-get install --no-install-recommends {packages}, or set {petsc.MPIEXEC}"
     assert set(packages.split()) <= set((ROOT / ".ci" / "apt.txt").read_text(encoding="utf-8").split())
     monkeypatch.setenv(petsc.RANKS, "-1")
-    assert "SEATFEM_MPI_RANKS = '-1'" in doctor._petsc().detail
+    assert "SEATFEM_MPI_RANKS = '-1'" in doctor.check_petsc().detail
 
 
 @pytest.mark.usefixtures("no_library")
@@ -77,7 +77,7 @@ def test_missing_system_libraries_end_in_one_command() -> None:
 
 @pytest.mark.usefixtures("no_library")
 def test_the_doctor_sees_missing_system_libraries() -> None:
-    meshing, rendering = doctor._gmsh(), doctor._pictures()
+    meshing, rendering = doctor.GMSH.check(), doctor.PICTURES.check()
     assert (meshing.ok, meshing.required) == (False, True)
     assert meshing.remedy.startswith("apt-get install --no-install-recommends libglu1-mesa")
     assert (rendering.ok, rendering.required) == (False, False)
@@ -116,15 +116,13 @@ def test_pictures_without_their_packages(monkeypatch: pytest.MonkeyPatch) -> Non
     ],
 )
 def test_a_crash_in_a_probe_is_a_finding(monkeypatch: pytest.MonkeyPatch, code: str, detail: str) -> None:
-    monkeypatch.setattr(doctor, "_GMSH_PROBE", code)
-    found = doctor._gmsh()
+    found = replace(doctor.GMSH, code=code).check()
     assert (found.ok, found.detail) == (False, f"gmsh {detail}")
 
 
 def test_a_probe_that_hangs_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "PROBE_TIMEOUT", 0.2)
-    monkeypatch.setattr(doctor, "_PICTURE_PROBE", "import time; time.sleep(30)")
-    assert "no answer within 0.2 s" in doctor._pictures().detail
+    assert "no answer within 0.2 s" in replace(doctor.PICTURES, code="import time; time.sleep(30)").check().detail
 
 
 HIDDEN = ("libGL.so.1", "libGLU.so.1", "libEGL.so.1")

@@ -14,7 +14,8 @@ import pytest
 from impact.pictures.drawing import PictureError
 from impact.storage.hdf5 import StorageError
 from seatfem.pictures import moving
-from seatfem.pictures.moving import FINEST, UNTOLD, load_moving, moving_bodies, moving_modes, save_moving
+from seatfem.pictures.frames import mode_frames
+from seatfem.pictures.moving import FINEST, UNTOLD, load_moving, moving_bodies, save_moving
 from seatfem.pictures.skin import Skin
 from tests.moving_block import END, SIDES, block_modes, block_wave
 
@@ -59,7 +60,7 @@ def test_modes_are_scaled_and_go_around() -> None:
     around = skin.moved(np.array([[3.0, 4.0, 5.0]]), 2)
     s = np.sqrt(0.5)
     np.testing.assert_allclose(around, [[3, 0, 5], [-4 * s, 4 * s, 0], [0, -3, -5]], atol=1e-12)
-    made = moving_modes(skin, [around], ["1"], "")
+    made = mode_frames(skin, [around], ["1"], "")
     assert made.largest == pytest.approx(1.0)
     assert made.time is None
 

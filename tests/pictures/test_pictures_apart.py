@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from impact.files.atomic import whole_file
+from seatfem.jobs import desk
 from seatfem.pictures import apart
 from seatfem.pictures.apart import Picture, drawing_apart
 
@@ -104,8 +105,7 @@ def test_a_worker_that_cannot_be_started_costs_its_pictures_and_no_wait(
     def refuse(*_: object, **__: object) -> None:
         raise RuntimeError("can't start new thread")
 
-    monkeypatch.setattr(apart, "LineWorker", refuse)
+    monkeypatch.setattr(desk, "LineWorker", refuse)
     with drawing_apart() as painter:
         painter.take([("a.png", drawers.fine)])
-        assert painter._wanted["a.png"].done.wait(20)
         assert painter.wait("a.png", tmp_path) == "a.png: can't start new thread"

@@ -12,9 +12,10 @@ import pytest
 from impact.pictures.drawing import PictureError
 from impact.progress import silent
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.pictures.margin_map import plot_margin_map
+from seatfem.pictures.frame_pictures import plot_margin_map
+from seatfem.pictures.frames import wave_frames
 from seatfem.pictures.moving import load_moving
-from seatfem.pictures.stress_wave import StressWave, animate_wave, plot_wave, write_wave
+from seatfem.pictures.skin import skin_of
 from seatfem.structures.fields.around import turned
 from seatfem.structures.fields.recovery import histories, in_frames, recover, response_in_frames, von_mises
 from seatfem.structures.fields.response import Response
@@ -120,15 +121,13 @@ def test_the_wave_shows_the_pressure_and_how_the_bar_gives_way(pressed: tuple[An
     assert len(wave.time) == 12
     assert wave.time[0] == pytest.approx(10e-6, abs=30e-6)
     assert 300e-6 < wave.time[-1] <= 341e-6
-    assert wave.touch == pytest.approx(TOUCH, abs=1e-6)
-    assert np.all(wave.mises[wave.time < TOUCH] == 0)
+    assert np.all(wave.values[wave.time < TOUCH] == 0)
     now = done.result.force[np.round(wave.time / done.result.dt).astype(int)] / (2e-3 * 3e-3)
-    middle = np.abs(wave.skin.points[:, 2] - 5e-3) < 1.1e-3
+    middle = np.abs(wave.points[:, 2] - 5e-3) < 1.1e-3
     late = wave.time > 60e-6
-    assert wave.mises[late][:, middle].mean(axis=1) == pytest.approx(now[late], rel=0.03)
-    top = wave.skin.points[:, 2] > 10e-3 - 1e-9
+    assert wave.values[late][:, middle].mean(axis=1) == pytest.approx(now[late], rel=0.03)
+    top = wave.points[:, 2] > 10e-3 - 1e-9
     assert wave.displacement[late][:, top, 2].mean(axis=1) == pytest.approx(-now[late] * 10e-3 / 200e9, rel=0.05)
-    assert wave.told.sum() < len(wave.told)
 
 
 def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> None:
@@ -151,28 +150,25 @@ def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> Non
     wave = seat_wave(done, stress)
     assert wave is not None
     last = pyvista.read(tmp_path / "seat_stress" / "0004.vtu")
-    np.testing.assert_allclose(last.point_data["von Mises [Pa]"], wave.mises[-1][wave.skin.which], rtol=1e-6)
-    np.testing.assert_allclose(last.point_data["displacement [m]"], wave.skin.moved(wave.displacement[-1]), rtol=1e-6)
+    np.testing.assert_allclose(last.point_data["von Mises [Pa]"], wave.values[-1], rtol=1e-6)
+    np.testing.assert_allclose(last.point_data["displacement [m]"], wave.displacement[-1], rtol=1e-6)
     kept = load_moving(tmp_path / "stress_wave.h5")
     assert kept.values is not None
-    assert kept.labels[-1] == wave.heading(3)
-    mises = wave.mises[-1][wave.skin.which]
-    np.testing.assert_allclose(kept.values[-1], np.minimum(mises, wave.end), atol=1e-4 * wave.end)
-    np.testing.assert_allclose(kept.displacement[-1], wave.skin.moved(wave.displacement[-1]), atol=1e-4 * kept.largest)
-    farthest = wave.exaggeration * np.abs(wave.displacement).max() / wave.skin.size
+    assert kept.labels[-1] == wave.labels[3]
+    mises = wave.values[-1]
+    np.testing.assert_allclose(kept.values[-1], np.minimum(mises, wave.high), atol=1e-4 * wave.high)
+    np.testing.assert_allclose(kept.displacement[-1], wave.displacement[-1], atol=1e-4 * kept.largest)
+    farthest = wave.exaggeration * wave.largest / wave.size
     assert 0.02 - 1e-9 <= farthest <= 0.05 + 1e-9
 
 
-def test_parts_that_do_not_fit_together_are_refused(pressed: tuple[Any, Any], tmp_path: Path) -> None:
-    wave = seat_wave(*pressed)
-    assert wave is not None
-    for broken in (
-        StressWave(wave.skin, wave.mises[:3], wave.displacement, wave.time, wave.touch, wave.told),
-        StressWave(wave.skin, wave.mises, wave.displacement, wave.time, wave.touch, ~wave.told & False),
-    ):
-        for draw in (animate_wave, plot_wave, write_wave):
-            with pytest.raises(PictureError):
-                draw(broken, tmp_path / "broken.gif")
+def test_parts_that_do_not_fit_together_are_refused(pressed: tuple[Any, Any]) -> None:
+    skin = skin_of(pressed[1].model)
+    values, moved, known = np.ones((3, len(skin.nodes))), np.zeros((3, len(skin.nodes), 3)), skin.nodes >= 0
+    with pytest.raises(PictureError, match="need as many"):
+        wave_frames("", skin, values[:2], moved, np.arange(3.0), 0.0, known)
+    with pytest.raises(PictureError, match="no stress is computed"):
+        wave_frames("", skin, values, moved, np.arange(3.0), 0.0, ~known)
 
 
 def test_what_depends_on_the_step_ends_with_the_filter_of_the_force(pressed: tuple[Any, Any]) -> None:
@@ -251,16 +247,18 @@ def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
     assert wave is not None
     steps = np.round(wave.time / done.result.dt).astype(int)
     centre = np.asarray(scene.reed.geometry().centre)
-    struck = np.linalg.norm(wave.skin.points[:, :2] - centre, axis=1) < 1e-3
+    struck = np.linalg.norm(wave.points[:, :2] - centre, axis=1) < 1e-3
     moved = wave.displacement[:, struck, 2].mean(axis=1)
     exact = done.result.striker_displacement[steps]
     assert moved == pytest.approx(
         exact, abs=0.03 * np.abs(exact).max()
     )  # of the patch of 2 x 3 mm, and without residual
-    assert np.isnan(wave.mises[:, ~wave.told]).all()
-    assert not wave.told[struck].any()
-    assert wave.told.sum() > 0.5 * len(wave.told)
-    assert wave.mises[-1, wave.told].max() > 0
+    assert wave.values is not None
+    known = np.isfinite(wave.values).all(axis=0)
+    assert np.isnan(wave.values[:, ~known]).all()
+    assert not known[struck].any()
+    assert known.sum() > 0.5 * len(known)
+    assert wave.values[-1, known].max() > 0
 
 
 ARCS = """[seat]
@@ -326,18 +324,21 @@ def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monke
     assert len(stress.waves.numbers) > 3
     wave = seat_wave(done, stress)
     assert wave is not None
-    assert wave.skin.angles is not None
-    some = np.argsort(wave.skin.nodes)[:: len(wave.skin.nodes) // 4]
-    nodes, some = np.unique(wave.skin.nodes[some]), some[np.unique(wave.skin.nodes[some], return_index=True)[1]]
+    some, section = np.arange(len(wave.points))[:: len(wave.points) // 4], elements_of(stress.mesh).nodes.T
+    places = np.column_stack([np.hypot(*wave.points[some, :2].T), wave.points[some, 2]])
+    nodes = np.array([np.linalg.norm(section - place, axis=1).argmin() for place in places])
+    nodes, first = np.unique(nodes, return_index=True)
+    some = some[first]
+    angles = np.arctan2(wave.points[some, 1], wave.points[some, 0])
     sites = at_nodes(elements_of(stress.mesh), nodes)
-    ((field, _),) = stress.drawn.fields(done, [(sites, wave.skin.angles[some][:, None])], stress.waves)
+    ((field, _),) = stress.drawn.fields(done, [(sites, angles[:, None])], stress.waves)
     exact = von_mises(np.moveaxis(histories(field, force_by_port(done, done.touches), done.result.dt), 1, 2))
     now = np.round(wave.time / done.result.dt).astype(int)
     assert exact.max() > 0
-    np.testing.assert_allclose(wave.mises[:, some].T, exact[:, now], atol=1e-9 * exact.max())
+    np.testing.assert_allclose(wave.values[:, some].T, exact[:, now], atol=1e-9 * exact.max())
     # in place of margins the distance from a place: each point is drawn with its own
     monkeypatch.setattr(margin_map, "margins", lambda field, *_, **__: np.linalg.norm(field.points - PLACE, axis=1))
     (drawn,) = dict(margin_pictures(done, Stressed.of(done, stress, None)))["margin_map.png"].args[0]  # type: ignore[attr-defined]
-    told = np.isfinite(drawn.margins)
+    told = np.isfinite(drawn.colours[0])
     assert told.sum() >= len(stress.sites)
-    np.testing.assert_allclose(drawn.margins[told], np.linalg.norm(drawn.skin.points[told] - PLACE, axis=1), atol=1e-12)
+    np.testing.assert_allclose(drawn.colours[0][told], np.linalg.norm(drawn.points[told] - PLACE, axis=1), atol=1e-12)

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from impact.files.input_files import MB
 from impact.quantities import scaled
-from seatfem.pictures.moving import FINEST, UNTOLD, Moving, steps_of_displacement, steps_of_values
+from seatfem.pictures.frames import Frames
+from seatfem.pictures.moving import FINEST, UNTOLD, steps_of_displacement, steps_of_values
 from seatfem.pictures.skin import wound_outward
 
 MOST_OF_BODIES: Final = 3 * MB  # of numbers, before base64 makes them a third longer
@@ -28,7 +29,7 @@ HINT: Final = (
 UNDRAWN: Final = "This browser does not draw it (no WebGL 2); the pictures below show it at rest."
 
 
-def body_figure(name: str, made: Moving, most: int = MOST_OF_BODIES) -> str:
+def body_figure(name: str, made: Frames, most: int = MOST_OF_BODIES) -> str:
     """Return canvas, controls and numbers of a body, ``most`` bytes before coding; all its text is escaped."""
     shown = _thinned(made, most)
     telling = " ".join(_notes(made, shown))
@@ -65,14 +66,14 @@ def body_figure(name: str, made: Moving, most: int = MOST_OF_BODIES) -> str:
     )
 
 
-def _axes(made: Moving) -> str:
+def _axes(made: Frames) -> str:
     """Return the axes across which a body can be cut: those along which it has an extent."""
     extents = np.ptp(made.points, axis=0)
     across = (f'<option value="{k}">{name}</option>' for k, name in enumerate("xyz") if extents[k] > 0)
     return "".join(('<option value="">off</option>', *across))
 
 
-def _thinned(made: Moving, most: int) -> Moving:
+def _thinned(made: Frames, most: int) -> Frames:
     """Return every second frame, every third ..., until they fit."""
     each = len(made.points) * (6 + 2 * (made.values is not None))
     room = max(each, most - 12 * (len(made.points) + len(made.triangles)))
@@ -89,7 +90,7 @@ def _thinned(made: Moving, most: int) -> Moving:
     )
 
 
-def _notes(made: Moving, shown: Moving) -> Iterator[str]:
+def _notes(made: Frames, shown: Frames) -> Iterator[str]:
     if made.time is None:
         yield "Displacements are relative, the largest is 1."
     if made.note:
@@ -103,7 +104,7 @@ def _notes(made: Moving, shown: Moving) -> Iterator[str]:
         yield "Grey: no value was computed."
 
 
-def _numbers(made: Moving) -> dict[str, Any]:
+def _numbers(made: Frames) -> dict[str, Any]:
     """Return what the script draws: arrays in base64, little-endian."""
     outward = wound_outward(made.points, made.triangles)
     factor, unit = scaled(max(abs(made.low), abs(made.high)), made.unit) if made.values is not None else (1.0, "")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import html
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from importlib import resources
 from typing import Any, Final
 
@@ -14,60 +13,34 @@ TABLE: Final = "checked_scenes.csv"
 PAGE: Final = "docs/coverage.md"
 
 
-@dataclass(frozen=True)
-class CheckedScenes:
-    """Scenes with one kind of seat and one of reed, in one section of docs/coverage.md.
-
-    Attributes:
-        section: its heading.
-        seat, reed: kinds.
-        scenes: that were drawn and compared with finer runs.
-        inside, numbers: how many of their numbers with an error bar have their true error inside it.
-    """
-
-    section: str
-    seat: str
-    reed: str
-    scenes: int
-    inside: int
-    numbers: int
-
-
-def checked_scenes() -> tuple[CheckedScenes, ...]:
-    """Return what the package knows of scenes that were checked."""
+def checked_scenes() -> list[dict[str, str]]:
+    """Return the rows of the package's table."""
     lines = resources.files(__package__).joinpath(TABLE).read_text(encoding="utf-8").splitlines()
-    return tuple(
-        CheckedScenes(row["section"], row["seat"], row["reed"], *(int(row[k]) for k in ("scenes", "inside", "numbers")))
-        for row in csv.DictReader(lines)
-    )
+    return list(csv.DictReader(lines))
 
 
 def who_checked(summary: Mapping[str, Any]) -> str:
     """Return which scenes with the run's kinds of seat and reed were checked, as HTML; where none has both, with
-    either."""
+    either. The table has how many scenes of each section of the page, drawn and compared with finer runs, have these
+    kinds, how many numbers with an error bar, and how many of these have their true error inside it."""
     seat, reed = str(summary.get("seat_kind")), str(summary.get("reed_kind"))
     table, words = checked_scenes(), f'a seat "{seat}" and a reed "{reed}"'
-    beginning = "Scenes drawn at random were compared with finer runs"
-    both = list(_counts(each for each in table if (each.seat, each.reed) == (seat, reed)))
-    if both:
-        return _list(f"{beginning} (sections of {PAGE}). Of those with {words}:", both)
-    with_seat = _counts(each for each in table if each.seat == seat)
-    with_reed = _counts(each for each in table if each.reed == reed)
+    beginning = f"Scenes drawn at random were compared with finer runs (sections of {PAGE})."
+    if both := list(_counts(each for each in table if (each["seat"], each["reed"]) == (seat, reed))):
+        return _list(f"{beginning} Of those with {words}:", both)
+    with_seat = _counts(each for each in table if each["seat"] == seat)
+    with_reed = _counts(each for each in table if each["reed"] == reed)
     either = [f'seat "{seat}", {line}' for line in with_seat] + [f'reed "{reed}", {line}' for line in with_reed]
-    return _list(
-        f"{beginning} (sections of {PAGE}). None had {words}{', but:' if either else ', nor either of them.'}", either
-    )
+    return _list(f"{beginning} None had {words}{', but:' if either else ', nor either of them.'}", either)
 
 
-def _counts(scenes: Iterator[CheckedScenes]) -> Iterator[str]:
+def _counts(scenes: Iterator[Mapping[str, str]]) -> Iterator[str]:
     """Yield a line for each section: how many numbers of how many scenes have their true error inside the bar."""
-    sections: dict[str, list[CheckedScenes]] = {}
+    sections: dict[str, list[Mapping[str, str]]] = {}
     for each in scenes:
-        sections.setdefault(each.section, []).append(each)
+        sections.setdefault(each["section"], []).append(each)
     for section, group in sections.items():
-        inside, numbers, count = (
-            sum(getattr(each, name) for each in group) for name in ("inside", "numbers", "scenes")
-        )
+        inside, numbers, count = (sum(int(each[name]) for each in group) for name in ("inside", "numbers", "scenes"))
         of_scenes = f"{count} scene{'s'[: count > 1]}"
         yield f"{section}: {inside} of {numbers} numbers of {of_scenes} had their true error within the uncertainty"
 

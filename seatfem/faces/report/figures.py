@@ -65,14 +65,12 @@ def motion_figure(runs: Mapping[str, ImpactResult], landings: Landings = ()) -> 
 def energy_figure(run: ImpactResult) -> Figure:
     """Draw where the energy is, each term integrated by itself."""
     figure, ledger = _Along({"wave": run}), run.energy
-    terms = {
-        "energy input": ledger.input,
-        "reed": ledger.striker,
-        "seat": ledger.target,
-        "dissipated": ledger.dissipated,
-    }
-    factor, unit = scaled(max(float(np.abs(term).max()) for term in terms.values()), "J")
-    for (label, term), colour in zip(terms.items(), (GREY, ORANGE, BLUE, PURPLE), strict=True):
+    terms = (
+        ("energy input", ledger.input, GREY), ("reed", ledger.striker, ORANGE), ("seat", ledger.target, BLUE),
+        ("dissipated", ledger.dissipated, PURPLE),
+    )  # fmt: skip
+    factor, unit = scaled(np.concatenate([term for _, term, _ in terms]), "J")
+    for label, term, colour in terms:
         figure.line(run, factor * term, label, colour)
     return figure.of(f"energy [{unit}]", zoomed=False)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from impact.files.input_files import MB, read_text
+from seatfem.results import IMPULSE
 from seatfem.study.runs.pipeline import SUMMARY_FILE
 
 MOST_TEXT: Final = 4 * MB
@@ -31,7 +32,7 @@ def run_summary(folder: Path) -> dict[str, Any]:
             if isinstance(error, ReportError)
             else ReportError(f"{path}: is no JSON ({error}); run the scene again")
         ) from None
-    if not isinstance(summary, dict) or "impulse_Ns" not in summary:
+    if not isinstance(summary, dict) or IMPULSE not in summary:
         raise ReportError(f"{path}: is no summary of a run; give the folder of a run (seatfem run -o)")
     return summary
 

@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Final
 
-from seatfem.faces.readings import as_number, bar_of
-from seatfem.faces.rows import HEADINGS, LANDING, Group, asked, name_of, rows_of, words_of
+from seatfem.readings import Summary, as_number, bar_of, is_known
+from seatfem.results import (
+    HEADINGS,
+    LANDING,
+    LANDING_TIME,
+    REED_STRESS,
+    SEAT_STRESS,
+    Group,
+    asked,
+    name_of,
+    rows_of,
+    words_of,
+)
 from seatfem.study.accuracy.source_words import in_words
-from seatfem.study.runs.outcome import is_known
 
 BAR_UNKNOWN: Final = "Uncertainty not known"
 TOO_WIDE: Final = "Not known, since the uncertainty is above half of the value"
@@ -19,13 +29,13 @@ BESIDE: Final = ("time_s", "_at_deg", "_at_m", "_over_rho_c0_v", "tilt_deg")
 """How keys of rows end that say when and where another one is, what it is a multiple of, and what the scene states."""
 
 
-def omissions(summary: Mapping[str, object]) -> Iterator[str]:
+def omissions(summary: Summary) -> Iterator[str]:
     """Yield what the numbers of a run do not tell, a sentence each."""
     if unknown := str(summary.get("error_unknown") or ""):
         yield f"Not included in the uncertainty: {', '.join(in_words(source) for source in unknown.split(', '))}."
     for (words, group), names in _numbers_without_bar(summary).items():
         yield f"{words} ({HEADINGS[group].replace('{step}', '')}): {'; '.join(names)}."
-    landed = summary.get("landing_time_s") is not None
+    landed = summary.get(LANDING_TIME) is not None
     empty = [key for key in asked(summary) if summary.get(key) is None and (landed or not key.startswith(LANDING))]
     if empty:
         yield f"Asked for, but without a value in this run: {', '.join(name_of(key, summary) for key in empty)}."
@@ -36,7 +46,7 @@ def omissions(summary: Mapping[str, object]) -> Iterator[str]:
         yield f"Pictures that could not be drawn: {missing}."
 
 
-def _numbers_without_bar(summary: Mapping[str, object]) -> dict[tuple[str, Group], list[str]]:
+def _numbers_without_bar(summary: Summary) -> dict[tuple[str, Group], list[str]]:
     """Return the numbers of the result whose error is open, by what is open and by their group of rows."""
     open_numbers: dict[tuple[str, Group], list[str]] = {}
     for group, rows in rows_of(summary).items():
@@ -54,11 +64,11 @@ def _numbers_without_bar(summary: Mapping[str, object]) -> dict[tuple[str, Group
     return dict(sorted(open_numbers.items(), key=lambda each: STATES.index(each[0][0])))
 
 
-def _not_computed(summary: Mapping[str, object]) -> Iterator[str]:
+def _not_computed(summary: Summary) -> Iterator[str]:
     """Yield the stresses and the fatigue that were not computed, and what asks for them."""
-    if as_number(summary.get("peak_seat_stress_Pa")) is None:
+    if as_number(summary.get(SEAT_STRESS)) is None:
         yield "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements."
-    if as_number(summary.get("peak_reed_stress_Pa")) is None:
+    if as_number(summary.get(REED_STRESS)) is None:
         yield "Stress in the reed was not computed; [stress] in the scene asks for that of a plate."
     if not any(key.startswith("life_") for key in summary):
         yield "Fatigue was not judged; [life] in the scene asks for it."

@@ -14,7 +14,6 @@ from impact.files.atomic import write_whole
 from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.landings_table import landings_of, landings_table
-from seatfem.faces.readings import as_number
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
 from seatfem.faces.report.bodies import MOST_OF_BODIES, body_figure
 from seatfem.faces.report.checked import who_checked
@@ -25,9 +24,10 @@ from seatfem.faces.report.omissions import omissions
 from seatfem.faces.report.provenance import provenance, versions
 from seatfem.faces.report.stressed import hot_spots, life_table
 from seatfem.faces.result_table import result_table
-from seatfem.faces.rows import LANDING, asked, name_of
 from seatfem.faces.verdict import LANDED, judged_words, lasting, pressed_on, simpler, verdict
 from seatfem.pictures.moving import KEPT, moving_bodies
+from seatfem.readings import as_number
+from seatfem.results import LANDING, asked, name_of
 from seatfem.study.accuracy.source_words import in_words
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
@@ -177,8 +177,9 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
         plan = json.loads(text)
         read = [[str(name), str(words)] for name, words in dict(plan.get("read", {})).items()]
         rows = [
-            [*(str(each[key]) for key in ("key", "value")), *_origin(each), str(each["reason"])]
+            [str(each["key"]), str(each["value"]), "file" if each["given"] else "plan", left, str(each["reason"])]
             for each in plan["choices"]
+            for left in (str(each.get("leaves", "")),)  # which plans of earlier versions do not have
         ]
         notes = [str(note) for note in plan["notes"]]
     except (ValueError, LookupError, TypeError, AttributeError) as error:
@@ -191,11 +192,6 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
         "Plan and its reasons",
         html_rows(("key", "value", "from", "error left", "why"), rows) + (f"<ul>{items}</ul>" if items else ""),
     )
-
-
-def _origin(choice: Mapping[str, object]) -> tuple[str, str]:
-    """Return where a value comes from and the error that it leaves, which plans of earlier versions do not have."""
-    return "file" if choice["given"] else "plan", str(choice.get("leaves", ""))
 
 
 def _state(summary: Mapping[str, Any]) -> str:

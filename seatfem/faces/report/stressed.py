@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from impact.quantities import text
-from seatfem.faces.readings import as_number, bar_of, reading
 from seatfem.faces.report.html_tables import html_rows
+from seatfem.readings import BAR, as_number, bar_of, reading
+from seatfem.results import SEAT_STRESS
 
 
 def hot_spots(summary: Mapping[str, Any]) -> str:
@@ -21,8 +22,8 @@ def hot_spots(summary: Mapping[str, Any]) -> str:
         if isinstance(spot, dict)
     ]
     words = "Largest von Mises stress at its places on the surface; places of a half section are r, z."
-    largest = reading(summary, "peak_seat_stress_Pa", "Pa")
-    if "error_bar_peak_seat_stress_Pa" in summary:
+    largest = reading(summary, SEAT_STRESS, "Pa")
+    if BAR + SEAT_STRESS in summary:
         words += f" The largest with its uncertainty: {largest}; that of the others is no smaller a share."
     return html_rows(("von Mises", "time", "place [mm]", "from a sharp edge"), rows) + f'<p class="soft">{words}</p>'
 

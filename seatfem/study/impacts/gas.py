@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from impact.after.measures import contact_groups
 from impact.bodies.body import Body, Load
 from impact.brief import brief
+from impact.files.table import write_csv
 from impact.gas.compressor import Compressor, GasHistory, Prescribed, angles, drop, gas_history
 from impact.gas.cylinder import BACK, FORWARD, OTHER, PRESSURE
 from impact.gas.valve import NOT_MEASURED, AreaTable
@@ -173,13 +175,12 @@ def gas_notes(scene: Scene) -> tuple[str, ...]:
     return (f"effective areas not measured: {', '.join(guessed)}",) if guessed else ()
 
 
-def gas_csv(run: GasRun) -> str:
-    """Return the record of the gas, a line for each span of steps over which it takes the lift as constant."""
+def write_gas(run: GasRun, path: Path) -> Path:
+    """Write the record of the gas, a line for each span of steps over which it takes the lift as constant."""
     h = run.history
     heads = ["time [s]", "angle [deg]", "pressure [Pa]", "lift [m]", "reed flow [kg/s]"]
     columns = [h.time, run.angle, h.pressure, h.lift, h.flow(FORWARD, BACK)]
     if run.volume is not None:
         heads += ["other valve flow [kg/s]", "volume [m^3]", "mass [kg]"]
         columns += [h.flow(OTHER), run.volume, h.states[:, 1]]
-    rows = (",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True))
-    return "\n".join([",".join(heads), *rows]) + "\n"
+    return write_csv(path, heads, zip(*(column.tolist() for column in columns), strict=True), digits=9)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
-from impact.files.atomic import whole_file, write_whole
+from impact.files.atomic import write_whole
+from impact.files.table import write_csv
 from impact.greens.base import GreensFunction
 from impact.progress import Progress, silent
 from seatfem.structures.mesh.gmsh_process import MeshingError
@@ -65,11 +65,11 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
     )
     yield _lines(folder / "mesh.inp", deck.lines)
     yield _deck(folder / "frequency.inp", deck.frequency(len(frequencies)))
-    yield csv_table(folder / "frequency.csv", ["mode", "frequency [Hz]"], enumerate(frequencies.tolist(), start=1))
+    yield write_csv(folder / "frequency.csv", ["mode", "frequency [Hz]"], enumerate(frequencies.tolist(), start=1))
     yield _deck(folder / "transient.inp", deck.transient(width, PULSES * width, dt))
     head = ["time [s]", "displacement per impulse [m/(N s)]"]
     moved = np.ravel(greens.filtered(times, width))
-    yield csv_table(folder / "transient.csv", head, zip(times.tolist(), moved.tolist(), strict=True))
+    yield write_csv(folder / "transient.csv", head, zip(times.tolist(), moved.tolist(), strict=True))
     try:
         words, files = _contact(plan, seat, greens, dt, folder, progress)
         yield from files
@@ -99,7 +99,7 @@ def _contact(
         contact = of_mass(plan.scene, seat, greens, dt)
     rows = zip(*(column.tolist() for column in contact.answer.values()), strict=True)
     files.append(_deck(folder / "contact.inp", contact.lines, mesh))
-    return contact.told, [*files, csv_table(folder / "contact.csv", list(contact.answer), rows)]
+    return contact.told, [*files, write_csv(folder / "contact.csv", list(contact.answer), rows)]
 
 
 def _deck(path: Path, steps: Sequence[str], mesh: str = "mesh.inp") -> Path:
@@ -108,13 +108,4 @@ def _deck(path: Path, steps: Sequence[str], mesh: str = "mesh.inp") -> Path:
 
 def _lines(path: Path, lines: Sequence[str]) -> Path:
     write_whole(path, ("\n".join(lines) + "\n").encode("ascii"))
-    return path
-
-
-def csv_table(path: Path, heads: Sequence[str], rows: Any) -> Path:
-    """Write a table with its heads; whole or absent."""
-    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(heads)
-        writer.writerows(rows)
     return path

@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
-from impact.files.atomic import whole_file
+from impact.files.table import write_csv
 from impact.life.places import left_of
 from impact.progress import Tell
 from impact.quantities import in_time
@@ -161,10 +161,7 @@ def curve_keys(curves: Sequence[MarginCurve]) -> Mapping[str, object]:
 
 def write_curves(curves: Sequence[MarginCurve], folder: Path) -> tuple[Path, ...]:
     """Write margin_over_speed.csv, ...; return the files."""
-    files = tuple(folder / f"margin_over_{curve.key}.csv" for curve in curves)
-    for curve, file in zip(curves, files, strict=True):
-        write_curve(curve, file)
-    return files
+    return tuple(write_curve(curve, folder / f"margin_over_{curve.key}.csv") for curve in curves)
 
 
 def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[Picture]:
@@ -186,10 +183,7 @@ def _draw(curve: MarginCurve, path: Path) -> None:
     )
 
 
-def write_curve(curve: MarginCurve, path: Path) -> None:
+def write_curve(curve: MarginCurve, path: Path) -> Path:
     """Write a curve as CSV: value, margin, error bar."""
     rows = zip(curve.values, curve.margins, curve.bars, strict=True)
-    lines = [f"{curve.label},{curve.margin},error_bar"]
-    lines += [f"{value:.9g},{margin:.9g},{'' if bar is None else f'{bar:.3g}'}" for value, margin, bar in rows]
-    with whole_file(path) as temporary:
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return write_csv(path, (curve.label, curve.margin, "error_bar"), rows, digits=9)

@@ -21,8 +21,9 @@ from impact.march.motion import modal_coordinates
 from impact.pictures.landing_marks import landing_marks
 from impact.pictures.lip_plots import plot_lip
 from seatfem.pictures.apart import Picture
-from seatfem.pictures.landing import Landing, animate_landing
-from seatfem.pictures.moving import moving_landing, save_moving
+from seatfem.pictures.frame_pictures import animate_frames
+from seatfem.pictures.frames import Frames, landing_frames
+from seatfem.pictures.moving import save_moving
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.touches import Touches, on_the_ports
@@ -65,13 +66,9 @@ def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str,
     except Exception as problem:  # numbers are known already, as in `gap_of`
         return [*pictures, (LANDING, partial(raising, problem))]
     if landing is not None:
-        pictures.append((LANDING, partial(animate_landing, landing, title=title)))
-        pictures.append(("landing.h5", partial(_keep, landing)))
+        pictures.append((LANDING, partial(animate_frames, landing, title=title)))
+        pictures.append(("landing.h5", partial(save_moving, landing)))
     return pictures
-
-
-def _keep(landing: Landing, path: Path) -> None:
-    save_moving(moving_landing(landing, "The plate as it lands"), path)
 
 
 def raising(problem: Exception, path: Path) -> None:
@@ -95,7 +92,7 @@ def by_arc(parts: ImpactResult, division: Division) -> ImpactResult:
     )
 
 
-def landing_of(done: Round, lip: ImpactResult, landings: Sequence[Mapping[str, object]] = ()) -> Landing | None:
+def landing_of(done: Round, lip: ImpactResult, landings: Sequence[Mapping[str, object]] = ()) -> Frames | None:
     """Return the plate over the lip during its hardest landing, without ``landings`` during its hardest contact.
 
     ``None`` of what is no plate with its modes, of loads that the march alone knows, under a preload, and without
@@ -126,16 +123,14 @@ def landing_of(done: Round, lip: ImpactResult, landings: Sequence[Mapping[str, o
     inner, outer = shape.edge_lines(shape.arcs * math.ceil(AROUND / shape.arcs))
     steps, width = stride * np.arange(begin, begin + len(deflection)), scene.run.filter_width
     total = averaged(touches.seat.force[1:], dt, width, MOVING_AVERAGE)
-    return Landing(
-        dofs.mesh.points,
-        dofs.mesh.cells,
+    return landing_frames(
+        dofs.mesh,
         deflection,
         touches.seat.time[steps],
-        centre + inner,
-        centre + outer,
+        (centre + inner, centre + outer),
         -lip.gap[0],
         per_length(lip.force, dt, width, shape.lengths)[steps],
         total[steps],
-        f"forces mean over {1e6 * width:g} µs and each of {lip.force.shape[1]} lip segments",
-        shape.pieces,
+        averaged=f"forces mean over {1e6 * width:g} µs and each of {lip.force.shape[1]} lip segments",
+        pieces=shape.pieces,
     )

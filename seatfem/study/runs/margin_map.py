@@ -13,7 +13,9 @@ from impact.greens.base import Array
 from impact.life.critical_plane import on_planes
 from impact.life.places import Demand, judged
 from seatfem.pictures.apart import Picture
-from seatfem.pictures.margin_map import MarginMap, plot_margin_map, write_margins
+from seatfem.pictures.frame_pictures import plot_margin_map
+from seatfem.pictures.frames import Frames, margin_frames
+from seatfem.pictures.moving import write_surface
 from seatfem.pictures.skin import skin_of, skin_of_plate, skin_of_section
 from seatfem.structures.fields.around import AnyField, RingField
 from seatfem.structures.fields.recovery import mises_range, tensor_histories
@@ -45,7 +47,9 @@ def margin_pictures(done: Round, stressed: Stressed | None) -> list[Picture]:
         return []
     several = f" ({life.multiaxial})" if life.multiaxial else f" ({life.criterion}, critical plane)"
     title = f"{done.plan.scene.title or 'Fatigue'}: margin on stress{several}\n"
-    files: list[Picture] = [(f"{each.body}_margin.vtu", partial(write_margins, each)) for each in maps]
+    files: list[Picture] = [
+        (f"{each.title}_margin.vtu", partial(write_surface, each, {"margin": each.colours[0]})) for each in maps
+    ]
     return [(PICTURE, partial(plot_margin_map, maps, title=title)), *files]
 
 
@@ -79,7 +83,7 @@ def _margin(blocks: Iterable[Array], demand: Demand) -> float:
     return math.inf if life is None else life.margin
 
 
-def _of_seat(done: Round, stressed: Stressed) -> MarginMap | None:
+def _of_seat(done: Round, stressed: Stressed) -> Frames | None:
     life, seat = done.plan.scene.life, stressed.seat
     demand = None if life is None else life.demand("seat")
     if seat is None or demand is None:
@@ -93,10 +97,10 @@ def _of_seat(done: Round, stressed: Stressed) -> MarginMap | None:
     skin = skin_of(seat.model)
     values = np.full(len(skin.nodes), np.nan)
     values[rows_of(seat.field.points, nodes.T[skin.nodes])] = factors
-    return MarginMap("seat", skin, values)
+    return margin_frames("seat", skin, values)
 
 
-def _of_ring(field: RingField, found: Array, mesh: Any, nodes: Array) -> MarginMap:
+def _of_ring(field: RingField, found: Array, mesh: Any, nodes: Array) -> Frames:
     """Return the map of margins (P,) at a field's points: all around, as what fails first may be anywhere."""
     around = field.angles[0]
     skin = skin_of_section(mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)).spread()
@@ -104,10 +108,10 @@ def _of_ring(field: RingField, found: Array, mesh: Any, nodes: Array) -> MarginM
     values = np.full((nodes.shape[1], len(around)), np.nan)
     values[rows_of(field.section, nodes.T)] = found.reshape(field.angles.shape)
     turns = np.round((skin.angles - around[0]) / (2 * np.pi) * len(around)).astype(np.int64) % len(around)
-    return MarginMap("seat", skin, values[skin.nodes, turns])
+    return margin_frames("seat", skin, values[skin.nodes, turns])
 
 
-def _of_reed(done: Round, stressed: Stressed) -> MarginMap | None:
+def _of_reed(done: Round, stressed: Stressed) -> Frames | None:
     life, field, reed = done.plan.scene.life, stressed.reed, done.plan.scene.reed.thin_plate
     demand = None if life is None else life.demand()
     if field is None or demand is None or reed is None:
@@ -118,4 +122,4 @@ def _of_reed(done: Round, stressed: Stressed) -> MarginMap | None:
     skin = skin_of_plate(mesh)
     values = np.full(len(skin.nodes), np.nan)
     values[rows_of(field.points, mesh.points[skin.nodes])] = factors
-    return MarginMap("reed", skin, values)
+    return margin_frames("reed", skin, values)

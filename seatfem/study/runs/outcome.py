@@ -2,63 +2,20 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING
 
 from impact.after.frame import frame_of
 from impact.brief import as_html, brief
+from seatfem.readings import Measured, measured
 from seatfem.study.planning.plan import Plan
 
 if TYPE_CHECKING:
     import pandas
 
     from seatfem.structures.natural_modes import Mode
-
-
-MOST_UNCERTAIN: Final = 0.5
-"""Share of a value that its error bar may be: with a larger one not even the first digit is known."""
-WITHOUT_ZERO: Final = ("time_s", "contact_s", "_deg")
-"""How keys of instants and places end: their zero is a convention, and no share of them says anything."""
-
-
-class Measured(NamedTuple):
-    """A number of summary.json, its unit in its name [SI].
-
-    ``error_bar`` is ``None`` where there is none, ``spring`` where the baseline has no such number; ``known`` tells
-    whether the bar leaves the value known (`is_known`), and is ``None`` where the summary states no bar.
-    """
-
-    key: str
-    value: float
-    error_bar: float | None
-    spring: float | None
-    known: bool | None
-
-
-def is_known(key: str, value: float, bar: float | None) -> bool:
-    """Return whether the value of a ``key`` is known: its error bar is a number, at most `MOST_UNCERTAIN` of it."""
-    if bar is None or not math.isfinite(bar):
-        return False
-    return key.endswith(WITHOUT_ZERO) or bar <= MOST_UNCERTAIN * abs(value)
-
-
-def measured(summary: Mapping[str, object]) -> Iterator[Measured]:
-    """Yield the numbers of a run in the order of summary.json, each with its error bar and the spring's value."""
-    for key, value in summary.items():
-        if (number := as_number(value)) is not None and not key.startswith(("spring_", "error_", "plan_")):
-            bar, spring = (as_number(summary.get(f"{prefix}_{key}")) for prefix in ("error_bar", "spring"))
-            stated = f"error_bar_{key}" in summary
-            yield Measured(key, number, bar, spring, is_known(key, number, bar) if stated else None)
-
-
-def as_number(value: object) -> float | None:
-    """Return a finite number, or ``None`` of anything else."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        return None
-    return value
 
 
 @dataclass(frozen=True)

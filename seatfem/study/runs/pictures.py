@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from impact.after.result import ImpactResult
-from impact.files.atomic import whole_file
+from impact.files.table import write_csv
 from impact.pictures.drawing import gap_of
 from impact.pictures.gas_plot import plot_gas
 from impact.pictures.greens_plots import plot_greens
@@ -23,7 +23,8 @@ from seatfem.machine.libraries import picture_library_gap
 from seatfem.pictures.apart import Painter, Picture, drawing_apart
 from seatfem.pictures.cell_grid import CellGrid, revolve
 from seatfem.pictures.fit_plot import plot_fit
-from seatfem.pictures.moving import moving_modes, save_moving
+from seatfem.pictures.frames import mode_frames
+from seatfem.pictures.moving import save_moving
 from seatfem.pictures.plots import animate_mode, plot_mesh, plot_modes, write_vtu
 from seatfem.pictures.section_plot import plot_section
 from seatfem.pictures.skin import skin_of
@@ -39,6 +40,7 @@ from seatfem.study.impacts.external import crank_of
 from seatfem.study.impacts.gas import GasRun
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
+from seatfem.study.runs.lip_pictures import raising
 from seatfem.study.scene import Scene
 
 if TYPE_CHECKING:
@@ -153,7 +155,7 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
     try:
         grid, shapes = _shapes(seat, len(frequencies))
     except Exception as problem:  # numbers are known already, as in `gap_of`
-        return [*pictures, ("modes.png", partial(_raise, problem))]
+        return [*pictures, ("modes.png", partial(raising, problem))]
     # all there are: counted, and of the whole body instead of a section or sector
     whole = seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
     title = "Modes of the seat" if whole else "Modes of the seat that this load excites"
@@ -184,7 +186,7 @@ def _save_modes(numbered: list[tuple[int, Mode]], title: str, path: Path) -> Non
     shapes = [skin.moved(_amplitudes(mode)[:, skin.nodes].T, mode.diameters or 0) for _, mode in numbered]
     labels = [f"{_name(k, mode)}: {text(mode.frequency_hz, 'Hz', 4)}" for k, mode in numbered]
     frequency = np.array([mode.frequency_hz for _, mode in numbered])
-    save_moving(moving_modes(skin, shapes, labels, title, frequency), path)
+    save_moving(mode_frames(skin, shapes, labels, title, frequency), path)
 
 
 def mesh_picture(mesh: SeatMesh | MeridianMesh | None) -> Callable[..., None]:
@@ -192,10 +194,6 @@ def mesh_picture(mesh: SeatMesh | MeridianMesh | None) -> Callable[..., None]:
     if isinstance(mesh, MeridianMesh):
         return partial(plot_section, mesh.mesh)
     return partial(plot_mesh, None if mesh is None else mesh.mesh)
-
-
-def _raise(problem: Exception, path: Path) -> None:
-    raise problem
 
 
 def _shapes(seat: Solved, count: int) -> tuple[CellGrid, list[Array]]:
@@ -288,13 +286,10 @@ def in_space(modes: list[Mode]) -> tuple[CellGrid, list[Array]]:
 
 def write_table(found: NaturalModes, path: Path) -> None:
     """Write one line a mode; an empty field where a number means nothing."""
-    lines = ["mode,frequency_hz,residual,nodal_diameters,family,port_share"]
-    for k, mode in enumerate(found.modes, start=1):
-        diameters = "" if mode.diameters is None else str(mode.diameters)
-        share = "" if mode.share is None else f"{mode.share:.6g}"
-        lines.append(f"{k},{mode.frequency_hz:.9g},{mode.residual:.2e},{diameters},{mode.family},{share}")
-    with whole_file(path) as temporary:
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    heads = ("mode", "frequency_hz", "residual", "nodal_diameters", "family", "port_share")
+    modes = enumerate(found.modes, start=1)
+    rows = ((k, float(m.frequency_hz), float(m.residual), m.diameters, m.family, m.share) for k, m in modes)
+    write_csv(path, heads, rows, digits=9)
 
 
 def _amplitudes(mode: Mode) -> Array:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from impact.after.stresses import ReedStress
-from impact.files.atomic import check_writable, write_whole
+from impact.files.atomic import check_writable
+from impact.files.table import write_csv
 from impact.progress import Progress, Tell, silent, untold
 from impact.storage.hdf5 import save_results
 from seatfem.machine.stopwatch import Stopwatch
@@ -17,7 +18,7 @@ from seatfem.pictures.apart import Painter
 from seatfem.structures.cache import Cache
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.impacts.contact import RunError, check_step, seat_of
-from seatfem.study.impacts.gas import GasRun, gas_csv, gas_keys
+from seatfem.study.impacts.gas import GasRun, gas_keys, write_gas
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.simpler import simpler_keys
 from seatfem.study.impacts.springs import valve_spring_keys
@@ -28,7 +29,6 @@ from seatfem.study.runs.afterwards import afterwards
 from seatfem.study.runs.baseline import Baseline, baseline_of, static_stiffness
 from seatfem.study.runs.drawing import drawing_picture
 from seatfem.study.runs.ended import ended_plan, remember
-from seatfem.study.runs.landings_file import LANDINGS_FILE, landing_rows
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.outcome import RunOutcome
 from seatfem.study.runs.pictures import ahead, draw_modes, draw_run, gas_pictures
@@ -59,6 +59,7 @@ __all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes
 SUMMARY_FILE: Final = "summary.json"
 RESULT_FILE: Final = "result.h5"
 GAS_FILE: Final = "gas.csv"
+LANDINGS_FILE: Final = "landings.csv"
 
 
 def run_scene(
@@ -122,8 +123,8 @@ def run_scene(
             if histories:
                 save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": latest.number})
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
-            gas_files = _write_gas(scene, latest, folder)
-            write_whole(folder / LANDINGS_FILE, landing_rows(summary["landings"]))
+            gas = () if scene.gas is None else (write_gas(GasRun.of(scene, latest.touches), folder / GAS_FILE),)
+            write_landings(folder / LANDINGS_FILE, summary["landings"])
     remember(latest)
     assert baseline is not None
 
@@ -161,14 +162,14 @@ def run_scene(
             gaps = (*gaps, f"{SUMMARY_FILE} does not list the pictures: {problem}")
     tables = (folder / SUMMARY_FILE, folder / LANDINGS_FILE)
     written = (*tables, *((folder / RESULT_FILE,) if histories else ()), folder / SEAT_FILE)
-    files = (*written, *gas_files, *later.files, *drawn)
+    files = (*written, *gas, *later.files, *drawn)
     summary |= timing_keys(watch, start)
     return RunOutcome(summary, (*notes, *gaps), files, watch.stages, met, plan=latest.plan)
 
 
 def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) -> dict[str, Any]:
     width, records = scene.run.filter_width, landing_records(done.touches, done.left, done.without_bar)
-    measured = _measured(scene, done.touches, done.stress)
+    measured, bar = _measured(scene, done.touches, done.stress), baseline.stiffness_bar
     return {
         "title": scene.title,
         **measured,
@@ -184,7 +185,7 @@ def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) ->
         **accuracy_keys(done),
         **plan_keys(done.plan, watch.stages["plan"]),
         "seat_static_stiffness_N_per_m": baseline.stiffness,
-        **_stiffness_bar(baseline),
+        **({} if bar is None else {"error_bar_seat_static_stiffness_N_per_m": bar}),
         **greens_error_keys(done.seat.greens),
         **done.seat.about,
         "seat_reused": done.seat.reused,
@@ -197,18 +198,10 @@ def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) ->
     }
 
 
-def _stiffness_bar(baseline: Baseline) -> dict[str, object]:
-    bar = baseline.stiffness_bar
-    return {} if bar is None else {"error_bar_seat_static_stiffness_N_per_m": bar}
-
-
-def _write_gas(scene: Scene, done: Round, folder: Path) -> tuple[Path, ...]:
-    """Write gas.csv of a scene with gas."""
-    if scene.gas is None:
-        return ()
-    path = folder / GAS_FILE
-    write_whole(path, gas_csv(GasRun.of(scene, done.touches)).encode("utf-8"))
-    return (path,)
+def write_landings(path: Path, landings: Sequence[Mapping[str, object]]) -> None:
+    """Write the records of landings, a column for each of their keys; of none the first ones."""
+    heads = list(dict.fromkeys(key for record in landings for key in record)) or ["body", "number", "time_s"]
+    write_csv(path, heads, ([record.get(key) for key in heads] for record in landings))
 
 
 def _measured(scene: Scene, touches: Touches, stress: ReedStress | None) -> dict[str, object]:

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from impact.files.atomic import write_whole
+from impact.files.table import write_csv
 from impact.greens.base import Array
 from impact.storage.hdf5 import StorageError, finite_array, opened, written
 from seatfem.pictures.apart import Picture
@@ -137,13 +137,9 @@ def write_spots(spots: Spots, folder: Path, *, courses: bool = True) -> tuple[Pa
         if not (own := [spot for spot in spots.all if spot.body == body]):
             continue
         places = [f"{axis}_m" for axis in axes_of(own[0].at, body)]
-        heads = ("von_mises_Pa", "time_s", *places, "edge_distance_m")
-        lines = [",".join((*heads, "part", "component", "component_Pa"))]
-        for spot in own:
-            values = [f"{v:.9g}" if math.isfinite(v) else "" for v in (spot.value, spot.time, *spot.at, spot.edge)]
-            lines.append(",".join((*values, spot.part, spot.component, f"{spot.leading:.9g}")))
-        files.append(folder / file)
-        write_whole(files[-1], ("\n".join(lines) + "\n").encode("utf-8"))
+        heads = ("von_mises_Pa", "time_s", *places, "edge_distance_m", "part", "component", "component_Pa")
+        rows = ((p.value, p.time, *p.at, p.edge, p.part, p.component, p.leading) for p in own)
+        files.append(write_csv(folder / file, heads, rows, digits=9))
     if spots.histories and courses:
         files.append(folder / HISTORIES_FILE)
         with written(files[-1], "stress") as file:

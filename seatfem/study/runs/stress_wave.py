@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import partial
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -15,9 +13,10 @@ from impact.bodies.springs import own_coordinates
 from impact.greens.base import Array
 from impact.march.motion import modal_coordinates
 from seatfem.pictures.apart import Picture
-from seatfem.pictures.moving import moving_wave, save_moving
+from seatfem.pictures.frame_pictures import animate_frames, plot_frames
+from seatfem.pictures.frames import Frames, wave_frames
+from seatfem.pictures.moving import save_moving, write_moving
 from seatfem.pictures.skin import Skin, skin_of, skin_of_plate, skin_of_section
-from seatfem.pictures.stress_wave import StressWave, animate_wave, plot_wave, write_wave
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.fields.around import turned
 from seatfem.structures.fields.corners import near
@@ -32,10 +31,6 @@ from seatfem.study.runs.seat_fields import force_by_port
 from seatfem.study.runs.seat_stress import SeatStress
 
 PASSES: Final = 2  # of shear waves along the seat, that are shown
-WAVES: Final[Mapping[str, str]] = {
-    "stress_wave": "Stress wave in the seat",
-    "reed_stress_wave": "Stress wave in the faces of the reed",
-}
 UNKNOWN: Final = "\ngrey: beside the contact and sharp corners"
 
 
@@ -56,18 +51,14 @@ def wave_pictures(done: Round, stress: SeatStress | None) -> list[Picture]:
             pictures.append((f"{stem}.gif", partial(raising, problem)))
             continue
         if wave is not None:
-            pictures.append((f"{stem}.gif", partial(animate_wave, wave, title=title)))
-            pictures.append((f"{stem}.png", partial(plot_wave, wave, title=title)))
-            pictures.append((f"{file}.pvd", partial(write_wave, wave)))
-            pictures.append((f"{stem}.h5", partial(_keep, wave, WAVES[stem])))
+            pictures.append((f"{stem}.gif", partial(animate_frames, wave, title=title)))
+            pictures.append((f"{stem}.png", partial(plot_frames, wave, title=title)))
+            pictures.append((f"{file}.pvd", partial(write_moving, wave)))
+            pictures.append((f"{stem}.h5", partial(save_moving, wave)))
     return pictures
 
 
-def _keep(wave: StressWave, title: str, path: Path) -> None:
-    save_moving(moving_wave(wave, title), path)
-
-
-def seat_wave(done: Round, stress: SeatStress) -> StressWave | None:
+def seat_wave(done: Round, stress: SeatStress) -> Frames | None:
     """Return the stress wave in the seat, on the mesh of its stress."""
     scene, body, model = done.plan.scene, done.plan.scene.seat.elastic, stress.model
     assert body is not None
@@ -87,7 +78,7 @@ def seat_wave(done: Round, stress: SeatStress) -> StressWave | None:
         mises, moved = _around(done, stress, skin, force, steps)
         points = elements.nodes.T[skin.nodes]
         known = ~near(points, stress.drawn.singular, scene.stress.distance)
-        return StressWave(skin, mises, moved, time[list(steps)], touch, known)
+        return wave_frames("Stress wave in the seat", skin, mises, moved, time[list(steps)], touch, known)
     skin = skin_of(model)
     sites = at_nodes(elements, skin.nodes)
     bandwidth = done.plan.method.seat.bandwidth or 1 / scene.run.filter_width
@@ -98,7 +89,7 @@ def seat_wave(done: Round, stress: SeatStress) -> StressWave | None:
     mises = von_mises(np.moveaxis((functional @ unknowns.T).reshape(len(sites), 6, -1), 2, 0))
     known = ~near(sites.points, stress.drawn.singular, scene.stress.distance)
     moved = np.array([model.expand(each)[:, skin.nodes].T for each in unknowns])
-    return StressWave(skin, mises, moved, time[list(steps)], touch, known)
+    return wave_frames("Stress wave in the seat", skin, mises, moved, time[list(steps)], touch, known)
 
 
 def _around(done: Round, stress: SeatStress, skin: Skin, force: Array, steps: range) -> tuple[Array, Array]:
@@ -122,7 +113,7 @@ def _around(done: Round, stress: SeatStress, skin: Skin, force: Array, steps: ra
     return np.asarray(von_mises(tensors)), moved
 
 
-def reed_wave(done: Round) -> StressWave | None:
+def reed_wave(done: Round) -> Frames | None:
     """Return the stress wave in the plate that strikes; ``None`` for other reeds."""
     reed = done.plan.scene.reed.thin_plate
     if reed is None or done.striker.greens.modal is None:
@@ -144,7 +135,10 @@ def reed_wave(done: Round) -> StressWave | None:
     bends = np.flatnonzero(plate.modes.omega[: rows.shape[1]])  # a free plate's rigid motion would hide how it bends
     moved[..., 2] = [dofs.expand(shapes[:, bends] @ q[bends])[2][skin.nodes] for q in rows]
     known = np.isfinite(mises).all(axis=0)
-    return StressWave(skin, mises, moved, done.result.time[list(steps)], float(start), known, UNKNOWN)
+    return wave_frames(
+        "Stress wave in the faces of the reed", skin, mises, moved, done.result.time[list(steps)], float(start), known,
+        UNKNOWN,
+    )  # fmt: skip
 
 
 def touch_of(done: Round) -> float:

@@ -162,7 +162,7 @@ source = "report, page"
         if self.contact_criterion and (scene.contact.law.of_a_sphere is None or scene.contact.rings > 1):
             words = "the stress below a contact is known of a law of Hertz, not in rings: state one, or remove the key"
             yield "contact_criterion", words
-        bends = scene.reed.has_stress or scene.reed.thin_plate is not None
+        bends = scene.reed.traits.has_stress or scene.reed.thin_plate is not None
         judged = self.of_bending and self.strength is not None
         if judged and not bends:
             words = f"of a body of kind {scene.reed.kind!r} no bending stress is known: remove it, or use a cantilever"

@@ -16,6 +16,7 @@ from impact.after.landings import Landing, hardest, pair_landings
 from impact.after.spectrum import largest_average
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array
+from seatfem.results import ResultSource
 from seatfem.study.safety import OF_IMPULSE, OPENING
 
 LandingChoice = Literal["hardest", "first", "run"]
@@ -23,11 +24,6 @@ HARDEST: Final = "landing_"
 FIRST: Final = "first_landing_"
 PREFIXES: Final[Mapping[LandingChoice, str]] = {"hardest": HARDEST, "first": FIRST, "run": ""}
 """What the names of measures begin with when they are asked of a landing."""
-UNITS: Final[Mapping[str, str]] = {
-    "m_per_s": "m/s", "N_per_m": "N/m", "Ns_per_m": "N s/m", "Ns": "N s", "N": "N", "Pa": "Pa", "J": "J", "s": "s",
-    "m": "m", "deg": "deg", "kg": "kg", "Hz": "Hz",
-}  # fmt: skip
-"""Endings of keys, the longer ones first, and their units."""
 LANDING_WORDS: Final[Mapping[str, str]] = {HARDEST: " of the hardest landing", FIRST: " of the first landing", "": ""}
 
 
@@ -97,24 +93,16 @@ class Blow:
         return slice(round(landing.start / self.dt), round(landing.end / self.dt) + 1)
 
 
-class Measure(ABC):
+class Measure(ResultSource, ABC):
     """A number that an accuracy may be asked for. A subclass with a ``name``, in any file, is one more.
 
     Attributes:
-        name: in ``accuracy.measures``.
-        key: in summary.json, with its unit.
-        landing_key: in summary.json, of a landing; "" of one that speaks of the whole run alone.
-        words: in the tables of a run.
-        landing_words: the same of one landing, where that is something else.
+        landing_words: the words of one landing, where they are something else.
         needs_displacement, needs_stress, needs_line: what it takes of the run beside the force.
         judged_by: the measure of the whole run whose relative error it has; "" of one with an error of its own.
     """
 
-    name: ClassVar[str]
-    key: ClassVar[str]
-    words: ClassVar[str]
     landing_words: ClassVar[str] = ""
-    landing_key: ClassVar[str] = ""
     needs_displacement: ClassVar[bool] = False
     needs_stress: ClassVar[bool] = False
     needs_line: ClassVar[bool] = False
@@ -411,18 +399,6 @@ def short_words(name: str) -> str:
     prefix, measure = _parted(name)
     entry = all_measures()[measure]
     return (prefix and entry.landing_words) or entry.words
-
-
-def label_of(key: str) -> str:
-    """Return what stands on an axis for a key of summary.json, as "peak force [N]"; another name as it is."""
-    of_landing = {
-        each.landing_key: f"{each.words} of the landing" for each in all_measures().values() if each.landing_key
-    }
-    words = {each.key: each.words for each in all_measures().values()} | of_landing
-    if key not in words:
-        return key
-    unit = next((unit for ending, unit in UNITS.items() if key.endswith(f"_{ending}")), "")
-    return f"{words[key]} [{unit}]" if unit else words[key]
 
 
 def asked_name(name: str) -> str:

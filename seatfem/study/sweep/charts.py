@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, SKY, sheet
+from seatfem.results import label_of
 from seatfem.study.impacts.landed import BAR
-from seatfem.study.scene.measures import label_of
 from seatfem.study.sweep.effects import CONFIDENCE, PERCENTILES, Band, Effect, Indices, drawn_rows, front, objectives
 from seatfem.study.sweep.goal import Optimise
 from seatfem.study.sweep.table import StudyTable

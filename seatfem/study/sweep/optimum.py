@@ -30,7 +30,7 @@ from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import STAGE, Runner, StudyError, check_effort, crew_of, folder_of_ours
 from seatfem.study.sweep.search import NEAREST, Level, Shift, changes_at, first_points, improve, rank
 from seatfem.study.sweep.study import Study, load_study
-from seatfem.study.sweep.table import check_measures, write_csv
+from seatfem.study.sweep.table import check_measures, write_columns
 
 RADIUS: Final = 0.2  # of the ranges, of the first trust region
 AGAIN: Final = 0.05  # and of that about a point that was confirmed
@@ -82,8 +82,8 @@ def run_optimum(
         _search(search, target, goal)
     confirmed = sorted(target.found.values(), key=lambda each: (violation(each, goal), rank(each, goal, {})[1]))
     optimum = Optimum(study, tuple(search.found.values()), tuple(confirmed))
-    write_csv(folder / "search.csv", optimum.table(optimum.searched).columns)
-    write_csv(folder / "optimum.csv", optimum.table(optimum.confirmed).columns)
+    write_columns(folder / "search.csv", optimum.table(optimum.searched).columns)
+    write_columns(folder / "optimum.csv", optimum.table(optimum.confirmed).columns)
     write_whole(folder / "optimum.json", (json.dumps(optimum.as_json(), indent=1) + "\n").encode("utf-8"))
     return optimum
 

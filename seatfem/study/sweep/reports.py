@@ -9,7 +9,7 @@ from typing import Final
 
 from impact.pictures.drawing import gap_of
 from seatfem.study.sweep import charts, effects
-from seatfem.study.sweep.table import Columns, StudyTable, write_csv
+from seatfem.study.sweep.table import Columns, StudyTable, write_columns
 
 SCATTERED: Final = 8  # columns of a matrix that can still be read
 LEAST: Final = 5  # scenes that a matrix of points is drawn of
@@ -40,7 +40,7 @@ def write_reports(table: StudyTable, folder: Path, *, pictures: bool = True) -> 
     files, gaps = [], []
     for name, columns, draw in reports_of(table):
         if columns is not None:
-            write_csv(folder / f"{name}.csv", columns)
+            write_columns(folder / f"{name}.csv", columns)
             files.append(folder / f"{name}.csv")
         if not pictures:
             continue

@@ -17,6 +17,14 @@ from typing import Final
 
 import numpy as np
 
+from seatfem.results import (
+    CONTACTS,
+    FIRST_CONTACT,
+    RAW_PEAK,
+    REED_STRESS_AT_START,
+    REED_STRESS_BEFORE_LANDING,
+    STATIC,
+)
 from seatfem.study.impacts.landed import BAR, STATUS, has_landed
 from seatfem.study.impacts.measures import OF_A_LANDING
 from seatfem.study.method import PORTS, RINGS, is_given
@@ -36,11 +44,11 @@ CORNERS: Final = 32  # at most
 STRESSES: Final = ("peak_reed_stress", "peak_reed_stress_after_contact", "initial_reed_stress")
 STRESS: Final = (
     *(f"{name}_{what}" for name in STRESSES for what in ("Pa", "at_m", "time_s")),
-    "reed_stress_at_start_Pa",
-    "reed_stress_before_landing_Pa",
+    REED_STRESS_AT_START,
+    REED_STRESS_BEFORE_LANDING,
 )
-OTHERS: Final = ("peak_force_N", "first_contact_s", "contact_count")
-OF_LANDINGS: Final = (STATUS, *(f"landing_{key}" for key in (*OF_A_LANDING.values(), "static_load_N", "count")))
+OTHERS: Final = (RAW_PEAK, FIRST_CONTACT, CONTACTS)
+OF_LANDINGS: Final = (STATUS, *(f"landing_{key}" for key in (*OF_A_LANDING.values(), STATIC, "count")))
 PRESSED_ON: Final = ("pressed_on_time_s", "pressed_on_largest_load_N")
 
 

@@ -30,7 +30,7 @@ from seatfem.study.sweep.table import (
     is_usable,
     measures_of,
     table_of,
-    write_csv,
+    write_columns,
     write_parquet,
 )
 
@@ -87,7 +87,7 @@ def run_study(
         with crew_of(workers or 1, effort.cluster) as ask:
             outcomes = runner.carry_out(cases, ask, progress)
         table = table_of(study, cases, outcomes, measures)
-        write_csv(folder / TABLE, table.columns)
+        write_columns(folder / TABLE, table.columns)
         write_parquet(folder / PARQUET, table.columns)
     return table
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -18,7 +16,8 @@ from numpy.typing import NDArray
 
 from impact.brief import brief
 from impact.extras import how_to_mend
-from impact.files.atomic import whole_file, write_whole
+from impact.files.atomic import whole_file
+from impact.files.table import write_csv
 from seatfem.study.impacts.landed import BAR, LANDED, STATUS, has_landed, left_out_in_words, needs_landing
 from seatfem.study.scene.measures import key_of
 from seatfem.study.sweep.cases import Case, columns_of
@@ -178,13 +177,9 @@ def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], m
     return StudyTable(study, tuple(parameters), tuple(measures), columns)
 
 
-def write_csv(path: Path, columns: Columns) -> None:
+def write_columns(path: Path, columns: Columns) -> None:
     """Write all digits of every number, nothing where there is none; whole or absent."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*columns.values(), strict=True))
-    write_whole(path, text.getvalue().encode("utf-8"))
+    write_csv(path, columns, zip(*columns.values(), strict=True))
 
 
 def is_usable(package: str) -> bool:

@@ -3,34 +3,76 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Final
+from collections.abc import Iterator, Mapping
+from typing import Final, NamedTuple
 
 from impact.quantities import in_digits, in_units, plain, scaled
-from seatfem.study.runs.outcome import as_number, is_known
 
-__all__ = ["NO_BAR", "as_number", "bar_of", "duration", "in_text", "reading", "with_unit"]
+Summary = Mapping[str, object]
+"""The content of summary.json, or of a record in it."""
 
-DIGITS: Final = 6  # of a value, however small its bar
-DEGREES: Final = "deg"
-KILOGRAM: Final = "kg"  # its prefixes are those of the gram
+BAR, SPRING = "error_bar_", "spring_"
+"""Prefixes of keys: of an error bar, of the spring baseline."""
+MOST_UNCERTAIN: Final = 0.5
+"""Share of a value that its error bar may be: with a larger one not even the first digit is known."""
+WITHOUT_ZERO: Final = ("time_s", "contact_s", "_deg")
+"""How keys of instants and places end: their zero is a convention, and no share of them says anything."""
 NO_BAR: Final = math.nan
 """The bar of a number that should have one, and of which none is known."""
+DIGITS: Final = 6  # of a value, however small its bar
+DEGREES: Final = "deg"
 
 
-def bar_of(summary: Mapping[str, object], key: str) -> float | None:
+def as_number(value: object) -> float | None:
+    """Return a finite number, or ``None`` of anything else."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        return None
+    return value
+
+
+class Measured(NamedTuple):
+    """A number of summary.json, its unit in its name [SI].
+
+    ``error_bar`` is ``None`` where there is none, ``spring`` where the baseline has no such number; ``known`` tells
+    whether the bar leaves the value known (`is_known`), and is ``None`` where the summary states no bar.
+    """
+
+    key: str
+    value: float
+    error_bar: float | None
+    spring: float | None
+    known: bool | None
+
+
+def measured(summary: Summary) -> Iterator[Measured]:
+    """Yield the numbers of a run in the order of summary.json, each with its error bar and the spring's value."""
+    for key, value in summary.items():
+        if (number := as_number(value)) is not None and not key.startswith((SPRING, "error_", "plan_")):
+            bar, spring = (as_number(summary.get(f"{prefix}{key}")) for prefix in (BAR, SPRING))
+            stated = f"{BAR}{key}" in summary
+            yield Measured(key, number, bar, spring, is_known(key, number, bar) if stated else None)
+
+
+def is_known(key: str, value: float, bar: float | None) -> bool:
+    """Return whether the value of a ``key`` is known: its error bar is a number, at most `MOST_UNCERTAIN` of it."""
+    if bar is None or not math.isfinite(bar):
+        return False
+    return key.endswith(WITHOUT_ZERO) or bar <= MOST_UNCERTAIN * abs(value)
+
+
+def bar_of(summary: Summary, key: str) -> float | None:
     """Return the error bar of a number; `NO_BAR` where the summary says that it is not known, or states one
     below zero, ``None`` without any.
 
     A zero that is zero in every run of the error budget, as of a contact that never was, has none.
     """
-    stated = summary.get(f"error_bar_{key}", "")
+    stated = summary.get(f"{BAR}{key}", "")
     if stated == 0 and summary.get(key) == 0:  # of what never happened
         return None
     return None if stated == "" else NO_BAR if (bar := as_number(stated)) is None or bar < 0 else bar
 
 
-def reading(summary: Mapping[str, object], key: str, unit: str) -> str:
+def reading(summary: Summary, key: str, unit: str) -> str:
     """Return a number of the summary with unit and error bar, "-" of what is no number."""
     return in_text(key, as_number(summary.get(key)), bar_of(summary, key), unit)
 
@@ -43,7 +85,7 @@ def in_text(key: str, value: float | None, bar: float | None, unit: str, factor:
     """
     if value is None:
         return "-"
-    if unit == KILOGRAM:
+    if unit == "kg":  # its prefixes are those of the gram
         value, bar, unit = 1e3 * value, None if bar is None else 1e3 * bar, "g"
     factor, prefixed = prefix_of(unit, value) if factor is None else (factor, unit)
     number = factor * value

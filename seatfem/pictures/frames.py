@@ -1,0 +1,283 @@
+"""Bodies in motion: a surface in frames, as pictures, reports and other programs show it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.after.along import Pieces
+from impact.greens.base import Array
+from impact.pictures.drawing import PictureError
+from impact.quantities import scaled, text
+from seatfem.pictures.rendering import ABOVE, View
+from seatfem.pictures.skin import Skin, skin_of_plate
+from seatfem.structures.elements.mindlin import PlateMesh
+
+Integers = NDArray[np.int64]
+
+FROM_THE_SEAT: Final[View] = (0.5, -1.0, -0.42)  # a lip is not hidden by the plate over it
+MODE, WAVE, LANDING = 0.08, 0.05, 0.16
+"""Largest drawn displacement over the size of the body."""
+ALMOST: Final = 0.98  # of all stress that is seen at all times is below the end of the colour scale
+FULL: Final = 0.5  # of the largest force per length: from it on a lip has the last colour
+CLEAR: Final = 0.01  # of the plate's size, by which the lip is drawn lower: the plate that touches it would hide it
+MARGIN_SPAN: Final = 4.0  # from the least margin to the end of the scale
+
+
+@dataclass(frozen=True, eq=False)
+class Overlay:
+    """Quadrilaterals beside a body, such as the lip that a plate meets.
+
+    Attributes:
+        points: (4 m, 3) corners, four by four, without their heights [m].
+        height: (4 m,) of them, exaggerated as the body's displacement is [m].
+        values: (F, m) of what colours them.
+        full: end of their colour scale, which begins at 0.
+        words: what the colours mean.
+    """
+
+    points: Array
+    height: Array
+    values: Array
+    full: float
+    words: str
+
+
+@dataclass(frozen=True, eq=False)
+class Frames:
+    """A body in F frames: modes, times of a run, or a single state.
+
+    Attributes:
+        title: what is shown.
+        points: (n, 3) at rest [m].
+        triangles: (m, 3) of them.
+        displacement: (F, n, 3) [m]; of modes with 1 as the largest.
+        labels: (F,) of each frame.
+        time: (F,) [s]; ``None`` of modes.
+        values: (F, n) of what colours it, nan where it is not known; ``None``: the size of the displacement does.
+        quantity, unit: of the values.
+        low, high: ends of their colour scale.
+        note: to be said below.
+        before: triangles that there were before some were left out.
+        frequency, modal_mass: (F,) of modes [Hz], and their modal masses for these shapes [kg]; ``None``: not known.
+        edges: (k, 2, 3) lines that are drawn at rest [m]; ``None``: none.
+        overlay: what is drawn beside the body; ``None``: nothing.
+        view: from which pictures see it.
+        drawn: largest displacement in pictures over the size of the body.
+        logarithmic: whether the colour scale of pictures is, the darkest at its low end.
+    """
+
+    title: str
+    points: Array
+    triangles: Integers
+    displacement: Array
+    labels: tuple[str, ...]
+    time: Array | None = None
+    values: Array | None = None
+    quantity: str = ""
+    unit: str = ""
+    low: float = 0.0
+    high: float = 1.0
+    note: str = ""
+    before: int = 0
+    frequency: Array | None = None
+    modal_mass: Array | None = None
+    edges: Array | None = None
+    overlay: Overlay | None = None
+    view: View = ABOVE
+    drawn: float = MODE
+    logarithmic: bool = False
+
+    def check(self) -> None:
+        """Raise `PictureError` of what does not fit together."""
+        frames, count = len(self.labels), len(self.points) if self.points.ndim == 2 else -1
+        whole = self.points.shape == (count, 3) and self.triangles.ndim == 2 and self.triangles.shape[1] == 3
+        inside = self.triangles.size == 0 or (self.triangles.min() >= 0 and self.triangles.max() < count)
+        each = all(one is None or one.shape == (frames,) for one in (self.time, self.frequency, self.modal_mass))
+        fits = self.displacement.shape == (frames, count, 3) and each
+        if not whole or not inside or not fits or not frames or not len(self.triangles):
+            raise PictureError(
+                f"{frames} frames of {count} points need as many displacements, not {self.displacement.shape}"
+            )
+        if self.values is not None and self.values.shape != (frames, count):
+            raise PictureError(f"{frames} frames of {count} points need as many values, not {self.values.shape}")
+
+    @property
+    def size(self) -> float:
+        """Return the largest extent along an axis [m]."""
+        return float(np.ptp(self.points, axis=0).max())
+
+    @property
+    def largest(self) -> float:
+        """Return the largest displacement of all frames; 1 where nothing moves."""
+        return float(np.linalg.norm(self.displacement, axis=2).max()) or 1.0
+
+    @property
+    def exaggeration(self) -> float:
+        """Return the factor of drawn over true displacements; at times of a run one of 1, 2, 5, 10, 20, ..."""
+        farthest = max(self.largest, 0.0 if self.overlay is None else float(np.abs(self.overlay.height).max()))
+        wanted = self.drawn * self.size / farthest
+        if self.time is None:
+            return wanted
+        steps = np.outer(10.0 ** np.arange(-3, 12), [1, 2, 5]).ravel()
+        return float(steps[max(0, int(np.searchsorted(steps, wanted, side="right")) - 1)])
+
+    @property
+    def colours(self) -> Array:
+        """Return the values (F, n) that colour the body; the size of the displacement over the largest without any."""
+        if self.values is not None:
+            return self.values
+        return np.asarray(np.linalg.norm(self.displacement, axis=2) / self.largest)
+
+    @property
+    def colour_scale(self) -> tuple[float, str]:
+        """Return the factor on the values and the words beside the colours."""
+        if self.values is None:
+            return 1.0, "magnitude of displacement, largest = 1"
+        factor, unit = scaled(max(abs(self.low), abs(self.high)), self.unit)
+        return factor, f"{self.quantity} [{unit}]" if unit else self.quantity
+
+    def footer(self) -> str:
+        """Return the words below a picture."""
+        if self.time is None:
+            return self.note
+        words = f"displacements {self.exaggeration:g} times" + (
+            "" if self.overlay is None else f"; {self.overlay.words}"
+        )
+        return f"{self.note}\n{words}"
+
+
+def mode_frames(
+    skin: Skin, shapes: Sequence[Array], labels: Sequence[str], title: str, frequency: Array | None = None
+) -> Frames:
+    """Return the motion of shapes (n, 3) at the skin's points, scaled to 1; with ``frequency`` mass-normalised."""
+    largest = np.array([float(np.linalg.norm(shape, axis=1).max()) or 1.0 for shape in shapes])
+    masses = None if frequency is None else largest**-2.0
+    moved = np.array(shapes) / largest[:, None, None]
+    frames = Frames(title, skin.points, skin.triangles, moved, tuple(labels))
+    return replace(frames, frequency=frequency, modal_mass=masses)
+
+
+def wave_frames(
+    title: str,
+    skin: Skin,
+    mises: Array,
+    displacement: Array,
+    time: Array,
+    touch: float,
+    known: NDArray[np.bool_],
+    note: str = "",
+) -> Frames:
+    """Return a stress wave in the surface of a body.
+
+    Args:
+        skin: what is seen of the body, S nodes.
+        mises: (F, S) von Mises stress [Pa]; nan where none is known.
+        displacement: (F, S, 3) of the nodes [m].
+        time: (F,) [s].
+        touch: time of the first touch [s].
+        known: (S,) nodes away from singular edges, which determine the colour scale.
+        note: to be said below.
+
+    Raises:
+        PictureError: no stress is known anywhere, parts that do not fit together.
+    """
+    frames = len(time)
+    if mises.shape != (frames, len(skin.nodes)) or displacement.shape != (*mises.shape, 3):
+        raise PictureError(
+            f"{frames} frames of {len(skin.nodes)} nodes need as many values, not {mises.shape}, {displacement.shape}"
+        )
+    if not known.any() or not np.isfinite(mises[:, known]).any():
+        raise PictureError("no stress is computed anywhere on this body: lower stress.distance")
+    end = float(np.nanquantile(mises[:, known], ALMOST)) or 1.0  # the first touch, short and narrow, is beyond it
+    since = (f"touch {'+' if now >= touch else '-'} {text(abs(float(now) - touch), 's')}" for now in time)
+    return Frames(
+        title, skin.points, skin.triangles, np.array([skin.moved(each) for each in displacement]),
+        tuple(f"{text(float(now), 's', 5)} ({words})" for now, words in zip(time, since, strict=True)),
+        time, mises[:, skin.which], "von Mises", "Pa", 0.0, end,
+        f"The scale ends at {text(end, 'Pa')}, below which 98 % of all stress lies{note}.", drawn=WAVE,
+    )  # fmt: skip
+
+
+def landing_frames(
+    mesh: PlateMesh,
+    deflection: Array,
+    time: Array,
+    edges: tuple[Array, Array],
+    height: Array,
+    force: Array,
+    total: Array,
+    *,
+    averaged: str = "",
+    pieces: Pieces = (),
+) -> Frames:
+    """Return a plate that lands, coloured by its deflection away from the seat, and the lip that it meets.
+
+    Args:
+        mesh: of the plate.
+        deflection: (F, n) of its nodes, away from the seat [m].
+        time: (F,) [s].
+        edges: (m N, 2, 2) both ends of equal parts of the lip's inner and outer edge, as many in each of N arcs [m].
+        height: (N,) of the arcs at rest, from the undeformed plate, negative [m].
+        force: (F, N) per length of each arc [N/m]; ``total``: (F,) [N].
+        averaged: over what forces are, in words.
+        pieces: of the lip, as in `impact.after.along`.
+
+    Raises:
+        PictureError: parts that do not fit together.
+    """
+    frames, arcs = force.shape
+    if not len(time) == len(total) == len(deflection) == frames or len(height) != arcs:
+        raise PictureError(
+            f"{frames} pictures of {arcs} arcs need as many times and heights, not {len(time)} and {len(height)}"
+        )
+    skin = skin_of_plate(mesh)
+    shown, full = deflection[:, skin.nodes], FULL * float(force.max()) or 1.0
+    moved = np.zeros((*shown.shape, 3))
+    moved[..., 2] = shown
+    lip = Overlay(
+        *_lip(edges, height, CLEAR * skin.size, pieces),
+        np.repeat(force, len(edges[0]) // arcs, axis=1), full, f"lip orange from {text(full, 'N/m')} on",
+    )  # fmt: skip
+    times = zip(time, total, strict=True)
+    return Frames(
+        "The plate as it lands", skin.points, skin.triangles, moved,
+        tuple(f"{text(float(now), 's', 5)}, force {text(float(sum_), 'N')}" for now, sum_ in times),
+        time, shown, "deflection", "m", float(shown.min()), float(shown.max()),
+        f"Positive away from the seat; {averaged}.", overlay=lip, view=FROM_THE_SEAT, drawn=LANDING,
+    )  # fmt: skip
+
+
+def _lip(edges: tuple[Array, Array], height: Array, clear: float, pieces: Pieces) -> tuple[Array, Array]:
+    """Return corners and heights of a lip; heights are those of the arcs' middles, linear between those of one face."""
+    inner, outer = edges
+    arcs, count = len(height), len(inner)
+    places = (np.arange(count)[:, None] + (0, 1)) / count
+    middles, heights, first = (np.arange(arcs) + 0.5) / arcs, np.empty(places.shape), 0
+    for number, closed in pieces or ((arcs, True),):
+        of, cells = slice(first, first + number), slice(first * count // arcs, (first + number) * count // arcs)
+        around = {"period": number / arcs} if closed else {}
+        heights[cells] = np.interp(places[cells], middles[of], height[of], **around)
+        first += number
+    corners = np.concatenate([inner, outer[:, ::-1]], axis=1).reshape(-1, 2)
+    return np.column_stack([corners, np.full(len(corners), -clear)]), heights[:, [0, 1, 1, 0]].ravel()
+
+
+def margin_frames(body: str, skin: Skin, margins: Array) -> Frames:
+    """Return margins of fatigue (S,) of the nodes of a body's skin, inf where nothing fails, nan where none is judged,
+    in a logarithmic scale of colours from the least margin to `MARGIN_SPAN` times it."""
+    known, label, least = np.isfinite(margins), "", 1.0
+    if known.any():
+        k = int(np.nanargmin(margins))
+        least, place = float(margins[k]), skin.points[int(np.flatnonzero(skin.which == k)[0])]
+        if skin.angles is not None and len(skin.nodes) < len(skin.points):
+            place = np.array([np.hypot(place[0], place[1]), place[2]])
+        label = f"{body}: least margin {least:.3g}, at ({', '.join(f'{1e3 * x:.3g}' for x in place)}) mm"
+    return Frames(
+        body, skin.points, skin.triangles, np.zeros((1, *skin.points.shape)), (label,), None, margins[None, skin.which],
+        "margin", low=least, high=MARGIN_SPAN * least, logarithmic=True,
+    )  # fmt: skip

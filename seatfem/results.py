@@ -1,0 +1,302 @@
+"""Results of a run: every number of summary.json that people are shown, once, with its words, unit, group and digits.
+
+Whatever shows results reads this table: the terminal, reports, sentences, charts of studies. A row that is added here
+is shown by all of them; a measure that is defined anywhere, by being a `ResultSource`, is a row, too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Final, Literal
+
+from seatfem.readings import Summary, as_number, duration
+
+Group = Literal["landing", "run", "stopper", "spring", "film", "lip", "seat", "life", "gas", "raw"]
+
+HEADINGS: Final[Mapping[Group, str]] = {
+    "landing": "landing on the seat",
+    "run": "whole run",
+    "stopper": "at the stopper",
+    "spring": "valve springs",
+    "film": "film in the gap",
+    "lip": "along the lip",
+    "seat": "stress in the seat",
+    "life": "fatigue",
+    "gas": "gas, last cycle",
+    "raw": "raw{step}",
+}
+UNITS: Final[Mapping[str, str]] = {
+    "m_per_s": "m/s", "N_per_m": "N/m", "Ns_per_m": "N s/m", "Ns": "N s", "N": "N", "Pa": "Pa", "J": "J", "s": "s",
+    "m": "m", "deg": "deg", "kg": "kg", "Hz": "Hz",
+}  # fmt: skip
+"""Endings of keys, the longer ones first, and their units."""
+LANDING: Final = "landing_"
+"""Prefix of the keys of the judged landing."""
+NO_LOAD: Final = 1e-3
+"""Share of the peak force below which a static load is none: error bars of forces are larger."""
+
+PEAK, IMPULSE, RESTITUTION = "filtered_peak_force_N", "impulse_Ns", "restitution"
+STATIC, EXCESS = "static_load_N", "excess_peak_force_N"
+PEAK_TIME, FIRST_CONTACT, CONTACTS = "peak_time_s", "first_contact_s", "contact_count"
+LANDING_TIME: Final = "landing_time_s"
+SEAT_DISPLACEMENT: Final = "max_seat_displacement_m"
+REED_STRESS, REED_STRESS_AFTER = "peak_reed_stress_Pa", "peak_reed_stress_after_contact_Pa"
+REED_STRESS_BEFORE: Final = "initial_reed_stress_Pa"
+REED_STRESS_AT_START, REED_STRESS_BEFORE_LANDING = "reed_stress_at_start_Pa", "reed_stress_before_landing_Pa"
+SEAT_STRESS: Final = "peak_seat_stress_Pa"
+FILM_PEAK: Final = "film_force_peak_N"
+LINE_PEAK: Final = "line_force_peak"
+PORTS: Final = "ports"
+LIFE_MARGIN, LIFE_CYCLES = "life_margin", "life_cycles"
+LARGEST_LIFT: Final = "gas_largest_lift_m"
+RAW_PEAK: Final = "peak_force_N"
+
+
+@dataclass(frozen=True)
+class Result:
+    """One number of a run.
+
+    Attributes:
+        key: in summary.json [SI], its unit at its end; the spring baseline's has the prefix spring_.
+        words: before it; {width} is the filter's, {closed} says whether the reed starts closed, {above} whether the
+            impulse of a landing is that above a static load, {touch} what comes first: a landing, of a reed that starts
+            closed a contact.
+        group: of rows, in the order of `HEADINGS`.
+        repeats: key of the landing with the same value, where a run has but one contact.
+        unless: tells of which runs it says nothing.
+        of_each_step: whether the spring baseline follows the force of every single step in it.
+    """
+
+    key: str
+    words: str
+    group: Group
+    repeats: str = ""
+    unless: Callable[[Summary], bool] | None = None
+    of_each_step: bool = False
+
+    @property
+    def unit(self) -> str:
+        """Return its unit [SI], without prefix."""
+        return unit_of(self.key)
+
+
+def unit_of(key: str) -> str:
+    """Return the unit at the end of a key [SI], "" of plain numbers."""
+    return next((unit for ending, unit in UNITS.items() if key.endswith(f"_{ending}")), "")
+
+
+def is_loaded(numbers: Summary, prefix: str = "") -> bool:
+    """Return whether a static load presses during a landing: a record, or the keys of a summary with their prefix."""
+    static, peak = (as_number(numbers.get(f"{prefix}{key}")) for key in (STATIC, PEAK))
+    return static is not None and abs(static) > NO_LOAD * (peak or 0.0)
+
+
+def _not_loaded(summary: Summary) -> bool:
+    return not is_loaded(summary, LANDING)
+
+
+def _has_angles(summary: Summary) -> bool:
+    return summary.get(f"{LINE_PEAK}_at_deg") is not None
+
+
+def _has_no_angles(summary: Summary) -> bool:
+    return not _has_angles(summary)
+
+
+RESULTS: Final = (
+    Result(LANDING_TIME, "time", "landing"),
+    Result("landing_closing_speed_m_per_s", "closing speed", "landing"),
+    Result(LANDING + PEAK, "peak force, {width} mean", "landing"),
+    Result(LANDING + EXCESS, "  above the static load", "landing", unless=_not_loaded),
+    Result(LANDING + STATIC, "  static load", "landing", unless=_not_loaded),
+    Result(LANDING + IMPULSE, "impulse{above}", "landing"),
+    Result("landing_duration_s", "duration", "landing"),
+    Result(LANDING + RESTITUTION, "restitution", "landing"),
+    Result(LANDING + SEAT_DISPLACEMENT, "seat displacement", "landing", of_each_step=True),
+    Result("landing_peak_reed_stress_Pa", "reed stress after landing", "landing"),
+    Result(REED_STRESS_BEFORE_LANDING, "reed stress before landing", "landing"),
+    Result(PEAK, "peak force, {width} mean", "run", repeats=LANDING + PEAK),
+    Result(PEAK_TIME, "  when", "run", repeats=LANDING + PEAK),
+    Result(IMPULSE, "impulse", "run", repeats=LANDING + IMPULSE),
+    Result(FIRST_CONTACT, "first contact{closed}", "run", repeats=LANDING_TIME),
+    Result("contact_duration_s", "  lasts", "run", repeats="landing_duration_s"),
+    Result(RESTITUTION, "  restitution", "run", repeats=LANDING + RESTITUTION),
+    Result(CONTACTS, "contacts", "run"),
+    Result(SEAT_DISPLACEMENT, "seat displacement", "run", repeats=LANDING + SEAT_DISPLACEMENT, of_each_step=True),
+    Result(REED_STRESS_AFTER, "reed stress after 1st {touch}", "run"),
+    Result("peak_reed_stress_over_rho_c0_v", "  over rho c v (plane wave: 1)", "run"),
+    Result(REED_STRESS_BEFORE, "reed stress before 1st {touch}", "run", unless=lambda run: run.get(FIRST_CONTACT) == 0),
+    Result(REED_STRESS_AT_START, "reed stress at the start", "run"),
+    Result(REED_STRESS, "reed stress, largest", "run", unless=lambda run: REED_STRESS_AFTER in run),
+    Result("stopper_filtered_peak_force_N", "peak force, {width} mean", "stopper"),
+    Result("stopper_impulse_Ns", "impulse", "stopper"),
+    Result("stopper_first_contact_s", "first contact", "stopper"),
+    Result("stopper_contact_count", "contacts", "stopper"),
+    Result("valve_spring_force_max_N", "largest force", "spring"),
+    Result("valve_spring_force_at_landing_N", "  as the landing begins", "spring"),
+    Result(FILM_PEAK, "largest force", "film"),
+    Result("stiction_force_peak_N", "largest pull", "film"),
+    Result("film_loss_J", "energy lost", "film"),
+    Result("without_film_filtered_peak_force_N", "without it: peak, {width} mean", "film"),
+    Result("without_film_impulse_Ns", "without it: impulse", "film"),
+    Result("line_force_peak_N_per_m", "force per length", "lip"),
+    Result("line_force_peak_at_deg", "  where", "lip", unless=_has_no_angles),
+    Result("line_force_peak_at_m", "  where", "lip", unless=_has_angles),
+    Result("line_impulse_peak_Ns_per_m", "impulse per length", "lip"),
+    Result("line_impulse_peak_at_deg", "  where", "lip", unless=_has_no_angles),
+    Result("line_impulse_peak_at_m", "  where", "lip", unless=_has_angles),
+    Result("first_touch_at_deg", "first touch", "lip", unless=_has_no_angles),
+    Result("first_touch_at_m", "first touch", "lip", unless=_has_angles),
+    Result(PORTS, "lip segments", "lip"),
+    Result("tilt_deg", "tilt", "lip"),
+    Result(SEAT_STRESS, "largest, von Mises", "seat"),
+    Result("peak_seat_stress_time_s", "  when", "seat"),
+    Result("peak_seat_stress_over_rho_c0_v", "  over rho c v (plane wave: 1)", "seat"),
+    Result("peak_seat_principal_stress_Pa", "largest tension", "seat"),
+    Result(LIFE_MARGIN, "margin on stress", "life"),
+    Result(LIFE_CYCLES, "cycles to failure", "life"),
+    Result("life_damage_per_cycle", "damage per cycle", "life"),
+    Result("life_multiaxial_margin", "margin, several axes", "life"),
+    Result("life_contact_margin", "margin, contact", "life"),
+    Result("life_speed_margin", "margin on speed", "life"),
+    Result(LARGEST_LIFT, "largest lift", "gas"),
+    Result("gas_opening_deg", "opens", "gas"),
+    Result("gas_closing_deg", "closes", "gas"),
+    Result("gas_seating_velocity_m_per_s", "seating velocity", "gas"),
+    Result("gas_seat_impacts", "seat impacts", "gas"),
+    Result("gas_stopper_impacts", "stopper impacts", "gas"),
+    Result("gas_mass_forward_kg", "mass forward", "gas"),
+    Result("gas_mass_back_kg", "mass back", "gas"),
+    Result(RAW_PEAK, "peak force", "raw"),
+    Result("stopper_peak_force_N", "stopper's peak force", "raw"),
+)
+OF_LANDINGS: Final[Mapping[str, str]] = {
+    "time_s": "time",
+    "closing_speed_m_per_s": "closing\nspeed",
+    PEAK: "peak\nforce",
+    STATIC: "static\nload",
+    EXCESS: "peak above\nstatic load",
+    IMPULSE: "impulse",
+    "duration_s": "duration",
+    RESTITUTION: "restitution",
+}
+"""Keys of the records of landings, and the heads of their columns."""
+_BY_KEY: Final = {result.key: result for result in RESULTS}
+
+
+class ResultSource:
+    """Base of what has results of its own, by being a subclass with a key: a measure.
+
+    Attributes:
+        name: by which scenes ask for it.
+        key: in summary.json, with its unit.
+        words: in sentences, and in the tables of a run where `RESULTS` has no row of it.
+        landing_key: in summary.json, of a landing; "" of one that speaks of the whole run alone.
+    """
+
+    name: ClassVar[str]
+    key: ClassVar[str]
+    words: ClassVar[str]
+    landing_key: ClassVar[str] = ""
+
+
+def _sources(kind: type[ResultSource] = ResultSource) -> Iterator[type[ResultSource]]:
+    for each in kind.__subclasses__():
+        if "name" in vars(each):
+            yield each
+        yield from _sources(each)
+
+
+def _measure_words(key: str) -> str:
+    return {each.key: each.words for each in _sources()}.get(key, "")
+
+
+def result_of(key: str) -> Result:
+    """Return the result of a key; of one that this table does not know the key stands in it where it tells no unit."""
+    if (known := _BY_KEY.get(key)) is not None:
+        return known
+    words = _measure_words(key.removeprefix(LANDING)) or key
+    result = Result(key, words, "landing" if key.startswith(LANDING) else "run")
+    return result if result.unit or words == key else Result(key, f"{words} ({key})", result.group)
+
+
+def label_of(key: str) -> str:
+    """Return what stands on an axis for a key of summary.json, as "peak force [N]"; another name as it is."""
+    words = {each.landing_key: f"{each.words} of the landing" for each in _sources()}.get(key) or _measure_words(key)
+    if not words and (known := _BY_KEY.get(key)) is not None:
+        words = f"{HEADINGS[known.group].partition('{')[0]}: {known.words.partition('{')[0].strip(' ,')}"
+    unit = result_of(key).unit
+    return f"{words} [{unit}]" if words and unit else words or key
+
+
+def name_of(key: str, summary: Summary) -> str:
+    """Return a measure in words, the same of a landing as of a whole run."""
+    if key.removeprefix(LANDING) == PEAK:
+        return f"peak force (mean over {duration(summary.get('filter_width_s'))})"
+    if words := _measure_words(key) or _measure_words(key.removeprefix(LANDING)):
+        return words
+    return words_of(_BY_KEY[key], summary).strip() if key in _BY_KEY else key
+
+
+def words_of(row: Result, summary: Summary) -> str:
+    """Return what stands before the number of a row."""
+    closed = summary.get(FIRST_CONTACT) == 0
+    replaced = {
+        "{width}": duration(summary.get("filter_width_s")),
+        "{closed}": ", reed starts closed" if closed else "",
+        "{touch}": "contact" if closed else "landing",
+        "{above}": " above static load" if is_loaded(summary, LANDING) else "",
+    }
+    words = row.words
+    for name, text in replaced.items():
+        words = words.replace(name, text)
+    return words
+
+
+def asked(summary: Summary) -> tuple[str, ...]:
+    """Return the keys that the accuracy was asked for, by which a run is judged: of a landing, or of the whole run."""
+    if judged := str(summary.get("accuracy_judged_keys") or ""):
+        return tuple(judged.split(", "))
+    return _keys_asked(summary)
+
+
+def _keys_asked(summary: Summary) -> tuple[str, ...]:
+    names = str(summary.get("accuracy_measures") or "").split(", ")
+    return tuple(each.key for each in _sources() if each.name in names)
+
+
+def rows_of(summary: Summary) -> dict[Group, list[Result]]:
+    """Return the rows of a run by group, in the order they are read: the group first by which the run is judged.
+
+    A key that is judged or asked for has a row, whoever defined it, and so has one without a value.
+    """
+    judged, order = {*asked(summary), *_keys_asked(summary)}, [*HEADINGS]
+    if asked(summary) and not any(key.startswith(LANDING) for key in asked(summary)):
+        order[:2] = ["run", "landing"]
+    rows = (*RESULTS, *(result_of(key) for key in sorted(judged - _BY_KEY.keys())))
+    groups = {group: [row for row in rows if row.group == group] for group in order}
+    return {group: shown for group, of_it in groups.items() if (shown := list(_shown(summary, group, of_it, judged)))}
+
+
+def _shown(summary: Summary, group: Group, rows: list[Result], judged: set[str]) -> Iterator[Result]:
+    if group == "landing" and summary.get(LANDING_TIME) is None:
+        return
+    if group == "lip" and PORTS not in summary and not judged & {row.key for row in rows}:
+        return
+    for row in rows:
+        if row.key not in asked(summary) and _repeats(summary, row):
+            continue
+        needless = row.unless is not None and row.unless(summary)
+        empty = summary.get(row.key) is None and (row.unit == "Pa" or group in ("landing", "run"))
+        if row.key in judged or (row.key in summary and not (needless or empty)):
+            yield row
+
+
+def _repeats(summary: Summary, row: Result) -> bool:
+    """Return whether a row of the whole run says again what the only landing says."""
+    if summary.get("landing_count") != 1 or summary.get(CONTACTS) != 1 or is_loaded(summary, LANDING):
+        return False
+    own, landing = (as_number(summary.get(key)) for key in (PEAK if row.key == PEAK_TIME else row.key, row.repeats))
+    return own is not None and landing is not None and math.isclose(own, landing, rel_tol=1e-9, abs_tol=1e-12)
