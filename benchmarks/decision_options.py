@@ -31,11 +31,11 @@ from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solv
 from seatfem.study.impacts.gas import gas_of
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.simpler import BEAM, ONE_PORT, simpler_bodies
+from seatfem.study.ladders import RING_NUMBERS
 from seatfem.study.method import MODEL, MODES, PORTS, REED_BAND, RINGS, STEP, RunMethod, as_stated, is_given
 from seatfem.study.planning.costs import finite_elements
 from seatfem.study.planning.lips import rings_refused
 from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.seen import RING_NUMBERS
 from seatfem.study.scene import Scene
 
 WAVES, WAVES_OF_PARTS = "spring or waves in the seat", "statics or waves, lip in segments"

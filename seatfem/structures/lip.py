@@ -133,8 +133,7 @@ class AnyLip(ABC):
 
     def line(self) -> Array:
         """Return the (arcs, n, 2) points of the centre line in each arc, from the centre [m]."""
-        left_ends, right_ends = self.cuts(self.places_in_arcs.ravel())
-        return np.asarray((left_ends + right_ends) / 2).reshape(self.arcs, -1, 2)
+        return self.lines_across(3)[:, 1]
 
     def lines(self) -> Array:
         """Return the (arcs, rings, n, 2) points of the centre lines of the parts, from the centre [m]: of one ring, of
@@ -144,6 +143,13 @@ class AnyLip(ABC):
         borders = _of_the_cut(ring_borders(self.rings)[:, None], widening(inner, outer))  # (rings + 1, n)
         points = left_ends + ((borders[:-1] + borders[1:]) / 2)[..., None] * (right_ends - left_ends)
         return points.reshape(self.rings, self.arcs, -1, 2).transpose(1, 0, 2, 3)
+
+    def lines_across(self, count: int) -> Array:
+        """Return the (arcs, count, n, 2) points of equally spaced lines from the inner, or left, rim to the other, from
+        the centre [m]; two are the rims."""
+        left_ends, right_ends = self.cuts(self.places_in_arcs.ravel())
+        points = left_ends + np.linspace(0, 1, count)[:, None, None] * (right_ends - left_ends)
+        return points.reshape(count, self.arcs, -1, 2).transpose(1, 0, 2, 3)
 
     @property
     def places_in_arcs(self) -> Array:

@@ -11,10 +11,9 @@ from pydantic import BaseModel
 
 from seatfem.structures.kinds import kinds_of
 from seatfem.structures.method import Method
-from seatfem.study.accuracy.finer_keys import BEHIND, FINER_IS_LESS, LEFT_OUT, not_finer
 from seatfem.study.impacts.measures import SOURCES
+from seatfem.study.ladders import BEHIND, LADDERS, LEFT_OUT, not_finer
 from seatfem.study.method import FIELDS, REED_BAND, RINGS, STEP, RunMethod
-from seatfem.study.planning.refining import KEYS
 
 ROLES = ("seat", "reed", "stopper")
 HOW = ("mesh", "greens")  # tables of a body that say how it is computed, beside ...
@@ -46,11 +45,7 @@ def test_every_key_of_how_a_scene_is_computed_has_a_source_or_a_reason() -> None
 
 
 def test_every_source_is_one_of_the_budget() -> None:
-    assert set(BEHIND.values()) <= {*SOURCES, "striker", "stopper"}
-
-
-def test_what_is_made_finer_for_a_source_is_behind_it() -> None:
-    assert {key: source for source, keys in KEYS.items() for key in keys}.items() <= BEHIND.items()
+    assert set(BEHIND.values()) <= {*SOURCES, "striker", "stopper", "lip"}
 
 
 METHOD = RunMethod(
@@ -60,9 +55,9 @@ METHOD = RunMethod(
 )
 FINER = METHOD.replaced(
     {
-        key: value * (0.5 if key in FINER_IS_LESS else 3)
+        key: value * (0.5 if LADDERS[key].falls else 3)
         for key in FIELDS
-        if isinstance(value := METHOD.value(key), int | float) and key != "seat.mesh.order"
+        if isinstance(value := METHOD.value(key), int | float) and LADDERS[key].finer
     }
 )
 

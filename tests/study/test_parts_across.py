@@ -73,14 +73,15 @@ def landed(scene: Scene) -> tuple[impact.ContactProblem, float]:
 
 
 def test_parts_across_open_by_heights_of_their_own(tmp_path: Path) -> None:
-    """Part k lies between shares of the area of the annulus; its centre line at the mean of its borders' radii."""
+    """Part k lies between shares of the area of the annulus; its centre line at the mean of its borders' radii; the
+    outer rim is the lowest, however many parts there are."""
     scene = in_parts(tmp_path, Division(32, 3))
     gaps = gaps_of(scene, Division(32, 3)).reshape(32, 3)
     borders = np.sqrt(3.5e-3**2 + ring_borders(3) * (4.3e-3**2 - 3.5e-3**2))
     radii = (borders[:-1] + borders[1:]) / 2
     angles = 2 * np.pi * (np.arange(32) + 0.5) / 32
     heights = math.tan(math.radians(0.15)) * np.sinc(1 / 32) * np.sin(angles)[:, None] * radii
-    expected = 1e-6 + heights + math.tan(math.radians(0.15)) * radii[-1]
+    expected = 1e-6 + heights + math.tan(math.radians(0.15)) * 4.3e-3
     np.testing.assert_allclose(gaps, expected, atol=2e-10)  # 128 points of each arc
     assert gaps.min() > 1e-6
 
@@ -122,7 +123,7 @@ def test_stated_parts_across_stay_and_tell_what_they_leave(tmp_path: Path) -> No
     plan = plan_scene(scene_of(tmp_path, "rings = 1\n"))
     assert plan.method.seat.rings == 1
     assert plan.choice(RINGS).given
-    assert safety("impulse") * plan.parts[RINGS]["landing_impulse"] > 0.02
+    assert safety("impulse") * plan.parts[RINGS]["landing_impulse"] > 0.015
     assert refine(plan, "patch") is None
 
 

@@ -27,6 +27,7 @@ from seatfem.study.accuracy.prerun import Bench, advanced, first_look
 from seatfem.study.accuracy.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.study.impacts.contact import RunError, measures_of, problem_of, seat_of, striker_of
 from seatfem.study.impacts.measures import SOURCES
+from seatfem.study.ladders import BANDS
 from seatfem.study.method import BAND, STEP, RunMethod, as_stated, is_given, stated_method
 from seatfem.study.planning import coarse_seat
 from seatfem.study.planning.coarse_seat import changes_on, coarse_method, without_waves
@@ -34,7 +35,7 @@ from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
-from seatfem.study.planning.seen import BANDS, Seen
+from seatfem.study.planning.seen import Seen
 from seatfem.study.safety import AIM, DOUBT_OF_COARSE, FREE
 from seatfem.study.scene import Scene
 

@@ -15,9 +15,10 @@ from seatfem.machine.memory import available_memory
 from seatfem.structures.method import AnyLevel, Method
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.impacts.measures import Source
+from seatfem.study.ladders import BEHIND
 from seatfem.study.method import MODEL, RunMethod
 from seatfem.study.planning.seat_options import SeatOption, seat_options
-from seatfem.study.planning.seen import BEHIND, Seen
+from seatfem.study.planning.seen import Seen
 from seatfem.study.planning.steps import ContactOption, contact_options
 from seatfem.study.safety import AIM, ENDLESS, FREE, LONGEST, MEMORY, SIMPLER, SPARE
 

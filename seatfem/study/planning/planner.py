@@ -19,12 +19,13 @@ from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import check_length, check_step
 from seatfem.study.impacts.simpler import ONE_PORT
 from seatfem.study.impacts.validity import covered_notes, dishing_notes, stopper_notes, validity_advice
+from seatfem.study.ladders import BANDS, TOLERANCES
 from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Alternative, Plan
 from seatfem.study.planning.reasons import WORDS, choices_of
-from seatfem.study.planning.seen import BANDS, TOLERANCES, Seen
+from seatfem.study.planning.seen import Seen
 from seatfem.study.safety import LONGEST, MEMORY, STEP_UP
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files

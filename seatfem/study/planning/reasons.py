@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from seatfem.structures.method import BEYOND
 from seatfem.structures.rings import across_behind
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.impacts.simpler import BEAM, ONE_PORT
+from seatfem.study.ladders import described, large_percent
 from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,
@@ -69,14 +70,9 @@ def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Cho
     window = decision.seen.sensitivity.bench.window
     seen = f"{window.groups} contact{'s'[: window.groups != 1]}" if window.touches else "no contact"
     choices.append(_history(decision, method))
-    choices.append(Choice("run.duration", _time(scene.run.duration), f"a quick trial run saw {seen}", True))
-    choices.append(Choice("accuracy.target", _percent(scene.accuracy.target), _asked(scene), _told_target(scene)))
+    choices.append(Choice("run.duration", described(STEP, scene.run.duration), f"a quick trial run saw {seen}", True))
+    choices.append(Choice("accuracy.target", large_percent(scene.accuracy.target), _asked(scene), _told_target(scene)))
     return tuple(choices)
-
-
-def described(key: str, value: Any) -> str:
-    """Return a key's value with its unit."""
-    return _UNITS.get(key, str)(value)
 
 
 def _history(decision: Decision, method: RunMethod) -> Choice:
@@ -140,7 +136,7 @@ def _most(changes: Changes) -> str:
     if not changes:
         return ""
     name = max(changes, key=lambda measure: changes[measure])
-    return f"{_percent(changes[name])} of {_spoken(name)}"
+    return f"{large_percent(changes[name])} of {_spoken(name)}"
 
 
 def _spoken(name: str) -> str:
@@ -210,7 +206,7 @@ def _rings(decision: Decision, method: RunMethod) -> str:
     if (method.seat.rings or 1) > 1:
         most = max(errors, key=lambda name: errors[name], default="")
         alone = decision.seen.of_rings(1).get(most, 0.0)
-        return f"parts of the contact face; treated as one (mean displacement) it would cost {_percent(alone)}"
+        return f"parts of the contact face; treated as one (mean displacement) it would cost {large_percent(alone)}"
     if not any(errors.values()):
         return "the struck end face stays plane"
     return "contact face treated as one (mean displacement)"
@@ -272,22 +268,6 @@ def _count(value: float) -> str:
     return f"{float(f'{value:.2g}'):,.0f}"
 
 
-def _percent(value: float) -> str:
-    return percent(value) if value < 1 else f"{100 * value:,.0f} %"
-
-
-def _time(value: float) -> str:
-    return write_quantity(value, "time", 3)
-
-
-def _length(value: float) -> str:
-    return write_quantity(value, "length", 3)
-
-
-def _frequency(value: float) -> str:
-    return write_quantity(value, "frequency", 3)
-
-
 Reason = Callable[[Decision, RunMethod], str]
 _REASONS: Final[Mapping[str, Reason]] = {
     MODEL: _level,
@@ -307,11 +287,3 @@ _REASONS: Final[Mapping[str, Reason]] = {
 _WHERE_FELT: Final = {RINGS: (RINGS,), PORTS: (PORTS, ONE_PORT), REED_BAND: (REED_BAND,)}
 """Keys that are told where these are among what a decision leaves."""
 _OF_THE_MESH: Final = (BAND, TOLERANCE, REDUCTION, SIZE, CONTACT_SIZE, ORDER)
-_UNITS: Final[Mapping[str, Callable[[Any], str]]] = {
-    BAND: _frequency,
-    REED_BAND: _frequency,
-    TOLERANCE: _percent,
-    SIZE: _length,
-    CONTACT_SIZE: _length,
-    STEP: _time,
-}

@@ -3,49 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
 from impact.quantities import in_digits
 from impact.runs.budget import safety, times
 from seatfem.machine.rates import Machine
-from seatfem.structures.rings import ACROSS, MOST_PORTS, MOST_RINGS, Division
+from seatfem.structures.rings import ACROSS, MOST_PORTS, Division
 from seatfem.study.accuracy.source_words import in_words
 from seatfem.study.impacts.measures import LIP
 from seatfem.study.impacts.simpler import ONE_PORT
-from seatfem.study.method import (
-    BAND,
-    CONTACT_SIZE,
-    MODEL,
-    MODES,
-    PORTS,
-    REED_BAND,
-    RINGS,
-    SEAT_MODES,
-    SIZE,
-    STEP,
-    TOLERANCE,
-    chooses_one_port,
-)
+from seatfem.study.ladders import LADDERS, described
+from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, PORTS, REED_BAND, RINGS, SIZE, chooses_one_port
 from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
 from seatfem.study.planning.lips import rings_refused
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.planning.reasons import described
-from seatfem.study.planning.seen import BANDS, RING_NUMBERS, fitted
-from seatfem.study.safety import FEWER, LEAST_FINER, LONGEST, MESH_ORDER, MOST_FINER, MOST_ROUNDS
+from seatfem.study.safety import LEAST_FINER, LONGEST, MOST_FINER, MOST_ROUNDS
 
-KEYS: Final[Mapping[str, tuple[str, ...]]] = {
-    "mesh": (SIZE, CONTACT_SIZE),
-    "reduction": (BAND, TOLERANCE),
-    "time_step": (STEP,),
-    "model": (MODES, SEAT_MODES),
-    "patch": (RINGS, PORTS),
-    "striker": (REED_BAND,),
-}
-"""What is made finer for the sake of a source of error."""
-MOST_MODES: Final = 1000
 LEAST_WIDER: Final = 1.1  # factor by which the band of a plate must still have room
 AGAIN: Final = (*OF_THE_SEAT, "contact", "reed stress", "error budget")
 """Stages of every round; the others are the run's."""
@@ -76,9 +51,10 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
     """Return ``plan`` with the keys behind ``source`` finer; ``None`` where the file states them or none can be."""
     factor = min(max(factor, LEAST_FINER), MOST_FINER)
     values = {
-        key: _finer(plan, key, factor)
-        for key in KEYS.get(source, ())
-        if plan.is_open(key) and plan.method.value(key) and not (key == RINGS and plan.method.ports is not None)
+        key: ladder.finer(value, factor, plan.scene)
+        for key, ladder in LADDERS.items()
+        if ladder.source == source and ladder.finer and plan.is_open(key) and (value := plan.method.value(key))
+        if not (key == RINGS and plan.method.ports is not None)
     }
     if values.get(REED_BAND, math.inf) < LEAST_WIDER * (plan.method.reed.bandwidth or 0.0):
         return None
@@ -146,25 +122,6 @@ def _in_more_parts(plan: Plan, factor: float, machine: Machine | None) -> Plan |
     cost = predict_cost(plan.scene, method, machine)
     shares = {**plan.shares, "patch": patch}
     return replace(plan, method=method, choices=choices, shares=shares, parts=parts, cost=cost, kept=False)
-
-
-def _finer(plan: Plan, key: str, factor: float) -> float | int:
-    value = plan.method.value(key)
-    if key in (MODES, SEAT_MODES):
-        more: int = math.ceil(value * FEWER ** math.ceil(math.log2(factor)))
-        return min(MOST_MODES, more)
-    if key == REED_BAND:
-        return float(min(value * factor**0.5, max(value, plan.scene.reed.widest_band)))
-    if key == BAND:
-        wider = [band for band in BANDS if band > value * (1 + 1e-9)]
-        return wider[0] if wider else float(LEAST_FINER * value)
-    if key in (SIZE, CONTACT_SIZE):
-        return float(f"{value / factor ** (1 / MESH_ORDER):.2g}")
-    if key == RINGS:
-        return next((rings for rings in RING_NUMBERS if rings > value), MOST_RINGS)
-    if key == STEP:
-        return fitted(value / factor, plan.scene.run.duration)
-    return float(value / factor)
 
 
 @dataclass(frozen=True)

@@ -21,10 +21,11 @@ from seatfem.structures.method import MOST_MODES, Method
 from seatfem.study.accuracy.other_bodies import other_modes
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.impacts.simpler import ONE_PORT
+from seatfem.study.ladders import RING_NUMBERS
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS, SEAT_MODES, SIZE, TOLERANCE, is_given
 from seatfem.study.planning.coarse_seat import WithoutWaves, without_waves
 from seatfem.study.planning.costs import coarser_elements, finite_elements
-from seatfem.study.planning.seen import RING_NUMBERS, Seen
+from seatfem.study.planning.seen import Seen
 from seatfem.study.safety import FEWER_POLES, MESH_BAR, MESH_BAR_OF_ARCS
 from seatfem.study.scene.measures import short_words
 

@@ -17,32 +17,18 @@ from seatfem.structures.estimates.surrogate import Surrogate
 from seatfem.structures.method import Applicability, Method
 from seatfem.structures.rings import Division, share_left
 from seatfem.structures.store import Store
-from seatfem.study.accuracy.finer_keys import OF_THE_METHOD
 from seatfem.study.accuracy.prerun import Bench, first_look, stand_in_of
 from seatfem.study.accuracy.seat_waves import lowest_band
 from seatfem.study.accuracy.sensitivity import Changes, Sensitivity
-from seatfem.study.impacts.measures import Source
 from seatfem.study.impacts.simpler import ONE_PORT
-from seatfem.study.method import (
-    BAND,
-    PORTS,
-    TOLERANCE,
-    RunMethod,
-    is_given,
-    stated_method,
-)
+from seatfem.study.ladders import BANDS, TOLERANCES
+from seatfem.study.method import BAND, PORTS, TOLERANCE, RunMethod, is_given, stated_method
 from seatfem.study.planning.lips import Arcs, in_more_arcs, in_some_arcs, of_simpler, one_port_in_place, with_parts
 from seatfem.study.planning.plate_band import PlateBand, in_a_band
 from seatfem.study.safety import FINEST, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
 
-BEHIND: Final[Mapping[str, Source]] = {**OF_THE_METHOD, ONE_PORT: "lip"}
-"""The source of error that a key is behind, or a model."""
-BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
-"""Band edges that are chosen from [Hz]: five a decade, so that different contact scenes share a seat."""
-TOLERANCES: Final = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
 PER_ARC: Final = 0.8  # element size over the length of an arc, at most: meshes are a little coarser than asked for
-RING_NUMBERS: Final = (1, 4, 8)
 
 
 @dataclass(frozen=True)
@@ -206,8 +192,3 @@ def _bench(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: P
     """Return the bench on which the pre-runs of a scene run."""
     seat, striker = surrogate.greens, stand_in_of(scene, progress)
     return Bench(scene, seat, first_look(scene, seat, striker, stopper), striker, stopper)
-
-
-def fitted(dt: float, duration: float) -> float:
-    """Return a step that ends with the run, as do its double and fourfold [s]: a record of g may end there, too."""
-    return duration / (4 * math.ceil(duration / (4 * dt) * (1 - 1e-9)))

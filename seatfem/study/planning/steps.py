@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from seatfem.study.accuracy.sensitivity import Changes, Rung, no_better_than_finer
 from seatfem.study.impacts.contact import MAX_STEPS, gas_step
+from seatfem.study.ladders import fitted
 from seatfem.study.method import MODES, REED_BAND, STEP, RunMethod, is_given
 from seatfem.study.planning.costs import (
     BUDGET_RUNS,
@@ -17,7 +18,7 @@ from seatfem.study.planning.costs import (
     contact_seconds,
     with_striker,
 )
-from seatfem.study.planning.seen import Seen, fitted
+from seatfem.study.planning.seen import Seen
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ class Contact(Table):
     law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
     film: Film | None = Field(None, description="fluid in the gap; none where absent")
     at: Length | None = Field(None, description="position on the reed, from its root; the tip where absent")
-    gap: Opening = default("0 mm", "opening between the undeformed bodies")
+    gap: Opening = default("0 mm", "smallest opening between the undeformed bodies")
     preload: bool = Field(
         False, strict=True, description="whether the bodies start in equilibrium with the reed's loads and each other"
     )

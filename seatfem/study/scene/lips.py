@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
@@ -24,6 +25,7 @@ NO_ANGLES: Final = (
     "on it; remove the key, or strike one ring that each ray from its centroid crosses once"
 )
 STOPPER: Final = "stopper_"  # what the names of ports begin with that a stopper meets
+ACROSS: Final = 9  # lines from rim to rim of which the lowest is sought: a reed may sag between them
 USUAL: Final = 32  # arcs, where nothing else is known
 
 
@@ -104,9 +106,11 @@ def stopper_gaps(scene: Scene) -> Array:
     lip, stopper = stopper_lip(scene), scene.stopper
     if lip is None:
         return np.array([scene.stopper_gap])
-    lines = lip.lines()
-    heights = tilted(lines, stopper.tilt, stopper.tilt_axis) - of_the_reed(scene, lines, (0.0, 0.0))
-    return _openings(scene.stopper_gap, heights)
+
+    def heights(points: Array) -> Array:
+        return tilted(points, stopper.tilt, stopper.tilt_axis) - of_the_reed(scene, points, (0.0, 0.0))
+
+    return _openings(scene.stopper_gap, lip, heights)
 
 
 def gaps_of(scene: Scene, division: Division) -> Array:
@@ -115,17 +119,21 @@ def gaps_of(scene: Scene, division: Division) -> Array:
         gap(th) = gap + h(th) - min h,   h = r(th) tan(tilt) sin(th - tilt_axis) + waviness(th) + w0(th)
 
     on its centre line, r from the lip's centre, with the height w0 of a reed that is not flat; ``gap`` is the smallest
-    on these lines. Raises `SceneError` where that height is not known.
+    on the whole lip, rims included, into however many parts it is divided. Raises `SceneError` where that height is
+    not known.
     """
     lip = scene.seat.lip(division.arcs, division.rings) if scene.contact.uneven or scene.reed.is_curved else None
     if lip is None:
         return np.full(len(division.names), scene.contact.gap)
-    return _openings(scene.contact.gap, _heights(scene, lip.lines(), lip.turns(lip.places_in_arcs)))
+    angles = lip.turns(lip.places_in_arcs)
+    return _openings(scene.contact.gap, lip, lambda points: _heights(scene, points, angles))
 
 
-def _openings(gap: float, heights: Array) -> Array:
-    """Return the means (parts,) of (arcs, rings, n) heights over the lowest of them, which is open by ``gap`` [m]."""
-    return np.asarray(gap + (heights - heights.min()).mean(axis=-1)).ravel()
+def _openings(gap: float, lip: AnyLip, heights: Callable[[Array], Array]) -> Array:
+    """Return the means (parts,) of the heights of (arcs, lines, n, 2) points along the parts' centre lines over the
+    lowest of the lip, which is open by ``gap`` [m]."""
+    lowest = heights(lip.lines_across(ACROSS)).min()
+    return np.asarray(gap + (heights(lip.lines()) - lowest).mean(axis=-1)).ravel()
 
 
 def films_of(scene: Scene, division: Division) -> tuple[SqueezeFilm | None, ...]:
@@ -141,9 +149,7 @@ def films_of(scene: Scene, division: Division) -> tuple[SqueezeFilm | None, ...]
     if lip is not None:
         shares = lip.lengths / lip.lengths.sum()
     if lip is not None and (contact.uneven or scene.reed.is_curved):
-        places = lip.places_in_arcs
-        rims = np.stack([line.reshape(arcs, -1, 2) for line in lip.cuts(places.ravel())], axis=1)
-        rises = np.ptp(_heights(scene, rims, lip.turns(places)), axis=(1, 2))
+        rises = np.ptp(_heights(scene, lip.lines_across(2), lip.turns(lip.places_in_arcs)), axis=(1, 2))
     parts = (whole.part(float(share) / rings) for share in shares)
     films = (replace(part, floor=part.floor + float(rise) / 2) for part, rise in zip(parts, rises, strict=True))
     return tuple(film for film in films for _ in range(rings))
