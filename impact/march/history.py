@@ -178,16 +178,13 @@ class BlockedSum:
             return
         stop = min(end + size, n)
         past = np.fft.rfft(force[:, end - size : end] - rest[:, None], 2 * size)
-        later = np.fft.irfft(np.einsum("cdf,df->cf", self._spectrum(size), past), 2 * size)
-        self.memory[:, end:stop] += later[:, size : size + stop - end]
-
-    def _spectrum(self, size: int) -> NDArray[np.complex128]:
-        if size not in self._spectra:
+        spectrum = self._spectra.get(size)
+        if spectrum is None:
             spectrum = np.fft.rfft(self.weights[:, :, : 2 * size], 2 * size)
-            if 4 * size > self.memory.shape[1]:  # does not come again
-                return spectrum
-            self._spectra[size] = spectrum
-        return self._spectra[size]
+            if 4 * size <= n:  # comes again
+                self._spectra[size] = spectrum
+        later = np.fft.irfft(np.einsum("cdf,df->cf", spectrum, past), 2 * size)
+        self.memory[:, end:stop] += later[:, size : size + stop - end]
 
 
 def convolve(weights: Array, force: Array) -> Array:

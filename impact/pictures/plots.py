@@ -44,13 +44,8 @@ def plot_force(
 
     Thin: force of each step; thick: centred moving average over ``filter_width`` [s]. ``baseline``: the same impact on
     a spring, or ``None``. ``landings``: records as in summary.json; those on the seat are marked, and the hardest of
-    them is enlarged in place of the hardest contact.
-
-    Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
-
-    Raises:
-        PictureError: matplotlib is missing.
-        MeasureError: ``filter_width`` is not resolved by the steps.
+    them is enlarged in place of the hardest contact. Returns the figure; with a ``path`` it is written there, by its
+    suffix. Raises `PictureError` without matplotlib, `MeasureError` where the steps do not resolve the filter.
     """
     runs = _runs(result, baseline)
     filtered = [measures.filtered_force(run, filter_width) for run in runs]
@@ -97,12 +92,8 @@ def plot_motion(
 
     That is the one with the largest mean force over ``filter_width`` [s]; with ``landings``, records as in
     summary.json, the hardest landing on the seat. All are marked, those on a stopper, too. With ``crank``, the speed
-    of a crank [1/min] and its angle at t = 0 [rad], a second axis shows its angle.
-
-    Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
-
-    Raises:
-        PictureError: matplotlib is missing.
+    of a crank [1/min] and its angle at t = 0 [rad], a second axis shows its angle. Returns the figure; with a ``path``
+    it is written there, by its suffix. Raises `PictureError` without matplotlib.
     """
     runs, end = _runs(result, baseline), float(result.time[-1])
 
@@ -144,14 +135,11 @@ def plot_energy(
     title: str = "Energy",
     targets: str = "seat",
 ) -> Figure:
-    """Draw the ledger: terms stacked up to the energy brought in, the same on a logarithmic scale, and what is missing.
+    """Draw the ledger: terms stacked up to the energy brought in, the same on a logarithmic scale, and what is missing
+    [J].
 
-    ``targets``: what the struck bodies are called, whose energies are one term.
-
-    Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
-
-    Raises:
-        PictureError: matplotlib is missing.
+    ``targets``: what the struck bodies are called, whose energies are one term. Returns the figure; with a ``path`` it
+    is written there, by its suffix. Raises `PictureError` without matplotlib.
     """
     energy = result.energy
     received = ["work on " if name in energy.by_work else "" for name in ("striker", "target")]
