@@ -18,8 +18,8 @@ import numpy as np
 from impact.bodies.body import Body
 from impact.brief import brief
 from impact.greens.base import Array
-from impact.march import loop as march
 from impact.march.laws import HERTZ, HUNT_CROSSLEY, SPRING
+from impact.march.loop.complementarity import active_set
 from impact.march.problem import Contact, ContactProblem
 
 INSTANTS: Final = 4096  # at which one contact or two are solved
@@ -131,7 +131,7 @@ def _pressing(contacts: tuple[Contact, ...], compliance: Array, gap: Array, befo
     curved = any(contact.law.code in (HERTZ, HUNT_CROSSLEY) for contact in contacts)
     for _ in range(SECANTS if curved else 1):
         yields = np.array([_secant(contact, float(pushed)) for contact, pushed in zip(contacts, force, strict=True)])
-        march.active_set(compliance + np.diag(yields), -gap, force)
+        active_set(compliance + np.diag(yields), -gap, force)
     return force
 
 

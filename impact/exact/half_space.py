@@ -9,23 +9,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.exact.disk_response import DiskResponse, point_step_response, rayleigh_speed
+from impact.exact.disk_response import DiskResponse
 from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor, check_positive
 from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.stated import ExactPort, step_weights
 from impact.greens.sums import SumGreens
-
-__all__ = [
-    "HalfSpacePatch",
-    "disk_compliance",
-    "half_space_patch",
-    "point_step_response",
-    "punch_compliance",
-    "rayleigh_speed",
-    "square_compliance",
-    "without_patch",
-]
 
 
 def disk_compliance(*, young: float, poisson: float, radius: float, at: str = "mean") -> float:

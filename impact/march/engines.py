@@ -33,19 +33,15 @@ class CostModel:
     call: float
 
     def poles(self, n: int, poles: int, contacts: int) -> float:
-        """Return the cost of a march by the recursion."""
         return n * poles * (self.pole + (contacts - 1) * self.pole_contact)
 
     def forming(self, n: int, poles: int, contacts: int) -> float:
-        """Return the cost of forming the step weights of poles."""
         return n * poles * contacts * (contacts + 1) / 2 * self.weight
 
     def direct(self, n: int, contacts: int, block: int) -> float:
-        """Return the cost of a sum over the steps of each block."""
         return contacts**2 * n * min(block, n) / 2 * self.multiply
 
     def fft(self, n: int, contacts: int, block: int) -> float:
-        """Return the cost of a sum inside blocks and an FFT between them."""
         cost, size = self.direct(n, contacts, block) + n // block * self.call, block
         while size < n:
             cost += n / 2 * (contacts * math.log2(2 * size) * self.transform + contacts**2 * self.product)

@@ -17,7 +17,7 @@ from impact.brief import brief
 from impact.greens import oscillator
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
-from impact.march.loop import FLOOR
+from impact.march.loop.past import FLOOR
 
 BLOCK = 1024  # steps summed directly; 512 to 2048 are equally fast
 FEWEST = 8  # contacts from which on poles that are seen alike are looked for

@@ -18,7 +18,7 @@ from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel
 from impact.greens.modal import ModalGreens
 from impact.march import history
-from impact.march.loop import FLOOR, displaced
+from impact.march.loop.past import FLOOR, displaced
 from impact.march.problem import ContactError
 from impact.march.replay import Replay, blocks, resting, translate
 

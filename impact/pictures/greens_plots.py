@@ -38,15 +38,10 @@ def plot_greens(
     """Draw g(t) just after the impulse and over ``duration`` [s], the step response and the receptance.
 
     Thick: g after a Hann pulse of total ``width`` [s] (see `GreensFunction.filtered`). ``reference``: another Green's
-    function of the same body, dashed. The receptance of a modal function is in closed form; that of
-    one known by its response only is the transform under an exponential window over ``duration``.
-
-    Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
-
-    Raises:
-        PictureError: matplotlib is missing.
-        GreensFunctionError: no such port.
-        ValueError: ``width`` not positive, or ``duration`` below ``width``.
+    function of the same body, dashed. The receptance of a modal function is in closed form; that of one known by its
+    response only is the transform under an exponential window over ``duration``. Returns the figure; with a ``path`` it
+    is written there, by its suffix. Raises `PictureError` without matplotlib, `GreensFunctionError` for no such port,
+    `ValueError` unless 0 < ``width`` <= ``duration``.
     """
     if not 0 < width <= duration < math.inf:
         raise ValueError(f"width = {width:g} s and duration = {duration:g} s must be finite with 0 < width <= duration")

@@ -13,15 +13,12 @@ from impact.after import measures
 from impact.after.result import ImpactResult
 from impact.greens.base import Array
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet, time_axis, zero_line
-from impact.pictures.greens_plots import plot_greens
 from impact.pictures.landing_marks import BODIES, draw_marks, landing_marks, shown_contact, value_at
 from impact.quantities import percent, scaled, text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-__all__ = ["NAMES", "plot_energy", "plot_force", "plot_greens", "plot_motion"]
 
 NAMES = ("elastic seat", "spring of equal static stiffness")
 _Curve = tuple[ImpactResult, Array, str, str, Any]  # of a run: values, name, colour and line style

@@ -10,14 +10,12 @@ from scipy.special import j1
 
 import impact
 from impact import Body, ContactProblem, GreensFunctionError, ModalGreens, Residual
-from impact.exact.disk_response import DiskResponse, PointLoad
+from impact.exact.disk_response import DiskResponse, PointLoad, point_step_response, rayleigh_speed
 from impact.exact.half_space import (
     HalfSpacePatch,
     disk_compliance,
     half_space_patch,
-    point_step_response,
     punch_compliance,
-    rayleigh_speed,
     square_compliance,
     without_patch,
 )

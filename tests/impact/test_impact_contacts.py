@@ -10,7 +10,8 @@ from scipy.optimize import nnls
 import impact
 from impact import Body, Contact, ContactError, ContactProblem, ContactStepper, Load, ModalGreens, Residual, measures
 from impact.march.laws import Law, no_user_law
-from impact.march.loop import active_set, march_many, march_one
+from impact.march.loop.complementarity import active_set
+from impact.march.loop.marches import march_many, march_one
 from impact.march.loop.sweeps import by_sweeps, linear_laws
 from impact.march.strides import Strides
 
