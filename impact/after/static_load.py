@@ -49,11 +49,6 @@ class StaticLoad:
         return np.interp(time, self.time, force)
 
 
-def no_load() -> StaticLoad:
-    """Return the quasi-static forces of bodies that nothing presses together."""
-    return StaticLoad(np.zeros(1), np.zeros(1), np.zeros(1))
-
-
 def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
     """Return the quasi-static forces of a problem over a ``duration`` [s].
 
@@ -68,7 +63,7 @@ def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
     modal = problem.striker.greens.modal
     held = modal is None or bool(np.all(modal.omega)) or bool(np.any(problem.striker.load_amplitudes(time)))
     if np.all(opening >= 0) or not held:
-        return no_load()
+        return StaticLoad(np.zeros(1), np.zeros(1), np.zeros(1))
     force, seats = np.zeros(opening.shape), np.array([contact.side > 0 for contact in problem.contacts])
     pressed = np.zeros(len(seats))
     for row, gap in enumerate(opening):

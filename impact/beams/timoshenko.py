@@ -77,7 +77,12 @@ class TimoshenkoCantilever(RectangularBeam):
     def count_below(self, omega: Array) -> Array:
         """Return how many modes lie below each angular frequency, (n,) rad/s -> (n,)."""
         waves = self.waves(omega)
-        cut = 2 ** -_doublings(float(np.max(omega)), self)
+        # halve the beam until a piece clamped at both ends has no mode below: with w = psi = 0 at both ends of a piece
+        # of length l (Poincare, and (w' - psi)^2 >= w'^2/2 - psi^2),
+        # omega^2 >= min(E/rho (pi/l)^2 - cutoff^2, kappa G/(2 rho) (pi/l)^2)
+        rod, shear, top = self.young / self.density, self.shear_rigidity / (self.area * self.density), np.max(omega)
+        wave = math.sqrt(max((float(top) ** 2 + self.cutoff**2) / rod, 2 * float(top) ** 2 / shear))
+        cut = 2.0 ** -max(0, math.ceil(math.log2(self.length * wave / math.pi)))
         clamped = np.zeros(len(omega), dtype=np.int64)
         even, odd = waves.even_odd(cut / 2)
         while cut < 1:  # two spans clamped at their ends joined in the middle: its two stiffnesses may be negative
@@ -235,14 +240,3 @@ def _null_vector(m1: Array, m2: Array, q1: Array, q2: Array) -> tuple[Array, Arr
     first, second = np.where(by_moment, -m2, -q2), np.where(by_moment, m1, q1)
     size = np.copysign(np.hypot(first, second), first)
     return first / size, second / size
-
-
-def _doublings(omega: float, beam: TimoshenkoCantilever) -> int:
-    """Return the halvings of the beam until a piece clamped at both ends has no mode below ``omega``.
-
-    With w = psi = 0 at both ends of a piece of length l (Poincare, and (w' - psi)^2 >= w'^2/2 - psi^2):
-    omega^2 >= min(E/rho (pi/l)^2 - cutoff^2, kappa G/(2 rho) (pi/l)^2).
-    """
-    rod, shear = beam.young / beam.density, beam.shear_rigidity / (beam.area * beam.density)
-    wave = math.sqrt(max((omega**2 + beam.cutoff**2) / rod, 2 * omega**2 / shear))
-    return max(0, math.ceil(math.log2(beam.length * wave / math.pi)))

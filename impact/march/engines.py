@@ -104,7 +104,7 @@ def choose(
     for number in sorted(range(len(kernels)), key=lambda i: -_count(kernels[i])) if engine == "auto" else ():
         modal[number] = False
         candidates.append(tuple(modal))
-    blocks = (min(block or BLOCK, steps),)
+    blocks: tuple[int, ...] = (min(block or BLOCK, steps),)
     if engine == "direct" or (block is None and engine != "fft"):
         blocks = (steps,) if engine == "direct" else (min(BLOCK, steps), steps)
     plans = [

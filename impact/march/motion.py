@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from impact.bodies.body import Body, ModalState
 from impact.brief import brief
@@ -139,7 +140,7 @@ def mean_displacement(discrete: Discrete, force: Array, shares: Array) -> Array:
 def _shown(modal: ModalGreens, shares: Array) -> ModalGreens:
     """Return modes and relaxations whose mean over the ports is more than round-off, as those around a lip are not."""
 
-    def kept(shapes: Array) -> Array:
+    def kept(shapes: Array) -> NDArray[np.bool_]:
         return np.asarray(np.abs(shapes @ shares) > 16 * np.finfo(float).eps * (np.abs(shapes) @ np.abs(shares)))
 
     rest, relaxing = modal.residual, kept(modal.residual.shapes)

@@ -119,7 +119,7 @@ class Replay:
         """Turn modal forces (m, K) into coordinates; ``told`` (2, m) gains energies stored and lost."""
         form, energies = (None, None) if told is None else (self._form, np.zeros(told.shape))
         oscillate(self._steps, form, self._q, self._p, pushed, energies)
-        if told is not None:
+        if told is not None and energies is not None:
             told += energies
 
     def coordinates(self, force: Array, loads: Array, stride: int) -> Array:

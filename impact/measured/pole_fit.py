@@ -133,7 +133,9 @@ def fit_response(
     (data, poles), *alike = _with_residual_terms(data, poles, free)
     chosen, complex_form = _chosen(data, poles, form, floor)
     residual = data.weights[:, None, None] * (chosen.transfer(data.s) - data.g)
-    unexplained = _unexplained(data, residual)
+    unit, n = replace(data, weights=np.ones(len(data.s))), len(data.s) * data.elements.shape[1]
+    missed, whole = float(np.sum(_squares(unit, residual))), float(np.sum(_squares(data, data.g)))
+    unexplained = float(np.sqrt(max(missed - 1.2 * n, 0.0) / max(whole - n, 1e-300)))  # rms, beyond the noise
     ranges, worst = _ranges_of(data, residual)
     if unexplained > MOST_UNEXPLAINED:
         raise FrequencyResponseError(
@@ -312,14 +314,6 @@ def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitt
     if real is not None and real[0] <= criterion(data, misfit, poles):
         return real[1], False
     return passive.greens(data.port_names), True
-
-
-def _unexplained(data: FitData, residual: ComplexArray) -> float:
-    """Return the part of the response that the fit misses beyond the noise, 0 ... 1 (rms, by the weights)."""
-    n = len(data.s) * data.elements.shape[1]
-    unit = replace(data, weights=np.ones(len(data.s)))
-    missed, whole = (float(np.sum(_squares(each, values))) for each, values in ((unit, residual), (data, data.g)))
-    return float(np.sqrt(max(missed - 1.2 * n, 0.0) / max(whole - n, 1e-300)))
 
 
 def _ranges_of(data: FitData, residual: ComplexArray) -> tuple[list[tuple[float, float]], float]:

@@ -49,24 +49,27 @@ def plot_force(
     factor, unit = scaled([measures.peak_force(run) for run in runs], "N")
     marks = landing_marks(landings)
     group, contact = shown_contact(runs, filter_width, 0.05, landings)
+    seen, last = _within(result, *group), float(result.time[-1])
+    peak = float(result.time[seen][int(np.argmax(filtered[0][seen]))])
+    highest = max(peak - 5 * filter_width, 0.0), min(peak + 11 * filter_width, last)
     with sheet(path, 7.2, 6.6) as figure:
         figure.suptitle(title)
         grid = figure.add_gridspec(3, 2, height_ratios=[1.0, 1.4, 0.18 + 0.12 * len(runs)], width_ratios=[1.7, 1.0])
         whole, zoom, pulse = (figure.add_subplot(place) for place in (grid[0, :], grid[1, 0], grid[1, 1]))
         leave = False
         for axes, window, heading in (
-            (whole, (0.0, float(result.time[-1])), "Whole run"),
+            (whole, (0.0, last), "Whole run"),
             (zoom, group, contact.capitalize()),
-            (pulse, _pulse_window(result, filtered[0], group, filter_width), "Its highest pulse"),
+            (pulse, highest, "Its highest pulse"),
         ):
             leave |= _forces(axes, runs, filtered, window, names, filter_width)
             axes.set_ylabel(f"force [{unit}]")
             axes.set_title(heading)
             axes.yaxis.set_major_formatter(lambda value, _: f"{factor * value:g}")
         pulse.set_ylabel("")
-        rate = scaled(float(result.time[-1]), "s")[0]
+        rate = scaled(last, "s")[0]
         draw_marks(whole, marks, lambda mark: (rate * mark.peak_time, mark.peak))
-        _mark(whole, group, float(result.time[-1]))
+        _mark(whole, group, last)
         note = f"thin: steps{' (cut off)' if leave else ''}, thick: {1e6 * filter_width:g} µs mean"
         zoom.set_title(note, loc="right", color=GREY, fontsize=8)
         whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
@@ -195,15 +198,6 @@ def _mark_motion(reed: Axes, seat: Axes, runs: list[ImpactResult], landings: Seq
     handles, labels = reed.get_legend_handles_labels()
     if named := handles[len(runs) :]:
         seat.legend(named, labels[len(runs) :], loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
-
-
-def _pulse_window(
-    result: ImpactResult, filtered: Array, group: tuple[float, float], width: float
-) -> tuple[float, float]:
-    """Return the time window [s] of 16 filter widths around the highest filtered force of the group."""
-    seen = _within(result, *group)
-    peak = float(result.time[seen][int(np.argmax(filtered[seen]))])
-    return max(peak - 5 * width, 0.0), min(peak + 11 * width, float(result.time[-1]))
 
 
 def _mark(axes: Axes, window: tuple[float, float], end: float) -> None:
