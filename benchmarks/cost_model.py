@@ -37,7 +37,7 @@ def pole_costs() -> tuple[float, float]:
 def weight_cost(poles: int = 4000, n: int = 1_000_000) -> float:
     """Per pole and step."""
     greens = modal_seat(poles)
-    seen, own = Poles.of([(greens, np.ones((1, 1)))], DT, 1), greens.step_matrix(DT)
+    seen, own = Poles.from_modes([(greens, np.ones((1, 1)))], DT, 1), greens.step_matrix(DT)
     return best(lambda: seen.weights(own, n), 2) / n / poles
 
 

@@ -26,7 +26,7 @@ def poles_or_weights(poles: int, n: int = 200_000) -> tuple[str, ...]:
     """March by poles against forming their step weights and marching by FFT."""
     by_poles, by_fft = (prepare(throw(poles), DT, n * DT, engine=engine) for engine in ("poles", "fft"))
     greens = modal_seat(poles)
-    seen, own = Poles.of([(greens, np.ones((1, 1)))], DT, 1), greens.step_matrix(DT)
+    seen, own = Poles.from_modes([(greens, np.ones((1, 1)))], DT, 1), greens.step_matrix(DT)
     recursion = best(lambda: ContactStepper(by_poles).advance(n), 3)
     forming = best(lambda: seen.weights(own, n), 3)
     folding = best(lambda: ContactStepper(by_fft).advance(n), 3)

@@ -59,7 +59,7 @@ class TimoshenkoCantilever(RectangularBeam):
         """Return the wave numbers at the angular frequencies ``omega`` [rad/s]."""
         rotary = self.thickness**2 / (12 * self.length**2)
         shear = self.rigidity / (self.shear_rigidity * self.length**2)
-        return Waves.at(np.asarray(omega) / self.frequency_scale, rotary, shear)
+        return Waves.from_frequency(np.asarray(omega) / self.frequency_scale, rotary, shear)
 
     def frequencies(self, n_modes: int) -> Array:
         """Return the (n,) undamped angular frequencies [rad/s]: bisection of the exact count of modes below omega.
@@ -151,7 +151,7 @@ class Waves:
     above: NDArray[np.bool_]
 
     @staticmethod
-    def at(b: Array, rotary: float, shear: float) -> Waves:
+    def from_frequency(b: Array, rotary: float, shear: float) -> Waves:
         """Return the wave numbers from rotary = I/(A L^2) and shear = EI/(kappa G A L^2); alpha^2 beta^2 = b^2 |1 - b^2
         rotary shear|."""
         b = np.maximum(b, 1e-9)

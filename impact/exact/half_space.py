@@ -130,7 +130,7 @@ def half_space_patch(*, young: float, poisson: float, density: float, radius: fl
     """
     check_positive(density=density)
     _unit_compliance(young, poisson, radius)
-    return HalfSpacePatch(young, poisson, density, radius, DiskResponse.of(poisson))
+    return HalfSpacePatch(young, poisson, density, radius, DiskResponse.from_poisson(poisson))
 
 
 def without_patch(greens: GreensFunction, patch: HalfSpacePatch, *, band_hz: float) -> GreensFunction:

@@ -45,7 +45,7 @@ class Poles:
     __repr__ = brief
 
     @staticmethod
-    def of(parts: list[tuple[ModalGreens, Array]], dt: float, contacts: int) -> Poles:
+    def from_modes(parts: list[tuple[ModalGreens, Array]], dt: float, contacts: int) -> Poles:
         """Return the poles of several bodies, each with its (ports, contacts) directions; unseen ones are dropped."""
         steps, psi = [np.zeros((5, 0))], [np.zeros((contacts, 0))]
         for greens, directions in parts:

@@ -73,7 +73,7 @@ def prepare(
     n, rules = step_count(dt, duration), _rules(problem, rule)
     _refuse_ill_posed(problem)
     if bodies is None:
-        bodies = tuple(Discrete.of(body, dt, n) for body in problem.bodies)
+        bodies = tuple(Discrete.from_body(body, dt, n) for body in problem.bodies)
     stated = [(id(discrete.body), discrete.dt, discrete.loads.shape[1]) for discrete in bodies]
     if stated != [(id(body), dt, n) for body in problem.bodies]:
         raise ContactError(f"bodies must be those of the problem over {n} steps of {dt:g} s")
@@ -128,11 +128,11 @@ def _memory(
             f"{MOST_WEIGHTS / 1e9:g} GB): use fewer contacts or longer steps, or bodies that are sums of poles"
         )
     if turned:
-        terms.append(history.Poles.of(turned, dt, p).weights(own, n))
+        terms.append(history.Poles.from_modes(turned, dt, p).weights(own, n))
     weights = np.ascontiguousarray(sum(terms[1:], start=terms[0])) if terms else np.zeros((p, p, 0))
     if terms:
         weights[:, :, 0] = own
-    return history.Poles.of([*marched, *((part.free, part.turn) for part in flying)], dt, p), weights
+    return history.Poles.from_modes([*marched, *((part.free, part.turn) for part in flying)], dt, p), weights
 
 
 def _preloaded(

@@ -82,7 +82,7 @@ class ContactStepper:
         self._strides = Strides.none()
         if flying and prepared.weights.size == 0 and not self.live.follows:
             carried = np.asarray(-prepared.rest @ psi)  # drives the poles while nothing touches: the preload, missing
-            self._strides = Strides.of(steps, carried, n)
+            self._strides = Strides.from_poles(steps, carried, n)
         self._past = history.BlockedSum(prepared.weights, prepared.plan.block)
         contacts = prepared.problem.contacts
         seats = np.array([c.side > 0 for c in contacts])

@@ -98,8 +98,7 @@ def fit_response(
         "auto":    real modes unless the noise lets complex ones be distinguished from them.
 
     What lies above the band is a bare compliance, and where the highest lines rise towards it, oscillators at fixed
-    places
-    beyond them; what lies below is a rigid body, if ``free`` or the lines say so, and otherwise not known.
+    places beyond them; what lies below is a rigid body, if ``free`` or the lines say so, and otherwise not known.
 
     ``error.reduction``: the largest change of g after a Hann pulse whose spectrum ends with the band (-6 dB at half the
     highest line) among the draws, what oscillations beyond the band leave after it, and the misfit that noise does not
@@ -109,8 +108,7 @@ def fit_response(
         free: whether the body can move away (a term -1/(m w^2)); by default, whether the lines need that term and it
             outweighs all others at the lowest.
         most_pairs: limit of pole pairs.
-        draws: of records with other noise, `DRAWS` over the number of ports if absent; of a seed that is always the
-        same.
+        draws: of records with other noise, always the same; `DRAWS` over the number of ports if absent.
 
     Raises `FrequencyResponseError`: not causal, lines that hold nothing but noise, a misfit beyond the noise of more
     than half of the response, a "complex" fit that cannot be made passive.

@@ -186,7 +186,7 @@ def _free_motions(problem: ContactProblem, prepared: Prepared) -> Array:
     for row, body in ((1, _in_translation(striker)), (2, released)):
         if body is None:
             continue
-        motion = Discrete.of(body, prepared.dt, n).motion(np.zeros((len(body.greens.ports), n)))
+        motion = Discrete.from_body(body, prepared.dt, n).motion(np.zeros((len(body.greens.ports), n)))
         out[row] = problem.directions(striker)[:, 0] @ motion.displacement
     return out
 

@@ -389,7 +389,7 @@ def test_response_at_one_port_to_the_other_is_symmetric() -> None:
     for pushed, watched in ((0, 2), (2, 0)):
         forces = np.zeros((3, 400))
         forces[pushed] = force
-        discrete = impact.march.motion.Discrete.of(Body(greens), 1e-3, 400)
+        discrete = impact.march.motion.Discrete.from_body(Body(greens), 1e-3, 400)
         seen.append(discrete.motion(forces).displacement[watched])
     assert np.abs(seen[0]).max() > 1e-3
     np.testing.assert_allclose(seen[0], seen[1], atol=1e-13 * np.abs(seen[0]).max())

@@ -67,7 +67,7 @@ displacement = "base.csv"
     def motion(self) -> BaseMotion:
         """Return the base's motion as its file has it. Raises `TimeSeriesError`."""
         (kind,) = self._given
-        return BaseMotion.of(self.record().course, kind)
+        return BaseMotion.from_series(self.record().course, kind)
 
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
