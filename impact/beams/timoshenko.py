@@ -64,9 +64,7 @@ class TimoshenkoCantilever(RectangularBeam):
     def frequencies(self, n_modes: int) -> Array:
         """Return the (n,) undamped angular frequencies [rad/s]: bisection of the exact count of modes below omega.
 
-        None is missed, none found twice, however close.
-
-        Source: Wittrick & Williams, Q. J. Mech. Appl. Math. 24 (1971) 263.
+        None is missed, none found twice. Source: Wittrick & Williams, Q. J. Mech. Appl. Math. 24 (1971) 263.
         """
         wanted = np.arange(1, n_modes + 1)
         high = np.array([self.frequency_scale])
@@ -196,7 +194,12 @@ class Waves:
             if np.any(part):
                 a, b, p, q = (v[part, None] for v in (self.alpha, self.beta, self.p, self.q))
                 (w1, psi1), (w2, psi2), end = pair(a, b, p, q, x)
-                first, second = _null_vector(*end)
+                # without moment and shear force at the end, from the larger row; the first is >= 0
+                m1, m2, q1, q2 = end
+                moment, force = (np.hypot(u, v) / (np.abs(u).max() + np.abs(v).max()) for u, v in ((m1, m2), (q1, q2)))
+                first, second = np.where(moment >= force, -m2, -q2), np.where(moment >= force, m1, q1)
+                size = np.copysign(np.hypot(first, second), first)
+                first, second = first / size, second / size
                 w[part], psi[part] = first * w1 + second * w2, first * psi1 + second * psi2
         return w, psi
 
@@ -230,13 +233,3 @@ def _above(a: Array, b: Array, p: Array, q: Array, x: Array) -> Pair:
     ca, sa, c, s = np.cos(a), np.sin(a), np.cos(b), np.sin(b)
     end = (p * a * ca + q * b * c, p * (a * sa - b * s), s / b - sa / a, ca / a + p / q * c / b)
     return one, two, end
-
-
-def _null_vector(m1: Array, m2: Array, q1: Array, q2: Array) -> tuple[Array, Array]:
-    """Return the factors of two motions without moment and shear force at the end, the first >= 0."""
-    by_moment = np.hypot(m1, m2) / (np.abs(m1).max() + np.abs(m2).max()) >= np.hypot(q1, q2) / (
-        np.abs(q1).max() + np.abs(q2).max()
-    )
-    first, second = np.where(by_moment, -m2, -q2), np.where(by_moment, m1, q1)
-    size = np.copysign(np.hypot(first, second), first)
-    return first / size, second / size

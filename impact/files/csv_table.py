@@ -44,12 +44,8 @@ class Head:
 class CsvTable:
     """A table as text: heads, and rows of cells with the numbers of their lines.
 
-    Attributes:
-        path: of the file.
-        error: that is raised of what is wrong in it.
-        heads, head_line: of the first line that holds something.
-        lines, rows: of the others.
-        separator, decimal: in it.
+    ``error`` is raised of what is wrong in the file at ``path``; ``heads`` and ``head_line`` are of the first line that
+    holds something, ``lines`` and ``rows`` of the others, with ``separator`` and ``decimal`` mark.
     """
 
     path: Path

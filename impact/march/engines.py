@@ -64,13 +64,10 @@ MEASURED = CostModel(
 
 @dataclass(frozen=True)
 class Plan:
-    """The engines that the bodies run with.
+    """The engines that the bodies run with, and the same in ``words``.
 
-    Attributes:
-        by_poles: for each body, whether its poles are marched (else they become step weights).
-        block: steps summed directly before the FFT takes them; the number of steps for the direct sum.
-        seconds: predicted time of the march on one core.
-        words: the same for people.
+    ``by_poles``: for each body, whether its poles are marched (else they become step weights); ``block``: steps summed
+    directly before the FFT takes them, all of a direct sum; ``seconds``: predicted time of the march on one core.
     """
 
     by_poles: tuple[bool, ...]

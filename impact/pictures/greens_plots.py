@@ -194,11 +194,8 @@ def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: f
 
 
 def lowest_excited(greens: ModalGreens, port: int = 0) -> float | None:
-    """Return the frequency [Hz] of the lowest oscillator with a thousandth or more of the port's compliance, if there
-    is one.
-
-    A reduction lists weaker ones too, below and between, which need not be modes of the body.
-    """
+    """Return the frequency [Hz] of the lowest oscillator with `EXCITED` of the port's compliance: weaker ones need be
+    no modes."""
     elastic = greens.omega > 0
     compliance = (greens.shapes[elastic, port] / greens.omega[elastic]) ** 2
     whole = float(np.sum(compliance)) + float(greens.residual.static()[port, port])

@@ -112,8 +112,8 @@ def plot_motion(
         reed.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0 if crank is None else 1.24), ncols=2)
         if crank is not None:
             first, per_unit = math.degrees(crank[1]), 6 * crank[0] / scaled(end, "s")[0]
-            both = (lambda time: first + per_unit * time, lambda angle: (angle - first) / per_unit)
-            reed.secondary_xaxis("top", functions=both).set_xlabel("crank angle [deg]")
+            turns = (lambda time: first + per_unit * time, lambda angle: (angle - first) / per_unit)
+            reed.secondary_xaxis("top", functions=turns).set_xlabel("crank angle [deg]")
         _mark_motion(reed, seat, runs, landings)
         little = 0.01 if not landings else 0.05  # of the approach: it would dwarf the openings
         window, contact = shown_contact(runs, filter_width, little, landings)
