@@ -4,12 +4,10 @@ from __future__ import annotations
 
 
 def how_to_mend(package: str, extra: str, error: Exception) -> str:
-    """Return what is wrong with a package of an extra, and the command: an absent one is installed, a broken one anew.
+    """Return what is wrong with a package, and the command: an absent one is installed, a broken one anew.
 
-    Args:
-        package: name of its distribution, which begins with the name of its module.
-        extra: of seatfem, "" of what is always needed.
-        error: that importing it raised.
+    ``package``: its distribution, which begins with the name of its module; ``extra``: of seatfem, "" of what is always
+    needed; ``error``: that importing it raised.
     """
     of_extra = f"seatfem[{extra}]" if extra else package
     module = (getattr(error, "name", None) or "").partition(".")[0]

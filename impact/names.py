@@ -20,10 +20,8 @@ def lazy_names(
 ) -> Callable[[str], Any]:
     """Return the ``__getattr__`` of a package, which imports what a name stands for when it is asked for.
 
-    Args:
-        package: its name.
-        places: names by the module that holds them, apart by blanks; a name that is the module's own is the module.
-        former: what was in the package, and where it is now: the full name of a module, or "module:name" of a name.
+    ``places``: names by the module that holds them, apart by blanks; a name that is the module's own is the module.
+    ``former``: what was there once, and where it is now: the full name of a module, or "module:name" of a name.
     """
     homes = {name: module for module, names in places.items() for name in names.split()}
     moved = {f"{package}.{name}": place for name, place in (former or {}).items()}

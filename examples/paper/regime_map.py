@@ -17,8 +17,8 @@ from impact.after.measures import filtered_peak_force
 from impact.after.measures import impulse as impulse_of
 from impact.after.regime import EQUAL
 from impact.after.rods import fixed_rod_modes
-from impact.exact.closed_form import DelayRod
 from impact.exact.damped_rods import DampedFixedRod
+from impact.exact.rods import DelayRod
 from impact.files.table import Row, read_rows, write_rows
 from impact.greens.base import Array
 from impact.pictures.drawing import sheet

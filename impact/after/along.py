@@ -22,13 +22,10 @@ Pieces = tuple[tuple[int, bool], ...]
 
 @dataclass(frozen=True)
 class ClosedLine:
-    """A line in N arcs about a point, closed unless its pieces are not.
+    """A line in N arcs about a point, closed unless its ``pieces`` are not.
 
-    Attributes:
-        lengths: (N,) of the arcs [m].
-        edges: (N + 1,) angles at which they begin and end, from 0 to 2 pi [rad]; ``None``: angles do not give places.
-        places: (N, 2) means over them of x and y from the point [m].
-        pieces: as above; none: all of it is one closed line.
+    ``lengths`` (N,) of the arcs [m]; ``edges`` (N + 1,): angles at which they begin and end, from 0 to 2 pi [rad],
+    ``None`` where angles do not give places; ``places`` (N, 2): means over them of x and y from the point [m].
     """
 
     lengths: Array

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impact.after.measures import MERGE, closed_steps, merged
 from impact.after.spectrum import MOVING_AVERAGE, averaged, largest_average
@@ -166,11 +167,11 @@ def closing_speeds(problem: ContactProblem, dt: float) -> Array:
     return -opening
 
 
-def _groups(record: ContactRecord) -> Array:
+def _groups(record: ContactRecord) -> NDArray[np.int64]:
     """Return the (k, 2) first steps and steps after the last of the contacts that an approach began."""
     steps = closed_steps(np.any(record.solid[1:] > 0, axis=1))
     if not len(steps):
-        return steps
+        return np.zeros((0, 2), dtype=np.int64)
     groups = np.rint(merged(record.dt * steps) / record.dt).astype(np.int64)
     preloaded = bool(np.any(record.solid[0] > 0))
     approached = [not (preloaded and first == 0) and _first_touch(record, int(first))[1] > 0 for first, _ in groups]

@@ -34,14 +34,11 @@ def displacement_response(rod: ExactRod, t: ArrayLike, *, at: float) -> Array:
 
 
 def force_response(rod: ExactRod, t: ArrayLike, *, at: float) -> Array:
-    """Return E(x, t), the ratio of the axial force -EA du/dx at ``at`` = x/l to a force set on at ``t`` = 0, (n,).
+    """Return E(x, t), (n,), the ratio of the axial force -EA du/dx at ``at`` = x/l to a force set on at ``t`` = 0.
 
-    It is > 0 in compression.
-    Undamped: E = sum_k R^k [H(t - x/c - kT) - R H(t + x/c - (k+1)T)]; right-continuous. Damped: minus the derivative of
-    `displacement_response` along x, in closed form; its limit from the right at t = 0.
-
-    Raises:
-        GreensFunctionError: a position off the rod.
+    It is > 0 in compression. Undamped: E = sum_k R^k [H(t - x/c - kT) - R H(t + x/c - (k+1)T)]; right-continuous.
+    Damped: minus the derivative of `displacement_response` along x, in closed form; its limit from the right at t = 0.
+    Raises `GreensFunctionError` off the rod.
     """
     return rod.force_at(np.maximum(np.asarray(t, dtype=float), 0.0), on_rod(at))
 
@@ -64,10 +61,7 @@ def rod_axial_force(rod: ExactRod, force: Array, dt: float, *, at: float) -> Arr
     `rod_displacement`.
 
     The value at the middle of the step that ends at m ``dt``; where the delays x/c and 2l/c are whole numbers of steps
-    it holds over the whole step and is `impact.rod_stress` times the area. The stress is this over the area.
-
-    Raises:
-        GreensFunctionError: a position off the rod.
+    it holds over the whole step and is `impact.rod_stress` times the area. Raises `GreensFunctionError` off the rod.
     """
     middle = dt * (np.arange(len(force)) - 0.5)
     steps = np.where(middle < 0, 0.0, force_response(rod, np.maximum(middle, 0.0), at=at))

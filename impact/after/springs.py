@@ -38,7 +38,7 @@ def spring_displacements(body: Body, force: Array, dt: float, weights: Array | N
         valid_for=modal.valid_for,
     )
     start, n = replace(Body(body.greens, state=body.state, loads=body.loads), greens=wider), pushes.shape[1] - 1
-    discrete = Discrete.of(start, dt, n)
+    discrete = Discrete.from_body(start, dt, n)
     if np.any(pushes[:, 0]):
         held = body.load_amplitudes(np.zeros(1))[:, 0]
         discrete = replace(discrete, rest=np.append(pushes[:, 0], np.zeros(places)), rest_loads=held)

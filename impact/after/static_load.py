@@ -18,8 +18,8 @@ import numpy as np
 from impact.bodies.body import Body
 from impact.brief import brief
 from impact.greens.base import Array
-from impact.march import loop as march
 from impact.march.laws import HERTZ, HUNT_CROSSLEY, SPRING
+from impact.march.loop.complementarity import active_set
 from impact.march.problem import Contact, ContactProblem
 
 INSTANTS: Final = 4096  # at which one contact or two are solved
@@ -49,11 +49,6 @@ class StaticLoad:
         return np.interp(time, self.time, force)
 
 
-def no_load() -> StaticLoad:
-    """Return the quasi-static forces of bodies that nothing presses together."""
-    return StaticLoad(np.zeros(1), np.zeros(1), np.zeros(1))
-
-
 def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
     """Return the quasi-static forces of a problem over a ``duration`` [s].
 
@@ -68,7 +63,7 @@ def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
     modal = problem.striker.greens.modal
     held = modal is None or bool(np.all(modal.omega)) or bool(np.any(problem.striker.load_amplitudes(time)))
     if np.all(opening >= 0) or not held:
-        return no_load()
+        return StaticLoad(np.zeros(1), np.zeros(1), np.zeros(1))
     force, seats = np.zeros(opening.shape), np.array([contact.side > 0 for contact in problem.contacts])
     pressed = np.zeros(len(seats))
     for row, gap in enumerate(opening):
@@ -131,7 +126,7 @@ def _pressing(contacts: tuple[Contact, ...], compliance: Array, gap: Array, befo
     curved = any(contact.law.code in (HERTZ, HUNT_CROSSLEY) for contact in contacts)
     for _ in range(SECANTS if curved else 1):
         yields = np.array([_secant(contact, float(pushed)) for contact, pushed in zip(contacts, force, strict=True)])
-        march.active_set(compliance + np.diag(yields), -gap, force)
+        active_set(compliance + np.diag(yields), -gap, force)
     return force
 
 

@@ -59,14 +59,12 @@ class TimoshenkoCantilever(RectangularBeam):
         """Return the wave numbers at the angular frequencies ``omega`` [rad/s]."""
         rotary = self.thickness**2 / (12 * self.length**2)
         shear = self.rigidity / (self.shear_rigidity * self.length**2)
-        return Waves.at(np.asarray(omega) / self.frequency_scale, rotary, shear)
+        return Waves.from_frequency(np.asarray(omega) / self.frequency_scale, rotary, shear)
 
     def frequencies(self, n_modes: int) -> Array:
         """Return the (n,) undamped angular frequencies [rad/s]: bisection of the exact count of modes below omega.
 
-        None is missed, none found twice, however close.
-
-        Source: Wittrick & Williams, Q. J. Mech. Appl. Math. 24 (1971) 263.
+        None is missed, none found twice. Source: Wittrick & Williams, Q. J. Mech. Appl. Math. 24 (1971) 263.
         """
         wanted = np.arange(1, n_modes + 1)
         high = np.array([self.frequency_scale])
@@ -77,7 +75,12 @@ class TimoshenkoCantilever(RectangularBeam):
     def count_below(self, omega: Array) -> Array:
         """Return how many modes lie below each angular frequency, (n,) rad/s -> (n,)."""
         waves = self.waves(omega)
-        cut = 2 ** -_doublings(float(np.max(omega)), self)
+        # halve the beam until a piece clamped at both ends has no mode below: with w = psi = 0 at both ends of a piece
+        # of length l (Poincare, and (w' - psi)^2 >= w'^2/2 - psi^2),
+        # omega^2 >= min(E/rho (pi/l)^2 - cutoff^2, kappa G/(2 rho) (pi/l)^2)
+        rod, shear, top = self.young / self.density, self.shear_rigidity / (self.area * self.density), np.max(omega)
+        wave = math.sqrt(max((float(top) ** 2 + self.cutoff**2) / rod, 2 * float(top) ** 2 / shear))
+        cut = 2.0 ** -max(0, math.ceil(math.log2(self.length * wave / math.pi)))
         clamped = np.zeros(len(omega), dtype=np.int64)
         even, odd = waves.even_odd(cut / 2)
         while cut < 1:  # two spans clamped at their ends joined in the middle: its two stiffnesses may be negative
@@ -146,7 +149,7 @@ class Waves:
     above: NDArray[np.bool_]
 
     @staticmethod
-    def at(b: Array, rotary: float, shear: float) -> Waves:
+    def from_frequency(b: Array, rotary: float, shear: float) -> Waves:
         """Return the wave numbers from rotary = I/(A L^2) and shear = EI/(kappa G A L^2); alpha^2 beta^2 = b^2 |1 - b^2
         rotary shear|."""
         b = np.maximum(b, 1e-9)
@@ -191,7 +194,12 @@ class Waves:
             if np.any(part):
                 a, b, p, q = (v[part, None] for v in (self.alpha, self.beta, self.p, self.q))
                 (w1, psi1), (w2, psi2), end = pair(a, b, p, q, x)
-                first, second = _null_vector(*end)
+                # without moment and shear force at the end, from the larger row; the first is >= 0
+                m1, m2, q1, q2 = end
+                moment, force = (np.hypot(u, v) / (np.abs(u).max() + np.abs(v).max()) for u, v in ((m1, m2), (q1, q2)))
+                first, second = np.where(moment >= force, -m2, -q2), np.where(moment >= force, m1, q1)
+                size = np.copysign(np.hypot(first, second), first)
+                first, second = first / size, second / size
                 w[part], psi[part] = first * w1 + second * w2, first * psi1 + second * psi2
         return w, psi
 
@@ -225,24 +233,3 @@ def _above(a: Array, b: Array, p: Array, q: Array, x: Array) -> Pair:
     ca, sa, c, s = np.cos(a), np.sin(a), np.cos(b), np.sin(b)
     end = (p * a * ca + q * b * c, p * (a * sa - b * s), s / b - sa / a, ca / a + p / q * c / b)
     return one, two, end
-
-
-def _null_vector(m1: Array, m2: Array, q1: Array, q2: Array) -> tuple[Array, Array]:
-    """Return the factors of two motions without moment and shear force at the end, the first >= 0."""
-    by_moment = np.hypot(m1, m2) / (np.abs(m1).max() + np.abs(m2).max()) >= np.hypot(q1, q2) / (
-        np.abs(q1).max() + np.abs(q2).max()
-    )
-    first, second = np.where(by_moment, -m2, -q2), np.where(by_moment, m1, q1)
-    size = np.copysign(np.hypot(first, second), first)
-    return first / size, second / size
-
-
-def _doublings(omega: float, beam: TimoshenkoCantilever) -> int:
-    """Return the halvings of the beam until a piece clamped at both ends has no mode below ``omega``.
-
-    With w = psi = 0 at both ends of a piece of length l (Poincare, and (w' - psi)^2 >= w'^2/2 - psi^2):
-    omega^2 >= min(E/rho (pi/l)^2 - cutoff^2, kappa G/(2 rho) (pi/l)^2).
-    """
-    rod, shear = beam.young / beam.density, beam.shear_rigidity / (beam.area * beam.density)
-    wave = math.sqrt(max((omega**2 + beam.cutoff**2) / rod, 2 * omega**2 / shear))
-    return max(0, math.ceil(math.log2(beam.length * wave / math.pi)))

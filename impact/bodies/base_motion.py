@@ -39,7 +39,7 @@ class BaseMotion:
     __repr__ = brief
 
     @staticmethod
-    def of(series: TimeSeries, kind: Kind) -> BaseMotion:
+    def from_series(series: TimeSeries, kind: Kind) -> BaseMotion:
         """Return the motion by a record of one of the three, the others by exact integrals and derivatives of one
         piecewise polynomial.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -155,6 +155,12 @@ class Body:
     def momentum(self) -> float:
         """Return the impulse on the first port that sets the body moving at ``velocity`` [N s]."""
         return self.velocity * self.mass if self.velocity else 0.0
+
+    def in_modes(self, greens: ModalGreens, turn: Callable[[Array], Array]) -> Body:
+        """Return the body in other modes; ``turn`` brings its state and the shapes of its loads to them."""
+        state = self.state and ModalState(turn(self.state.displacement), turn(self.state.velocity))
+        loads = tuple(replace(load, shape=turn(load.shape)) for load in self.loads)
+        return replace(self, greens=greens, state=state, loads=loads)
 
     def modal_start(self, modal: ModalGreens | None = None) -> ModalState:
         """Return the initial modal state with the translation; ``modal``: the oscillators among the parts, all by

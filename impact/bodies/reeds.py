@@ -229,18 +229,14 @@ def cantilever_reed(
 ) -> Body:
     """Return a cantilever reed released at t = 0, by default from the static shape under a tip force.
 
-    Modes of `Cantilever`, one damping ratio for all, plus the static compliance they leave out at the contact point
-    as an exponential of their time scale, see `EulerBernoulliBeam.residual`.
-    Short for ``reed(Cantilever(...), release=StaticShape(tip_deflection), ...)``.
+    Short for ``reed(Cantilever(...), release=StaticShape(tip_deflection), ...)``: modes of `Cantilever`, one damping
+    ratio for all, plus the static compliance they leave out, see `EulerBernoulliBeam.residual`.
 
     Args:
         young, density, length, width, thickness: SI.
-        damping_ratio: of every mode.
-        n_modes: how many of the lowest modes are retained.
         tip_deflection: at release [m]; > 0 is away from the seat.
-        contact_at: distance of the contact point from the clamp [m], or several; ``None`` is the tip.
         release: another release than the static shape; then ``tip_deflection`` stays 0.
-        loads: of `impact.bodies.loads`.
+        damping_ratio, n_modes, contact_at, loads: as of `reed`.
 
     Raises:
         GreensFunctionError: a length that is not positive, a contact point off the reed, no modes, two releases.

@@ -19,14 +19,11 @@ SPRINGS: Final = "springs"
 
 @dataclass(frozen=True)
 class Suspension:
-    """Springs of a body, by the modes that it has with them.
+    """Springs of a body, by the M modes that it has with them.
 
-    Attributes:
-        shapes: (M, S) of these modes at the S places of the springs [1/sqrt(kg)].
-        stiffness: (S,) of each spring [N/m].
-        basis: (M, M) these modes in terms of those without the springs, orthonormal: q = basis q_with.
-        omega: (M,) angular frequencies without the springs [rad/s].
-        zeta: (M,) damping ratios without them.
+    ``shapes`` (M, S) of these modes at the S springs [1/sqrt(kg)]; ``stiffness`` (S,) [N/m]; ``basis`` (M, M): these
+    modes in terms of those without the springs, orthonormal, q = basis q_with; ``omega`` (M,) [rad/s] and ``zeta`` (M,)
+    without.
     """
 
     shapes: Array

@@ -12,7 +12,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from impact.brief import brief
-from impact.files.csv_table import CsvTable, read_csv
+from impact.files.csv_table import CsvTable, needed_csv
 from impact.greens.base import Array
 
 Outside = Literal["forbid", "hold", "zero", "repeat"]
@@ -121,12 +121,9 @@ def read_time_series(
             that does not increase, fewer than two samples, angles without a speed or the other way round, or with gaps;
             the message names file, line and column.
     """
-    name = Path(path)
-    if not name.exists():
-        raise TimeSeriesError(f"{name}: no such file; check the path")
-    table = read_csv(name, TimeSeriesError, delimiter=delimiter)
-    if table is None:
-        raise TimeSeriesError(f"{name}: is empty; the first line must be like 'time [s],{quantity} [SI unit]'")
+    like = f"'time [s],{quantity} [SI unit]'"
+    table = needed_csv(path, TimeSeriesError, TimeSeriesError, like, delimiter)
+    name = table.path
     if rpm is not None and not (rpm > 0 and math.isfinite(rpm)):
         raise TimeSeriesError(f"{name}: rpm = {rpm:g} must be positive and finite")
     samples, factors = _columns_of(table, quantity, rpm, columns or {}, units or {})

@@ -19,19 +19,6 @@ from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, che
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.stated import ExactPort
 
-__all__ = [
-    "DelayRod",
-    "PowerLaw",
-    "fixed_rod",
-    "free_rod",
-    "infinite_beam",
-    "infinite_plate",
-    "rod_with_end_impedance",
-    "semi_infinite_rod",
-    "single_mode",
-    "spring",
-]
-
 
 def spring(*, stiffness: float) -> ModalGreens:
     """Return a massless spring: u = N / stiffness [N/m]. The usual seat model, and the baseline beside every result."""

@@ -217,11 +217,7 @@ def tip_step_force(time: ArrayLike, *, speed: float, bending_stiffness: float, m
     """Return F = v sqrt(EI rho A)/sqrt(2 pi a t) [N], a = sqrt(EI/(rho A)): what gives a free tip the velocity v at
     once.
 
-    Args:
-        time: (n,) t > 0 [s]; inf at 0.
-        speed: v [m/s].
-        bending_stiffness: EI [N m^2].
-        mass_per_length: rho A [kg/m].
+    At times (n,) t > 0 [s], inf at 0; v [m/s], EI ``bending_stiffness`` [N m^2], rho A ``mass_per_length`` [kg/m].
     """
     _positive(bending_stiffness=bending_stiffness, mass_per_length=mass_per_length)
     a = math.sqrt(bending_stiffness / mass_per_length)

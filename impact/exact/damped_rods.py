@@ -23,10 +23,8 @@ _AT_REST = 40.0  # exp(-40) = 4e-18: the step response is the static compliance
 class DampedRod(ExactPort):
     """A rod, every elastic mode damped by the same ratio zeta; its far end decides which modes it has.
 
-    Attributes:
-        impedance: Z = rho c A [N s/m].
-        transit: l/c [s].
-        damping_ratio: zeta > 0; above 1 the pair of real exponents takes over.
+    ``impedance``: Z = rho c A [N s/m]; ``transit``: l/c [s]; ``damping_ratio``: zeta > 0, above 1 a pair of real
+    exponents.
     """
 
     reflection: ClassVar[float]

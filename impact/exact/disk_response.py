@@ -40,7 +40,7 @@ class PointLoad:
     rayleigh: float
 
     @staticmethod
-    def of(poisson: float) -> PointLoad:
+    def from_poisson(poisson: float) -> PointLoad:
         """Return the terms for a Poisson ratio in [0, 0.5]; raises `GreensFunctionError` outside."""
         kappa2 = _kappa2(poisson)
         x1, x2, x3 = _roots(kappa2)
@@ -79,7 +79,7 @@ def point_step_response(tau: ArrayLike, *, poisson: float) -> Array:
     Zero before the pressure wave, -inf at the Rayleigh wave tau = c_s/c_R, (1 - nu)/2 (Boussinesq) ever after.
     Accurate to 1e-11 of (1 - nu)/2 away from the Rayleigh pole.
     """
-    load = PointLoad.of(poisson)
+    load = PointLoad.from_poisson(poisson)
     t = np.asarray(tau, dtype=float)
     square = np.ravel(t) ** 2
     before, late = load.gamma**2 - square, np.ravel(t) > load.gamma
@@ -138,12 +138,12 @@ class DiskResponse:
     error: float
 
     @staticmethod
-    def of(poisson: float) -> DiskResponse:
+    def from_poisson(poisson: float) -> DiskResponse:
         """Return the response for a Poisson ratio in [0, 0.5]; about 0.1 s.
 
         Raises `GreensFunctionError`: Poisson ratio outside, or an error above 1e-9 (none is known).
         """
-        load = PointLoad.of(poisson)
+        load = PointLoad.from_poisson(poisson)
         # where g(T) is not smooth; of a very fast pressure wave, steps of 8 towards T = 0, where T log T rules
         towards_zero = [x for x in (1 / 512, 1 / 64, 1 / 8) if x > 2 * load.kappa]
         breaks = np.array(sorted({0.0, load.kappa, *towards_zero, 1.0, load.gamma}))

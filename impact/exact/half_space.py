@@ -9,23 +9,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.exact.disk_response import DiskResponse, point_step_response, rayleigh_speed
+from impact.exact.disk_response import DiskResponse
 from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor, check_positive
 from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.stated import ExactPort, step_weights
 from impact.greens.sums import SumGreens
-
-__all__ = [
-    "HalfSpacePatch",
-    "disk_compliance",
-    "half_space_patch",
-    "point_step_response",
-    "punch_compliance",
-    "rayleigh_speed",
-    "square_compliance",
-    "without_patch",
-]
 
 
 def disk_compliance(*, young: float, poisson: float, radius: float, at: str = "mean") -> float:
@@ -141,7 +130,7 @@ def half_space_patch(*, young: float, poisson: float, density: float, radius: fl
     """
     check_positive(density=density)
     _unit_compliance(young, poisson, radius)
-    return HalfSpacePatch(young, poisson, density, radius, DiskResponse.of(poisson))
+    return HalfSpacePatch(young, poisson, density, radius, DiskResponse.from_poisson(poisson))
 
 
 def without_patch(greens: GreensFunction, patch: HalfSpacePatch, *, band_hz: float) -> GreensFunction:

@@ -43,10 +43,8 @@ def on_rod(at: float) -> float:
 class DelayRod(ExactRod):
     """Undamped rod known by its reflections: g(t) = (1/Z) (H(t) + 2 sum_k R^k H(t - k T)).
 
-    Attributes:
-        impedance: Z = rho c A [N s/m].
-        round_trip: T = 2 l/c [s].
-        reflection: R of the particle velocity at the far end, -1 fixed ... +1 free.
+    ``impedance``: Z = rho c A [N s/m]; ``round_trip``: T = 2 l/c [s]; ``reflection``: R of the particle velocity at the
+    far end, -1 fixed ... +1 free.
     """
 
     kind: ClassVar[str] = "delay_rod"

@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -43,12 +44,8 @@ class Head:
 class CsvTable:
     """A table as text: heads, and rows of cells with the numbers of their lines.
 
-    Attributes:
-        path: of the file.
-        error: that is raised of what is wrong in it.
-        heads, head_line: of the first line that holds something.
-        lines, rows: of the others.
-        separator, decimal: in it.
+    ``error`` is raised of what is wrong in the file at ``path``; ``heads`` and ``head_line`` are of the first line that
+    holds something, ``lines`` and ``rows`` of the others, with ``separator`` and ``decimal`` mark.
     """
 
     path: Path
@@ -149,7 +146,12 @@ def read_csv(
     """
     with opened_file(path, most, error) as file:
         first = file.read(1 << 20)
-    encoding = _encoding_of(first)
+    encoding = "utf-8-sig"
+    try:
+        first.decode(encoding)
+    except UnicodeDecodeError as problem:  # the code page of Western Windows, if nothing is a control character
+        if problem.start < len(first) - 3 and min(first) >= 9:
+            encoding = "cp1252"
     separator = _separator_of(first.decode(encoding, errors="replace")) if delimiter is None else delimiter
     lines: list[int] = []
     rows: list[list[str]] = []
@@ -176,6 +178,18 @@ def read_csv(
     return _with_decimal(table)
 
 
+def needed_csv(
+    path: str | os.PathLike[str], error: type[Exception], of_file: type[Exception], like: str, delimiter: str | None
+) -> CsvTable:
+    """Return the table in a file as `read_csv` does; raises ``of_file`` where there is none, or nothing in it."""
+    name = Path(path)
+    if not name.exists():
+        raise of_file(f"{name}: no such file; check the path")
+    if (table := read_csv(name, error, delimiter=delimiter)) is None:
+        raise of_file(f"{name}: is empty; the first line must be like {like}")
+    return table
+
+
 def head_of(cell: str) -> Head:
     """Return name and unit of a head, the unit in the last pair of brackets of either kind."""
     text, pairs = cell.strip(), {"]": "[", ")": "("}
@@ -191,16 +205,6 @@ def head_of(cell: str) -> Head:
 def normal_unit(unit: str) -> str:
     """Return a unit as tables of units have it: u for micro, ^2 for a raised 2, one space for a product."""
     return " ".join(unit.translate(_SAME).split())
-
-
-def _encoding_of(first: bytes) -> str:
-    """Return UTF-8, or the code page of Western Windows for text that is none but has no control characters either."""
-    try:
-        first.decode("utf-8-sig")
-    except UnicodeDecodeError as problem:
-        if problem.start < len(first) - 3 and min(first) >= 9:
-            return "cp1252"
-    return "utf-8-sig"
 
 
 def _separator_of(first: str) -> str:

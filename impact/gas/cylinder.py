@@ -83,15 +83,12 @@ def squeeze(gas: PerfectGas, state: Array, before: float, after: float) -> None:
 
 
 def let_in(gas: PerfectGas, state: Array, volume: float, plenum: Plenum, area: float, span: float) -> float:
-    """Let gas flow between the gas and a plenum through an effective ``area`` [m^2] over ``span`` [s] at a constant
-    volume.
+    """Let gas flow from or to a plenum through an effective ``area`` [m^2] over ``span`` [s] at a constant volume.
 
-    p' = k R T_u m'/V, with T_u of the plenum where it flows in; where it flows out, what stays keeps p/m^k.
-    The root s of the pressures' difference is smooth down to zero, where the flow ends: it is stepped by the midpoint
-    rule, of second order, and stops there. Mass and enthalpy follow from p exactly.
-
-    Returns:
-        Mass that came in [kg]; negative: went out.
+    p' = k R T_u m'/V, with T_u of the plenum where it flows in; where it flows out, what stays keeps p/m^k. The root s
+    of the pressures' difference is smooth down to zero, where the flow ends: it is stepped by the midpoint rule, of
+    second order, and stops there. Mass and enthalpy follow from p exactly. Returns the mass that came in [kg];
+    negative: went out.
     """
     p, m, k = float(state[PRESSURE]), float(state[MASS]), gas.k
     root = math.sqrt(abs(plenum.pressure - p))

@@ -94,11 +94,8 @@ class StepKernel:
 class Stored:
     """The content of a file to make a Green's function again, beside its provenance, error and time limit.
 
-    Attributes:
-        kind: how the file names the representation.
-        numbers: attributes, plain values.
-        arrays: datasets by key, real or complex.
-        parts: Green's functions that it is made of; their provenance, error and time limit stand for its own.
+    ``kind``: how the file names the representation; ``numbers``: plain values; ``arrays``: datasets, real or complex;
+    ``parts``: functions that it is made of, whose provenance, error and time limit stand for its own.
     """
 
     kind: str

@@ -122,7 +122,7 @@ class PoleGreens(PoleSums):
         return np.asarray(-self.poles.real / np.abs(self.poles))
 
     @staticmethod
-    def of(modal: ModalGreens) -> PoleGreens:
+    def from_modal(modal: ModalGreens) -> PoleGreens:
         """Return the same function by its poles; raises `GreensFunctionError` for a critically damped mode (double
         pole)."""
         omega, zeta, phi, rest = modal.omega, modal.zeta, modal.shapes, modal.residual

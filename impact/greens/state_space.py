@@ -45,8 +45,8 @@ def state_space(greens: GreensFunction) -> StateSpace:
     """
     if (modal := greens.modal) is not None:
         return _of_modes(modal)
-    if isinstance(greens, PoleGreens):
-        return _of_poles(greens)
+    if (poles := greens.pole_sum) is not None:
+        return _of_poles(poles)
     raise GreensFunctionError(f"{greens}: is no finite sum of poles, and has no state space; fit poles to it first")
 
 

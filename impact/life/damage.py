@@ -67,14 +67,8 @@ def margin(
     fails.
 
     D grows with f, so that there is one root, or one jump (an endurance limit, a mean that breaks the part) which is
-    the margin then.
-
-    Args:
-        cycles, strength, judge, survival: as in `damage`.
-        blocks: design number of repetitions, > 0.
-
-    Raises:
-        LifeError: as `damage`; a number of blocks that is not positive and finite.
+    the margin then. ``blocks``: design number of repetitions, > 0; else as in `damage`. Raises `LifeError` as it does,
+    and for a number of blocks that is not positive and finite.
     """
     from scipy.optimize import brentq  # takes long to load, and runs without a life need none
 

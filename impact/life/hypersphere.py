@@ -15,12 +15,11 @@ _MOST = 2000  # exchanges; some ten happen
 
 
 def enclosing_sphere(points: Array) -> tuple[Array, float]:
-    """Return the (d,) centre and radius of the smallest sphere that holds (n, d) points, d <= 6.
+    """Return the (d,) centre and radius of the smallest sphere that holds (n, d) points, d <= 6, all finite.
 
     The sphere is determined by at most d + 1 of the points. Beginning with two, the point furthest outside joins them,
     and the smallest sphere around these few, found among the circumscribed spheres of their subsets, replaces the last
-    one: its radius grows, so that no set returns, and the work ends with the exact sphere. Raises `LifeError`: points
-    that are not finite.
+    one: its radius grows, so that no set returns, and the work ends with the exact sphere; else a `LifeError`.
 
     Source: E. Welzl, LNCS 555 (1991) 359; B. Gaertner, LNCS 1643 (1999) 325, for the exchange of the furthest point.
     """

@@ -42,17 +42,15 @@ class PointMap:
 def cycle_map(blocks: Iterable[Array], judged: Callable[[Cycles], float], share: float = SHARE) -> PointMap:
     """Return a number for each point by its cycles, where they may matter.
 
-    A point is skipped where its largest range is below ``share`` of the largest of all points; 0 skips none. Ranges
-    say nothing of means: where means differ much from point to point, take a lower share.
+    A point is skipped where its largest range is below ``share`` of the largest of all points, 0 ... 1; 0 skips none.
+    Ranges say nothing of means: where means differ much from point to point, take a lower share.
 
     Args:
         blocks: (p, n) histories of p points at a time, each repeated without end [Pa]; made one after the other.
         judged: of the `Cycles` of one point, as by `impact.life.damage.damage` or `margin`.
-        share: 0 ... 1.
 
-    Raises:
-        LifeError: a share out of its range, a block of another shape, values that are not finite, no points; and what
-            ``judged`` raises.
+    Raises `LifeError`: a share out of its range, a block of another shape, values that are not finite, no points; and
+    what ``judged`` raises.
     """
     if not 0 <= share <= 1:
         raise LifeError(f"share = {share:g} of the hot spot's range must lie between 0 and 1")
@@ -77,14 +75,10 @@ def cycle_map(blocks: Iterable[Array], judged: Callable[[Cycles], float], share:
 
 
 def margin_map(blocks: Iterable[Array], criterion: Multiaxial) -> Array:
-    """Return the (P,) margins of points by a criterion of several axes.
+    """Return the (P,) margins of points by a criterion of several axes; ``blocks``: (p, n, 6) stress of p points each
+    [Pa].
 
-    Args:
-        blocks: (p, n, 6) stress tensors of p points at a time [Pa].
-        criterion: by `impact.life.multiaxial.multiaxial`.
-
-    Raises:
-        LifeError: as the criterion's ``value``, no points.
+    Raises `LifeError` as the criterion's ``value``, and for no points.
     """
     margins = [criterion.margin(history) for block in blocks for history in block]
     if not margins:

@@ -19,21 +19,14 @@ WIDTHS: Final = 60
 
 
 def hertz_path(force: float, *, stiffness: float, modulus: float, poisson: float = 0.3) -> Iterator[tuple[str, Array]]:
-    """Yield names of depths with the (n, 6) stress there [Pa], while a contact of N = k d^(3/2) goes from 0 to its
-    ``force``.
+    """Yield names of depths with the (n, 6) stress there [Pa], while a contact of N = k d^(3/2) goes from 0 to
+    ``force`` [N].
 
     Its radius is R = (3 k/(4 E*))^2; at the half-width a the pressure is p0 = 2 E* a/(pi R), and the stress on the axis
     p0 times that of `circular_axis_stress`. What a blow does in time does not matter: it takes each depth along one
     line of tensors, there and back, and the criteria of `impact.life.multiaxial` depend on that line alone.
-
-    Args:
-        force: largest one of the block [N].
-        stiffness: k [N/m^1.5].
-        modulus: E* of both bodies [Pa].
-        poisson: of the body that is judged.
-
-    Raises:
-        LifeError: a stiffness or modulus that is not positive, a force below 0.
+    ``stiffness``: k [N/m^1.5]; ``modulus``: E* of both bodies [Pa]; ``poisson``: of the body that is judged. Raises
+    `LifeError`: a stiffness or modulus that is not positive, a force below 0.
 
     Source: K. L. Johnson, Contact Mechanics, Cambridge 1985, 3.45, 4.22 - 4.24.
     """

@@ -93,13 +93,8 @@ def kinds(base: type[Kind]) -> Iterator[type[Kind]]:
 def criterion(base: type[Kind], name: str, strength: Strength) -> Kind:
     """Return the criterion of that name, its constants the fields of the same names of the strength.
 
-    Args:
-        base: what kind of criterion, `MeanStress` or `Multiaxial`.
-        name: "goodman", ..., or "crossland", ...
-        strength: has the fields that the criterion asks for.
-
-    Raises:
-        LifeError: no criterion of that name, or constants that are missing or outside its range.
+    ``base`` is `MeanStress` or `Multiaxial`, ``name`` "goodman", ..., or "crossland", .... Raises `LifeError`: no
+    criterion of that name, or constants that are missing or outside its range.
     """
     known: dict[str, Any] = {each.name: each for each in kinds(base)}  # type: ignore[attr-defined]
     if name not in known:
@@ -122,14 +117,9 @@ class SpeedMargin:
 
 
 def speed_margin(speed: float, strength: Strength) -> SpeedMargin:
-    """Return how far a speed of closing is below the one that the strength allows.
+    """Return how far a ``speed`` of closing, either sign [m/s], is below the one that the strength allows.
 
-    Args:
-        speed: largest speed of closing, either sign [m/s].
-        strength: with ``impact_velocity``.
-
-    Raises:
-        LifeError: no allowed speed is known, or the speed is not finite.
+    Raises `LifeError`: no allowed speed is known, or the speed is not finite.
     """
     [allowed] = strength.needed("the impact velocity limit", "impact_velocity")
     if not math.isfinite(speed):

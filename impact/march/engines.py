@@ -33,19 +33,15 @@ class CostModel:
     call: float
 
     def poles(self, n: int, poles: int, contacts: int) -> float:
-        """Return the cost of a march by the recursion."""
         return n * poles * (self.pole + (contacts - 1) * self.pole_contact)
 
     def forming(self, n: int, poles: int, contacts: int) -> float:
-        """Return the cost of forming the step weights of poles."""
         return n * poles * contacts * (contacts + 1) / 2 * self.weight
 
     def direct(self, n: int, contacts: int, block: int) -> float:
-        """Return the cost of a sum over the steps of each block."""
         return contacts**2 * n * min(block, n) / 2 * self.multiply
 
     def fft(self, n: int, contacts: int, block: int) -> float:
-        """Return the cost of a sum inside blocks and an FFT between them."""
         cost, size = self.direct(n, contacts, block) + n // block * self.call, block
         while size < n:
             cost += n / 2 * (contacts * math.log2(2 * size) * self.transform + contacts**2 * self.product)
@@ -68,13 +64,10 @@ MEASURED = CostModel(
 
 @dataclass(frozen=True)
 class Plan:
-    """The engines that the bodies run with.
+    """The engines that the bodies run with, and the same in ``words``.
 
-    Attributes:
-        by_poles: for each body, whether its poles are marched (else they become step weights).
-        block: steps summed directly before the FFT takes them; the number of steps for the direct sum.
-        seconds: predicted time of the march on one core.
-        words: the same for people.
+    ``by_poles``: for each body, whether its poles are marched (else they become step weights); ``block``: steps summed
+    directly before the FFT takes them, all of a direct sum; ``seconds``: predicted time of the march on one core.
     """
 
     by_poles: tuple[bool, ...]
@@ -108,7 +101,7 @@ def choose(
     for number in sorted(range(len(kernels)), key=lambda i: -_count(kernels[i])) if engine == "auto" else ():
         modal[number] = False
         candidates.append(tuple(modal))
-    blocks = (min(block or BLOCK, steps),)
+    blocks: tuple[int, ...] = (min(block or BLOCK, steps),)
     if engine == "direct" or (block is None and engine != "fft"):
         blocks = (steps,) if engine == "direct" else (min(BLOCK, steps), steps)
     plans = [

@@ -65,10 +65,9 @@ class SqueezeFilm:
     def strip(
         *, viscosity: float, length: float, width: float, floor: float, underpressure: float = 1e5
     ) -> SqueezeFilm:
-        """Return the film under a long strip, or a narrow ring of this length; ``underpressure``: that at which the
-        fluid breaks [Pa].
+        """Return the film under a long strip, or a narrow ring of this length; raises as the class does.
 
-        The default is that of one bar around, and a fluid that bears no tension. Raises as the class does.
+        It breaks at an ``underpressure`` [Pa], by default that of one bar around and a fluid that bears no tension.
         """
         return SqueezeFilm(viscosity * length * width**3, floor, underpressure * length * width)
 

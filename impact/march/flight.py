@@ -22,13 +22,11 @@ BLOCK = 512  # steps
 
 @dataclass(frozen=True)
 class Flight:
-    """The loaded translations (rigid-body modes) of all bodies that a contact sees.
+    """The R loaded translations (rigid-body modes) of all bodies that a contact sees.
 
-    Attributes:
-        psi: (p, R) what each adds to the gaps, per unit of its modal coordinate; these are the march's last R poles.
-        start: (2, R) modal coordinates and rates at t = 0.
-        drive: (R, n) modal forces of the loads, constant over each step.
-        others: (n + 1, p) gaps without contact and without these.
+    ``psi`` (p, R): what each adds to the gaps, per unit of its modal coordinate; these are the march's last R poles.
+    ``start`` (2, R): coordinates and rates at t = 0; ``drive`` (R, n): modal forces of the loads, constant over each
+    step; ``others`` (n + 1, p): gaps without contact and without these.
     """
 
     psi: Array

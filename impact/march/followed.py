@@ -29,7 +29,8 @@ def as_marched(body: Body, opening: Array, dt: float) -> Body:
     if not any(load.follows for load in body.loads):
         return body
     first, ahead = foreseen(opening)
-    return replace(body, loads=tuple(_as_marched(load, dt * first, ahead, FOLLOW * dt) for load in body.loads))
+    times = np.asarray(dt * first, dtype=np.float64)
+    return replace(body, loads=tuple(_as_marched(load, times, ahead, FOLLOW * dt) for load in body.loads))
 
 
 def _as_marched(load: Load, times: Array, ahead: Array, span: float) -> Load:

@@ -17,7 +17,7 @@ from impact.brief import brief
 from impact.greens import oscillator
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
-from impact.march.loop import FLOOR
+from impact.march.loop.past import FLOOR
 
 BLOCK = 1024  # steps summed directly; 512 to 2048 are equally fast
 FEWEST = 8  # contacts from which on poles that are seen alike are looked for
@@ -45,7 +45,7 @@ class Poles:
     __repr__ = brief
 
     @staticmethod
-    def of(parts: list[tuple[ModalGreens, Array]], dt: float, contacts: int) -> Poles:
+    def from_modes(parts: list[tuple[ModalGreens, Array]], dt: float, contacts: int) -> Poles:
         """Return the poles of several bodies, each with its (ports, contacts) directions; unseen ones are dropped."""
         steps, psi = [np.zeros((5, 0))], [np.zeros((contacts, 0))]
         for greens, directions in parts:
@@ -178,16 +178,13 @@ class BlockedSum:
             return
         stop = min(end + size, n)
         past = np.fft.rfft(force[:, end - size : end] - rest[:, None], 2 * size)
-        later = np.fft.irfft(np.einsum("cdf,df->cf", self._spectrum(size), past), 2 * size)
-        self.memory[:, end:stop] += later[:, size : size + stop - end]
-
-    def _spectrum(self, size: int) -> NDArray[np.complex128]:
-        if size not in self._spectra:
+        spectrum = self._spectra.get(size)
+        if spectrum is None:
             spectrum = np.fft.rfft(self.weights[:, :, : 2 * size], 2 * size)
-            if 4 * size > self.memory.shape[1]:  # does not come again
-                return spectrum
-            self._spectra[size] = spectrum
-        return self._spectra[size]
+            if 4 * size <= n:  # comes again
+                self._spectra[size] = spectrum
+        later = np.fft.irfft(np.einsum("cdf,df->cf", spectrum, past), 2 * size)
+        self.memory[:, end:stop] += later[:, size : size + stop - end]
 
 
 def convolve(weights: Array, force: Array) -> Array:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from impact.bodies.body import Body, ModalState
 from impact.brief import brief
@@ -18,7 +19,7 @@ from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel
 from impact.greens.modal import ModalGreens
 from impact.march import history
-from impact.march.loop import FLOOR, displaced
+from impact.march.loop.past import FLOOR, displaced
 from impact.march.problem import ContactError
 from impact.march.replay import Replay, blocks, resting, translate
 
@@ -69,7 +70,7 @@ class Discrete:
     __repr__ = brief
 
     @staticmethod
-    def of(body: Body, dt: float, n: int) -> Discrete:
+    def from_body(body: Body, dt: float, n: int) -> Discrete:
         """Return ``body`` over ``n`` steps of ``dt``, starting from its initial state."""
         body.greens.check_length(dt, n)
         loads = body.load_amplitudes(mid_steps(dt, n))
@@ -139,7 +140,7 @@ def mean_displacement(discrete: Discrete, force: Array, shares: Array) -> Array:
 def _shown(modal: ModalGreens, shares: Array) -> ModalGreens:
     """Return modes and relaxations whose mean over the ports is more than round-off, as those around a lip are not."""
 
-    def kept(shapes: Array) -> Array:
+    def kept(shapes: Array) -> NDArray[np.bool_]:
         return np.asarray(np.abs(shapes @ shares) > 16 * np.finfo(float).eps * (np.abs(shapes) @ np.abs(shares)))
 
     rest, relaxing = modal.residual, kept(modal.residual.shapes)
@@ -150,7 +151,7 @@ def _shown(modal: ModalGreens, shares: Array) -> ModalGreens:
 def _mean_of_modes(modal: ModalGreens, dt: float, force: Array, shares: Array) -> Array:
     """Return the (n,) means after each step; one port by the recursion of the march itself."""
     if len(shares) == 1:
-        rows, state = history.streams(history.Poles.of([(modal, np.ones((1, 1)))], dt, 1).folded())
+        rows, state = history.streams(history.Poles.from_modes([(modal, np.ones((1, 1)))], dt, 1).folded())
         return np.asarray(shares[0] * displaced(rows, state, float(modal.step_matrix(dt)[0, 0]), force[0]))
     none, rest = np.zeros(len(modal.omega)), modal.residual
     replay = Replay(modal, dt, ModalState(none, none), np.zeros(len(rest.rates)), np.zeros(len(shares)), [])
@@ -171,7 +172,7 @@ def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array
         raise GreensFunctionError(
             f"a {type(body.greens).__name__} has no modal coordinates: take a body that is a sum of modes"
         )
-    discrete, rows = Discrete.of(body, dt, force.shape[1]), force.shape[1] // stride
+    discrete, rows = Discrete.from_body(body, dt, force.shape[1]), force.shape[1] // stride
     start, rigid = _start(discrete, modal), modal.omega == 0
     q = np.empty((rows + 1, len(modal.omega)))
     q[0] = start.displacement

@@ -12,10 +12,10 @@ from impact.brief import brief
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
 from impact.march import engines, history
-from impact.march import loop as march
 from impact.march.engines import Engine
 from impact.march.flight import Flight, Flying, parted
 from impact.march.laws import BLENDED, CONSERVING, PASSIVE, Signorini
+from impact.march.loop.complementarity import active_set
 from impact.march.motion import Discrete
 from impact.march.problem import ContactError, ContactProblem
 
@@ -63,25 +63,17 @@ def prepare(
     block: int | None = None,
     bodies: tuple[Discrete, ...] | None = None,
 ) -> Prepared:
-    """Discretise the bodies and their free motion.
+    """Discretise the bodies and their free motion over a ``duration`` [s] at the step ``dt`` [s].
 
-    Args:
-        problem: what touches.
-        dt: step [s].
-        duration: of the run [s].
-        rule: "passive", "conserving" or "blended", see `laws`; "auto": blended for elastic laws, else passive.
-        engine: which remembers the past.
-        block: steps summed directly by the blocked FFT.
-        bodies: the problem's bodies where they are discretised already, at this step and over this duration: several
-            problems may share them.
-
-    Raises:
-        ContactError: what cannot be marched; ``bodies`` of another problem, step or duration.
+    ``rule``: "passive", "conserving" or "blended", see `laws`; "auto": blended for elastic laws, else passive.
+    ``engine``: which remembers the past; ``block``: steps summed directly by the blocked FFT. ``bodies``: the
+    problem's, where they are discretised already at this step and over this duration: several problems may share them.
+    Raises `ContactError`: what cannot be marched; ``bodies`` of another problem, step or duration.
     """
     n, rules = step_count(dt, duration), _rules(problem, rule)
     _refuse_ill_posed(problem)
     if bodies is None:
-        bodies = tuple(Discrete.of(body, dt, n) for body in problem.bodies)
+        bodies = tuple(Discrete.from_body(body, dt, n) for body in problem.bodies)
     stated = [(id(discrete.body), discrete.dt, discrete.loads.shape[1]) for discrete in bodies]
     if stated != [(id(body), dt, n) for body in problem.bodies]:
         raise ContactError(f"bodies must be those of the problem over {n} steps of {dt:g} s")
@@ -136,11 +128,11 @@ def _memory(
             f"{MOST_WEIGHTS / 1e9:g} GB): use fewer contacts or longer steps, or bodies that are sums of poles"
         )
     if turned:
-        terms.append(history.Poles.of(turned, dt, p).weights(own, n))
+        terms.append(history.Poles.from_modes(turned, dt, p).weights(own, n))
     weights = np.ascontiguousarray(sum(terms[1:], start=terms[0])) if terms else np.zeros((p, p, 0))
     if terms:
         weights[:, :, 0] = own
-    return history.Poles.of([*marched, *((part.free, part.turn) for part in flying)], dt, p), weights
+    return history.Poles.from_modes([*marched, *((part.free, part.turn) for part in flying)], dt, p), weights
 
 
 def _preloaded(
@@ -167,7 +159,7 @@ def _preloaded(
         raise ContactError(
             "preload is solved for rigid and linear-spring contacts; use impact.Signorini or LinearSpring"
         )
-    march.active_set(compliance + np.diag(springs), -opening, rest)
+    active_set(compliance + np.diag(springs), -opening, rest)
     placed = tuple(
         Discrete(b.body, b.kernel, b.dt, b.loads, turn @ rest, amplitudes)
         for b, turn, amplitudes in zip(bodies, turns, at_rest, strict=True)

@@ -17,7 +17,8 @@ from impact.bodies.body import ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
-from impact.march.loop import FLOOR, oscillate, padded
+from impact.march.loop.oscillators import oscillate, padded
+from impact.march.loop.past import FLOOR
 
 BLOCK = 4096  # steps
 NEAR, LEAST = 2**17, 64  # coordinates of some steps that stay near the processor; steps worth a product of matrices
@@ -118,7 +119,7 @@ class Replay:
         """Turn modal forces (m, K) into coordinates; ``told`` (2, m) gains energies stored and lost."""
         form, energies = (None, None) if told is None else (self._form, np.zeros(told.shape))
         oscillate(self._steps, form, self._q, self._p, pushed, energies)
-        if told is not None:
+        if told is not None and energies is not None:
             told += energies
 
     def coordinates(self, force: Array, loads: Array, stride: int) -> Array:

@@ -16,10 +16,10 @@ import numpy as np
 from impact.brief import brief
 from impact.greens.base import Array
 from impact.march import history
-from impact.march import loop as march
 from impact.march.flight import BLOCK as FLIGHT
 from impact.march.flight import Pilot
 from impact.march.laws import PlainLaw, no_user_law
+from impact.march.loop.marches import march_many, march_one
 from impact.march.motion import LiveLoads
 from impact.march.prepared import Prepared
 from impact.march.problem import ContactError
@@ -82,7 +82,7 @@ class ContactStepper:
         self._strides = Strides.none()
         if flying and prepared.weights.size == 0 and not self.live.follows:
             carried = np.asarray(-prepared.rest @ psi)  # drives the poles while nothing touches: the preload, missing
-            self._strides = Strides.of(steps, carried, n)
+            self._strides = Strides.from_poles(steps, carried, n)
         self._past = history.BlockedSum(prepared.weights, prepared.plan.block)
         contacts = prepared.problem.contacts
         seats = np.array([c.side > 0 for c in contacts])
@@ -208,12 +208,12 @@ class ContactStepper:
         if len(codes) == 1:
             law, film = (codes[0], rules[0], *numbers[0]), None if self._films is None else tuple(self._films[0])
             pulls = self.film.T[0] if self.film.size else np.zeros(0)
-            march.march_one(
+            march_one(
                 start, stop, self._rows, self._state, self._free[:, 0], memory[0], recent[0, 0],
                 block, s.own[0, 0], law, film, self._user, s.dt, s.rest[0], strides, force[0], self.gap[:, 0], pulls,
             )  # fmt: skip
         else:
-            self.unsolved += march.march_many(
+            self.unsolved += march_many(
                 start, stop, (self._rows, s.poles.psi, self._along), self._state, self._free, memory, recent,
                 block, s.own, self._laws, self._films, self._user, s.dt, s.rest, strides, force, self.gap, self.film.T,
             )  # fmt: skip

@@ -43,7 +43,7 @@ class Strides:
         return Strides(np.zeros(0, dtype=np.int64), np.zeros((0, 5, 0)), np.zeros((4, 0)))
 
     @staticmethod
-    def of(steps: Array, drive: Array, most: int) -> Strides:
+    def from_poles(steps: Array, drive: Array, most: int) -> Strides:
         """Return the strides of poles with the (5, K) ``steps`` of `history.Poles` under a constant ``drive`` (K,), of
         ``most`` steps."""
         a11, a21, a22, c1, c2 = np.asarray(steps, dtype=np.longdouble)

@@ -58,10 +58,6 @@ class FitData:
     def scale(self) -> float:
         return float(np.linalg.norm(self.weights[:, None, None] * self.g))
 
-    def misfit(self, model: ComplexArray) -> float:
-        """Return the weighted relative misfit."""
-        return float(np.linalg.norm(self.weights[:, None, None] * (model - self.g))) / self.scale
-
 
 def oscillators(s: ComplexArray, pairs: ComplexArray) -> ComplexArray:
     """Return the columns 1/((s - p)(s - p*)) of pairs of poles (n, K)."""

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from impact.bodies.time_series import Stated, TimeSeriesError
 from impact.brief import brief
-from impact.files.csv_table import CsvTable, normal_unit, read_csv
+from impact.files.csv_table import CsvTable, needed_csv, normal_unit
 from impact.greens.base import Array, ComplexArray
 from impact.greens.sampled import SampledGreens
 from impact.measured.noise import deviation_by_coherence
@@ -187,12 +187,8 @@ def read_frf(
         FrequencyResponseError: no such file, a header without quantities and units, values `FrequencyResponse` refuses.
         TimeSeriesError: no CSV text, or a cell that is not a number.
     """
-    name = Path(path)
-    if not name.exists():
-        raise FrequencyResponseError(f"{name}: no such file; check the path")
-    table = read_csv(name, TimeSeriesError, delimiter=delimiter)
-    if table is None:
-        raise FrequencyResponseError(f"{name}, line 1: header '' {_LIKE}")
+    table = needed_csv(path, TimeSeriesError, FrequencyResponseError, _LIKE.removeprefix("must be like "), delimiter)
+    name = table.path
     try:
         layout = _columns_of(table, columns or {}, units or {}, quantity)
     except TimeSeriesError as problem:

@@ -50,13 +50,20 @@ def choose_poles(data: FitData, floor: Array, most: int) -> tuple[Poles, tuple[C
         tried.append(Candidate(poles, cost))
         vain = 0 if cost < least else vain + 1
         best, least = (poles, cost) if cost < least else (best, least)
-        apart = _left(lines, poles)
+        a, b = lines.posed(poles)
+        size = np.linalg.norm(a, axis=0)
+        rest = b - (a / size) @ np.linalg.lstsq(a / size, b, rcond=1e-13)[0]  # what the best residues leave
+        apart = (rest[: len(data.s)] + 1j * rest[len(data.s) :]) / data.weights[:, None]
         if np.mean(np.abs(apart) ** 2 / floor[:, None] ** 2) <= 1:
             return poles, tuple(tried)
         if vain >= _PATIENCE or len(poles.pairs) >= most:
             break
-        size = data.weights * np.linalg.norm(apart, axis=1)
-        poles = _with_more(poles, data.s, size, max(1, len(poles.pairs) // 6))
+        # more pairs at the highest peaks of the misfit, smoothed over five lines
+        smooth = np.convolve(data.weights * np.linalg.norm(apart, axis=1), np.ones(5) / 5, mode="same")
+        peaks = _local_peaks(np.concatenate([[0.0], smooth, [0.0]])) - 1
+        worst = data.s.imag[peaks[np.argsort(-smooth[peaks])[: max(1, len(poles.pairs) // 6)]]]
+        pairs = np.concatenate([poles.pairs, (-0.01 + 1j) * worst])
+        poles = Poles(pairs[np.argsort(pairs.imag)], poles.rates)
     fewer = _without_idle(data, lines, best, least)
     return (fewer[-1].poles if fewer else best), (*tried, *fewer)
 
@@ -88,16 +95,6 @@ def criterion(data: FitData, squares: float, poles: Poles, form: str = "complex"
     fit = squares if squares >= expected else expected * (1 + math.log(max(squares / expected, 1e-300)))
     per_pair = 3 + (2 if form == "complex" else 1) * q
     return float(fit + math.log(numbers) * (per_pair * len(poles.pairs) + (1 + q) * len(poles.rates)))
-
-
-def _left(lines: Lines, poles: Poles) -> ComplexArray:
-    """Return what the best residues leave (n, q)."""
-    a, b = lines.posed(poles)
-    size = np.linalg.norm(a, axis=0)
-    x = np.linalg.lstsq(a / size, b, rcond=1e-13)[0]
-    residuals = b - (a / size) @ x
-    n = len(lines.s)
-    return np.asarray((residuals[:n] + 1j * residuals[n:]) / lines.weights[:, None])
 
 
 def _without_idle(data: FitData, lines: Lines, poles: Poles, cost: float) -> list[Candidate]:
@@ -132,12 +129,3 @@ def _peaks(data: FitData, most: int) -> tuple[int, Array]:
     peaks = _local_peaks(np.log(np.maximum(size * data.s.imag, 1e-300)), prominence=_PROMINENCE)
     peaks = data.s.imag[peaks[(size * data.weights)[peaks] > ABOVE_NOISE]]
     return min(max(1, len(peaks)), most), peaks
-
-
-def _with_more(poles: Poles, s: ComplexArray, apart: Array, count: int) -> Poles:
-    """Return ``count`` pairs more at the highest peaks of the misfit, smoothed over five lines."""
-    smooth = np.convolve(apart, np.ones(5) / 5, mode="same")
-    peaks = _local_peaks(np.concatenate([[0.0], smooth, [0.0]])) - 1
-    worst = s.imag[peaks[np.argsort(-smooth[peaks])[:count]]]
-    pairs = np.concatenate([poles.pairs, (-0.01 + 1j) * worst])
-    return Poles(pairs[np.argsort(pairs.imag)], poles.rates)

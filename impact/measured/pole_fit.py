@@ -98,8 +98,7 @@ def fit_response(
         "auto":    real modes unless the noise lets complex ones be distinguished from them.
 
     What lies above the band is a bare compliance, and where the highest lines rise towards it, oscillators at fixed
-    places
-    beyond them; what lies below is a rigid body, if ``free`` or the lines say so, and otherwise not known.
+    places beyond them; what lies below is a rigid body, if ``free`` or the lines say so, and otherwise not known.
 
     ``error.reduction``: the largest change of g after a Hann pulse whose spectrum ends with the band (-6 dB at half the
     highest line) among the draws, what oscillations beyond the band leave after it, and the misfit that noise does not
@@ -109,8 +108,7 @@ def fit_response(
         free: whether the body can move away (a term -1/(m w^2)); by default, whether the lines need that term and it
             outweighs all others at the lowest.
         most_pairs: limit of pole pairs.
-        draws: of records with other noise, `DRAWS` over the number of ports if absent; of a seed that is always the
-        same.
+        draws: of records with other noise, always the same; `DRAWS` over the number of ports if absent.
 
     Raises `FrequencyResponseError`: not causal, lines that hold nothing but noise, a misfit beyond the noise of more
     than half of the response, a "complex" fit that cannot be made passive.
@@ -133,7 +131,9 @@ def fit_response(
     (data, poles), *alike = _with_residual_terms(data, poles, free)
     chosen, complex_form = _chosen(data, poles, form, floor)
     residual = data.weights[:, None, None] * (chosen.transfer(data.s) - data.g)
-    unexplained = _unexplained(data, residual)
+    unit, n = replace(data, weights=np.ones(len(data.s))), len(data.s) * data.elements.shape[1]
+    missed, whole = float(np.sum(_squares(unit, residual))), float(np.sum(_squares(data, data.g)))
+    unexplained = float(np.sqrt(max(missed - 1.2 * n, 0.0) / max(whole - n, 1e-300)))  # rms, beyond the noise
     ranges, worst = _ranges_of(data, residual)
     if unexplained > MOST_UNEXPLAINED:
         raise FrequencyResponseError(
@@ -312,14 +312,6 @@ def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitt
     if real is not None and real[0] <= criterion(data, misfit, poles):
         return real[1], False
     return passive.greens(data.port_names), True
-
-
-def _unexplained(data: FitData, residual: ComplexArray) -> float:
-    """Return the part of the response that the fit misses beyond the noise, 0 ... 1 (rms, by the weights)."""
-    n = len(data.s) * data.elements.shape[1]
-    unit = replace(data, weights=np.ones(len(data.s)))
-    missed, whole = (float(np.sum(_squares(each, values))) for each, values in ((unit, residual), (data, data.g)))
-    return float(np.sqrt(max(missed - 1.2 * n, 0.0) / max(whole - n, 1e-300)))
 
 
 def _ranges_of(data: FitData, residual: ComplexArray) -> tuple[list[tuple[float, float]], float]:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
 from impact.advice import Advice
 from impact.bodies.time_series import SECONDS, Stated, TimeSeriesError
-from impact.files.csv_table import CsvTable, read_csv
+from impact.files.csv_table import CsvTable, needed_csv
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.greens.sampled import Pretrigger, SampledGreens, Tail
 from impact.measured.passivity import passivity
@@ -18,6 +17,7 @@ from impact.measured.passivity import passivity
 UNRESOLVED_LIMIT = 0.01  # share of the response above the run's Nyquist frequency
 REST_LIMIT = 0.05  # of the largest value: what a record may end with under the tail rule 'zero'
 _CHECKED_STEPS = 8192
+_LIKE = "'time [us],impulse_response [um/(N s)]'"
 _UNITS = {"m/(N s)": 1.0, "mm/(N s)": 1e-3, "um/(N s)": 1e-6, "nm/(N s)": 1e-9}
 
 
@@ -42,14 +42,7 @@ def read_impulse_response(
         GreensFunctionError: what `SampledGreens.from_series` refuses, a header without quantity and unit.
         TimeSeriesError: no CSV text, another number of columns, or a cell that is not a number. Both name the file.
     """
-    name = Path(path)
-    if not name.exists():
-        raise GreensFunctionError(f"{name}: no such file; check the path")
-    table = read_csv(name, TimeSeriesError, delimiter=delimiter)
-    if table is None:
-        raise GreensFunctionError(
-            f"{name}: is empty; the first line must be like 'time [us],impulse_response [um/(N s)]'"
-        )
+    table = needed_csv(path, TimeSeriesError, GreensFunctionError, _LIKE, delimiter)
     chosen, factors = _columns_of(table, columns or {}, units or {})
     time, values = table.numbers(chosen).T * factors[:, None]
     try:
@@ -60,10 +53,10 @@ def read_impulse_response(
             pretrigger=pretrigger,
             port_names=(port_name,),
             static=static,
-            origin={"kind": "measured", "file": name.name},
+            origin={"kind": "measured", "file": table.path.name},
         )
     except GreensFunctionError as problem:
-        raise GreensFunctionError(f"{name}: {problem}") from problem
+        raise GreensFunctionError(f"{table.path}: {problem}") from problem
 
 
 def sampling_advice(greens: GreensFunction, dt: float, n: int, *, body: str = "target") -> tuple[Advice, ...]:
@@ -123,7 +116,7 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated) -> tuple[list[i
     if len(entries) != 2:
         raise GreensFunctionError(
             f"{table.path}, line {table.head_line}: header {table.header!r} must be like "
-            "'time [us],impulse_response [um/(N s)]', or its columns be named by columns = { time = ..., "
+            f"{_LIKE}, or its columns be named by columns = {{ time = ..., "
             f"impulse_response = ... }}; time in {', '.join(SECONDS)}; impulse_response in {', '.join(_UNITS)}"
         )
     return [column for column, _, _ in entries], np.array(factors)

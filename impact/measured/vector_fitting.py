@@ -84,8 +84,10 @@ def relocate(lines: Lines, poles: Poles) -> Poles:
     c = np.linalg.lstsq(matrix / columns, goal, rcond=None)[0] / columns
     d = c[-1] if abs(c[-1]) > 1e-8 else np.copysign(1e-8, c[-1])
     a, b = _realisation(poles)
-    zeros = np.linalg.eigvals(a - np.outer(b, c[:-1]) / d) * scale
-    return _stable(np.asarray(zeros, dtype=complex))
+    zeros = np.asarray(np.linalg.eigvals(a - np.outer(b, c[:-1]) / d) * scale, dtype=complex)
+    real = zeros[np.abs(zeros.imag) <= 1e-9 * np.abs(zeros)].real
+    pairs = _stable(zeros[zeros.imag > 1e-9 * np.abs(zeros)])
+    return Poles(pairs[np.argsort(pairs.imag)], np.sort(np.abs(real[real != 0])))
 
 
 def fitted_poles(lines: Lines, poles: Poles) -> Poles:
@@ -127,7 +129,9 @@ def refined(lines: Lines, poles: Poles, iterations: int = 6) -> Poles:
         step = np.linalg.lstsq(matrix / size, goal, rcond=1e-10)[0] / size
         before = least
         for share in (1.0, 0.3, 0.1, 0.01):
-            moved = _moved(poles, share * step)
+            k, turned = 2 * len(poles.pairs), share * step
+            pairs = _stable(poles.pairs + turned[0:k:2] + 1j * turned[1:k:2])
+            moved = Poles(pairs, np.maximum(np.abs(poles.rates + turned[k:]), 1e-12))
             projection = _projected(lines, moved)
             if (total := float(np.sum(projection[2] ** 2))) < least:
                 poles, least, (q, amplitudes, apart) = moved, total, projection
@@ -159,13 +163,6 @@ def _slopes(lines: Lines, poles: Poles, amplitudes: Array) -> Array:
     return np.concatenate([columns.real, columns.imag])
 
 
-def _moved(poles: Poles, step: Array) -> Poles:
-    k = len(poles.pairs)
-    pairs = poles.pairs + step[0 : 2 * k : 2] + 1j * step[1 : 2 * k : 2]
-    pairs = np.minimum(-np.abs(pairs.real), -1e-7 * np.abs(pairs)) + 1j * np.abs(pairs.imag)
-    return Poles(pairs, np.maximum(np.abs(poles.rates + step[2 * k :]), 1e-12))
-
-
 def _realisation(poles: Poles) -> tuple[Array, Array]:
     order, k = poles.order, len(poles.pairs)
     a, b = np.zeros((order, order)), np.ones(order)
@@ -177,8 +174,5 @@ def _realisation(poles: Poles) -> tuple[Array, Array]:
     return a, b
 
 
-def _stable(found: ComplexArray) -> Poles:
-    upper = found[found.imag > 1e-9 * np.abs(found)]
-    real = found[np.abs(found.imag) <= 1e-9 * np.abs(found)].real
-    pairs = np.minimum(-np.abs(upper.real), -1e-7 * np.abs(upper)) + 1j * upper.imag
-    return Poles(pairs[np.argsort(pairs.imag)], np.sort(np.abs(real[real != 0])))
+def _stable(pairs: ComplexArray) -> ComplexArray:
+    return np.asarray(np.minimum(-np.abs(pairs.real), -1e-7 * np.abs(pairs)) + 1j * np.abs(pairs.imag))

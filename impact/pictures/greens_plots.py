@@ -38,15 +38,10 @@ def plot_greens(
     """Draw g(t) just after the impulse and over ``duration`` [s], the step response and the receptance.
 
     Thick: g after a Hann pulse of total ``width`` [s] (see `GreensFunction.filtered`). ``reference``: another Green's
-    function of the same body, dashed. The receptance of a modal function is in closed form; that of
-    one known by its response only is the transform under an exponential window over ``duration``.
-
-    Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
-
-    Raises:
-        PictureError: matplotlib is missing.
-        GreensFunctionError: no such port.
-        ValueError: ``width`` not positive, or ``duration`` below ``width``.
+    function of the same body, dashed. The receptance of a modal function is in closed form; that of one known by its
+    response only is the transform under an exponential window over ``duration``. Returns the figure; with a ``path`` it
+    is written there, by its suffix. Raises `PictureError` without matplotlib, `GreensFunctionError` for no such port,
+    `ValueError` unless 0 < ``width`` <= ``duration``.
     """
     if not 0 < width <= duration < math.inf:
         raise ValueError(f"width = {width:g} s and duration = {duration:g} s must be finite with 0 < width <= duration")
@@ -199,11 +194,8 @@ def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: f
 
 
 def lowest_excited(greens: ModalGreens, port: int = 0) -> float | None:
-    """Return the frequency [Hz] of the lowest oscillator with a thousandth or more of the port's compliance, if there
-    is one.
-
-    A reduction lists weaker ones too, below and between, which need not be modes of the body.
-    """
+    """Return the frequency [Hz] of the lowest oscillator with `EXCITED` of the port's compliance: weaker ones need be
+    no modes."""
     elastic = greens.omega > 0
     compliance = (greens.shapes[elastic, port] / greens.omega[elastic]) ** 2
     whole = float(np.sum(compliance)) + float(greens.residual.static()[port, port])

@@ -44,10 +44,8 @@ def plot_lip(
 ) -> Figure:
     """Draw force per length over place and time, impulse per length, total force, gap at four places, tilt of the gap.
 
-    Places are angles, or lengths along a line whose places angles do not give.
-
-    A local force is that of a moving front, which grows with ever more arcs: all that is drawn is a mean, and each
-    panel says over what.
+    Places are angles, or lengths along a line whose places angles do not give. A local force is that of a moving front,
+    which grows with ever more arcs: all that is drawn is a mean, and each panel says over what.
 
     Args:
         result: of N >= 3 arcs of the line: histories (n + 1, N).
@@ -57,10 +55,7 @@ def plot_lip(
         filter_width: of the average in time [s].
         landings: records as in summary.json, of which the hardest is shown; none: the hardest contact.
 
-    Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
-
-    Raises:
-        PictureError: matplotlib is missing.
+    Returns the figure; with a ``path`` it is written there, by its suffix. Raises `PictureError` without matplotlib.
     """
     runs = [result] if baseline is None else [result, baseline]
     window, contact = shown_contact(runs, filter_width, 0.1, landings)

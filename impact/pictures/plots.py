@@ -13,15 +13,12 @@ from impact.after import measures
 from impact.after.result import ImpactResult
 from impact.greens.base import Array
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet, time_axis, zero_line
-from impact.pictures.greens_plots import plot_greens
 from impact.pictures.landing_marks import BODIES, draw_marks, landing_marks, shown_contact, value_at
 from impact.quantities import percent, scaled, text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-__all__ = ["NAMES", "plot_energy", "plot_force", "plot_greens", "plot_motion"]
 
 NAMES = ("elastic seat", "spring of equal static stiffness")
 _Curve = tuple[ImpactResult, Array, str, str, Any]  # of a run: values, name, colour and line style
@@ -44,37 +41,35 @@ def plot_force(
 
     Thin: force of each step; thick: centred moving average over ``filter_width`` [s]. ``baseline``: the same impact on
     a spring, or ``None``. ``landings``: records as in summary.json; those on the seat are marked, and the hardest of
-    them is enlarged in place of the hardest contact.
-
-    Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
-
-    Raises:
-        PictureError: matplotlib is missing.
-        MeasureError: ``filter_width`` is not resolved by the steps.
+    them is enlarged in place of the hardest contact. Returns the figure; with a ``path`` it is written there, by its
+    suffix. Raises `PictureError` without matplotlib, `MeasureError` where the steps do not resolve the filter.
     """
     runs = _runs(result, baseline)
     filtered = [measures.filtered_force(run, filter_width) for run in runs]
     factor, unit = scaled([measures.peak_force(run) for run in runs], "N")
     marks = landing_marks(landings)
     group, contact = shown_contact(runs, filter_width, 0.05, landings)
+    seen, last = _within(result, *group), float(result.time[-1])
+    peak = float(result.time[seen][int(np.argmax(filtered[0][seen]))])
+    highest = max(peak - 5 * filter_width, 0.0), min(peak + 11 * filter_width, last)
     with sheet(path, 7.2, 6.6) as figure:
         figure.suptitle(title)
         grid = figure.add_gridspec(3, 2, height_ratios=[1.0, 1.4, 0.18 + 0.12 * len(runs)], width_ratios=[1.7, 1.0])
         whole, zoom, pulse = (figure.add_subplot(place) for place in (grid[0, :], grid[1, 0], grid[1, 1]))
         leave = False
         for axes, window, heading in (
-            (whole, (0.0, float(result.time[-1])), "Whole run"),
+            (whole, (0.0, last), "Whole run"),
             (zoom, group, contact.capitalize()),
-            (pulse, _pulse_window(result, filtered[0], group, filter_width), "Its highest pulse"),
+            (pulse, highest, "Its highest pulse"),
         ):
             leave |= _forces(axes, runs, filtered, window, names, filter_width)
             axes.set_ylabel(f"force [{unit}]")
             axes.set_title(heading)
             axes.yaxis.set_major_formatter(lambda value, _: f"{factor * value:g}")
         pulse.set_ylabel("")
-        rate = scaled(float(result.time[-1]), "s")[0]
+        rate = scaled(last, "s")[0]
         draw_marks(whole, marks, lambda mark: (rate * mark.peak_time, mark.peak))
-        _mark(whole, group, float(result.time[-1]))
+        _mark(whole, group, last)
         note = f"thin: steps{' (cut off)' if leave else ''}, thick: {1e6 * filter_width:g} µs mean"
         zoom.set_title(note, loc="right", color=GREY, fontsize=8)
         whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
@@ -97,12 +92,8 @@ def plot_motion(
 
     That is the one with the largest mean force over ``filter_width`` [s]; with ``landings``, records as in
     summary.json, the hardest landing on the seat. All are marked, those on a stopper, too. With ``crank``, the speed
-    of a crank [1/min] and its angle at t = 0 [rad], a second axis shows its angle.
-
-    Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
-
-    Raises:
-        PictureError: matplotlib is missing.
+    of a crank [1/min] and its angle at t = 0 [rad], a second axis shows its angle. Returns the figure; with a ``path``
+    it is written there, by its suffix. Raises `PictureError` without matplotlib.
     """
     runs, end = _runs(result, baseline), float(result.time[-1])
 
@@ -121,8 +112,8 @@ def plot_motion(
         reed.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0 if crank is None else 1.24), ncols=2)
         if crank is not None:
             first, per_unit = math.degrees(crank[1]), 6 * crank[0] / scaled(end, "s")[0]
-            both = (lambda time: first + per_unit * time, lambda angle: (angle - first) / per_unit)
-            reed.secondary_xaxis("top", functions=both).set_xlabel("crank angle [deg]")
+            turns = (lambda time: first + per_unit * time, lambda angle: (angle - first) / per_unit)
+            reed.secondary_xaxis("top", functions=turns).set_xlabel("crank angle [deg]")
         _mark_motion(reed, seat, runs, landings)
         little = 0.01 if not landings else 0.05  # of the approach: it would dwarf the openings
         window, contact = shown_contact(runs, filter_width, little, landings)
@@ -144,14 +135,11 @@ def plot_energy(
     title: str = "Energy",
     targets: str = "seat",
 ) -> Figure:
-    """Draw the ledger: terms stacked up to the energy brought in, the same on a logarithmic scale, and what is missing.
+    """Draw the ledger: terms stacked up to the energy brought in, the same on a logarithmic scale, and what is missing
+    [J].
 
-    ``targets``: what the struck bodies are called, whose energies are one term.
-
-    Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
-
-    Raises:
-        PictureError: matplotlib is missing.
+    ``targets``: what the struck bodies are called, whose energies are one term. Returns the figure; with a ``path`` it
+    is written there, by its suffix. Raises `PictureError` without matplotlib.
     """
     energy = result.energy
     received = ["work on " if name in energy.by_work else "" for name in ("striker", "target")]
@@ -210,15 +198,6 @@ def _mark_motion(reed: Axes, seat: Axes, runs: list[ImpactResult], landings: Seq
     handles, labels = reed.get_legend_handles_labels()
     if named := handles[len(runs) :]:
         seat.legend(named, labels[len(runs) :], loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
-
-
-def _pulse_window(
-    result: ImpactResult, filtered: Array, group: tuple[float, float], width: float
-) -> tuple[float, float]:
-    """Return the time window [s] of 16 filter widths around the highest filtered force of the group."""
-    seen = _within(result, *group)
-    peak = float(result.time[seen][int(np.argmax(filtered[seen]))])
-    return max(peak - 5 * width, 0.0), min(peak + 11 * width, float(result.time[-1]))
 
 
 def _mark(axes: Axes, window: tuple[float, float], end: float) -> None:

@@ -16,10 +16,9 @@ from impact.after.measures import MERGE
 from impact.bodies.body import Body
 from impact.brief import brief
 from impact.greens.base import Array
-from impact.march import loop as march
 from impact.march.history import aligned
 from impact.march.laws import PlainLaw, no_user_law
-from impact.march.loop import LANES
+from impact.march.loop.lanes import LANES, march_lanes
 from impact.march.motion import Discrete
 from impact.march.prepared import Prepared, prepare
 from impact.march.problem import ContactError, ContactProblem
@@ -106,7 +105,7 @@ def solve_many(
         s = np.ascontiguousarray(scales[:, lanes])
         out[6] = contact.side * closing[lanes]
         state = aligned((len(rows) + 1) * 2 * LANES).reshape(-1, 2, LANES)
-        march.march_lanes(rows, state, free, s, float(prepared.own[0, 0]), law, user, dt, history, opening, out[6])
+        march_lanes(rows, state, free, s, float(prepared.own[0, 0]), law, user, dt, history, opening, out[6])
         _measure(history, dt, MERGE, filter_width or 0.0, out)
         results[:, scenes] = out[:, : len(scenes)]
         if force is not None and gap is not None:
@@ -187,7 +186,7 @@ def _free_motions(problem: ContactProblem, prepared: Prepared) -> Array:
     for row, body in ((1, _in_translation(striker)), (2, released)):
         if body is None:
             continue
-        motion = Discrete.of(body, prepared.dt, n).motion(np.zeros((len(body.greens.ports), n)))
+        motion = Discrete.from_body(body, prepared.dt, n).motion(np.zeros((len(body.greens.ports), n)))
         out[row] = problem.directions(striker)[:, 0] @ motion.displacement
     return out
 

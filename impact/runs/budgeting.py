@@ -71,22 +71,18 @@ def error_budget(
       than the period of the highest mode asks for what the model has not). A modal body whose modes are all there is (a
       lumped system) says so by ``error=ErrorEstimate(0, 0)``;
     - "striker mesh", "target mesh": g larger by its ``error_estimate.mesh``;
-    - whatever ``others`` name.
+    - whatever ``others`` name, the same impact with another model: all that it changes counts.
 
     A source of which nothing is known is named in ``unknown``, and is in no bar. Several targets are "target 0",
     "target 1", ...; with several contacts each measure stands once for each, "impulse 0", "impulse 1", ...
 
     Args:
-        problem: what was solved.
-        result: of `impact.solve` with that problem; ``None``: it is solved here, with ``dt`` and ``duration`` [s].
-        dt, duration: [s], where there is no result.
+        result: of `impact.solve` with that problem and step ``rule``.
+        dt, duration: [s], to solve it here where there is no result.
         filter_width: of the measure "filtered_peak" [s], left out for ``None``; at least twice ``dt``.
-        rule: the step rule of the run.
-        measures: other measures, by name, as functions of a result; ``None``: "impulse" [N s], "filtered_peak" [N],
+        measures: by name, as functions of a result; ``None``: "impulse" [N s], "filtered_peak" [N],
             "contact_duration" (of the first group) [s] and "target_displacement" (largest) [m].
-        coarser: by the name of a mesh or reduction source, a coarser companion of that body, which takes the place of
-            its stated error.
-        others: by name, the same impact with another model; all that it changes counts.
+        coarser: by the name of a mesh or reduction source, a coarser companion, in place of the stated error.
 
     Raises:
         ContactError: no result and no step or duration; a source that is none; what `impact.solve` raises.

@@ -135,7 +135,8 @@ def _at_contacts(s: Prepared, motions: tuple[Motion, ...], single: bool, *, of_s
         number = next(i for i, b in enumerate(s.bodies) if b.body is body)
         port = contact.striker_port if of_striker else contact.port
         moved = motions[number].displacement[body.greens.port_index(port)]
-        columns.append(moved if body.base is None else moved + body.carried(s.dt * np.arange(len(moved))))
+        times = np.asarray(s.dt * np.arange(len(moved)), dtype=np.float64)
+        columns.append(moved if body.base is None else moved + body.carried(times))
     return columns[0] if single else np.stack(columns, axis=1)
 
 

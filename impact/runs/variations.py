@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from impact.bodies.body import Body, ModalState
+from impact.bodies.body import Body
 from impact.greens.modal import ModalGreens, Residual
 from impact.march.problem import ContactProblem
 from impact.runs.budget import Budget, Values, changes, is_time, larger, times, total
@@ -64,10 +64,12 @@ def budget_of(
     variations = [one for terms in sources.values() for term in terms or () for one in term]
     runs = {(id(problem), each): (problem, each) for each in (step, *_beside(dt, filter_width))}
     runs |= {(id(p), step): (p, step) for v in variations for p in (v.against, v.problem) if p is not None}
-    results = {
-        key: {name: run_values.get(name, math.inf) for name in values}
-        for key, run_values in _all_of(run, runs, threads).items()
-    }
+    # one thread each, its matrix products too: libraries with threads of their own would take the others' cores, and
+    # the last digits would depend on their number
+    with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(threads) as pool:
+        each_run = (pool.map if threads > 1 else map)(lambda one: run(*one), runs.values())
+        found = dict(zip(runs, each_run, strict=True))
+    results = {key: {name: one.get(name, math.inf) for name in values} for key, one in found.items()}
     base = results[id(problem), step]
 
     def change(variation: Variation) -> Values:
@@ -93,16 +95,6 @@ def budget_of(
                 largest = larger(largest, change(variation))
             parts[source] = total(parts[source], largest)
     return Budget(values, {**parts, "time_step": of_step}, (*sources, "time_step"))
-
-
-def _all_of(
-    run: Run, asked: Mapping[tuple[int, float], tuple[ContactProblem, float]], threads: int
-) -> dict[tuple[int, float], Values]:
-    """Run each on one thread, its matrix products too: libraries with threads of their own would take the others'
-    cores, and the last digits would depend on their number."""
-    with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(threads) as pool:
-        each = pool.map if threads > 1 else map
-        return dict(zip(asked, each(lambda one: run(*one), asked.values()), strict=True))
 
 
 def left_by_step(dt: float, filter_width: float | None, between: Callable[[float], Values]) -> Values:
@@ -149,11 +141,7 @@ def enlarged(body: Body, factor: float) -> Body:
         return replace(body, greens=body.greens.scaled(factor))
     root, rest = np.where(g.omega > 0, np.sqrt(factor), 1.0), g.residual
     residual = Residual(np.sqrt(factor) * rest.shapes, rest.rates, factor * rest.compliance)
-    state = None if body.state is None else ModalState(body.state.displacement / root, body.state.velocity / root)
-    loads = tuple(replace(load, shape=load.shape / root) for load in body.loads)
-    return replace(
-        body, greens=replace(g, shapes=root[:, None] * g.shapes, residual=residual), state=state, loads=loads
-    )
+    return body.in_modes(replace(g, shapes=root[:, None] * g.shapes, residual=residual), lambda values: values / root)
 
 
 def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
@@ -162,13 +150,8 @@ def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
     if g is None or not np.any(g.omega):
         return None
     highest = float(g.omega.max()) / (2 * np.pi) / ratio
-    kept, state = g.omega <= 2 * np.pi * highest, body.state
-    if not np.any(kept):
-        return None
-    if state is not None:
-        state = ModalState(state.displacement[kept], state.velocity[kept])
-    loads = tuple(replace(load, shape=load.shape[kept]) for load in body.loads)
-    return replace(body, greens=narrowed(g, highest), state=state, loads=loads)
+    kept = g.omega <= 2 * np.pi * highest
+    return body.in_modes(narrowed(g, highest), lambda values: values[kept]) if np.any(kept) else None
 
 
 def ringing_on(body: Body, ratio: float = 1.0) -> Body | None:
@@ -196,11 +179,7 @@ def ringing_on(body: Body, ratio: float = 1.0) -> Body | None:
         shapes=np.vstack([g.shapes, shapes]),
         residual=g.residual.scaled(AT_ONCE),
     )
-    at_rest, state = np.zeros(len(shapes)), body.state
-    if state is not None:
-        state = ModalState(*(np.concatenate([part, at_rest]) for part in (state.displacement, state.velocity)))
-    loads = tuple(replace(load, shape=np.concatenate([load.shape, at_rest])) for load in body.loads)
-    return replace(body, greens=ringing, state=state, loads=loads)
+    return body.in_modes(ringing, lambda values: np.concatenate([values, np.zeros(len(shapes))]))
 
 
 def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:

@@ -110,15 +110,9 @@ def _read_greens(file: Any, path: str | os.PathLike[str], depth: int = 0) -> Gre
         omega, zeta, shapes = (finite_array(file, n) for n in ("omega", "zeta", "shapes"))
         return ModalGreens(omega, zeta, shapes, residual, _names(file), error, origin, valid)
     if kind == "sampled":
-        return SampledGreens(
-            finite_array(file, "values"),
-            float(file.attrs["dt"]),
-            tail=str(file.attrs["tail"]),  # type: ignore[arg-type]
-            port_names=_names(file),
-            static=finite_array(file, "static") if "static" in file else None,
-            error=error,
-            origin=origin,
-        )
+        values, static = finite_array(file, "values"), finite_array(file, "static") if "static" in file else None
+        dt, tail = float(file.attrs["dt"]), str(file.attrs["tail"])
+        return SampledGreens(values, dt, tail, _names(file), static, error, origin)  # type: ignore[arg-type]
     if kind == "poles":
         poles, pairs = _complex_array(file, "poles"), _complex_array(file, "shapes")
         rates, real, signs, rigid, spring = (finite_array(file, name) for name in _POLES)

@@ -37,7 +37,7 @@ FREE = replace(
 )
 """Two ports of a body that translates and turns; 1/m = 0.34 at either."""
 FREE_MASS = 1 / 0.34
-POLES = impact.PoleGreens.of(FREE)
+POLES = impact.PoleGreens.from_modal(FREE)
 BALL = impact.rigid_mass(mass=0.7, velocity=0.0).greens
 
 
@@ -54,7 +54,7 @@ KINDS: dict[str, tuple[GreensFunction, float]] = {
     "modes, held, two ports": (HELD, math.inf),
     "modes, free, two ports": (FREE, FREE_MASS),
     "modes, for a time": (replace(HELD, valid_for=3.0), math.inf),
-    "poles, held": (impact.PoleGreens.of(HELD), math.inf),
+    "poles, held": (impact.PoleGreens.from_modal(HELD), math.inf),
     "poles, free, two ports": (POLES, FREE_MASS),
     "poles, for a time": (replace(POLES, valid_for=5.5), FREE_MASS),
     "mass": (BALL, 0.7),
@@ -84,7 +84,7 @@ KINDS: dict[str, tuple[GreensFunction, float]] = {
     "multiple of modes": (ScaledGreens(FREE, 0.5), 2 * FREE_MASS),
     "multiple of a rod": (ScaledGreens(DAMPED_FREE, 2.0), 3.0),
     "multiple of complex poles": (ScaledGreens(POLES, 3.0), FREE_MASS / 3),
-    "sum, held, for a time": (SumGreens((replace(HELD, valid_for=4.0), impact.PoleGreens.of(HELD))), math.inf),
+    "sum, held, for a time": (SumGreens((replace(HELD, valid_for=4.0), impact.PoleGreens.from_modal(HELD))), math.inf),
 }  # fmt: skip
 MASSES_BY_SAMPLES = 1e-5  # what is left of the vibration in the last slope
 FREE_KINDS = [name for name, (_, mass) in KINDS.items() if math.isfinite(mass)]

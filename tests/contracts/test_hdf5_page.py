@@ -50,7 +50,7 @@ def greens(folder: Path) -> None:
     other = replace(SEAT, residual=Residual.none())
     every: tuple[GreensFunction, ...] = (
         SEAT,
-        impact.PoleGreens.of(SEAT),
+        impact.PoleGreens.from_modal(SEAT),
         sampled,
         impact.SumGreens((SEAT, other)),
         impact.ScaledGreens(SEAT, 2.0),

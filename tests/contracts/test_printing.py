@@ -57,7 +57,7 @@ def examples() -> dict[str, object]:
     single = impact.ContactProblem(ball, impact.spring(stiffness=1e6))
     return {
         "modal": greens,
-        "poles": impact.PoleGreens.of(greens),
+        "poles": impact.PoleGreens.from_modal(greens),
         "samples": impact.SampledGreens(np.zeros(many), 1e-6, "zero"),
         "sum": impact.SumGreens((greens,) * 20),
         "multiple": impact.ScaledGreens(impact.ScaledGreens(greens, 2.0), 2.0),

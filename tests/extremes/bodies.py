@@ -128,7 +128,7 @@ def damping(zeta: float) -> Finding:
             size = max(abs(exact), min(float(t), 1.0) * math.exp(-min(zeta, 1.0) * float(t)) * 1e-3, 1e-300)
             errors.append(abs(float(ours) - exact) / size / max(1.0, float(t)))
     n, dt = 4000, 0.3
-    weights = Poles.of([(_mode(zeta), np.ones((1, 1)))], dt, 1).weights(_mode(zeta).step_matrix(dt), n)[0, 0]
+    weights = Poles.from_modes([(_mode(zeta), np.ones((1, 1)))], dt, 1).weights(_mode(zeta).step_matrix(dt), n)[0, 0]
     exact_s = np.array([precise.step_response(dt * k, 1.0, zeta) for k in (0, 1, 2, 10, 11, 1000, 1001, n - 1, n)])
     ours_w = weights[[1, 10, 1000, n - 1]]
     exact_w = exact_s[[2, 4, 6, 8]] - exact_s[[1, 3, 5, 7]]

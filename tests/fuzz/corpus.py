@@ -153,7 +153,7 @@ def _greens(folder: Path) -> Iterator[Specimen]:
     rod = {**solid, "area": 1e-6, "length": 0.03}
     kinds: dict[str, Any] = {
         "modal": SEAT,
-        "poles": impact.PoleGreens.of(SEAT),
+        "poles": impact.PoleGreens.from_modal(SEAT),
         "sampled": sampled,
         "delay-rod": impact.fixed_rod(**rod),
         "damped-rod": impact.fixed_rod(**rod, damping_ratio=0.1),

@@ -56,7 +56,7 @@ def test_a_shaken_oscillator_follows_its_closed_form() -> None:
 def test_records_of_either_kind_are_one_motion(kind: Kind, course: object) -> None:
     """1000 samples of 50 ms. An acceleration starts from rest: without the uniform motion at W A."""
     t = np.linspace(-0.005, 0.06, 4001)
-    motion = impact.BaseMotion.of(impact.TimeSeries(t, course(t)), kind)  # type: ignore[operator]
+    motion = impact.BaseMotion.from_series(impact.TimeSeries(t, course(t)), kind)  # type: ignore[operator]
     at = np.linspace(0, 0.05, 777)
     drift = -WAY * RATE * at if kind == "acceleration" else 0.0
     np.testing.assert_allclose(motion.displacement(at), SHAKEN.displacement(at) + drift, atol=1e-4 * WAY)
@@ -64,7 +64,7 @@ def test_records_of_either_kind_are_one_motion(kind: Kind, course: object) -> No
 
 
 def test_a_record_that_ends_too_soon_is_refused() -> None:
-    motion = impact.BaseMotion.of(impact.TimeSeries(np.array([0.0, 1e-3, 2e-3]), np.zeros(3)), "velocity")
+    motion = impact.BaseMotion.from_series(impact.TimeSeries(np.array([0.0, 1e-3, 2e-3]), np.zeros(3)), "velocity")
     with pytest.raises(TimeSeriesError, match=r"covers 0\.\.0\.002 s, the run asks for"):
         place(oscillator(motion), 1e-5, 5e-3)
 

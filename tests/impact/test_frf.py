@@ -78,7 +78,7 @@ def test_bad_files(tmp_path: Path) -> None:
     with pytest.raises(FrequencyResponseError, match=r"none.csv: no such file"):
         read_frf(tmp_path / "none.csv")
     (tmp_path / "empty.csv").write_text("")
-    with pytest.raises(FrequencyResponseError, match=r"empty.csv, line 1: header '' must be like"):
+    with pytest.raises(FrequencyResponseError, match=r"empty.csv: is empty; the first line must be like 'frequency"):
         read_frf(tmp_path / "empty.csv")
     path = write(tmp_path / "h.csv", header, F, G.real, G.imag)
     path.write_text(path.read_text() + "3100,1\n")

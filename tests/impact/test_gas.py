@@ -60,8 +60,8 @@ def test_choked_flow() -> None:
     k, r = AIR.k, AIR.constant
     exact = 2e5 * math.sqrt(k / (r * 300)) * (2 / (k + 1)) ** ((k + 1) / (2 * (k - 1)))
     assert AIR.critical == pytest.approx(0.528282, rel=1e-6)
-    for low in (0.472 * 2e5, 1.5e5, 2e5):
-        assert AIR.flux(2e5, 300.0, low) == pytest.approx(exact, rel=1e-12)
+    for fall in (0.472 * 2e5, 1.5e5, 2e5):
+        assert AIR.flux(2e5, 300.0, fall) == pytest.approx(exact, rel=1e-12)
     assert AIR.flux(1e5, 288.15, 9e4) == pytest.approx(0.0404 * 1e5 / math.sqrt(288.15), rel=1e-3)
     assert AIR.flux(2e5, 300.0, 0.46 * 2e5) < exact * (1 - 1e-5)
 

@@ -10,14 +10,12 @@ from scipy.special import j1
 
 import impact
 from impact import Body, ContactProblem, GreensFunctionError, ModalGreens, Residual
-from impact.exact.disk_response import DiskResponse, PointLoad
+from impact.exact.disk_response import DiskResponse, PointLoad, point_step_response, rayleigh_speed
 from impact.exact.half_space import (
     HalfSpacePatch,
     disk_compliance,
     half_space_patch,
-    point_step_response,
     punch_compliance,
-    rayleigh_speed,
     square_compliance,
     without_patch,
 )
@@ -82,7 +80,7 @@ def test_literature(name: str) -> None:
 
 @pytest.mark.parametrize("poisson", POISSON)
 def test_point_load_arrives_from_rest_and_settles_to_boussinesq(poisson: float) -> None:
-    load = PointLoad.of(poisson)
+    load = PointLoad.from_poisson(poisson)
     tau = np.array([0.5 * load.kappa, load.kappa + 1e-12, 1 - 1e-12, 1 + 1e-12, load.gamma * (1 + 1e-12), 50.0])
     w = point_step_response(tau, poisson=poisson) / ((1 - poisson) / 2)
     assert w[0] == 0.0
@@ -104,7 +102,7 @@ def test_double_root_of_the_cubic_is_no_singularity() -> None:
 @pytest.mark.parametrize("poisson", POISSON)
 def test_disk_response_has_the_laplace_transform_of_the_wave_equation(poisson: float) -> None:
     """int exp(-s T) dS/dT dT against the slowness integral of Lamb's solution times the disk's (2 J1(z)/z)^2."""
-    response = DiskResponse.of(poisson)
+    response = DiskResponse.from_poisson(poisson)
     kappa2 = (1 - 2 * poisson) / (2 * (1 - poisson))
     for s in (0.3, 2.0, 10.0):
         time, weight = panels(np.union1d(response.breaks, response.breaks[-1] * np.geomspace(1e-6, 1.0, 40)))

@@ -18,7 +18,7 @@ from impact import (
     Signorini,
 )
 from impact.march.laws import PASSIVE, no_user_law
-from impact.march.loop import contact_force as march_force
+from impact.march.loop.forces import contact_force as march_force
 
 
 def contact_force(code: int, k: float, pen: float, w0: float) -> float:

@@ -14,7 +14,7 @@ import impact
 from impact import Body, Contact, ContactError, ContactProblem, LawError, ModalGreens, PlainLaw, Residual, compiled_law
 from impact.greens.base import Array
 from impact.march.laws import BLENDED, CONSERVING, PASSIVE, Law, no_user_law
-from impact.march.loop import contact_force
+from impact.march.loop.forces import contact_force
 
 RIGID = ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.spring(1e-14))
 SEAT = ModalGreens(

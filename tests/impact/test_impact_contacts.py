@@ -10,7 +10,8 @@ from scipy.optimize import nnls
 import impact
 from impact import Body, Contact, ContactError, ContactProblem, ContactStepper, Load, ModalGreens, Residual, measures
 from impact.march.laws import Law, no_user_law
-from impact.march.loop import active_set, march_many, march_one
+from impact.march.loop.complementarity import active_set
+from impact.march.loop.marches import march_many, march_one
 from impact.march.loop.sweeps import by_sweeps, linear_laws
 from impact.march.strides import Strides
 
@@ -388,7 +389,7 @@ def test_response_at_one_port_to_the_other_is_symmetric() -> None:
     for pushed, watched in ((0, 2), (2, 0)):
         forces = np.zeros((3, 400))
         forces[pushed] = force
-        discrete = impact.march.motion.Discrete.of(Body(greens), 1e-3, 400)
+        discrete = impact.march.motion.Discrete.from_body(Body(greens), 1e-3, 400)
         seen.append(discrete.motion(forces).displacement[watched])
     assert np.abs(seen[0]).max() > 1e-3
     np.testing.assert_allclose(seen[0], seen[1], atol=1e-13 * np.abs(seen[0]).max())

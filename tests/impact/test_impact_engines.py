@@ -69,7 +69,7 @@ def test_engines_agree_for_prescribed_forces(ports: int, seed: int) -> None:
     exact = np.array([[np.diff(greens.step_response(t, i, j)) for j in range(ports)] for i in range(ports)])
     own = greens.step_matrix(dt)
     exact[:, :, 0] = own
-    poles = Poles.of([(greens, np.eye(ports))], dt, ports)
+    poles = Poles.from_modes([(greens, np.eye(ports))], dt, ports)
     force = np.random.default_rng(seed).normal(size=(ports, n))
     oracle = np.array([sum(direct_sum(exact[i, j], force[j]) for j in range(ports)) for i in range(ports)])
     limit = 1e-10 * np.abs(oracle).max()

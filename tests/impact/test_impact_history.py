@@ -59,7 +59,7 @@ def test_blocks_meet_every_pair_once(block: int) -> None:
 
 
 def test_poles_are_the_direct_sum() -> None:
-    rows = Poles.of([(GREENS, np.ones((1, 1)))], DT, 1).folded()
+    rows = Poles.from_modes([(GREENS, np.ones((1, 1)))], DT, 1).folded()
     q, p = np.zeros(rows.shape[1]), np.zeros(rows.shape[1])
     own = float(GREENS.step_matrix(DT)[0, 0])
     out = np.zeros(STEPS)
@@ -135,7 +135,7 @@ def around_a_lip(ports: int) -> ModalGreens:
 def test_poles_seen_alike_are_marched_by_their_sums(monkeypatch: pytest.MonkeyPatch) -> None:
     """Five waves of 30 modes; the forces are those of the march that knows nothing of it, and not one wave is lost."""
     ports, greens = 12, around_a_lip(12)
-    poles = Poles.of([(greens, np.eye(ports))], DT, ports)
+    poles = Poles.from_modes([(greens, np.eye(ports))], DT, ports)
     group, size, directions = poles.along()
     assert directions.shape == (ports, 5)
     assert np.abs(directions[:, group] * size - poles.psi).max() < 1e-14 * np.abs(poles.psi).max()
@@ -156,5 +156,5 @@ def test_poles_seen_alike_are_marched_by_their_sums(monkeypatch: pytest.MonkeyPa
 def test_shapes_that_differ_by_more_than_round_off_are_kept_apart() -> None:
     shapes = around_a_lip(12)
     bent = shapes.shapes * (1 + 1e-12 * np.random.default_rng(4).normal(size=shapes.shapes.shape))
-    poles = Poles.of([(replace(shapes, shapes=bent), np.eye(12))], DT, 12)
+    poles = Poles.from_modes([(replace(shapes, shapes=bent), np.eye(12))], DT, 12)
     assert poles.along()[0].size == 0

@@ -5,7 +5,7 @@ import pytest
 
 import impact
 from impact.after.stresses import StressError, rod_stress
-from impact.exact.closed_form import DelayRod
+from impact.exact.rods import DelayRod
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1
 STEPS = 40  # per l/c

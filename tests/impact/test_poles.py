@@ -20,7 +20,7 @@ MODAL = impact.ModalGreens(
     impact.Residual.exponential([[2e-9, 1e-9], [1e-9, 3e-9]], [[1e-4, 0.0], [0.0, 2e-4]]),
     ("lip", "stop"),
 )
-POLES = impact.PoleGreens.of(MODAL)
+POLES = impact.PoleGreens.from_modal(MODAL)
 T = np.concatenate([[-1e-3, 0.0, 1e-12, 1e-9], np.linspace(1e-6, 5e-3, 400)])
 DT = 2e-6
 # a mass pushed at the first of two, a dashpot between the second and the ground only: not Rayleigh damping
@@ -61,7 +61,7 @@ def test_nothing_answers_before_the_pulse(greens: impact.GreensFunction) -> None
 def test_static_and_initial_values() -> None:
     assert np.array_equal(POLES.static_compliance(), MODAL.static_compliance())  # inf: a rigid body
     held = replace(MODAL, omega=np.maximum(MODAL.omega, 100.0))
-    assert impact.PoleGreens.of(held).static_compliance() == pytest.approx(held.static_compliance(), rel=1e-12)
+    assert impact.PoleGreens.from_modal(held).static_compliance() == pytest.approx(held.static_compliance(), rel=1e-12)
     assert POLES.initial_value() == pytest.approx(MODAL.initial_value(), abs=1e-14)
     assert POLES.damping_ratios == pytest.approx([0.02, 0.3, 0.0])
     assert POLES.frequencies_hz == pytest.approx([1e3, 2.3e3, 8e3])
@@ -119,7 +119,7 @@ def test_engines_agree_with_the_pole_recursion_of_the_same_modes(engine: str) ->
         *(np.array(x) for x in ([2e4, 5e4], [0.02, 0.05], [[3.0], [2.0]])), impact.Residual.none()
     )
     expected = impact.solve(problem(modal), dt=DT, duration=3e-3, engine="poles").force
-    found = impact.solve(problem(impact.PoleGreens.of(modal)), dt=DT, duration=3e-3, engine=engine).force
+    found = impact.solve(problem(impact.PoleGreens.from_modal(modal)), dt=DT, duration=3e-3, engine=engine).force
     assert found == pytest.approx(expected, abs=1e-9 * expected.max())
 
 
@@ -137,7 +137,7 @@ def test_a_free_body_flies_as_its_modes_do() -> None:
             dt=DT,
             duration=2e-3,
         )
-        for greens in (impact.PoleGreens.of(free), free)
+        for greens in (impact.PoleGreens.from_modal(free), free)
     )
     assert found.striker_mass == pytest.approx(1 / 9)
     assert found.force == pytest.approx(expected.force, abs=1e-9 * expected.force.max())
@@ -182,7 +182,9 @@ def test_passive_systems_are_found_passive() -> None:
     assert report.passive
     assert "passive" in str(report)
     assert pole_passivity(
-        impact.PoleGreens.of(impact.ModalGreens(np.array([1e3]), np.zeros(1), np.ones((1, 1)), impact.Residual.none()))
+        impact.PoleGreens.from_modal(
+            impact.ModalGreens(np.array([1e3]), np.zeros(1), np.ones((1, 1)), impact.Residual.none())
+        )
     ).passive
 
 
@@ -221,4 +223,4 @@ def test_what_is_refused(change: dict[str, np.ndarray], words: str) -> None:
 
 def test_a_critical_mode_has_no_simple_poles() -> None:
     with pytest.raises(GreensFunctionError, match="double pole"):
-        impact.PoleGreens.of(replace(MODAL, zeta=np.ones(5)))
+        impact.PoleGreens.from_modal(replace(MODAL, zeta=np.ones(5)))

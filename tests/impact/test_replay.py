@@ -25,7 +25,7 @@ def seat(residual: Residual) -> ModalGreens:
     [Residual.none(), Residual.spring(3e-9), Residual.exponential(np.array([[3e-9]]), np.array([[2e-2]]))],
 )
 def test_displacement_of_poles(residual: Residual) -> None:
-    body = Discrete.of(Body(seat(residual)), DT, STEPS)
+    body = Discrete.from_body(Body(seat(residual)), DT, STEPS)
     force = np.maximum(np.random.default_rng(5).normal(size=STEPS).cumsum(), 0.0)
     expected = body.motion(force[None]).displacement[0]
     # two orders of the same sums over 3,000 steps
@@ -36,7 +36,7 @@ def test_displacement_of_poles(residual: Residual) -> None:
 
 def test_displacement_of_weights() -> None:
     rod = BareFixedRod(impedance=6.0, transit=1.0, damping_ratio=0.02)
-    body = Discrete.of(Body(rod), 0.01, STEPS)
+    body = Discrete.from_body(Body(rod), 0.01, STEPS)
     assert body.kernel.modal is None
     force = np.sin(0.01 * np.arange(STEPS)) ** 2
     expected = body.motion(force[None]).displacement[0]
@@ -54,7 +54,7 @@ def test_mean_displacement_of_the_parts_of_a_lip(ports: int) -> None:
     rest = Residual.exponential(3e-9 * np.eye(ports) + 1e-9, 2e-2 * np.eye(ports))
     rest = replace(rest, compliance=1e-10 * np.eye(ports) + 1e-11)
     greens = ModalGreens(omega, np.full(25, 0.02), shapes, rest, tuple(f"arc_{c}" for c in range(ports)))
-    body = Discrete.of(Body(greens), DT, STEPS)
+    body = Discrete.from_body(Body(greens), DT, STEPS)
     force = np.maximum(rng.normal(size=(ports, STEPS)).cumsum(axis=1), 0.0)
     expected = body.motion(force).displacement
     for shares in (np.full(ports, 1 / ports), np.arange(1.0, ports + 1)):
@@ -78,7 +78,7 @@ def thrown() -> Body:
 @pytest.mark.parametrize("size", [1, 7, 640])
 def test_the_length_of_a_block_changes_nothing(size: int, monkeypatch: pytest.MonkeyPatch) -> None:
     steps = 1000
-    body = Discrete.of(thrown(), DT, steps)
+    body = Discrete.from_body(thrown(), DT, steps)
     force = np.maximum(np.random.default_rng(5).normal(size=(2, steps)).cumsum(axis=1), 0.0)
     whole = body.motion(force)
     monkeypatch.setattr(motion, "blocks", lambda n: replay.blocks(n, size))
@@ -90,7 +90,7 @@ def test_the_length_of_a_block_changes_nothing(size: int, monkeypatch: pytest.Mo
 def test_coordinates_are_those_behind_the_displacement() -> None:
     """Every third of them, with the translations taken off: what the ports show of the oscillators and relaxations."""
     greens = seat(Residual.exponential(np.array([[3e-9]]), np.array([[2e-2]])))
-    held = Discrete.of(Body(greens), DT, STEPS)
+    held = Discrete.from_body(Body(greens), DT, STEPS)
     force = np.maximum(np.random.default_rng(5).normal(size=STEPS).cumsum(), 0.0)
     none = ModalState(np.zeros(25), np.zeros(25))
     again = replay.Replay(greens, DT, none, np.zeros(1), np.zeros(1), [])
@@ -111,6 +111,6 @@ def test_coordinates_make_the_displacement_of_the_ports(stride: int) -> None:
     force = np.maximum(np.random.default_rng(5).normal(size=(2, steps)).cumsum(axis=1), 0.0)
     found = modal_coordinates(body, force, DT, stride)
     assert len(found) == steps // stride + 1
-    expected = Discrete.of(body, DT, steps).motion(force).displacement[:, ::stride]
+    expected = Discrete.from_body(body, DT, steps).motion(force).displacement[:, ::stride]
     # two orders of the same sums
     np.testing.assert_allclose(found @ body.greens.modal.shapes, expected.T, atol=1e-11 * np.abs(expected).max())

@@ -80,10 +80,10 @@ def test_the_forces_are_those_of_every_step(case: object) -> None:
 
 def test_one_stride_is_many_steps() -> None:
     """To round-off, of all poles, under a constant drive; and none strays further from the line than it is said to."""
-    poles = Poles.of([(SEAT, np.array([[1.0], [0.0]]))], 2e-7, 1)
+    poles = Poles.from_modes([(SEAT, np.array([[1.0], [0.0]]))], 2e-7, 1)
     count = poles.steps.shape[1]
     drive = np.linspace(0.5, 2.0, count)
-    strides = Strides.of(poles.steps, drive, 10**6)
+    strides = Strides.from_poles(poles.steps, drive, 10**6)
     a11, a21, a22, c1, c2 = poles.steps
     rest = strides.swing[:2]
     for power, length in zip(strides.powers, strides.lengths, strict=True):
@@ -109,8 +109,8 @@ def test_one_stride_is_many_steps() -> None:
 
 def test_overdamped_modes_are_marched_step_by_step() -> None:
     stiff = replace(SEAT, zeta=np.array([1.5, 0.05, 0.1]))
-    poles = Poles.of([(stiff, np.array([[1.0], [0.0]]))], 2e-7, 1)
-    assert Strides.of(poles.steps, np.zeros(poles.steps.shape[1]), 10**6).lengths.size == 0
+    poles = Poles.from_modes([(stiff, np.array([[1.0], [0.0]]))], 2e-7, 1)
+    assert Strides.from_poles(poles.steps, np.zeros(poles.steps.shape[1]), 10**6).lengths.size == 0
 
 
 def test_a_stopped_march_goes_on() -> None:

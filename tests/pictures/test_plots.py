@@ -16,7 +16,7 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.greens.receptance import receptance
 from impact.pictures import plots
 from impact.pictures.drawing import PictureError, sheet
-from impact.pictures.greens_plots import error_text, lowest_excited, sampled_filter
+from impact.pictures.greens_plots import error_text, lowest_excited, plot_greens, sampled_filter
 from impact.pictures.landing_marks import draw_marks, landing_marks
 from impact.quantities import percent, scaled, text
 from seatfem.pictures import plots as seat_plots
@@ -134,7 +134,7 @@ def test_every_figure_is_a_whole_png_and_leaves_the_settings_alone(
     plots.plot_force(*runs, tmp_path / "force.png")
     plots.plot_motion(*runs, tmp_path / "motion.png")
     plots.plot_energy(runs[0], tmp_path / "energy.png")
-    plots.plot_greens(modal, tmp_path / "greens.png", duration=1e-4, width=2e-6, reference=modal)
+    plot_greens(modal, tmp_path / "greens.png", duration=1e-4, width=2e-6, reference=modal)
     assert dict(matplotlib.rcParams) == before
     assert sorted(p.name for p in tmp_path.iterdir()) == ["energy.png", "force.png", "greens.png", "motion.png"]
     for picture in tmp_path.iterdir():
@@ -164,7 +164,7 @@ def test_figures_of_a_run_without_contact_and_without_baseline(tmp_path: Path) -
     ids=["spring", "soft spring", "plate", "undamped rod", "free mass"],
 )
 def test_greens_figure_of_every_kind_of_function(greens: impact.GreensFunction, tmp_path: Path) -> None:
-    plots.plot_greens(greens, tmp_path / "greens.svg", duration=2e-5, width=1e-6)
+    plot_greens(greens, tmp_path / "greens.svg", duration=2e-5, width=1e-6)
     written = (tmp_path / "greens.svg").read_text(encoding="utf-8")
     finite = np.isfinite(greens.static_compliance()[0, 0])
     assert ("static " in written) == finite
@@ -180,13 +180,13 @@ def test_greens_figure_counts_the_poles_of_its_port_alone(tmp_path: Path) -> Non
         port_names=("arc_1", "arc_2"),
     )
     for greens, poles in ((rocking, 3), (as_a_whole(rocking), 2)):
-        plots.plot_greens(greens, tmp_path / "greens.svg", duration=1e-4, width=2e-6)
+        plot_greens(greens, tmp_path / "greens.svg", duration=1e-4, width=2e-6)
         assert f">{poles} poles, lowest excited 60.0 kHz<" in (tmp_path / "greens.svg").read_text(encoding="utf-8")
 
 
 def test_greens_figure_refuses_a_pulse_longer_than_the_record(modal: ModalGreens, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="width <= duration"):
-        plots.plot_greens(modal, tmp_path / "greens.png", duration=1e-6, width=2e-6)
+        plot_greens(modal, tmp_path / "greens.png", duration=1e-6, width=2e-6)
 
 
 def test_error_text_tells_unknown_from_zero() -> None:

@@ -187,7 +187,7 @@ def test_every_representation_can_be_combined() -> None:
     sampled = impact.SampledGreens(values, 1e-6, "zero", modal.ports, static=modal.static_compliance())
     shares = ring_shares(2)
     expected = np.einsum("i,ijn,j->n", shares, values, shares)
-    for greens in (modal, PoleGreens.of(modal), sampled, modal.scaled(1.0), impact.SumGreens((modal,))):
+    for greens in (modal, PoleGreens.from_modal(modal), sampled, modal.scaled(1.0), impact.SumGreens((modal,))):
         seen = with_fewer_rings(greens, 1)
         here = seen.impulse_response(t)[:-1]  # at the last sample the tail begins
         np.testing.assert_allclose(here, expected[:-1], rtol=1e-9, atol=1e-9 * expected.max())

@@ -30,7 +30,7 @@ def _advance_lanes(typing: Any, rows: Any, state: Any, force: Any, total: Any) -
         number, lane = poles.type, ir.IntType(32)
         vectors, first = Vectors(builder, LANES), ir.Constant(ir.VectorType(lane, LANES), [0] * LANES)
         empty = ir.Constant(ir.VectorType(ir.DoubleType(), LANES), ir.Undefined)
-        at, load, fused = vectors.at, vectors.load, vectors.fused
+        at, load, fused = vectors.address, vectors.load, vectors.fused
 
         def everywhere(index: Any) -> Any:
             value = builder.load(builder.gep(arrays[0].data, [index]))

@@ -36,11 +36,11 @@ class Vectors:
     def full(self, value: float) -> Any:
         return ir.Constant(self._vector, [value] * self._vector.count)
 
-    def at(self, array: Any, index: Any) -> Any:
+    def address(self, array: Any, index: Any) -> Any:
         return self._builder.bitcast(self._builder.gep(array.data, [index]), self._vector.as_pointer())
 
     def load(self, array: Any, index: Any) -> Any:
-        value = self._builder.load(self.at(array, index))
+        value = self._builder.load(self.address(array, index))
         value.align = 8
         return value
 
@@ -89,7 +89,7 @@ def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, p
             s = fused(a21, x, fused(a22, v, fused(b2, y, floor)))
             for value, place in zip((r, s), now, strict=True):
                 builder.store(value, place)
-            builder.store(r, vectors.at(forces, index(loop.index)), align=8)
+            builder.store(r, vectors.address(forces, index(loop.index)), align=8)
             if d:
                 kept = fused(s, s, times(times(squares, r), r))
                 gone = fused(x, fused(d[0], x, fused(d[1], v, times(d[2], y))), times(times(d[5], y), y))
@@ -97,7 +97,7 @@ def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, p
                 add_up(times(a_half, kept), 0, loop.index)
                 add_up(gone, 1, loop.index)
         for place, array in zip(now, (places, speeds), strict=True):
-            builder.store(builder.load(place), vectors.at(array, index(number(0))), align=8)
+            builder.store(builder.load(place), vectors.address(array, index(number(0))), align=8)
         return context.get_dummy_value()
 
     return types.void(first, steps, form, q, p, pushed, told), build

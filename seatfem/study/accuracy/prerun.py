@@ -257,7 +257,7 @@ class Bench:
         if (dt, n_modes) not in self._strikers:
             start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
             body = advanced(self.other or striker_of(self.scene, n_modes, self.striker), start)
-            discrete = Discrete.of(body, dt, step_count(dt, self.window.duration))
+            discrete = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
             self._strikers[dt, n_modes] = replace(discrete, free=discrete.free_motion())
         return self._strikers[dt, n_modes]
 
@@ -266,7 +266,7 @@ class Bench:
         known = self._seats if seat is self.seat else {}
         if dt not in known:
             body = on_its_base(self.scene, "seat", Body(seat.forces_only()))
-            known[dt] = Discrete.of(body, dt, step_count(dt, self.window.duration))
+            known[dt] = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
         return known[dt]
 
     def _beyond(self, dt: float) -> tuple[Discrete, ...]:
@@ -275,7 +275,7 @@ class Bench:
             return ()
         if dt not in self._stoppers:
             body = on_its_base(self.scene, "stopper", self.stopper)
-            self._stoppers[dt] = Discrete.of(body, dt, step_count(dt, self.window.duration))
+            self._stoppers[dt] = Discrete.from_body(body, dt, step_count(dt, self.window.duration))
         return (self._stoppers[dt],)
 
 

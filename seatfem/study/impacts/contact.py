@@ -289,7 +289,7 @@ def marched(
         if not body.loads:
             problem = with_body(problem, body, impact.Body(body.greens.forces_only(), base=body.base))
     flown = in_flight(striker, dt, duration) if flight is None else flight(striker, dt)
-    targets = (Discrete.of(body, dt, flown.loads.shape[1]) for body in problem.targets)
+    targets = (Discrete.from_body(body, dt, flown.loads.shape[1]) for body in problem.targets)
     prepared = impact.prepare(problem, dt, duration, bodies=(flown, *targets))
     stepper = impact.ContactStepper(prepared, flying=True)
     stepper.advance(prepared.steps)
@@ -372,7 +372,7 @@ def blow_of_march(
 
 def in_flight(striker: impact.Body, dt: float, duration: float) -> Discrete:
     """Return a striker over ``duration`` [s], its motion without contact known."""
-    discrete = Discrete.of(striker, dt, step_count(dt, duration))
+    discrete = Discrete.from_body(striker, dt, step_count(dt, duration))
     return replace(discrete, free=discrete.free_motion()) if discrete.moves_by_itself else discrete
 
 

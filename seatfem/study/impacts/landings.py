@@ -112,7 +112,7 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
     pushed = problem.striker.load_amplitudes(mid_steps(dt, n))
 
     def stored(steps: Sequence[int]) -> Array | None:
-        striker = Discrete.of(problem.striker, dt, n)
+        striker = Discrete.from_body(problem.striker, dt, n)
         return striker.stored_after(problem.directions(problem.striker) @ force[None, 1:], steps)
 
     march = _March(problem, force[:, None], force[:, None], gap[:, None], dt, width)

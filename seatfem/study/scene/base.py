@@ -58,7 +58,7 @@ displacement = "base.csv"
 
     def motion(self) -> BaseMotion:
         """Return the base's motion as its file has it. Raises `TimeSeriesError`."""
-        return BaseMotion.of(self.record().course, self._kind)
+        return BaseMotion.from_series(self.record().course, self._kind)
 
 
 KINDS: tuple[Kind, ...] = get_args(Kind)

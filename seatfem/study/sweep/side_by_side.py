@@ -159,6 +159,6 @@ def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Col
 
 def _displacement(target: Body, force: Array, dt: float) -> Array:
     """Return the displacement (n + 1,) of the seat's patch [m]."""
-    discrete = Discrete.of(target, dt, len(force) - 1)
+    discrete = Discrete.from_body(target, dt, len(force) - 1)
     moved = mean_displacement(discrete, -force[None, 1:], Division.of(target.greens).shares)
     return moved if target.base is None else moved + target.carried(np.asarray(dt * np.arange(len(moved))))
