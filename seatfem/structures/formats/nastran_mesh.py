@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +28,10 @@ SOLIDS = {"CTETRA": (4, 10), "CHEXA": (8, 20)}
 OTHER_SOLIDS = ("CPENTA", "CPYRAM", "CPYRA", "CHEX8", "CHEX20")
 SKINS = {"CTRIA3": 3, "CTRIA6": 3, "CTRIAR": 3, "CQUAD4": 4, "CQUAD8": 4, "CQUADR": 4, "CQUAD": 4}
 MOST_HELD = 5_000_000  # nodes of all sets of SPC1 of a deck together
+
+
+Solids = Mapping[int, tuple[str, list[int]]]
+"""Name and nodes of each solid, by its number."""
 
 
 @dataclass(frozen=True)
@@ -124,18 +128,6 @@ def _split(line: str) -> tuple[str, list[str]]:
     return head, [*data[:width], *[""] * (width - len(data))]
 
 
-@dataclass(frozen=True, eq=False)
-class Cards:
-    """Definitions by the cards, in the file's own numbers; shells, which may have those of solids, are -1, -2, ..."""
-
-    nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
-    solids: dict[int, tuple[str, list[int]]] = field(default_factory=dict)
-    skins: list[list[int]] = field(default_factory=list)
-    properties: defaultdict[str, list[int]] = field(default_factory=lambda: defaultdict(list))
-    held: defaultdict[str, list[range]] = field(default_factory=lambda: defaultdict(list))
-    loads: list[tuple[str, Card]] = field(default_factory=list)
-
-
 def read_nastran(path: Path) -> FileMesh:
     """Read GRID, CTETRA and CHEXA of bulk data; groups are called by their numbers, for the file has no names.
 
@@ -143,55 +135,38 @@ def read_nastran(path: Path) -> FileMesh:
     "PLOAD4 5", the faces loaded by set 5; "SPC 2", the faces whose vertices are all held by set 2 of SPC and SPC1.
     Raises `MeshError` naming file and line.
     """
-    cards = _collect(path)
-    deck = _deck(cards, str(path))
+    deck, solids, loads = _collect(path)
     mesh = assembled(deck).mesh
-    loaded: defaultdict[str, list[list[int]]] = defaultdict(list)
-    for name, card in cards.loads:
-        loaded[name] += _loaded_faces(card, cards)
-    more = {name: deck.rows(np.array(faces, dtype=np.int64)) for name, faces in loaded.items() if faces}
+    faces = {name: [face for card in cards for face in _loaded_faces(card, solids)] for name, cards in loads.items()}
+    more = {name: deck.rows(np.array(loaded, dtype=np.int64)) for name, loaded in faces.items() if loaded}
     return replace(mesh, surfaces={**mesh.surfaces, **more})
 
 
-def _deck(cards: Cards, source: str) -> Deck:
-    solids: defaultdict[str, list[list[int]]] = defaultdict(list)
-    for number, (name, nodes) in cards.solids.items():
-        solids[f"{name} of {len(nodes)} nodes"].append([number, *nodes])
-    skins = [[row for row in cards.skins if len(row) == 1 + width] for width in (3, 4)]
-    return Deck(
-        source=source,
-        order=NASTRAN,
-        node_ids=np.fromiter(cards.nodes, dtype=np.int64),
-        points=np.array(list(cards.nodes.values()), dtype=float).reshape(-1, 3),
-        solids=[Elements(name, np.array(rows), name.partition(" ")[0] in SOLIDS) for name, rows in solids.items()],
-        skins=[Elements("shells", np.array(rows)) for rows in skins if rows],
-        element_sets={name: np.array(cards.properties[name]) for name in sorted(cards.properties)},
-        node_sets={
-            name: np.concatenate([np.arange(each.start, each.stop) for each in ranges])
-            for name, ranges in cards.held.items()
-        },
-        what="GRID",
-    )
-
-
-def _collect(path: Path) -> Cards:
-    cards, members = Cards(), 0
+def _collect(path: Path) -> tuple[Deck, Solids, Mapping[str, list[Card]]]:
+    """Return the deck, its solids by number, and the cards of loads; shells, which may have the numbers of solids, are
+    -1, -2, ..."""
+    nodes: dict[int, tuple[float, float, float]] = {}
+    solids: dict[int, tuple[str, list[int]]] = {}
+    skins: list[list[int]] = []
+    properties: defaultdict[str, list[int]] = defaultdict(list)
+    held: defaultdict[str, list[range]] = defaultdict(list)
+    loads: defaultdict[str, list[Card]] = defaultdict(list)
+    members = 0
     for card in read_cards(path):
         match card.name:
             case "GRID":
                 if card.integer(1, 0):
                     raise card.fail(f"coordinate system {card.field(1)}: must be the basic one, 0")
-                cards.nodes[card.integer(0)] = (card.real(2), card.real(3), card.real(4))
+                nodes[card.integer(0)] = (card.real(2), card.real(3), card.real(4))
             case name if name in SOLIDS or name in OTHER_SOLIDS:
                 number = card.integer(0)
-                if number in cards.solids:
+                if number in solids:
                     raise card.fail(f"element {number} is there twice; remove one")
-                cards.solids[number] = (name, _solid_nodes(card))
-                cards.properties[f"PID {card.integer(1)}"].append(number)
+                solids[number] = (name, _solid_nodes(card))
+                properties[f"PID {card.integer(1)}"].append(number)
             case name if name in SKINS:
-                number = -1 - len(cards.skins)
-                cards.skins.append([number, *(card.integer(2 + k) for k in range(SKINS[name]))])
-                cards.properties[f"PID {card.integer(1)}"].append(number)
+                skins.append([-1 - len(skins), *(card.integer(2 + k) for k in range(SKINS[name]))])
+                properties[f"PID {card.integer(1)}"].append(skins[-1][0])
             case "SPC1":
                 more = card.ranges(2)
                 added = sum(max(0, each.stop - each.start) for each in more)
@@ -201,16 +176,30 @@ def _collect(path: Path) -> Cards:
                         f"{added:.4g} nodes, {members:.4g} with those before; all sets of a deck may have "
                         f"{MOST_HELD:.0e} together; check the numbers around THRU"
                     )
-                cards.held[f"SPC {card.integer(0)}"] += more
+                held[f"SPC {card.integer(0)}"] += more
             case "SPC":
-                cards.held[f"SPC {card.integer(0)}"] += [
-                    range(card.integer(k), card.integer(k) + 1) for k in (1, 4) if card.field(k)
-                ]
+                numbers = [card.integer(k) for k in (1, 4) if card.field(k)]
+                held[f"SPC {card.integer(0)}"] += [range(number, number + 1) for number in numbers]
             case "PLOAD4":
-                cards.loads.append((f"PLOAD4 {card.integer(0)}", card))
+                loads[f"PLOAD4 {card.integer(0)}"].append(card)
             case _:
                 pass
-    return cards
+    by_type: defaultdict[str, list[list[int]]] = defaultdict(list)
+    for number, (name, corners) in solids.items():
+        by_type[f"{name} of {len(corners)} nodes"].append([number, *corners])
+    shells = [[row for row in skins if len(row) == 1 + width] for width in (3, 4)]
+    deck = Deck(
+        source=str(path),
+        order=NASTRAN,
+        node_ids=np.fromiter(nodes, dtype=np.int64),
+        points=np.array(list(nodes.values()), dtype=float).reshape(-1, 3),
+        solids=[Elements(name, np.array(rows), name.partition(" ")[0] in SOLIDS) for name, rows in by_type.items()],
+        skins=[Elements("shells", np.array(rows)) for rows in shells if rows],
+        element_sets={name: np.array(properties[name]) for name in sorted(properties)},
+        node_sets={name: np.concatenate([np.arange(r.start, r.stop) for r in ranges]) for name, ranges in held.items()},
+        what="GRID",
+    )
+    return deck, solids, loads
 
 
 def _solid_nodes(card: Card) -> list[int]:
@@ -221,12 +210,12 @@ def _solid_nodes(card: Card) -> list[int]:
     return nodes
 
 
-def _loaded_faces(card: Card, cards: Cards) -> list[list[int]]:
+def _loaded_faces(card: Card, solids: Solids) -> list[list[int]]:
     """Return the face that PLOAD4 names by a vertex and the one opposite it (CTETRA: the one off the face)."""
     element = card.integer(1)
-    if element not in cards.solids or not card.field(6):
+    if element not in solids or not card.field(6):
         return []  # loads a shell
-    name, nodes = cards.solids[element]
+    name, nodes = solids[element]
     on, other = card.integer(6), card.integer(7, 0)
     if name == "CTETRA":
         faces = [[nodes[k] for k in face] for face in ABAQUS_TET_FACES]

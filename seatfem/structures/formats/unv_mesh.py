@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
@@ -41,69 +40,47 @@ NODE, ELEMENT = 7, 8
 LIMIT = 512 * MB
 
 
-@dataclass(frozen=True, eq=False)
-class Contents:
-    """The content of a file in its own numbers; elements by type: number and nodes of each."""
-
-    node_ids: list[int] = field(default_factory=list)
-    points: list[list[float]] = field(default_factory=list)
-    elements: defaultdict[int, list[list[int]]] = field(default_factory=lambda: defaultdict(list))
-    groups: defaultdict[str, list[tuple[int, int]]] = field(default_factory=lambda: defaultdict(list))
-
-
 def read_unv(path: Path) -> FileMesh:
     """Read datasets 2411 (nodes), 2412 (elements) and 2435, 2452, 2467, 2477 (groups) of a universal file.
 
     A group's solids are a volume, its shells a surface, its nodes a node set. Raises `MeshError`.
     """
-    contents = _collect(path)
-    groups = {name: np.array(members, dtype=np.int64).reshape(-1, 2) for name, members in contents.groups.items()}
-    elements, nodes = (
-        {name: members[members[:, 0] == code, 1] for name, members in groups.items() if code in members[:, 0]}
-        for code in (ELEMENT, NODE)
-    )
-    return assembled(
-        Deck(
-            source=str(path),
-            order=ABAQUS,
-            node_ids=np.array(contents.node_ids, dtype=np.int64),
-            points=np.array(contents.points).reshape(-1, 3),
-            solids=[_of_type(contents, kind, SOLIDS) for kind in contents.elements if kind in NAMES],
-            skins=[_of_type(contents, kind, SKINS) for kind in contents.elements if kind in SKINS],
-            element_sets=elements,
-            node_sets=nodes,
-        )
-    ).mesh
-
-
-def _of_type(contents: Contents, kind: int, columns: Mapping[int, tuple[int, ...]]) -> Elements:
-    taken = [0, *(1 + column for column in columns.get(kind, ()))]
-    table = np.array([[row[k] for k in taken] for row in contents.elements[kind]], dtype=np.int64)
-    return Elements(f"{NAMES.get(kind, 'shells')} (type {kind})", table, usable=kind in columns)
-
-
-def _collect(path: Path) -> Contents:
-    contents = Contents()
+    node_ids: list[int] = []
+    points: list[list[float]] = []
+    by_type: defaultdict[int, list[list[int]]] = defaultdict(list)
+    members: defaultdict[str, list[tuple[int, int]]] = defaultdict(list)
     try:
         for number, lines in _datasets(path):
             if number == 2411:
                 for head in lines:
-                    contents.node_ids.append(int(head.split()[0]))
-                    contents.points.append(_point(next(lines)))
+                    node_ids.append(int(head.split()[0]))
+                    x, y, z = (float(word.replace("D", "E")) for word in next(lines).split()[:3])
+                    points.append([x, y, z])
             elif number == 2412:
-                _elements(lines, contents)
+                for kind, row in _elements(lines):
+                    by_type[kind].append(row)
             elif number in GROUPS:
-                _groups(lines, contents)
+                for name, codes in _groups(lines):
+                    members[name] += codes
     except (ValueError, IndexError, StopIteration, RuntimeError) as error:
         raise MeshError(
             f"{path}: not readable as a universal file ({type(error).__name__}: {error}); export it again"
         ) from error
-    return contents
+    groups = {name: np.array(codes, dtype=np.int64).reshape(-1, 2) for name, codes in members.items()}
+    elements, nodes = (
+        {name: codes[codes[:, 0] == code, 1] for name, codes in groups.items() if code in codes[:, 0]}
+        for code in (ELEMENT, NODE)
+    )
+    solids = [_of_type(kind, rows, SOLIDS) for kind, rows in by_type.items() if kind in NAMES]
+    skins = [_of_type(kind, rows, SKINS) for kind, rows in by_type.items() if kind in SKINS]
+    ids, places = np.array(node_ids, dtype=np.int64), np.array(points).reshape(-1, 3)
+    return assembled(Deck(str(path), ABAQUS, ids, places, solids, skins, elements, nodes)).mesh
 
 
-def _point(line: str) -> list[float]:
-    x, y, z = (float(word.replace("D", "E")) for word in line.split()[:3])
-    return [x, y, z]
+def _of_type(kind: int, rows: list[list[int]], columns: Mapping[int, tuple[int, ...]]) -> Elements:
+    taken = [0, *(1 + column for column in columns.get(kind, ()))]
+    table = np.array([[row[k] for k in taken] for row in rows], dtype=np.int64)
+    return Elements(f"{NAMES.get(kind, 'shells')} (type {kind})", table, usable=kind in columns)
 
 
 def _datasets(path: Path) -> Iterator[tuple[int, Iterator[str]]]:
@@ -120,25 +97,30 @@ def _datasets(path: Path) -> Iterator[tuple[int, Iterator[str]]]:
             yield number, iter(body)
 
 
-def _elements(lines: Iterator[str], contents: Contents) -> None:
+def _elements(lines: Iterator[str]) -> Iterator[tuple[int, list[int]]]:
+    """Yield type, number and nodes of every element."""
     for head in lines:
         label, kind, *_, count = map(int, head.split()[:6])
         if kind in BEAMS:
             next(lines)
-        nodes: list[int] = []
-        while len(nodes) < count:
-            nodes += map(int, next(lines).split())
+        nodes = _numbers(lines, count)
         expected = len(SOLIDS.get(kind, nodes))
         if count != expected:
             raise ValueError(f"element {label} of type {kind} has {count} nodes: must be {expected}")
-        contents.elements[kind].append([label, *nodes])
+        yield kind, [label, *nodes]
 
 
-def _groups(lines: Iterator[str], contents: Contents) -> None:
+def _groups(lines: Iterator[str]) -> Iterator[tuple[str, list[tuple[int, int]]]]:
+    """Yield name and members, code and number of each, of every group."""
     for head in lines:
-        count = int(head.split()[7])
-        name = next(lines).strip()
-        words: list[int] = []
-        while len(words) < 4 * count:
-            words += map(int, next(lines).split())
-        contents.groups[name] += zip(words[0::4], words[1::4], strict=True)
+        count, name = int(head.split()[7]), next(lines).strip()
+        words = _numbers(lines, 4 * count)
+        yield name, list(zip(words[0::4], words[1::4], strict=True))
+
+
+def _numbers(lines: Iterator[str], count: int) -> list[int]:
+    """Return the whole numbers of the next lines, ``count`` of them or a little more."""
+    numbers: list[int] = []
+    while len(numbers) < count:
+        numbers += map(int, next(lines).split())
+    return numbers

@@ -216,28 +216,32 @@ def set_sizes(
     so many elements along them at least.
     """
     near, far = scale * spec.patch_size, scale * spec.size
-    fields = [_growing(gmsh, surfaces, curves, near, far, spec.grading, start=near)]
+    end = max(near + (far - near) / spec.grading, near + 1e-3 * near)
+    fields = [growing(gmsh, surfaces, curves, (near, far), (near, end))]
     for arc, elements in (arcs or {}).items():
         if (size := gmsh.model.occ.getMass(1, arc) / max(PER_ARC, spec.fillets * elements)) < far:
-            fields.append(_growing(gmsh, [], [arc], size, far, GROWTH_FROM_ARC, start=0.0))
+            end = max(size + (far - size) / GROWTH_FROM_ARC, 1e-3 * size)
+            fields.append(growing(gmsh, [], [arc], (size, far), (0.0, end)))
     least = gmsh.model.mesh.field.add("Min")
     gmsh.model.mesh.field.setNumbers(least, "FieldsList", fields)
     gmsh.model.mesh.field.setAsBackgroundMesh(least)
 
 
-def _growing(
-    gmsh: Any, surfaces: list[int], curves: list[int], near: float, far: float, growth: float, *, start: float
+def growing(
+    gmsh: Any,
+    surfaces: list[int],
+    curves: list[int],
+    sizes: tuple[float, float],
+    reach: tuple[float, float],
+    samples: int = SAMPLES_PER_CURVE,
 ) -> int:
-    """Return the size ``near`` up to the distance ``start``, then growing to ``far``."""
+    """Return a field: the first of ``sizes`` up to the first distance of ``reach``, growing to both others."""
     field = gmsh.model.mesh.field
-    distance = field.add("Distance")
+    distance, threshold = field.add("Distance"), field.add("Threshold")
     field.setNumbers(distance, "SurfacesList", surfaces)
     field.setNumbers(distance, "CurvesList", curves)
-    field.setNumber(distance, "Sampling", SAMPLES_PER_CURVE)
-    threshold = field.add("Threshold")
-    field.setNumber(threshold, "InField", distance)
-    field.setNumber(threshold, "SizeMin", near)
-    field.setNumber(threshold, "SizeMax", far)
-    field.setNumber(threshold, "DistMin", start)
-    field.setNumber(threshold, "DistMax", max(near + (far - near) / growth, start + 1e-3 * near))
+    field.setNumber(distance, "Sampling", samples)
+    numbers = {"InField": distance, "SizeMin": sizes[0], "SizeMax": sizes[1], "DistMin": reach[0], "DistMax": reach[1]}
+    for name, value in numbers.items():
+        field.setNumber(threshold, name, value)
     return int(threshold)

@@ -18,7 +18,7 @@ import numpy as np
 
 from impact.greens.base import Array
 from seatfem.structures.lands import axes_along
-from seatfem.structures.mesh._gmsh_base import KeptModel, handed_over, rows_of, stage
+from seatfem.structures.mesh._gmsh_base import KeptModel, growing, handed_over, rows_of, stage
 from seatfem.structures.mesh._gmsh_solid import import_part, read_solids, recall, regions_of
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, decode, loops, polygons
 from seatfem.structures.shapes.faces import Face, listing
@@ -206,17 +206,10 @@ def _set_sizes(gmsh: Any, struck: list[int]) -> None:
     area = sum(gmsh.model.occ.getMass(2, tag) for tag in struck)
     around = sum(gmsh.model.occ.getMass(1, abs(tag)) for tag in curves)
     near = min(coarse, ACROSS * 2 * area / around) if around > 0 else coarse
-    field = gmsh.model.mesh.field
-    distance, threshold = field.add("Distance"), field.add("Threshold")
-    field.setNumbers(distance, "SurfacesList", struck)
-    field.setNumbers(distance, "CurvesList", [abs(tag) for tag in curves])
-    field.setNumber(distance, "Sampling", 30)
-    field.setNumber(threshold, "InField", distance)
-    field.setNumber(threshold, "SizeMin", near)
-    field.setNumber(threshold, "SizeMax", coarse)
-    field.setNumber(threshold, "DistMin", near)
-    field.setNumber(threshold, "DistMax", near + (coarse - near) / GROWTH + 1e-3 * near)
-    field.setAsBackgroundMesh(threshold)
+    end = near + (coarse - near) / GROWTH + 1e-3 * near
+    around_them = [abs(tag) for tag in curves]
+    threshold = growing(gmsh, struck, around_them, (near, coarse), (near, end), samples=30)
+    gmsh.model.mesh.field.setAsBackgroundMesh(threshold)
 
 
 def _json(found: dict[str, Any]) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import ClassVar, Final, Generic, NamedTuple, TypeVar
+from typing import ClassVar, Final, Generic, TypeVar
 
 import numpy as np
 
@@ -78,22 +78,9 @@ def _apart(response: Array, other: Array) -> float:
 
 
 G = TypeVar("G", bound=GreensFunction)
-
-
-class Grown(NamedTuple):
-    """A space after a step of growth.
-
-    Attributes:
-        response: (p, p, nt) g after the pulse, with all that is in the space [m/(N s)].
-        complete: whether nothing more can be found.
-        full: whether no further vector is allowed.
-        size: vectors in it, where their number says how far it has come; see `History.add`.
-    """
-
-    response: Array
-    complete: bool
-    full: bool
-    size: int | None = None
+Grown = tuple[Array, bool, bool, int | None]
+"""After a step of growth: (p, p, nt) g after the pulse [m/(N s)]; whether nothing more can be found; whether no further
+vector is allowed; the number of vectors, where it says how far the space has come (`History.add`)."""
 
 
 class Space(ABC, Generic[G]):
@@ -118,7 +105,7 @@ class Space(ABC, Generic[G]):
 
     @abstractmethod
     def grow(self) -> Grown:
-        """Add vectors, and look at g with all of them."""
+        """Add vectors; return what g in the space is then, as `Grown`."""
 
     @abstractmethod
     def truncated(self, above: float) -> tuple[G, float]:

@@ -95,7 +95,7 @@ class _Vectors(RitzSpace):
         omega, shapes, self.coefficients = basis.ritz()
         if self.damping.loss is not None:
             loss = self.damping.losses(basis.combined(self.coefficients))
-        return Grown(self.see(omega, shapes, loss=loss), basis.complete, basis.size == basis.limit, basis.size)
+        return self.see(omega, shapes, loss=loss), basis.complete, basis.size == basis.limit, basis.size
 
     def shortfall(self, error: float) -> str:
         return (

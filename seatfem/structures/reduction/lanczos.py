@@ -114,7 +114,7 @@ class _Nodes(RitzSpace):
         recursion.extend(self.wanted, lambda done: self.progress("reduction", min(0.99, done / valid)))
         omega, shapes, beyond = nodes(recursion, _CEILING * self.aims.band)
         self.wanted = min(self.most, recursion.steps + max(10, recursion.steps // 8))
-        return Grown(self.see(omega, shapes, beyond=beyond), recursion.complete, recursion.steps >= self.most)
+        return self.see(omega, shapes, beyond=beyond), recursion.complete, recursion.steps >= self.most, None
 
     def shortfall(self, error: float) -> str:
         return (

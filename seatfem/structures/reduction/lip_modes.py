@@ -26,7 +26,7 @@ from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.harmonic_tail import Tail
 from seatfem.structures.reduction.modal import modal_error
 from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
-from seatfem.structures.reduction.residual import left_out, relaxation
+from seatfem.structures.reduction.residual import relaxation, semidefinite
 from seatfem.structures.reduction.ring_patches import RingPatch, check_patches, mixing
 
 FEWEST: Final = 4  # harmonics whose modes are looked for: the lowest frequency first falls, then rises with n
@@ -151,4 +151,4 @@ class _Modes:
         """Return the (p, p) part of a static compliance that these modes do not have."""
         omega, _, shapes = self.together
         bent = shapes / omega[:, None]
-        return left_out(compliance - bent.T @ bent, 1e-3 * float(np.abs(compliance).max()), "check the units")
+        return semidefinite(compliance - bent.T @ bent, 1e-3 * float(np.abs(compliance).max()))

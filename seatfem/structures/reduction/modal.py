@@ -19,7 +19,7 @@ from seatfem.structures.reduction.eigen_search import ConvergenceError, CountErr
 from seatfem.structures.reduction.krylov_basis import Here, backend_of
 from seatfem.structures.reduction.modes import DENSE, Modes, dense_modes, modes_of
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
-from seatfem.structures.reduction.residual import left_out, passivity, truncate
+from seatfem.structures.reduction.residual import passivity, semidefinite, truncate
 
 if TYPE_CHECKING:
     from seatfem.structures.reduction.slepc import Ranks
@@ -180,4 +180,4 @@ def _left_out(
     elastic = (modes.omega > 0) & (not deflated)
     known = shapes[elastic]
     rest = static - (known / (modes.omega[elastic] ** 2 + square)[:, None]).T @ known
-    return left_out(rest, 1e-6 * float(np.abs(static).max()), "use method='krylov'")
+    return semidefinite(rest, 1e-6 * float(np.abs(static).max()))

@@ -65,12 +65,13 @@ def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> Resi
     return relaxation((left_out + left_out.T) / 2, start, damping.beta)
 
 
-def left_out(rest: Array, allowed: float, remedy: str) -> Array:
+def semidefinite(rest: Array, allowed: float) -> Array:
     """Return a compliance (p, p) without the negative part that round-off leaves, `ConvergenceError` of more."""
     values, vectors = np.linalg.eigh((rest + rest.T) / 2)
     if len(values) and values[0] < -allowed:
         raise ConvergenceError(
-            f"the modes exceed the static compliance by {-values[0]:.2e} m/N: not converged; {remedy}"
+            f"the modes exceed the static compliance by {-values[0]:.2e} m/N: not converged; check the units, or use "
+            "method='krylov'"
         )
     return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
 

@@ -310,7 +310,7 @@ class _Coupled(Space[PoleGreens]):
         self.whole = basis.coupled(self.damping)
         self.omega = self.whole.omega
         self.response = poles(self.whole, self.model.port_names).filtered_matrix(self.t, self.aims.width)
-        return Grown(self.response, basis.complete, bool(basis.size == basis.limit))
+        return self.response, basis.complete, bool(basis.size == basis.limit), None
 
     def truncated(self, above: float) -> tuple[PoleGreens, float]:
         greens = poles(self.whole.below(above), self.model.port_names)
