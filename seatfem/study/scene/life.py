@@ -170,21 +170,17 @@ source = "report, page"
         if self.seat_strength is not None and scene.stress is None:
             yield "seat_strength", "stress in the seat is not computed: add the table [stress]"
         if self.multiaxial and not (self.seat_strength or scene.reed.has_surface_stress):
-            words = (
-                f"a body of kind {scene.reed.kind!r} has no stress of several axes: remove it, or give seat_strength"
-            )
-            yield "multiaxial", words
+            words = f"a body of kind {scene.reed.kind!r} has no stress of several axes"
+            yield "multiaxial", f"{words}: remove it, or give seat_strength"
         if self.curves is not None:
             yield from within("curves", self.curves.check(scene))
         if self.block == "last cycle":
             if (turn := turn_of(scene)) is None:
                 yield "block", "no load of one rpm repeats in this scene; take the run as the block"
-            if scene.run.duration < TURNS * turn * (1 - 1e-9):
+            elif scene.run.duration < TURNS * turn * (1 - 1e-9):
                 duration, each = (write_quantity(time, "time") for time in (scene.run.duration, turn))
-                words = (
-                    f"run.duration = {duration} holds fewer than {TURNS} turns of {each}, so that the last one would"
-                )
-                yield "block", f"{words} hold the start: watch longer, or take the run as the block"
+                words = f"run.duration = {duration} holds fewer than {TURNS} turns of {each}, so that the last one"
+                yield "block", f"{words} would hold the start: watch longer, or take the run as the block"
 
 
 def turn_of(scene: Scene) -> float | None:
