@@ -112,8 +112,8 @@ def contradictions_of_start(scene: Scene) -> Contradictions:
     scene.reed.check_contact(stopper.at, "stopper.at")
     if stopper.parts != Division() and not scene.reed.meets_lips:
         key = "arcs" if (stopper.arcs or 1) > 1 else "tilt" if stopper.tilt else "rings"
-        words = f"a reed of kind {scene.reed.kind!r} touches with one rigid face; remove the key, or take a plate"
-        yield f"stopper.{key}", words
+        words = f"a reed of kind {scene.reed.kind!r} touches with one rigid face"
+        yield f"stopper.{key}", f"{words}; remove the key, or take a plate"
     key, more = ("gap", 0.0) if stopper.lift is None else ("lift", scene.contact.gap)
     if more > 0 and scene.has_two_places:
         words = f"with contact.gap = {1e3 * more:g} mm the closed reed is bent, and where it stands at stopper.at"

@@ -160,13 +160,13 @@ source = "report, page"
     def check(self, scene: Scene) -> Contradictions:
         """Yield where the scene gives no stress to judge, or no turn of the crank."""
         if self.contact_criterion and (scene.contact.law.of_a_sphere is None or scene.contact.rings > 1):
-            words = "the stress below a contact is known of a law of Hertz, not in rings: state one, or remove the key"
-            yield "contact_criterion", words
+            words = "the stress below a contact is known of a law of Hertz, not in rings"
+            yield "contact_criterion", f"{words}: state one, or remove the key"
         bends = scene.reed.has_stress or scene.reed.has_surface_stress
         judged = self.of_bending and self.strength is not None
         if judged and not bends:
-            words = f"of a body of kind {scene.reed.kind!r} no bending stress is known: remove it, or use a cantilever"
-            yield "strength", f"{words} or a plate"
+            words = f"of a body of kind {scene.reed.kind!r} no bending stress is known"
+            yield "strength", f"{words}: remove it, or use a cantilever or a plate"
         if self.seat_strength is not None and scene.stress is None:
             yield "seat_strength", "stress in the seat is not computed: add the table [stress]"
         if self.multiaxial and not (self.seat_strength or scene.reed.has_surface_stress):
