@@ -56,10 +56,8 @@ def check_address(address: str) -> None:
     except ValueError:
         good = False
     if not good:
-        raise ClusterError(
-            f"--cluster {address}: write the scheduler's address, as tcp://HOST:8786, or tls://HOST:8786 where traffic "
-            "is encrypted"
-        )
+        words = "write the scheduler's address, as tcp://HOST:8786, or tls://HOST:8786 where traffic is encrypted"
+        raise ClusterError(f"--cluster {address}: {words}")
 
 
 @contextmanager
@@ -73,10 +71,9 @@ def _client(address: str) -> Iterator[Client]:
 
     parts = urlsplit(address)
     if parts.scheme == "tls" and not dask.config.get("distributed.comm.tls.client.cert", None):
-        raise ClusterError(
-            f"--cluster {address}: no certificate of this client is known; set DASK_DISTRIBUTED__COMM__TLS__CA_FILE, "
-            "...__TLS__CLIENT__CERT and ...__TLS__CLIENT__KEY (docs/cluster.md)"
-        )
+        keys = "DASK_DISTRIBUTED__COMM__TLS__CA_FILE, ...__TLS__CLIENT__CERT and ...__TLS__CLIENT__KEY"
+        words = f"no certificate of this client is known; set {keys} (docs/cluster.md)"
+        raise ClusterError(f"--cluster {address}: {words}")
     client = Client.__new__(Client)  # in two steps: what cannot connect is closed before it complains of that itself
     with dask.config.set({"distributed.admin.large-graph-warning-threshold": MOST}):
         try:
@@ -84,10 +81,9 @@ def _client(address: str) -> Iterator[Client]:
             client.__init__(address, timeout=PATIENCE, set_as_default=False, name="seatfem")  # type: ignore[misc]
         except (OSError, ValueError, TypeError, RuntimeError) as error:
             client.status = "closed"
-            raise ClusterError(
-                f"--cluster {address}: no scheduler of dask answers there within {PATIENCE:g} s: {_first(error)}; "
-                "start one by `dask scheduler` (docs/cluster.md)"
-            ) from None
+            words = f"no scheduler of dask answers there within {PATIENCE:g} s: {_first(error)}"
+            remedy = "start one by `dask scheduler` (docs/cluster.md)"
+            raise ClusterError(f"--cluster {address}: {words}; {remedy}") from None
         try:
             yield client
         finally:
@@ -102,9 +98,8 @@ def threads_of(address: str) -> int:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
-            raise ClusterError(
-                f"--cluster {address}: the scheduler has no workers; start one by `dask worker {address}`"
-            ) from None
+            words = f"the scheduler has no workers; start one by `dask worker {address}`"
+            raise ClusterError(f"--cluster {address}: {words}") from None
         _settle(client, address)
         return sum(client.nthreads().values())
 
@@ -119,11 +114,8 @@ def _settle(client: Client, address: str) -> None:
     except Exception as error:  # of a worker that has no, or another, seatfem, whatever that raises
         with suppress(Exception):
             client.unregister_worker_plugin(name=name_of(version))
-        reason = (
-            str(error)
-            if isinstance(error, OtherVersionError)
-            else f"a worker there has no seatfem, install it: {_first(error)}"
-        )
+        reason = f"a worker there has no seatfem, install it: {_first(error)}"
+        reason = str(error) if isinstance(error, OtherVersionError) else reason
         raise ClusterError(f"--cluster {address}: {reason}") from None
 
 
@@ -157,9 +149,8 @@ def _asked(
 
     from seatfem.jobs.remote import Task, carried_out
 
-    gone = ClusterError(
-        f"--cluster {address}: the scheduler is gone; run the same command again, it goes on where it was"
-    )
+    words = "the scheduler is gone; run the same command again, it goes on where it was"
+    gone = ClusterError(f"--cluster {address}: {words}")
     version, study, begun = code_version(), uuid4().hex, time.monotonic()
     pending: dict[Future[Any], tuple[int, Parcel]] = {}
     coming = as_completed(loop=client.loop)
@@ -175,9 +166,8 @@ def _asked(
             if future in answers:
                 yield number, _at_home(answers[future], parcel)
             elif future.status == "error" and isinstance(problem := future.exception(), KilledWorker):
-                reason = (
-                    f"{problem.allowed_failures + 1} workers were lost that had this job, last {problem.last_worker}"
-                )
+                many, last = problem.allowed_failures + 1, problem.last_worker
+                reason = f"{many} workers were lost that had this job, last {last}"
                 yield number, Lost(False, None, reason, time.monotonic() - begun)
             elif future.status == "error":
                 raise ClusterError(f"--cluster {address}: {_first(future.exception())}; run it without --cluster")
@@ -206,10 +196,9 @@ def _asked(
 def _check_size(parcel: Parcel) -> None:
     sizes = {path: path.stat().st_size for path in parcel.files.values()}
     if (size := sum(sizes.values())) > MOST:
-        raise ClusterError(
-            f"{max(sizes, key=lambda path: sizes[path])}: the files of the scene have {size / MB:.4g} MB together; at "
-            f"most {MOST / MB:g} MB travel to other computers: run it here, or make the file smaller"
-        )
+        largest = max(sizes, key=lambda path: sizes[path])
+        words = f"the files of the scene have {size / MB:.4g} MB together; at most {MOST / MB:g} MB travel to other"
+        raise ClusterError(f"{largest}: {words} computers: run it here, or make the file smaller")
 
 
 def _at_home(answer: str | Lost, parcel: Parcel) -> str | Lost:

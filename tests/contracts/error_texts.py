@@ -223,4 +223,5 @@ class Code:
 def yields_findings(scope: Scope) -> bool:
     """Keys and what is wrong with them, which become problems of a scene."""
     around = scope.functions[-1:]
-    return any(each.returns is not None and "Finding]" in ast.unparse(each.returns) for each in around)
+    results = [ast.unparse(each.returns) for each in around if each.returns is not None]
+    return any("Finding]" in result or result == "Contradictions" for result in results)

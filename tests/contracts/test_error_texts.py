@@ -35,6 +35,8 @@ REMEDY = re.compile(
 REFUSED = re.compile(r"\bmust (?:be|lie)\b|\bnot finite\b|\bunknown\b")
 """What is only said of a value."""
 EXEMPT = {
+    ("seatfem/fields.py", "str(error).removeprefix(drop)"): "the text of an error, as a problem of a key",
+    ("seatfem/fields.py", "words"): "what tables yield, of which the same is asked where they do",
     ("faces/errors.py", "text"): "the whole text of an error, which gets its line",
     ("jobs/cluster.py", "reason"): "the words of a worker, whose errors are of the same packages",
     ("structures/inspection/parts.py", "found.problems"): "what the process of gmsh found wrong, in its words",

@@ -113,24 +113,20 @@ def contradictions_of_start(scene: Scene) -> Contradictions:
     check_along(scene.reed.kind, scene.reed.reach, stopper.at, "stopper.at")
     if stopper.parts != Division() and scene.reed.thin_plate is None:
         key = "arcs" if (stopper.arcs or 1) > 1 else "tilt" if stopper.tilt else "rings"
-        words = f"a reed of kind {scene.reed.kind!r} touches with one rigid face; remove the key, or take a plate"
-        yield f"stopper.{key}", words
+        words = f"a reed of kind {scene.reed.kind!r} touches with one rigid face"
+        yield f"stopper.{key}", f"{words}; remove the key, or take a plate"
     key, more = ("gap", 0.0) if stopper.lift is None else ("lift", scene.contact.gap)
     if more > 0 and scene.has_two_places:
-        words = (
-            f"with contact.gap = {1e3 * more:g} mm the closed reed is bent, and where it stands at stopper.at depends"
-        )
-        yield "stopper.lift", f"{words} on what holds it there; give stopper.gap, from the undeformed reed"
+        words = f"with contact.gap = {1e3 * more:g} mm the closed reed is bent, and where it stands at stopper.at"
+        yield "stopper.lift", f"{words} depends on what holds it there; give stopper.gap, from the undeformed reed"
     gap, start = scene.stopper_gap, scene.reed.start_at(scene.contact.at if stopper.at is None else stopper.at)
     stated = f"{1e3 * (gap + more):.6g} mm"
     if gap < 0:
         words = f"{stated} is less than contact.gap = {1e3 * more:.6g} mm: the undeformed reed would stand inside"
         yield f"stopper.{key}", f"{words} the stopper; make the lift at least {1e3 * more:.6g} mm"
     if start > gap + 1e-9 * abs(start):
-        words = (
-            f"{stated}: at the start the reed stands {1e3 * start:.6g} mm off its undeformed place there, inside the"
-        )
-        least = f"stopper (limit: stopper.{key}); make the {key} at least {1e3 * (start + more):.6g} mm"
+        words = f"{stated}: at the start the reed stands {1e3 * start:.6g} mm off its undeformed place there, inside"
+        least = f"the stopper (limit: stopper.{key}); make the {key} at least {1e3 * (start + more):.6g} mm"
         yield f"stopper.{key}", f"{words} {least}, or release the reed from a smaller deflection"
 
 

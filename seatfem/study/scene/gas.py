@@ -183,8 +183,8 @@ port_diameter = "12 mm"
                 _ = self.crank
         if self.suction.pressure >= self.discharge.pressure:
             high, low = (write_quantity(each.pressure, "pressure") for each in (self.discharge, self.suction))
-            words = f"{high} is not above suction.pressure = {low}: nothing is compressed; exchange them, or raise it"
-            yield "discharge.pressure", words
+            words = f"{high} is not above suction.pressure = {low}: nothing is compressed"
+            yield "discharge.pressure", f"{words}; exchange them, or raise it"
         with problem_of("force", GasError):
             _ = self.areas
 

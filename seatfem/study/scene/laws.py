@@ -69,19 +69,14 @@ stiffness = "5 GN/m^1.5"
         return self.stiffness
 
 
-class HuntCrossleyLaw(ContactLaw):
+class HuntCrossleyLaw(HertzLaw):
     """Hertz's contact with a loss: force = stiffness * penetration^1.5 * (1 + damping * rate of penetration)."""
 
-    kind: Literal["hunt_crossley"]
-    stiffness: HertzStiffness = Field(description="(4/3) E* sqrt(R)")
+    kind: Literal["hunt_crossley"]  # type: ignore[assignment]
     damping: Slowness = default("0 s/m", "3 (1 - e)/(2 v) for the coefficient of restitution e, near 1, at the speed v")
 
     def law(self, share: float = 1.0) -> Law:
         return HuntCrossley(share * self.stiffness, self.damping)
-
-    @property
-    def of_a_sphere(self) -> float | None:
-        return self.stiffness
 
 
 def law_as_text(given: object) -> object:

@@ -160,31 +160,27 @@ source = "report, page"
     def check(self, scene: Scene) -> Contradictions:
         """Yield where the scene gives no stress to judge, or no turn of the crank."""
         if self.contact_criterion and (scene.contact.law.of_a_sphere is None or scene.contact.rings > 1):
-            words = "the stress below a contact is known of a law of Hertz, not in rings: state one, or remove the key"
-            yield "contact_criterion", words
+            words = "the stress below a contact is known of a law of Hertz, not in rings"
+            yield "contact_criterion", f"{words}: state one, or remove the key"
         bends = scene.reed.traits.has_stress or scene.reed.thin_plate is not None
         judged = self.of_bending and self.strength is not None
         if judged and not bends:
-            words = f"of a body of kind {scene.reed.kind!r} no bending stress is known: remove it, or use a cantilever"
-            yield "strength", f"{words} or a plate"
+            words = f"of a body of kind {scene.reed.kind!r} no bending stress is known"
+            yield "strength", f"{words}: remove it, or use a cantilever or a plate"
         if self.seat_strength is not None and scene.stress is None:
             yield "seat_strength", "stress in the seat is not computed: add the table [stress]"
         if self.multiaxial and not (self.seat_strength or scene.reed.thin_plate is not None):
-            words = (
-                f"a body of kind {scene.reed.kind!r} has no stress of several axes: remove it, or give seat_strength"
-            )
-            yield "multiaxial", words
+            words = f"a body of kind {scene.reed.kind!r} has no stress of several axes"
+            yield "multiaxial", f"{words}: remove it, or give seat_strength"
         if self.curves is not None:
             yield from within("curves", self.curves.check(scene))
         if self.block == "last cycle":
             if (turn := turn_of(scene)) is None:
                 yield "block", "no load of one rpm repeats in this scene; take the run as the block"
-            if scene.run.duration < TURNS * turn * (1 - 1e-9):
+            elif scene.run.duration < TURNS * turn * (1 - 1e-9):
                 duration, each = (write_quantity(time, "time") for time in (scene.run.duration, turn))
-                words = (
-                    f"run.duration = {duration} holds fewer than {TURNS} turns of {each}, so that the last one would"
-                )
-                yield "block", f"{words} hold the start: watch longer, or take the run as the block"
+                words = f"run.duration = {duration} holds fewer than {TURNS} turns of {each}, so that the last one"
+                yield "block", f"{words} would hold the start: watch longer, or take the run as the block"
 
 
 def turn_of(scene: Scene) -> float | None:

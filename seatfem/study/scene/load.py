@@ -22,7 +22,7 @@ from seatfem.study.scene.locate import KeyPath, key_lines, single
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.models import BODIES, Scene
 from seatfem.study.scene.other_files import no_scene
-from seatfem.study.scene.problems import SceneError, explain, line_of, scene_error
+from seatfem.study.scene.problems import Problem, SceneError, explain, line_of, scene_error
 from seatfem.study.scene.run import Accuracy
 from seatfem.study.scene.stopper import stopper_of
 
@@ -46,7 +46,7 @@ def load_scene(path: Path | str, changed: Mapping[str, object] | None = None) ->
     TOML syntax, unknown or missing keys, wrong units, values out of range, and keys that contradict each other.
     """
     if why := no_scene(Path(path)):
-        raise scene_error("", why, Path(path))
+        raise SceneError((Problem(Path(path), 0, "", why),))
     return load_table(path, scene_of(kinds_of(), laws(), tuple(all_measures())), changed)
 
 

@@ -131,11 +131,10 @@ class PartsAsDrawn:
         land = self.found.land(self.seat.struck_face, found.frame.x)
         gap, below = opening(face_lip(land, 1, rings), found)
         if gap < -ROUND_OFF:
-            words = (
-                f"the reed in {self.file.name} cuts into {self._contact_words} of {self._name} by {-1e3 * gap:.4g} mm"
-            )
+            words = f"the reed in {self.file.name} cuts into {self._contact_words} of {self._name}"
+            limit = f"by {-1e3 * gap:.4g} mm (limit {1e3 * ROUND_OFF:g} mm; {self._units})"
             remedy = "move one of the parts in the CAD program, or select the face under the reed in seat.contact"
-            raise KeyProblem(KEY, f"{words} (limit {1e3 * ROUND_OFF:g} mm; {self._units}): {remedy}")
+            raise KeyProblem(KEY, f"{words} {limit}: {remedy}")
         if (point := cut_by(self.found.shape, self._outline(found), found, below)) is not None:
             words = f"{self._name} rises through the reed in {self.file.name} at {_at(point)}"
             raise KeyProblem(KEY, f"{words}: the parts overlap; move one of them in the CAD program")

@@ -70,7 +70,7 @@ def explain(
     error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], file: Path, lines: Mapping[KeyPath, int]
 ) -> tuple[Problem, ...]:
     """Return pydantic's findings in the words of scene files, in the order of the file; of a crowd the first `MOST`."""
-    places = [_Place.of(details, model, lines) for details in error.errors(include_url=False)]
+    places = [_Place.from_details(details, model, lines) for details in error.errors(include_url=False)]
     elements = {place.path[:length] for place in places for length in range(len(place.path))}
     # a list may be too short only because of what is wrong with one of its elements
     places = [each for each in places if not (each.details["type"] == "too_short" and each.path in elements)]
@@ -106,7 +106,7 @@ class _Place:
         return self.table.model_fields.get(str(key)) if self.table else None
 
     @staticmethod
-    def of(details: ErrorDetails, model: type[BaseModel], lines: Mapping[KeyPath, int]) -> _Place:
+    def from_details(details: ErrorDetails, model: type[BaseModel], lines: Mapping[KeyPath, int]) -> _Place:
         path, table, beside = _walk(model, details["loc"])
         fields = table.model_fields.items() if table else ()
         known = (*beside, *(field.alias or name for name, field in fields))

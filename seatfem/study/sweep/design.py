@@ -28,7 +28,7 @@ def changes_of(study: Study) -> Iterator[Changes]:
         yield from (dict(zip(keys, row, strict=True)) for row in rows)
         return
     for shares in shares_of(study):
-        yield {key: study.vary[key].at(float(share)) for key, share in zip(keys, shares, strict=True)}
+        yield {key: study.vary[key].quantile(float(share)) for key, share in zip(keys, shares, strict=True)}
 
 
 def shares_of(study: Study) -> NDArray[np.float64]:

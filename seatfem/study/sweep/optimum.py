@@ -91,7 +91,7 @@ def run_optimum(
 def _search(search: Level, target: Level, goal: Optimise) -> None:
     keys = len(search.study.vary)
     model = 2 * keys + 1  # points of a first quadratic model
-    search.at(first_points(keys, max(1, min(goal.most // 3, goal.most - model)), search.study.seed))
+    search.evaluate(first_points(keys, max(1, min(goal.most // 3, goal.most - model)), search.study.seed))
     shift: Shift = {}
     for turns in range(CONFIRMED, 0, -1):
         spare = goal.most - len(search.found)
@@ -108,7 +108,7 @@ def _search(search: Level, target: Level, goal: Optimise) -> None:
         others = [np.array(other.point) for other in target.found.values()]
         apart = (each for each in ranked if all(np.abs(other - each.point).max() >= NEAREST for other in others))
         if (best := next(apart, None)) is not None and math.isfinite(rank(best, goal, shift)[0]):
-            [fine] = target.at([best.point])
+            [fine] = target.evaluate([best.point])
             moved = {name: fine.value(name) - best.value(name) for name in goal.measures}
             shift = moved if all(map(math.isfinite, moved.values())) else shift
 

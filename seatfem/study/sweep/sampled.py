@@ -165,9 +165,8 @@ def _check(scene: Scene, measures: Sequence[str]) -> None:
         "contact.ports": is_given(scene, PORTS) and scene.contact.ports not in (None, 1),
     }
     for name in [name for name, forbids in words.items() if forbids][:1]:
-        raise scene_error(
-            "error_bars", f"'sampled' marches scenes side by side, which {name} forbids; leave the key out"
-        )
+        text = f"'sampled' marches scenes side by side, which {name} forbids; leave the key out"
+        raise scene_error("error_bars", text)
     keys = {key for each in all_measures().values() if not each.needs_line for key in _keys(each)}
     keys = (keys | {*STRESS, *OTHERS, *OF_LANDINGS, *PRESSED_ON}) - {Restitution.key}  # of all energies of a run
     for name in [name for name in measures if name not in keys][:1]:

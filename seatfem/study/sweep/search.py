@@ -64,7 +64,7 @@ class Level:
     carry_out: Callable[[Sequence[Case]], Mapping[str, Outcome]]
     found: dict[Point, Found] = field(default_factory=dict)
 
-    def at(self, points: Sequence[Point]) -> list[Found]:
+    def evaluate(self, points: Sequence[Point]) -> list[Found]:
         """Return what was found at points; new ones are carried out. A scene that cannot be is an outcome, too."""
         new: dict[Point, Case] = {}
         for point in dict.fromkeys(points):
@@ -88,7 +88,7 @@ class _SpentError(Exception):
 
 def changes_at(study: Study, point: Point) -> dict[str, object]:
     """Return the values of the keys at a point."""
-    return {key: each.at(share) for (key, each), share in zip(study.vary.items(), point, strict=True)}
+    return {key: each.quantile(share) for (key, each), share in zip(study.vary.items(), point, strict=True)}
 
 
 def first_points(keys: int, count: int, seed: int) -> list[Point]:
@@ -134,17 +134,17 @@ def improve(level: Level, goal: Optimise, shift: Shift, radius: float, most: int
     spread = np.ptp(rows, axis=0)
     scale = np.where(spread > 0, spread, np.maximum(np.abs(rows).max(axis=0), 1e-300))
 
-    def told(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def scaled(x: NDArray[np.float64]) -> NDArray[np.float64]:
         point = _rounded(x)
         if point not in level.found and len(level.found) >= most:
             raise _SpentError
-        values = raw(level.at([point])[0])
+        values = raw(level.evaluate([point])[0])
         return np.asarray((values if np.isfinite(values).all() else known().max(axis=0)) / scale)
 
-    limits = [NonlinearConstraint(lambda x: told(x)[1:], -np.inf, 0.0)] if goal.subject_to else []
+    limits = [NonlinearConstraint(lambda x: scaled(x)[1:], -np.inf, 0.0)] if goal.subject_to else []
     try:
         minimize(
-            lambda x: float(told(x)[0]), np.array(start.point), method="cobyqa", bounds=[(0.0, 1.0)] * len(start.point),
+            lambda x: float(scaled(x)[0]), start.point, method="cobyqa", bounds=[(0.0, 1.0)] * len(start.point),
             constraints=limits, options={"initial_tr_radius": radius, "final_tr_radius": NEAREST},
         )  # type: ignore[call-overload]  # fmt: skip
     except _SpentError:

@@ -164,8 +164,8 @@ class Study(Table):
             first, length = next(iter(lengths.items()))
             for key, other in lengths.items():
                 if other != length:
-                    words = f"{other} values beside {length} of {first}: design = 'zip' takes one of each; give as many"
-                    yield f"vary.{key}", words
+                    words = f"{other} values beside {length} of {first}: design = 'zip' takes one of each"
+                    yield f"vary.{key}", f"{words}; give as many"
         if (count := self.number_of_scenes) > self.limit:
             yield "limit", f"{count} scenes are more than limit = {self.limit}: vary less, or raise the limit"
 

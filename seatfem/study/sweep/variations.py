@@ -66,7 +66,7 @@ class Variation(Table):
         """Return the values for grids; raises `KeyProblem` if there are none. ``keys``: dotted, for messages."""
         raise KeyProblem(keys, f"{self.kind!r} has no levels for this design: give a list, or from, to and number")
 
-    def at(self, share: float) -> Value:
+    def quantile(self, share: float) -> Value:
         """Return the value below which this share (0..1) of all lies."""
         raise NotImplementedError
 
@@ -95,7 +95,7 @@ class Listed(Variation):
     def levels(self, keys: str) -> tuple[Value, ...]:
         return self.values
 
-    def at(self, share: float) -> Value:
+    def quantile(self, share: float) -> Value:
         return self.values[min(int(share * len(self.values)), len(self.values) - 1)]
 
 
@@ -116,9 +116,9 @@ class Range(Variation):
     def levels(self, keys: str) -> tuple[Value, ...]:
         if self.number is None:
             raise KeyProblem(f"{keys}.number", "required key is missing: levels of the range, for this design")
-        return tuple(self.at(step / (self.number - 1)) for step in range(self.number))
+        return tuple(self.quantile(step / (self.number - 1)) for step in range(self.number))
 
-    def at(self, share: float) -> Value:
+    def quantile(self, share: float) -> Value:
         low, high = self.low[0], self.high[0]
         if share in (0.0, 1.0):
             return self.written(high if share else low)
@@ -145,7 +145,7 @@ class Normal(Variation):
     mean: Quantity = Field(description="mean value")
     deviation: Positive = Field(description="standard deviation")
 
-    def at(self, share: float) -> Value:
+    def quantile(self, share: float) -> Value:
         return self.written(self.mean[0] + self.deviation[0] * _normal(share))
 
 
@@ -169,7 +169,7 @@ class TruncatedNormal(Normal):
         low, high = (float(ndtr((end[0] - self.mean[0]) / self.deviation[0])) for end in (self.low, self.high))
         return low, high
 
-    def at(self, share: float) -> Value:
+    def quantile(self, share: float) -> Value:
         below, above = self._shares()
         value = self.mean[0] + self.deviation[0] * _normal(below + share * (above - below))
         return self.written(min(max(value, self.low[0]), self.high[0]))
@@ -182,7 +182,7 @@ class LogNormal(Variation):
     median: Positive = Field(description="value that half of all lie below")
     sigma: float = Field(gt=0, le=5, description="standard deviation of the natural logarithm")
 
-    def at(self, share: float) -> Value:
+    def quantile(self, share: float) -> Value:
         return self.written(self.median[0] * math.exp(self.sigma * _normal(share)))
 
 
@@ -205,7 +205,7 @@ class Tabled(Variation):
         if shares[0] != 0 or shares[-1] != 1:
             yield "points", f"the shares go from {shares[0]:g} to {shares[-1]:g}: begin with 0, end with 1"
 
-    def at(self, share: float) -> Value:
+    def quantile(self, share: float) -> Value:
         values, shares = zip(*((value[0], below) for value, below in self.points), strict=True)
         return self.written(float(np.interp(share, shares, values)))
 

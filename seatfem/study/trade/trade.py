@@ -193,14 +193,10 @@ class _Runs:
         """Raise `TradeError` where the scene asks for a landing, and each of these points that ended has none."""
         ended = [each for name in names if (each := self.found.get(name)) is not None and each.state == "done"]
         scene = self.ladder.scene
-        judged = scene.accuracy.judged
-        if ended and not any(_answers(each, judged) for each in ended):
+        if ended and not any(_answers(each, scene.accuracy.judged) for each in ended):
             why = left_out_in_words((each.summary[STATUS] for each in ended), "points")
-            raise TradeError(
-                f"{self.path}: no landing to compare: {why}; lengthen run.duration = "
-                f"{write_quantity(scene.run.duration, 'time')}, "
-                'or ask for the whole run by accuracy.landing = "run"'
-            )
+            remedy = f"lengthen run.duration = {write_quantity(scene.run.duration, 'time')}, or ask for the whole run"
+            raise TradeError(f'{self.path}: no landing to compare: {why}; {remedy} by accuracy.landing = "run"')
 
     def seconds(self, top: int, notches: int) -> float:
         """Return the predicted seconds of a mesh that many notches finer than the rung ``top``; infinite if unknown."""
