@@ -11,7 +11,7 @@ from impact.runs.budget import Values
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.beam import Beam
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.kinds.reduced import Reduced
+from seatfem.structures.kinds.elastic import Reduced
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.method import Method
 from seatfem.structures.reduction.modes import ConvergenceError

@@ -29,7 +29,7 @@ from seatfem.structures.materials import Material
 from seatfem.structures.mesh.meridian import make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.ring_patches import RingPatch
-from seatfem.structures.shapes.annular import AnnularSeat
+from seatfem.structures.shapes.revolved import AnnularSeat
 
 STEEL, PEEK = Material(200e9, 0.3, 7850.0), Material(4.0e9, 0.4, 1300.0)
 DEMO = AnnularSeat(

@@ -21,11 +21,10 @@ from seatfem.structures.discretise import (
     sliding_faces,
     supports_of,
 )
-from seatfem.structures.face_lip import FaceLip
 from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.kinds.reduced import Reduced
+from seatfem.structures.kinds.elastic import Elastic, Reduced
+from seatfem.structures.lands import FaceLip
 from seatfem.structures.lip import Lip
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh

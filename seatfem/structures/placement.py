@@ -15,8 +15,7 @@ from seatfem.structures.inspection.shape import Shape
 from seatfem.structures.lands import Land, axes_along
 from seatfem.structures.lip import AnyLip, tilted
 from seatfem.structures.shapes import loops, polygons
-from seatfem.structures.shapes.faces import Vector
-from seatfem.structures.shapes.frames import Frame
+from seatfem.structures.shapes.faces import Frame, Vector
 from seatfem.structures.shapes.inspect import triple
 
 ROUND_OFF: Final = 1e-6  # [m], [rad]: what coordinates of exchange files are good for

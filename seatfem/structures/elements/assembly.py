@@ -37,7 +37,7 @@ from seatfem.structures.elements.shape_functions import (
 from seatfem.structures.elements.supports import Support, support_matrices
 from seatfem.structures.elements.surfaces import Surface, facets_of, surface
 from seatfem.structures.elements.whole_model import whole_model
-from seatfem.structures.face_lip import FaceLip
+from seatfem.structures.lands import FaceLip
 from seatfem.structures.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrderModel
 

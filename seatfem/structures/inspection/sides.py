@@ -14,7 +14,7 @@ from seatfem.structures.inspection.opened import FileState, state_of
 from seatfem.structures.inspection.outline import PICOMETRE
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.shapes import CadPart, Group, Selector
-from seatfem.structures.shapes.frames import Frame
+from seatfem.structures.shapes.faces import Frame
 from seatfem.structures.shapes.selectors import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 
 GROUP: Final = "clamped"

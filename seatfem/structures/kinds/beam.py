@@ -24,8 +24,8 @@ from seatfem.fields import (
     of_same_names,
 )
 from seatfem.structures.estimates.surrogate import Face
-from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
+from seatfem.structures.kinds.parts import Material
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure, Traits
 from seatfem.structures.outlines import BodyViews, of_beam

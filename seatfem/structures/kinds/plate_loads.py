@@ -12,9 +12,8 @@ from pydantic import BeforeValidator, Field, model_validator
 from impact.bodies.body import Body, Load, ModalState
 from impact.greens.base import Array, GreensFunction
 from seatfem.fields import Acceleration, KeyProblem, Length
-from seatfem.structures.kinds.curvature import Curvature
 from seatfem.structures.kinds.motion import AnyPressure, ForceCourse, as_value
-from seatfem.structures.kinds.plate_release import PlateRelease
+from seatfem.structures.kinds.plate_release import Curvature, PlateRelease
 from seatfem.structures.kinds.striking import At, check_along
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import Lip

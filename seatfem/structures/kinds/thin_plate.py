@@ -15,8 +15,8 @@ from impact.progress import Progress
 from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.surrogate import Face, Surrogate
-from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.motion import Moving
+from seatfem.structures.kinds.parts import Material
 from seatfem.structures.kinds.selectors import in_scene_words
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Traits

@@ -15,8 +15,7 @@ from seatfem.structures.mesh._gmsh_input import handed_over
 from seatfem.structures.mesh._gmsh_messages import stage
 from seatfem.structures.mesh._gmsh_model import KeptModel
 from seatfem.structures.shapes import GeometryError, loops, polygons
-from seatfem.structures.shapes.faces import Face, listing
-from seatfem.structures.shapes.frames import Frame
+from seatfem.structures.shapes.faces import Face, Frame, listing
 from seatfem.structures.shapes.inspect import faces_of, triple, volume_of
 
 MILLIMETRE: Final = 1e-3  # to which STEP lengths are turned

@@ -16,7 +16,7 @@ from seatfem.structures.mesh._gmsh_model import KeptModel, set_sizes
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError, decode
 from seatfem.structures.shapes.inspect import area_of, patch_tags, volume_of
-from seatfem.structures.shapes.sectors import cut, patches_in
+from seatfem.structures.shapes.shape import cut, patches_in
 
 MESH_ADAPT, FRONTAL = 1, 4
 TETRAHEDRON = {1: 4, 2: 11}  # gmsh element types by order

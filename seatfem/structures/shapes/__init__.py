@@ -12,21 +12,16 @@ from typing import Any
 
 from seatfem.machine.code import is_ours, sources_from_elsewhere
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.shapes.annular import AnnularSeat
-from seatfem.structures.shapes.ball import Ball
-from seatfem.structures.shapes.bar import Bar
-from seatfem.structures.shapes.block import Block
+from seatfem.structures.shapes.blocks import Bar, Block, ValvePlate
 from seatfem.structures.shapes.cad import CadPart, Group, Region
-from seatfem.structures.shapes.conical import ConicalSeat
-from seatfem.structures.shapes.disc import Disc
-from seatfem.structures.shapes.flapper import Flapper
+from seatfem.structures.shapes.faces import Face as Face
+from seatfem.structures.shapes.flat import Disc, Flapper, RingPlate
 from seatfem.structures.shapes.flat import Flat as Flat
-from seatfem.structures.shapes.homes import at_home, home_of
 from seatfem.structures.shapes.outlined import Outlined
 from seatfem.structures.shapes.profile import Edge as Edge
 from seatfem.structures.shapes.profile import Profile as Profile
+from seatfem.structures.shapes.revolved import AnnularSeat, Ball, ConicalSeat, Stopper
 from seatfem.structures.shapes.revolved import Turning as Turning
-from seatfem.structures.shapes.ring_plate import RingPlate
 from seatfem.structures.shapes.selectors import CONTACT_COLOUR as CONTACT_COLOUR
 from seatfem.structures.shapes.selectors import FIXED_COLOUR as FIXED_COLOUR
 from seatfem.structures.shapes.selectors import (
@@ -43,9 +38,8 @@ from seatfem.structures.shapes.selectors import (
 from seatfem.structures.shapes.selectors import HalfPlaneFace as HalfPlaneFace
 from seatfem.structures.shapes.selectors import Selector as Selector
 from seatfem.structures.shapes.shape import Shape as Shape
+from seatfem.structures.shapes.shape import at_home, home_of
 from seatfem.structures.shapes.shape import families as families
-from seatfem.structures.shapes.stopper import Stopper
-from seatfem.structures.shapes.valve_plate import ValvePlate
 
 __all__ = [
     "AnnularSeat",

@@ -25,7 +25,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.build import Cache, Solved, build
 from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Structure
-from seatfem.structures.kinds.roles import in_role, in_words_of
+from seatfem.structures.kinds.structure import in_role, in_words_of
 from seatfem.structures.method import Method
 from seatfem.structures.rings import Division
 from seatfem.structures.statics import bed

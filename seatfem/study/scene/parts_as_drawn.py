@@ -15,19 +15,17 @@ from pydantic import TypeAdapter, ValidationError
 from impact.greens.base import Array
 from seatfem.fields import KeyProblem
 from seatfem.structures.errors import GeometryError, ModelError
-from seatfem.structures.face_lip import face_lip
 from seatfem.structures.inspection.cad import FoundFace, Inspected, inspect_geometry
 from seatfem.structures.inspection.outline import DrawnOutline, outline_in
 from seatfem.structures.inspection.sides import straight_side
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.sheet import AnyClamp, Clamp, Place
-from seatfem.structures.lands import Land
+from seatfem.structures.lands import Land, face_lip
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.placement import ROUND_OFF, Placement, cut_by, facing_side, opening, placed
 from seatfem.structures.shapes import CadPart, Geometry, loops, polygons
 from seatfem.structures.shapes.cad import stated_unit
-from seatfem.structures.shapes.faces import Vector
-from seatfem.structures.shapes.frames import Frame
+from seatfem.structures.shapes.faces import Frame, Vector
 from seatfem.study.scene.stopper import STEEPEST
 
 KEY: Final = "assembly.placed"
