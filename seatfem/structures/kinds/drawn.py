@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
+from impact.greens.base import GreensFunction
 from impact.progress import Progress
 from seatfem.fields import default, of_same_names
 from seatfem.machine.stopwatch import Stopwatch
@@ -208,6 +209,10 @@ class Drawn(Elastic):
 
         copies = self.copies.get(level, 1)
         return body_in_numbers(self.geometry()).inner.total / copies
+
+    def beyond(self, level: AnyLevel) -> GreensFunction | None:
+        """Return what a level leaves out, to first order: a body that has it; ``None``: nothing is known."""
+        return None
 
     @property
     def form_error(self) -> float:

@@ -21,13 +21,14 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.patch import Column, Patch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
 from seatfem.structures.kinds.striking import At, Striking
-from seatfem.structures.method import AnyLevel, Applicability, Method
+from seatfem.structures.method import Applicability, Method
 from seatfem.structures.outlines import BodyViews
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
     from impact.measured.pole_fit import PoleFit
+    from seatfem.structures.kinds.beam import Beam
     from seatfem.structures.kinds.drawn import Drawn
     from seatfem.structures.kinds.elastic import Elastic
     from seatfem.structures.kinds.thin_plate import ThinPlate
@@ -134,6 +135,11 @@ class Structure(Striking):
         return None
 
     @property
+    def slender(self) -> Beam | None:
+        """Return the body as a beam, known by its own modes; ``None`` of others."""
+        return None
+
+    @property
     def elastic(self) -> Elastic | None:
         """Return the body as one of finite elements, whose cost is known beforehand; ``None`` of others."""
         return None
@@ -202,11 +208,6 @@ class Structure(Striking):
     # How it is modelled
 
     @property
-    def beam_modes(self) -> int | None:
-        """Return the modes of a body that is known by its own, as a beam; ``None`` of others."""
-        return None
-
-    @property
     def loss(self) -> float:
         """Return the modal damping ratio, as far as it is uniform."""
         return 0.0
@@ -222,7 +223,7 @@ class Structure(Striking):
 
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
         """Return the method that the table states, at the cheapest level whose own error is at most ``error``."""
-        return Method(self.level(error).level, rings=rings, n_modes=self.beam_modes)
+        return Method(self.level(error).level, rings=rings)
 
     def memory(self, method: Method, duration: float) -> float:
         """Return how long its g must be right in a run of ``duration`` [s]."""
@@ -250,10 +251,6 @@ class Structure(Striking):
 
     def closed_form(self) -> GreensFunction | None:
         """Return the body in closed form, where there is one."""
-        return None
-
-    def beyond(self, level: AnyLevel) -> GreensFunction | None:
-        """Return what a level leaves out, to first order: a body that has it; ``None``: nothing is known."""
         return None
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:

@@ -94,18 +94,13 @@ class ThinPlate(Moving):
             )
         lip = self.own_lip
         key = "contact_width" if self.contact_radius is None and self.contact_width is not None else "contact_radius"
+        outer, inner, edge, hole = (write_quantity(each, "length") for each in (lip.outer, lip.inner, most, least))
         if lip.outer > most * (1 + ROUND_OFF):
-            raise KeyProblem(
-                key,
-                f"the contact reaches {write_quantity(lip.outer, 'length')} from {self.about}, it must stay below "
-                f"the plate's {write_quantity(most, 'length')}",
-            )
+            words = f"the contact reaches {outer} from {self.about}, it must stay below the plate's {edge}"
+            raise KeyProblem(key, words)
         if lip.inner < least * (1 - ROUND_OFF):
-            raise KeyProblem(
-                key,
-                f"the contact begins {write_quantity(lip.inner, 'length')} from {self.about}, it must begin beyond "
-                f"the hole, {write_quantity(least, 'length')}",
-            )
+            words = f"the contact begins {inner} from {self.about}, it must begin beyond the hole, {hole}"
+            raise KeyProblem(key, words)
         return self
 
     def made_by(self) -> tuple[type, ...]:

@@ -89,7 +89,7 @@ class Centre:
 
 def centre_of(scene: Scene) -> Centre:
     """Return what the file states; what it leaves open follows the filter's band, its waves and the struck face."""
-    seat, n_modes = scene.seat, scene.reed.beam_modes
+    seat, n_modes = scene.seat, None if scene.reed.slender is None else scene.reed.slender.n_modes
     stated = stated_method(scene).seat
     if not seat.traits.is_reduced:
         return Centre(n_modes=n_modes)
@@ -226,7 +226,7 @@ def _around(scene: Scene, centre: Centre, rings: int) -> Iterator[Point]:
         for k in (-1, 1):
             value = centre.reed_band * RATIO**k
             yield vary(f"reed band x {RATIO**k:.2f}", "reed band", REED_BAND, value)
-    if scene.reed.beam_modes is not None:
+    if scene.reed.slender is not None:
         for number in REED_MODES:
             yield vary(f"reed modes {number}", "reed modes", "reed.n_modes", number)
     yield from _in_time(scene, base, family)
