@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from impact.after.along import Pieces
 from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
-from seatfem.structures.lip import AnyLip, check_parts, widening
+from seatfem.structures.lip import AnyLip, widening
 from seatfem.structures.rings import MOST_PORTS
-from seatfem.structures.shapes.polygons import area, cross, inside
+from seatfem.structures.shapes.loops import cross, inside, polygon_area
 from seatfem.structures.strips import Strip, strip_of
 
 SAME: Final = 1e-6  # of the face's size: ends of edges that are one point
@@ -144,8 +144,8 @@ def _loops(edges: Array, near: float) -> list[Array]:
 
 def _nested(loops: list[Array]) -> list[tuple[Array, list[Array]]]:
     """Return each outer line with those of its holes, all anticlockwise. Raises `ModelError` of lines that cross."""
-    loops = [loop if area(loop) > 0 else loop[::-1] for loop in loops]
-    loops.sort(key=area, reverse=True)
+    loops = [loop if polygon_area(loop) > 0 else loop[::-1] for loop in loops]
+    loops.sort(key=polygon_area, reverse=True)
     nests: list[tuple[Array, list[Array]]] = []
     for k, loop in enumerate(loops):
         around = [other for other, larger in enumerate(loops[:k]) if _inside(loop, larger)]
@@ -194,9 +194,6 @@ class FaceLip(AnyLip):
     rings: int = 1
     offset: tuple[float, float] = (0.0, 0.0)
     side: str = ""
-
-    def __post_init__(self) -> None:
-        check_parts(self)
 
     @property
     def content(self) -> Mapping[str, object]:

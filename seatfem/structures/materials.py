@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,16 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from seatfem.structures.errors import ModelError
 
 
-@dataclass(frozen=True)
-class NamedMaterial:
-    """An isotropic material's constants and where they are from.
-
-    Attributes:
-        young: Young's modulus [Pa].
-        poisson: Poisson's ratio.
-        density: [kg/m^3].
-        source: of the three.
-    """
+class NamedMaterial(NamedTuple):
+    """An isotropic material's Young's modulus [Pa], Poisson's ratio and density [kg/m^3], and where they are from."""
 
     young: float
     poisson: float

@@ -18,8 +18,7 @@ import numpy as np
 from impact.greens.base import Array
 from impact.quantities import in_units
 from seatfem.structures.shapes.flat import Flat
-from seatfem.structures.shapes.loops import polygon
-from seatfem.structures.shapes.polygons import inside
+from seatfem.structures.shapes.loops import inside, polygon
 from seatfem.structures.shapes.profile import Edge, Profile
 
 Loops = tuple[Array, ...]

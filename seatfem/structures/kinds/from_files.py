@@ -109,8 +109,10 @@ file = "seat.step"
             key = OTHER_NAMES.get(first, first)
             if key == "unit" and self.unit is None:
                 key = "file"
-            text = message if alone else _without_list(message, f"seatfem faces {shlex.quote(self.file.name)}")
-            yield (key, *rest), naming(self.file, text)
+            first_line, _, faces = message.partition("\n")
+            if faces and not alone:  # the faces are not listed with each
+                message = f"{first_line} seatfem faces {shlex.quote(self.file.name)} shows them"
+            yield (key, *rest), naming(self.file, message)
         if inspected.faces:
             yield from self.unknown_names(self.geometry().patches, inspected.regions)
         struck = [face.normal for face in inspected.faces if self.struck_face in face.groups]
@@ -136,12 +138,6 @@ file = "seat.step"
 
     def column(self) -> Column | None:
         return None
-
-
-def _without_list(message: str, command: str) -> str:
-    """Return the message without its list: where several selectors are wrong, the faces are not listed with each."""
-    first, _, more = message.partition("\n")
-    return f"{first} {command} shows them" if more else message
 
 
 FLAT: Final = 0.01  # of unit normals, by coordinates of few digits: a face is flat

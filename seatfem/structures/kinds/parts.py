@@ -39,6 +39,9 @@ Direction = tuple[float, float, float]
 class Material(Table):
     """A linear elastic, isotropic material; a name alone may be written as text, `material = "steel"`."""
 
+    isotropic: ClassVar[bool] = True
+    """Whether it is the same in all directions."""
+
     kind: Literal["isotropic"] = Field("isotropic", description="the same in all directions")
     name: str | None = Field(
         None, exclude=True, description="of the list below; fills in what is not given of the other values"
@@ -60,11 +63,6 @@ class Material(Table):
             return {**_constants(name), **given}
         except ValueError as problem:
             raise KeyProblem("name", str(problem)) from None
-
-    @property
-    def isotropic(self) -> bool:
-        """Return whether it is the same in all directions."""
-        return True
 
     @property
     def solid(self) -> materials.Material:
@@ -98,6 +96,8 @@ def _constants(name: str) -> dict[str, object]:
 class OrthotropicMaterial(Table):
     """A linear elastic material with three planes of symmetry, normal to its axes 1, 2, 3."""
 
+    isotropic: ClassVar[bool] = False
+
     kind: Literal["orthotropic"]
     young: tuple[Pressure, Pressure, Pressure] = Field(description="Young's moduli E1, E2, E3")
     poisson: tuple[PoissonRatio, PoissonRatio, PoissonRatio] = Field(
@@ -120,11 +120,6 @@ class OrthotropicMaterial(Table):
         if not np.abs(unit @ unit.T - np.eye(3)).max() < 1e-6:
             raise KeyProblem("axes", f"{self.axes} must be at right angles to each other")
         return self
-
-    @property
-    def isotropic(self) -> bool:
-        """Return whether it is the same in all directions."""
-        return False
 
     @property
     def solid(self) -> materials.Orthotropic:

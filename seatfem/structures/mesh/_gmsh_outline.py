@@ -14,7 +14,7 @@ from seatfem.structures.lands import axes_along
 from seatfem.structures.mesh._gmsh_input import handed_over
 from seatfem.structures.mesh._gmsh_messages import stage
 from seatfem.structures.mesh._gmsh_model import KeptModel
-from seatfem.structures.shapes import GeometryError, loops, polygons
+from seatfem.structures.shapes import GeometryError, loops
 from seatfem.structures.shapes.faces import Face, Frame, listing
 from seatfem.structures.shapes.inspect import faces_of, triple, volume_of
 
@@ -123,6 +123,6 @@ def _chain(gmsh: Any, tag: int, frame: Frame) -> Array:
     points = frame.seen(MILLIMETRE * np.reshape(gmsh.model.getValue(1, tag, at), (-1, 3)))
     start, middle, end = points[:-1:2], points[1::2], points[2::2]
     first, second = middle - start, end - middle
-    halves = np.arctan2(polygons.cross(first, second), (first * second).sum(axis=1))  # of the angle that the arc turns
+    halves = np.arctan2(loops.cross(first, second), (first * second).sum(axis=1))  # of the angle that the arc turns
     bulges = np.zeros(count) if kind == "Line" else np.tan(halves / 2)
     return np.column_stack([points[::2], np.append(bulges, 0.0)])

@@ -180,13 +180,6 @@ class ValvePlate(Shape):
         half = self.port_radius + self.margin
         return (self.ports - 1) / 2 * self.pitch + half, half
 
-    def has_sectors(self, sectors: int) -> bool:
-        """Return whether the plate is that many equal sectors from the plane y = 0 on, each between planes of
-        symmetry."""
-        if self.layout == "row":
-            return sectors in (2, 4)
-        return self.ports == 1 or (2 * self.ports) % sectors == 0
-
     def lands_in(self, sectors: int) -> dict[str, tuple[float, float]]:
         """Return the name and centre of the lands with some part in the first of that many sectors."""
         half = math.pi / sectors
@@ -222,9 +215,10 @@ class ValvePlate(Shape):
         return Plan(self.thickness, top, {"fixed": ("rim",)})
 
     def check_sectors(self, sectors: int) -> None:
-        if not self.has_sectors(sectors):
-            layout = f"{self.ports} ports on a circle" if self.layout == "circle" else "ports in a row"
-            fitting = "the divisors of twice that number" if self.layout == "circle" else "2 or 4"
+        row = self.layout == "row"
+        if not (sectors in (2, 4) if row else self.ports == 1 or (2 * self.ports) % sectors == 0):
+            layout = "ports in a row" if row else f"{self.ports} ports on a circle"
+            fitting = "2 or 4" if row else "the divisors of twice that number"
             raise GeometryError(f"sector = {sectors}: a ValvePlate with {layout} has other sectors; choose {fitting}")
 
     def build(self, occ: Any) -> None:

@@ -13,7 +13,6 @@ import numpy as np
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.rings import ring_borders
-from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon, rounded
 from seatfem.structures.shapes.selectors import ConeFace, Patches, PlaneFace, PointFace
 from seatfem.structures.shapes.shape import (
@@ -270,18 +269,14 @@ class Stopper(Turning):
 
     @property
     def patches(self) -> Patches:
+        r = self.contact_radius / 2
+        beside_the_axis = r * math.cos(INSIDE), r * math.sin(INSIDE), self.top(r)  # within every sector
         contact = (
             PlaneFace((0.0, 0.0, 1.0), self.thickness, radius_max=self.contact_radius)
             if self.dome_radius is None
-            else PointFace(self._inside_patch)
+            else PointFace(beside_the_axis)
         )
         return {"contact": (contact,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
-
-    @property
-    def _inside_patch(self) -> Vector:
-        """Return a point of the patch beside the axis and within every sector."""
-        r = self.contact_radius / 2
-        return r * math.cos(INSIDE), r * math.sin(INSIDE), self.top(r)
 
     @property
     def profile(self) -> Profile:

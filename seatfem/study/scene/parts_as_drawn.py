@@ -23,7 +23,7 @@ from seatfem.structures.kinds.sheet import AnyClamp, Clamp, Place
 from seatfem.structures.lands import Land, face_lip
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.placement import ROUND_OFF, Placement, cut_by, facing_side, opening, placed
-from seatfem.structures.shapes import CadPart, Geometry, loops, polygons
+from seatfem.structures.shapes import CadPart, Geometry, loops
 from seatfem.structures.shapes.cad import stated_unit
 from seatfem.structures.shapes.faces import Frame, Vector
 from seatfem.study.scene.stopper import STEEPEST
@@ -121,7 +121,7 @@ class PartsAsDrawn:
         place, name, contact = placed(self.land, side, np.array(clamp.ends)), self._name, self._contact_words
         self._check_sizes(float(np.ptp(self.found.edges[self.seat.struck_face].reshape(-1, 3), axis=0).max()))
         corners = loops.polygon(self._outline(place)[0])[0]
-        if not polygons.holds(corners, place.lip):
+        if not loops.holds(corners, place.lip):
             x, y, z = np.round(1e3 * np.array(self.land.centre), 6) + 0.0
             raise KeyProblem(
                 KEY,
