@@ -27,11 +27,10 @@ from seatfem.fields import (
 from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
 from seatfem.structures.kinds.parts import Material
-from seatfem.structures.kinds.striking import At
+from seatfem.structures.kinds.striking import At, check_along
 from seatfem.structures.kinds.structure import Structure, Traits
 from seatfem.structures.method import Method
 from seatfem.structures.outlines import BodyViews, of_beam
-from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     from impact.bodies import reeds
@@ -136,10 +135,6 @@ class Beam(Structure):
         return replace(super().stated(error, rings), n_modes=self.n_modes)
 
     @property
-    def loss(self) -> float:
-        return self.damping_ratio
-
-    @property
     def face(self) -> Face:
         return Face(self.mean_width, self.material.young, self.material.density)
 
@@ -222,13 +217,8 @@ class Beam(Structure):
 
     @model_validator(mode="after")
     def _force_on_the_reed(self) -> Self:
-        at = None if self.point_force is None else self.point_force.at
-        if at is not None and at > self.span:
-            raise KeyProblem(
-                "point_force.at",
-                f"{write_quantity(at, 'length')} must lie on the reed, which ends at "
-                f"{write_quantity(self.span, 'length')}",
-            )
+        if self.point_force is not None:
+            check_along(self.kind, self.span, self.point_force.at, "point_force.at")
         return self
 
     def too_thick(self) -> str:

@@ -18,15 +18,7 @@ from seatfem.structures.kinds.parts import Mesh
 from seatfem.structures.kinds.selectors import in_scene_words
 from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.method import (
-    DISCRETE,
-    PER_WAVELENGTH,
-    AnyLevel,
-    Applicability,
-    Level,
-    Method,
-    choose_level,
-)
+from seatfem.structures.method import DISCRETE, PER_WAVELENGTH, AnyLevel, Applicability, Level, Method, choose_level
 from seatfem.structures.outlines import BodyViews, of_prism
 from seatfem.structures.shapes import Geometry
 from seatfem.structures.shapes.faces import Vector

@@ -37,10 +37,6 @@ class Reduced(Moving):
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
     greens: GreensSettings = default({}, "how the Green's function is computed")
 
-    @property
-    def loss(self) -> float:
-        return self.damping_ratio
-
     def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
         return (Applicability("3d", True, 0.0, "as the file has it"),)
 

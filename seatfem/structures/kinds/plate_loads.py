@@ -40,7 +40,7 @@ class ClampedPlate(ThinPlate):
 
     group: ClassVar[str] = "reeds"
     _beside_greens: ClassVar[frozenset[str]] = ThinPlate._beside_greens | {
-        *("pressure", "pressure_radius", "point_force", "gravity", "curvature"),
+        *("pressure", "pressure_radius", "point_force", "gravity", "curvature")
     }
 
     release: PlateRelease | None = Field(None, description="of a reed: how it starts; absent: at rest")

@@ -137,6 +137,5 @@ def check_along(kind: str, reach: float | None, at: float | None, key: str) -> N
         raise KeyProblem(key, f"a {kind.replace('_', ' ')} has no positions; remove the key")
     if at > reach:
         raise KeyProblem(
-            key,
-            f"{write_quantity(at, 'length')} must lie on the reed, which ends at {write_quantity(reach, 'length')}",
+            key, f"{write_quantity(at, 'length')} must lie on the reed, which ends at {write_quantity(reach, 'length')}"
         )

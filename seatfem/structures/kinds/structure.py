@@ -210,7 +210,7 @@ class Structure(Striking):
     @property
     def loss(self) -> float:
         """Return the modal damping ratio, as far as it is uniform."""
-        return 0.0
+        return float(getattr(self, "damping_ratio", 0.0))
 
     def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
         """Return every level of modelling with what speaks for or against it, the cheapest first; ``band``: edge

@@ -136,10 +136,6 @@ class ThinPlate(Moving):
     def face(self) -> Face:
         return Face(self.width or 2 * self.radius, self.material.young, self.material.density)
 
-    @property
-    def loss(self) -> float:
-        return self.damping_ratio
-
     def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
         return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: the modes of a plate"),)
 

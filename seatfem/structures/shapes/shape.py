@@ -301,10 +301,7 @@ def patches_in(shape: Shape, sectors: int) -> Patches:
     """Return the groups of one sector: those of the whole, and the cut faces "symmetry_0" and "symmetry_1"."""
     if sectors == 1:
         return shape.patches
-    cuts: Patches = {
-        "symmetry_0": (HalfPlaneFace(0.0),),
-        "symmetry_1": (HalfPlaneFace(2 * math.pi / sectors),),
-    }
+    cuts: Patches = {"symmetry_0": (HalfPlaneFace(0.0),), "symmetry_1": (HalfPlaneFace(2 * math.pi / sectors),)}
     return shape.patches_in(sectors) | cuts
 
 
