@@ -248,11 +248,6 @@ class SolvedSheet:
         """Return its matrices."""
         return self.plate.model
 
-    @property
-    def centre(self) -> Array:
-        """Return the (m,) deflections of the modes at the plate's centre [1/sqrt(kg)]."""
-        return self.plate.centre
-
 
 def patches_of(sheet: Sheet, lips: Sequence[AnyLip]) -> Mapping[str, Patch]:
     """Return the patches of several lips by the names of their ports; where these are the same, the last one's."""

@@ -74,7 +74,10 @@ def encode(value: Any) -> Any:
     """Return a spec or selector as plain JSON data: its fields and a "kind"; of a family from elsewhere also its
     "home"."""
     if is_dataclass(value):
-        kind = {"kind": _kind_of(value)} | ({} if is_ours(type(value)) else {"home": home_of(type(value))})
+        named = next((name for name, spec in SELECTORS.items() if type(value) is spec), type(value).__name__.lower())
+        kind = {"kind": value.family if isinstance(value, Shape) else named} | (
+            {} if is_ours(type(value)) else {"home": home_of(type(value))}
+        )
         return kind | {f.name: encode(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, tuple):
         return [encode(item) for item in value]
@@ -104,11 +107,3 @@ def fingerprint(geometry: Geometry) -> dict[str, Any]:
 
 def _kinds() -> dict[str, type[Any]]:
     return {each.family: each for each in families()} | SELECTORS | {"group": Group, "region": Region}
-
-
-def _kind_of(value: Any) -> str:
-    return (
-        value.family
-        if isinstance(value, Shape)
-        else next(name for name, spec in _kinds().items() if type(value) is spec)
-    )

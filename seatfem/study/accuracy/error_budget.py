@@ -32,7 +32,6 @@ from seatfem.structures.rings import (
     left_by,
     parts_behind,
     parts_joined,
-    rings_of,
     with_fewer_rings,
 )
 from seatfem.structures.statics import with_start
@@ -420,7 +419,7 @@ def _of_patch(scene: Scene, method: RunMethod, seat: Solved, problem: ContactPro
     if model is None:
         return () if seat.plane else None
     divided, same = (_with_seat(scene, problem, g).problem for g in (model, with_fewer_rings(model, rings)))
-    return ((Variation(divided, 1 + left_by(rings_of(model)), same),),)
+    return ((Variation(divided, 1 + left_by(Division.of(model).rings), same),),)
 
 
 def _of_arcs(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:
