@@ -12,7 +12,7 @@ from impact.runs.budget import Values
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.beam import Beam
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.kinds.reduced import Reduced
+from seatfem.structures.kinds.elastic import Reduced
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.method import Method
 from seatfem.structures.reduction.modes import ConvergenceError
@@ -107,7 +107,7 @@ def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> t
         more = {} if parts == Division() else {"arcs": min(2 * parts.arcs, MOST_PORTS // parts.rings)}
         changed["stopper"] = scene.stopper.model_copy(update={"body": finer_body(scene.stopper.body, by), **more})
     scene = scene.model_copy(update=changed)
-    reed = replace(method.reed, n_modes=scene.reed.beam_modes, **_band_and_size(scene.reed))
+    reed = replace(method.reed, n_modes=scene.reed.slender and scene.reed.slender.n_modes, **_band_and_size(scene.reed))
     seat = replace(seat, rings=rings) if divided else seat
     finer = RunMethod(seat, reed, step).along(scene, arcs)
     return as_stated(scene, finer), finer

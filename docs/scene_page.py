@@ -14,13 +14,13 @@ from impact.files.atomic import write_whole
 from seatfem.fields import kind_of
 from seatfem.structures.kinds.beam import Beam
 from seatfem.structures.kinds.closed_forms import RigidMass
-from seatfem.structures.kinds.materials import Material, OrthotropicMaterial
+from seatfem.structures.kinds.parts import Material, OrthotropicMaterial
 from seatfem.structures.kinds.plate_loads import ClampedPlate
 from seatfem.structures.kinds.plates import FreePlate
 from seatfem.structures.kinds.selectors import FaceChoice, Region
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.kinds.turned import Ball
-from seatfem.structures.named_materials import NAMED_MATERIALS
+from seatfem.structures.materials import NAMED_MATERIALS
 from seatfem.study.scene import Scene
 from seatfem.study.scene.keys import as_toml, default_of, holds
 from seatfem.study.scene.problems import leaves, own_keys, tables_in

@@ -13,9 +13,8 @@ from typing import Any
 import gmsh
 
 from seatfem.structures.shapes import CONTACT_COLOUR, FIXED_COLOUR
-from seatfem.structures.shapes.faces import Colour, Face
+from seatfem.structures.shapes.faces import Colour, Face, paint
 from seatfem.structures.shapes.inspect import faces_of
-from seatfem.structures.shapes.step_colours import paint
 
 MILLIMETRE = 1e-3
 BODY_COLOUR: Colour = (128, 128, 128, 255)

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from seatfem.structures.elements.assembly import assemble
     from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
     from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate, plate_ports
-    from seatfem.structures.face_lip import FaceLip, face_lip
     from seatfem.structures.formats.matrices import read_matrices
     from seatfem.structures.formats.mesh_files import read_mesh
     from seatfem.structures.formats.mesh_writing import write_mesh
     from seatfem.structures.formats.uff import read_frf_uff, read_modes_uff
+    from seatfem.structures.lands import FaceLip, face_lip
     from seatfem.structures.lip import AnyLip, Lip
     from seatfem.structures.materials import Material, Orthotropic
     from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
@@ -118,7 +118,7 @@ __getattr__ = lazy_names(
         "seatfem.structures.elements.assembly": "assemble",
         "seatfem.structures.elements.axisymmetric": "assemble_axisymmetric",
         "seatfem.structures.elements.mindlin": "PlateMesh assemble_plate plate_ports",
-        "seatfem.structures.face_lip": "FaceLip face_lip",
+        "seatfem.structures.lands": "FaceLip face_lip",
         "seatfem.structures.formats.matrices": "read_matrices",
         "seatfem.structures.formats.mesh_files": "read_mesh",
         "seatfem.structures.formats.mesh_writing": "write_mesh",

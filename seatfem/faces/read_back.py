@@ -16,7 +16,7 @@ from impact.files.csv_table import read_csv
 from impact.quantities import in_digits
 from seatfem.fields import kind_of
 from seatfem.structures.kinds import Structure
-from seatfem.structures.kinds.record_columns import Record, Recorded
+from seatfem.structures.kinds.motion import Record, Recorded
 from seatfem.study.scene import Contact, Scene
 from seatfem.study.scene.external import AreaByLift
 from seatfem.study.scene.files import check_files

@@ -12,11 +12,11 @@ from seatfem.structures.counts.element_counts import check_before_meshing
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
-from seatfem.structures.face_lip import FaceLip
 from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.inspection.opened import naming
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.lands import FaceLip
 from seatfem.structures.mesh.gmsh_process import Gmsh, GmshSession, MeshingError, run_gmsh
 from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
 from seatfem.structures.mesh.meshing import SeatMesh, make_mesh

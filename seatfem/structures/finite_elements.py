@@ -14,10 +14,9 @@ from impact.progress import Progress
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.counts.memory_need import check_elastic
 from seatfem.structures.discretise import AnyMesh, draw_both, matrices
-from seatfem.structures.face_lip import FaceLip
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.kinds.reduced import Reduced
+from seatfem.structures.kinds.elastic import Elastic, Reduced
+from seatfem.structures.lands import FaceLip
 from seatfem.structures.lip import Lip
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.meshing import SeatMesh

@@ -18,7 +18,7 @@ from impact.after.along import Pieces
 from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
 from seatfem.structures.rings import MOST_PORTS, Division, ring_borders, ring_names
-from seatfem.structures.shapes.polygons import cross
+from seatfem.structures.shapes.loops import cross
 
 ACROSS: Final = 8  # Gauss points over the width of a patch
 AROUND: Final = 96  # points around a whole ring, at least
@@ -45,6 +45,14 @@ class AnyLip(ABC):
 
     Its centre line runs half way between both lines, along cuts across.
     """
+
+    def __post_init__(self) -> None:
+        """Raise `ModelError` of numbers of parts below one, or above `MOST_PORTS` together."""
+        if not (self.arcs >= 1 and self.rings >= 1 and self.arcs * self.rings <= MOST_PORTS):
+            raise ModelError(
+                f"a lip of {self.arcs} segments by {self.rings} rings: each at least 1, together at most {MOST_PORTS}: "
+                "take fewer contact.ports or contact.rings"
+            )
 
     @property
     @abstractmethod
@@ -227,7 +235,7 @@ class Lip(AnyLip):
                 f"ring of mean radius {1e3 * self.radius:g} mm: a width of {1e3 * self.width:g} mm must be positive "
                 f"and at most {2e3 * self.radius:g} mm"
             )
-        check_parts(self)
+        super().__post_init__()
 
     @staticmethod
     def disc(radius: float, arcs: int = 1, rings: int = 1) -> Lip:
@@ -270,15 +278,6 @@ class Lip(AnyLip):
 
     def turns(self, shares: Array) -> Array:
         return np.asarray(2 * np.pi * shares)
-
-
-def check_parts(lip: AnyLip) -> None:
-    """Raise `ModelError` of numbers of parts below one, or above `MOST_PORTS` together."""
-    if not (lip.arcs >= 1 and lip.rings >= 1 and lip.arcs * lip.rings <= MOST_PORTS):
-        raise ModelError(
-            f"a lip of {lip.arcs} segments by {lip.rings} rings: each at least 1, together at most {MOST_PORTS}: take "
-            "fewer contact.ports or contact.rings"
-        )
 
 
 def _middles(count: int) -> Array:

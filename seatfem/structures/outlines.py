@@ -18,8 +18,7 @@ import numpy as np
 from impact.greens.base import Array
 from impact.quantities import in_units
 from seatfem.structures.shapes.flat import Flat
-from seatfem.structures.shapes.loops import polygon
-from seatfem.structures.shapes.polygons import inside
+from seatfem.structures.shapes.loops import inside, polygon
 from seatfem.structures.shapes.profile import Edge, Profile
 
 Loops = tuple[Array, ...]
@@ -240,6 +239,10 @@ def of_profile(name: str, profile: Profile, *, struck_arc: float | None = None, 
     if inner_struck > 0 and -1e-9 > around > base:
         sizes.append(Size("section", 1, around, 0.0, outer_struck, f"lip {length_text(-around)} high"))
     edges = [arc(r) for r in sorted({round(r, 9) for r, z in corners if r > 0 and z - top > base + 1e-9})]
+    contact: Loops = (arc(outer_struck), *((arc(inner_struck),) if inner_struck else ()))
+    if struck_arc is not None:
+        ends = arc(outer_struck, -struck_arc / 2, struck_arc), arc(inner_struck, struck_arc / 2, -struck_arc)
+        contact = (np.concatenate(ends),)
     views = BodyViews(
         name,
         section=_section(profile, top),
@@ -247,7 +250,7 @@ def of_profile(name: str, profile: Profile, *, struck_arc: float | None = None, 
         held=(*clamped, *(line * mirror for line in clamped)),
         plan=(arc(outer), *(() if on_axis else (arc(bore),))),
         edges=tuple(np.concatenate([edge, edge[:1]]) for edge in edges),
-        contact=_sector(inner_struck, outer_struck, struck_arc),
+        contact=contact,
         port=port,
         sizes=tuple(sizes),
     )
@@ -264,12 +267,6 @@ def _section(profile: Profile, top: float) -> Loops:
     after = edges[on_axis[-1] + 1 :] + edges[: on_axis[0]]
     side = np.concatenate([*(_points(edge)[:-1] for edge in after), [after[-1].end]]) - (0.0, top)
     return (np.concatenate([side, side[-2:0:-1] * mirror]),)
-
-
-def _sector(inner: float, outer: float, angle: float | None) -> Loops:
-    if angle is None:
-        return (arc(outer),) if inner == 0 else (arc(outer), arc(inner))
-    return (np.concatenate([arc(outer, -angle / 2, angle), arc(inner, angle / 2, -angle)]),)
 
 
 def _points(edge: Edge) -> Array:

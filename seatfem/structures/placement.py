@@ -14,9 +14,8 @@ from seatfem.structures.inspection.outline import DrawnOutline
 from seatfem.structures.inspection.shape import Shape
 from seatfem.structures.lands import Land, axes_along
 from seatfem.structures.lip import AnyLip, tilted
-from seatfem.structures.shapes import loops, polygons
-from seatfem.structures.shapes.faces import Vector
-from seatfem.structures.shapes.frames import Frame
+from seatfem.structures.shapes import loops
+from seatfem.structures.shapes.faces import Frame, Vector
 from seatfem.structures.shapes.inspect import triple
 
 ROUND_OFF: Final = 1e-6  # [m], [rad]: what coordinates of exchange files are good for
@@ -105,7 +104,7 @@ def cut_by(shape: Shape, outline: Sequence[Array], placement: Placement, allowed
     share = (a / (a - b))[:, None]
     met = shape.points[edges[:, 0]] + share * (shape.points[edges[:, 1]] - shape.points[edges[:, 0]])
     places = frame.seen(met)
-    for point in met[polygons.inside([loops.polygon(loop)[0] for loop in outline], places)]:
+    for point in met[loops.inside([loops.polygon(loop)[0] for loop in outline], places)]:
         if min(loops.nearest(loop, frame.seen(point)) for loop in outline) > BESIDE:
             return triple(point)
     return None

@@ -96,11 +96,6 @@ def _names(division: Division) -> tuple[str, ...]:
     return tuple(name for arc in division.arc_names for name in ring_names(arc, division.rings))
 
 
-def rings_of(greens: GreensFunction) -> int:
-    """Return into how many rings the patch of a Green's function is divided; 1 where its ports are no rings."""
-    return Division.of(greens).rings
-
-
 def divided_less(greens: GreensFunction, less: Division) -> GreensFunction:
     """Return the same patch in fewer parts, divisors of those it has: loads and displacements are means over the area.
 

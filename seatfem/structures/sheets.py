@@ -162,10 +162,6 @@ class PlateModes:
         amplitudes, square = np.asarray(self.modes.shapes.T @ image), float(field @ image)
         return amplitudes, 1 - float(amplitudes @ amplitudes) / square if square else 0.0
 
-    def at_point(self, along: float, name: str) -> Array:
-        """Return the (m,) deflections of the modes at a distance from the root along the axis [m]. Raises as `at`."""
-        return self.at(Patch(np.array([(along, self.sheet.shape.centre[1])]), np.ones(1)), name)
-
     @cached_property
     def centre(self) -> Array:
         """Return the (m,) deflections of the modes at the contact's centre, or their mean on a ring about the hole
@@ -250,11 +246,6 @@ class SolvedSheet:
     def model(self) -> SecondOrderModel:
         """Return its matrices."""
         return self.plate.model
-
-    @property
-    def centre(self) -> Array:
-        """Return the (m,) deflections of the modes at the plate's centre [1/sqrt(kg)]."""
-        return self.plate.centre
 
 
 def patches_of(sheet: Sheet, lips: Sequence[AnyLip]) -> Mapping[str, Patch]:

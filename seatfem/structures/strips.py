@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 
 from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
-from seatfem.structures.shapes.polygons import area as polygon_area
-from seatfem.structures.shapes.polygons import cross
+from seatfem.structures.shapes.loops import cross, polygon_area
 
 STEPS: Final = 1200  # of each line, at least
 SLENDER: Final = 2.0  # length over width of a face that is a strip, at least

@@ -13,7 +13,7 @@ from seatfem.structures.errors import ModelError
 from seatfem.structures.inspection.shape import Integers, Shape
 from seatfem.structures.lands import axes_along
 from seatfem.structures.outlines import BESIDE, BodyViews, Loops, Size, length_text
-from seatfem.structures.shapes.polygons import inside
+from seatfem.structures.shapes.loops import inside
 
 MOST_TRIANGLES: Final = 60_000
 """Triangles of a surface that are filled in a plan; of a finer one the edges alone are drawn."""

@@ -12,7 +12,7 @@ from typing import Any, Final, TypeVar
 
 from pydantic import BaseModel
 
-from seatfem.structures.kinds.roles import in_role
+from seatfem.structures.kinds.structure import in_role
 from seatfem.structures.method import AnyLevel, Method
 from seatfem.study.safety import LEVEL_SHARE
 from seatfem.study.scene import Scene

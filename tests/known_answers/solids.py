@@ -19,7 +19,7 @@ from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.model import Array, Material, SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.structures.shapes.bar import Bar
+from seatfem.structures.shapes.blocks import Bar
 from seatfem.verify import Case, Estimate
 
 from .grids import box, hold, plane, section

@@ -16,7 +16,7 @@ from seatfem.pictures.scene_drawing import draw_layout
 from seatfem.structures.kinds import kinds_of
 from seatfem.structures.outlines import BodyViews, Size, covered_share, crossings, of_beam
 from seatfem.structures.rings import Division
-from seatfem.structures.shapes.polygons import inside
+from seatfem.structures.shapes.loops import inside
 from seatfem.structures.surface_outlines import chained
 from seatfem.study.impacts.layout import cover_note, facts_of, layout_of
 from seatfem.study.runs.drawing import draw_scene

@@ -20,7 +20,7 @@ from seatfem.structures.materials import Material, Orthotropic
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.structures.shapes.flapper import Flapper
+from seatfem.structures.shapes.flat import Flapper
 from seatfem.structures.sheets import Sheet, plate_modes
 
 STEEL = Material(200e9, 0.3, 7850.0)

@@ -13,10 +13,8 @@ from seatfem.structures.errors import GeometryError
 from seatfem.structures.formats.dxf_outline import MM, UNITS, read_outline, write_outline
 from seatfem.structures.materials import Material
 from seatfem.structures.shapes import Flat, loops
-from seatfem.structures.shapes.disc import Disc
-from seatfem.structures.shapes.flapper import Flapper
+from seatfem.structures.shapes.flat import Disc, Flapper, RingPlate
 from seatfem.structures.shapes.outlined import Outlined
-from seatfem.structures.shapes.ring_plate import RingPlate
 from seatfem.structures.sheets import Sheet, plate_modes
 from tests.flapper_scene import FLAPPER
 

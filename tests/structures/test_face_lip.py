@@ -10,10 +10,9 @@ import pytest
 
 from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.arcs import arc_compliance
-from seatfem.structures.face_lip import FaceLip
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.inspection.mesh_file import land_of_mesh
-from seatfem.structures.lands import Land, land_of
+from seatfem.structures.lands import FaceLip, Land, land_of
 from seatfem.structures.lip import Lip
 from seatfem.structures.rings import MOST_PORTS
 from seatfem.structures.shapes import CadPart

@@ -13,8 +13,7 @@ from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Dashpot
 from seatfem.structures.errors import ModelError
-from seatfem.structures.face_lip import FaceLip
-from seatfem.structures.lands import Land, land_of
+from seatfem.structures.lands import FaceLip, Land, land_of
 from seatfem.structures.lip import Lip
 from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims

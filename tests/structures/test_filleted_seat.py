@@ -17,7 +17,7 @@ from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.shapes import AnnularSeat
-from seatfem.structures.shapes.annular import PER_FILLET
+from seatfem.structures.shapes.revolved import PER_FILLET
 
 STEEL = Material(200e9, 0.3, 7850.0, "steel")
 RADIUS, FOOT = 0.4e-3, (5e-3, 5e-3)

@@ -23,7 +23,7 @@ from seatfem.structures.shapes import (
     select,
 )
 from seatfem.structures.shapes.cad import stated_unit
-from seatfem.structures.shapes.step_colours import paint
+from seatfem.structures.shapes.faces import paint
 
 UP = (0.0, 0.0, 1.0)
 

@@ -11,8 +11,7 @@ import skfem
 
 from impact.greens.base import Array
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.face_lip import FaceLip
-from seatfem.structures.lands import land_of
+from seatfem.structures.lands import FaceLip, land_of
 from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
 from seatfem.structures.reduction.face_modes import face_greens

@@ -3,9 +3,9 @@
 import pytest
 
 from seatfem.structures.estimates import costs
-from seatfem.structures.kinds import frf, matrices, mesh_file, modes
+from seatfem.structures.kinds import from_files, measured
 
 
-@pytest.mark.parametrize("read", [frf._read, matrices._read, mesh_file._read, modes._read, costs._sizes_of])
+@pytest.mark.parametrize("read", [measured._read, from_files._read, costs._sizes_of])
 def test_one_body_does_not_put_out_the_other(read) -> None:
-    assert read.cache_parameters()["maxsize"] == 2
+    assert read.cache_parameters()["maxsize"] >= 2

@@ -11,7 +11,7 @@ import pytest
 from impact.after.along import best_plane
 from impact.pictures.lip_plots import plot_lip
 from seatfem.structures.errors import ModelError
-from seatfem.structures.face_lip import FaceLip
+from seatfem.structures.lands import FaceLip
 from seatfem.structures.lip import Lip
 from seatfem.structures.rings import Division
 from seatfem.study.accuracy.error_budget import error_budget

@@ -51,7 +51,7 @@ def test_it_lands_with_a_velocity_in_one_mode(tmp_path: Path) -> None:
         assert body.state is not None
         assert not body.state.displacement.any()
         assert np.flatnonzero(body.state.velocity) == [mode - 1]
-        assert found.centre @ body.state.velocity == pytest.approx(-2.0)
+        assert found.plate.centre @ body.state.velocity == pytest.approx(-2.0)
 
 
 def test_frequencies_and_static_compliance(tmp_path: Path) -> None:

@@ -7,9 +7,9 @@ import pytest
 
 from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Annular, Cantilever
-from seatfem.structures.kinds.materials import Material
+from seatfem.structures.kinds.parts import Material
+from seatfem.structures.materials import NAMED_MATERIALS, named_material
 from seatfem.structures.materials import Material as Solid
-from seatfem.structures.named_materials import NAMED_MATERIALS, named_material
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, SceneError, load_scene
 

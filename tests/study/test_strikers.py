@@ -16,7 +16,7 @@ from impact.progress import silent
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import kinds_of
-from seatfem.structures.kinds.roles import in_words_of
+from seatfem.structures.kinds.structure import in_words_of
 from seatfem.structures.method import LevelError
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.accuracy.prerun import Bench, stand_in_of

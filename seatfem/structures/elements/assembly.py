@@ -35,7 +35,7 @@ from seatfem.structures.elements.shape_functions import (
     surface,
 )
 from seatfem.structures.elements.supports import Freedom, Support, freedom, held, spread_supports, whole_model
-from seatfem.structures.face_lip import FaceLip
+from seatfem.structures.lands import FaceLip
 from seatfem.structures.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrderModel
 

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from seatfem.structures.elements.shape_functions import Surface
 from seatfem.structures.errors import ModelError
-from seatfem.structures.face_lip import FaceLip
+from seatfem.structures.lands import FaceLip
 from seatfem.structures.materials import Solid
 from seatfem.structures.model import Array, Port
 from seatfem.structures.rings import divided, parted, ring_names

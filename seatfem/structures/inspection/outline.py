@@ -17,8 +17,7 @@ from seatfem.structures.inspection.opened import FileState, state_of
 from seatfem.structures.mesh.gmsh_process import MeshingError, run_gmsh
 from seatfem.structures.shapes import CadPart, Group, Selector
 from seatfem.structures.shapes.cad import STEP_SUFFIXES, check_readable
-from seatfem.structures.shapes.faces import Vector
-from seatfem.structures.shapes.frames import Frame
+from seatfem.structures.shapes.faces import Frame, Vector
 from seatfem.structures.shapes.inspect import triple
 from seatfem.structures.shapes.outlined import Corner
 from seatfem.structures.shapes.selectors import ANGLE_TOLERANCE, LENGTH_TOLERANCE

@@ -6,15 +6,15 @@ A kind from elsewhere is a subclass of `Structure` too, known from its definitio
 from seatfem.structures.kinds.blocks import BarSeat as BarSeat
 from seatfem.structures.kinds.blocks import BlockSeat as BlockSeat
 from seatfem.structures.kinds.blocks import Plate as Plate
-from seatfem.structures.kinds.cad import Cad as Cad
 from seatfem.structures.kinds.closed_forms import RigidMass as RigidMass
 from seatfem.structures.kinds.closed_forms import Rod as Rod
 from seatfem.structures.kinds.closed_forms import Spring as Spring
+from seatfem.structures.kinds.from_files import Cad as Cad
+from seatfem.structures.kinds.from_files import MeshFile as MeshFile
 from seatfem.structures.kinds.measured import FrequencyResponseFile as FrequencyResponseFile
 from seatfem.structures.kinds.measured import GreensFile as GreensFile
 from seatfem.structures.kinds.measured import Matrices as Matrices
 from seatfem.structures.kinds.measured import UniversalModes as UniversalModes
-from seatfem.structures.kinds.mesh_file import MeshFile as MeshFile
 from seatfem.structures.kinds.plates import Disc as Disc
 from seatfem.structures.kinds.plates import Flapper as Flapper
 from seatfem.structures.kinds.plates import RingPlate as RingPlate

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 import numpy as np
@@ -24,12 +25,12 @@ from seatfem.fields import (
     of_same_names,
 )
 from seatfem.structures.estimates.surrogate import Face
-from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
-from seatfem.structures.kinds.striking import At
+from seatfem.structures.kinds.parts import Material
+from seatfem.structures.kinds.striking import At, check_along
 from seatfem.structures.kinds.structure import Structure, Traits
+from seatfem.structures.method import Method
 from seatfem.structures.outlines import BodyViews, of_beam
-from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     from impact.bodies import reeds
@@ -127,12 +128,11 @@ class Beam(Structure):
         return ("release", "pressure", "point_force", "gravity")
 
     @property
-    def beam_modes(self) -> int | None:
-        return self.n_modes
+    def slender(self) -> Beam | None:
+        return self
 
-    @property
-    def loss(self) -> float:
-        return self.damping_ratio
+    def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
+        return replace(super().stated(error, rings), n_modes=self.n_modes)
 
     @property
     def face(self) -> Face:
@@ -217,16 +217,12 @@ class Beam(Structure):
 
     @model_validator(mode="after")
     def _force_on_the_reed(self) -> Self:
-        at = None if self.point_force is None else self.point_force.at
-        if at is not None and at > self.span:
-            raise KeyProblem(
-                "point_force.at",
-                f"{write_quantity(at, 'length')} must lie on the reed, which ends at "
-                f"{write_quantity(self.span, 'length')}",
-            )
+        if self.point_force is not None:
+            check_along(self.kind, self.span, self.point_force.at, "point_force.at")
         return self
 
     def too_thick(self) -> str:
+        """Return why its theory does not hold; "" where it can."""
         if self.thickness <= SLENDER * self.span:
             return ""
         return (
@@ -236,7 +232,7 @@ class Beam(Structure):
         )
 
     def shear_error(self, at: float | None) -> float:
-        """Return 3 EI/(kappa G A L^2), L to the contact.
+        """Return the relative error of its compliance for want of shear, 3 EI/(kappa G A L^2), L to the contact.
 
         Source: S. P. Timoshenko, Phil. Mag. 41 (1921) 744; kappa = 5/6, Poisson ratio 0.3.
         """
@@ -266,6 +262,7 @@ class Beam(Structure):
         )
 
     def assumed(self) -> tuple[str, ...]:
+        """Return the keys that were not given, with the values that stand for them, as far as a reader must know."""
         from impact.quantities import text  # of runs only
 
         values = {

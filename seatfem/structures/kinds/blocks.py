@@ -101,15 +101,13 @@ height = "5 mm"
         )
 
     def beyond(self, level: AnyLevel) -> GreensFunction | None:
-        return self.love_rod() if level == "rod" else None
+        """Return the rod with lateral inertia (Love): mode n is slower by sqrt(s) and heavier by s.
 
-    def love_rod(self) -> ModalGreens:
-        """Return the rod with lateral inertia (Love): mode n is slower by sqrt(s) and heavier by s, s = 1 + nu^2 k_n^2
-        r^2.
-
-        k_n = (2n - 1) pi/(2 l), r^2 the polar radius of gyration squared; the static compliance is the elementary
-        rod's. Source: Love, A Treatise on the Mathematical Theory of Elasticity, article 278.
+        s = 1 + nu^2 k_n^2 r^2, k_n = (2n - 1) pi/(2 l), r^2 the polar radius of gyration squared; the static compliance
+        is the elementary rod's. Source: Love, A Treatise on the Mathematical Theory of Elasticity, article 278.
         """
+        if level != "rod":
+            return None
         solid, (area, _, length) = self.material.mean, self.struck_part()
         k = (np.arange(MODES) + 0.5) * math.pi / length
         s = 1 + solid.poisson**2 * k**2 * self.polar

@@ -137,10 +137,6 @@ damping_ratio = 0.02
         views = of_prism("rod", (sides[0] / 2, sides[1] / 2), None, self.length)
         return views if self.far_end == "fixed" else replace(views, held=())
 
-    @property
-    def loss(self) -> float:
-        return self.damping_ratio
-
     def column(self) -> Column | None:
         return Column(self.cross_section, self.length, math.sqrt(self.cross_section), self.young, self.density)
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
+from impact.greens.base import GreensFunction
 from impact.progress import Progress
 from seatfem.fields import default, of_same_names
 from seatfem.machine.stopwatch import Stopwatch
@@ -17,15 +18,7 @@ from seatfem.structures.kinds.parts import Mesh
 from seatfem.structures.kinds.selectors import in_scene_words
 from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.method import (
-    DISCRETE,
-    PER_WAVELENGTH,
-    AnyLevel,
-    Applicability,
-    Level,
-    Method,
-    choose_level,
-)
+from seatfem.structures.method import DISCRETE, PER_WAVELENGTH, AnyLevel, Applicability, Level, Method, choose_level
 from seatfem.structures.outlines import BodyViews, of_prism
 from seatfem.structures.shapes import Geometry
 from seatfem.structures.shapes.faces import Vector
@@ -208,6 +201,10 @@ class Drawn(Elastic):
 
         copies = self.copies.get(level, 1)
         return body_in_numbers(self.geometry()).inner.total / copies
+
+    def beyond(self, level: AnyLevel) -> GreensFunction | None:
+        """Return what a level leaves out, to first order: a body that has it; ``None``: nothing is known."""
+        return None
 
     @property
     def form_error(self) -> float:

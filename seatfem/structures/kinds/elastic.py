@@ -1,4 +1,4 @@
-"""Structures of finite elements: material, damping, supports."""
+"""Structures known by matrices, and among them those of finite elements: material, damping, supports."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from pydantic import Field, model_validator
 
 from impact.greens.base import GreensFunction
 from impact.progress import Progress
-from seatfem.fields import KeyProblem, default
+from seatfem.fields import DampingRatio, KeyProblem, default
 from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.surrogate import Face, Surrogate, freed, of_patch, ringing
 from seatfem.structures.inspection.opened import listed
-from seatfem.structures.kinds.materials import AnyMaterial
-from seatfem.structures.kinds.parts import AnySupport, Rayleigh
-from seatfem.structures.kinds.reduced import Reduced
+from seatfem.structures.kinds.motion import Moving
+from seatfem.structures.kinds.parts import AnyMaterial, AnySupport, GreensSettings, Rayleigh
 from seatfem.structures.kinds.structure import Finding, Traits
-from seatfem.structures.method import AnyLevel, Level, Method
+from seatfem.structures.method import AUTO, AnyLevel, Applicability, Level, Method
+from seatfem.structures.reduction.memory import memory as forgotten_after
 
 if TYPE_CHECKING:
     from seatfem.structures.discretise import AnyMesh
@@ -27,6 +27,47 @@ if TYPE_CHECKING:
     from seatfem.structures.lands import Land
     from seatfem.structures.lip import AnyLip
     from seatfem.structures.materials import Material, Orthotropic
+
+
+class Reduced(Moving):
+    """Base of all bodies that are known by their matrices."""
+
+    traits: ClassVar[Traits] = replace(Moving.traits, is_reduced=True)
+
+    damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
+    greens: GreensSettings = default({}, "how the Green's function is computed")
+
+    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
+        return (Applicability("3d", True, 0.0, "as the file has it"),)
+
+    def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
+        settings = self.greens
+        return replace(
+            super().stated(error, rings),
+            bandwidth=settings.bandwidth,
+            tolerance=settings.tolerance,
+            reduction=settings.method,
+            max_vectors=settings.max_vectors,
+            backend=settings.backend,
+        )
+
+    @property
+    def couples(self) -> bool:
+        """Return whether damping couples its modes."""
+        return False
+
+    @property
+    def is_convolved(self) -> bool:
+        if self.greens.method == AUTO:
+            return self.couples
+        from seatfem.structures.reduction.registry import named  # for load time: most scenes name none
+
+        return not named(self.greens.method).oscillators
+
+    def memory(self, method: Method, duration: float) -> float:
+        """Return the run, or the time in which uniform damping forgets the band's tail [s]."""
+        assert method.bandwidth is not None
+        return min(duration, forgotten_after(self.damping_ratio, method.bandwidth))
 
 
 class Elastic(Reduced):
@@ -91,7 +132,7 @@ class Elastic(Reduced):
         raise NotImplementedError
 
     def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
-        from seatfem.structures.face_lip import face_lip  # scenes without lips need none
+        from seatfem.structures.lands import face_lip  # scenes without lips need none
 
         return None if self.no_lip else face_lip(self.land(), arcs, rings)
 

@@ -18,9 +18,8 @@ from seatfem.fields import ExistingFile, Tolerance, default
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
 from seatfem.structures.inspection.opened import FileState, opened, state_of
-from seatfem.structures.kinds.motion import Moving
-from seatfem.structures.kinds.record_columns import ResponseColumns, ResponseUnits, stated_in
-from seatfem.structures.kinds.reduced import Reduced
+from seatfem.structures.kinds.elastic import Reduced
+from seatfem.structures.kinds.motion import Moving, ResponseColumns, ResponseUnits, stated_in
 from seatfem.structures.kinds.structure import Finding, Traits
 from seatfem.structures.method import Method
 from seatfem.structures.rings import with_fewer_rings

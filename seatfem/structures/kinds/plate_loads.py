@@ -12,12 +12,11 @@ from pydantic import BeforeValidator, Field, model_validator
 from impact.bodies.body import Body, Load, ModalState
 from impact.greens.base import Array, GreensFunction
 from seatfem.fields import Acceleration, KeyProblem, Length
-from seatfem.structures.kinds.curvature import Curvature
 from seatfem.structures.kinds.motion import AnyPressure, ForceCourse, as_value
-from seatfem.structures.kinds.plate_release import PlateRelease
+from seatfem.structures.kinds.plate_release import Curvature, PlateRelease
 from seatfem.structures.kinds.striking import At, check_along
 from seatfem.structures.kinds.thin_plate import ThinPlate
-from seatfem.structures.lip import Lip
+from seatfem.structures.lip import Lip, Patch
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
@@ -41,7 +40,7 @@ class ClampedPlate(ThinPlate):
 
     group: ClassVar[str] = "reeds"
     _beside_greens: ClassVar[frozenset[str]] = ThinPlate._beside_greens | {
-        *("pressure", "pressure_radius", "point_force", "gravity", "curvature"),
+        *("pressure", "pressure_radius", "point_force", "gravity", "curvature")
     }
 
     release: PlateRelease | None = Field(None, description="of a reed: how it starts; absent: at rest")
@@ -69,7 +68,8 @@ class ClampedPlate(ThinPlate):
             raise KeyProblem("release", "deflection is given too; keep one of the two")
         if self.point_force is not None:
             self.check_place(self.point_force.at, "point_force.at")
-        if self.pressure_radius is not None and not self._has_pressed_disc:
+        pressed = "pressure" in (self.release and self.release.shape, self.curvature and self.curvature.shape)
+        if self.pressure_radius is not None and self.pressure is None and not pressed:
             raise KeyProblem("pressure_radius", "there is no pressure; remove the key, or give pressure")
         if (wide := self.pressure_radius) is not None and wide > (most := self.geometry().room[1]):
             raise KeyProblem(
@@ -78,12 +78,6 @@ class ClampedPlate(ThinPlate):
                 f"{write_quantity(most, 'length')}",
             )
         return self
-
-    @property
-    def _has_pressed_disc(self) -> bool:
-        starts = self.release is not None and self.release.shape == "pressure"
-        curved = self.curvature is not None and self.curvature.shape == "pressure"
-        return self.pressure is not None or starts or curved
 
     @property
     def moved_by(self) -> tuple[str, ...]:
@@ -107,7 +101,10 @@ class ClampedPlate(ThinPlate):
         if isinstance(place, np.ndarray):
             return super().pushed_at(body, place)
         plate = self.plate(body.greens)
-        return (plate.centre if place is None else plate.at_point(place, "the point of a force"))[:, None]
+        if place is None:
+            return plate.centre[:, None]
+        point = Patch(np.array([(place, plate.sheet.shape.centre[1])]), np.ones(1))
+        return plate.at(point, "the point of a force")[:, None]
 
     def blown(self, body: Body) -> Array:
         return _on_disc(self.plate(body.greens), self.radius)[0]

@@ -183,11 +183,8 @@ _TELLING: Final[Mapping[str, str]] = {
 }  # fmt: skip
 """Keys that only one kind of selector has."""
 
-SimpleSelector = Annotated[
-    ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | ByNumber,
-    Field(discriminator="kind"),
-    BeforeValidator(kind_by_keys),
-]
+_Simple = ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | ByNumber
+SimpleSelector = Annotated[_Simple, Field(discriminator="kind"), BeforeValidator(kind_by_keys)]
 
 
 class AnyOf(FaceChoice):
@@ -200,16 +197,8 @@ class AnyOf(FaceChoice):
         return tuple(selector for choice in self.of for selector in choice.selectors())
 
 
-FaceSelector = Annotated[
-    ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | ByNumber | AnyOf,
-    Field(discriminator="kind"),
-    BeforeValidator(kind_by_keys),
-]
-ClampSelector = Annotated[
-    ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | ByNumber | AnyOf | Nothing,
-    Field(discriminator="kind"),
-    BeforeValidator(kind_by_keys),
-]
+FaceSelector = Annotated[_Simple | AnyOf, Field(discriminator="kind"), BeforeValidator(kind_by_keys)]
+ClampSelector = Annotated[_Simple | AnyOf | Nothing, Field(discriminator="kind"), BeforeValidator(kind_by_keys)]
 RED_FACES = ByColour(kind="colour", colour=CONTACT_COLOUR[:3])
 BLUE_FACES = ByColour(kind="colour", colour=FIXED_COLOUR[:3])
 

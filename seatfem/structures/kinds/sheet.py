@@ -32,7 +32,7 @@ from seatfem.structures.kinds.structure import SampleScene, Traits
 from seatfem.structures.kinds.thin_plate import FRONTS
 from seatfem.structures.lands import axes_along
 from seatfem.structures.shapes.cad import STEP_SUFFIXES
-from seatfem.structures.shapes.frames import Frame
+from seatfem.structures.shapes.faces import Frame
 from seatfem.structures.shapes.inspect import triple
 from seatfem.structures.shapes.outlined import Outlined
 

@@ -124,20 +124,8 @@ class Striking(Table):
         ``also``: places that must be among them, from its root [m]; ``few``: these alone, its root and the contacts."""
         yield from ()
 
-    def too_thick(self) -> str:
-        """Return why its theory does not hold; "" where it can."""
-        return ""
-
-    def shear_error(self, at: float | None) -> float:
-        """Return the relative error of its compliance for want of shear."""
-        return 0.0
-
     def limits(self) -> tuple[Advice, ...]:
         """Report where it is asked for more than its theory holds."""
-        return ()
-
-    def assumed(self) -> tuple[str, ...]:
-        """Return the keys that were not given, with the values that stand for them, as far as a reader must know."""
         return ()
 
 
@@ -149,6 +137,5 @@ def check_along(kind: str, reach: float | None, at: float | None, key: str) -> N
         raise KeyProblem(key, f"a {kind.replace('_', ' ')} has no positions; remove the key")
     if at > reach:
         raise KeyProblem(
-            key,
-            f"{write_quantity(at, 'length')} must lie on the reed, which ends at {write_quantity(reach, 'length')}",
+            key, f"{write_quantity(at, 'length')} must lie on the reed, which ends at {write_quantity(reach, 'length')}"
         )

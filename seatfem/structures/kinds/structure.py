@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
@@ -19,13 +21,14 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.patch import Column, Patch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
 from seatfem.structures.kinds.striking import At, Striking
-from seatfem.structures.method import AnyLevel, Applicability, Method
+from seatfem.structures.method import Applicability, Method
 from seatfem.structures.outlines import BodyViews
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
     from impact.measured.pole_fit import PoleFit
+    from seatfem.structures.kinds.beam import Beam
     from seatfem.structures.kinds.drawn import Drawn
     from seatfem.structures.kinds.elastic import Elastic
     from seatfem.structures.kinds.thin_plate import ThinPlate
@@ -132,6 +135,11 @@ class Structure(Striking):
         return None
 
     @property
+    def slender(self) -> Beam | None:
+        """Return the body as a beam, known by its own modes; ``None`` of others."""
+        return None
+
+    @property
     def elastic(self) -> Elastic | None:
         """Return the body as one of finite elements, whose cost is known beforehand; ``None`` of others."""
         return None
@@ -200,14 +208,9 @@ class Structure(Striking):
     # How it is modelled
 
     @property
-    def beam_modes(self) -> int | None:
-        """Return the modes of a body that is known by its own, as a beam; ``None`` of others."""
-        return None
-
-    @property
     def loss(self) -> float:
         """Return the modal damping ratio, as far as it is uniform."""
-        return 0.0
+        return float(getattr(self, "damping_ratio", 0.0))
 
     def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
         """Return every level of modelling with what speaks for or against it, the cheapest first; ``band``: edge
@@ -220,7 +223,7 @@ class Structure(Striking):
 
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
         """Return the method that the table states, at the cheapest level whose own error is at most ``error``."""
-        return Method(self.level(error).level, rings=rings, n_modes=self.beam_modes)
+        return Method(self.level(error).level, rings=rings)
 
     def memory(self, method: Method, duration: float) -> float:
         """Return how long its g must be right in a run of ``duration`` [s]."""
@@ -248,10 +251,6 @@ class Structure(Striking):
 
     def closed_form(self) -> GreensFunction | None:
         """Return the body in closed form, where there is one."""
-        return None
-
-    def beyond(self, level: AnyLevel) -> GreensFunction | None:
-        """Return what a level leaves out, to first order: a body that has it; ``None``: nothing is known."""
         return None
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
@@ -303,3 +302,26 @@ class Structure(Striking):
 def kinds_of() -> tuple[type[Structure], ...]:
     """Return every kind that there is, by name: subclasses whose ``kind`` is stated."""
     return tuple(sorted(kinds_below(Structure), key=kind_of))
+
+
+_AS_IF = r"(?<![\w/\\.])(?:seat|reed)\."
+"""The tables that the messages of structures speak of, as if the body stood there."""
+
+
+def in_words_of(role: str, structure: Structure, text: str) -> str:
+    """Return a structure's message, its keys those of the table ``role``; files of such names stay what they are."""
+    if role == "stopper":  # its face is divided by keys of its own table
+        text = text.replace("contact.ports", "stopper.arcs").replace("contact.rings", "stopper.rings")
+    keys = "|".join(sorted(type(structure).model_fields, key=len, reverse=True))
+    return re.sub(rf"{_AS_IF}(?=(?:{keys})\b)", f"{role}.", text)
+
+
+@contextmanager
+def in_role(role: str, structure: Structure) -> Iterator[None]:
+    """Tell what goes wrong with a body that stands in the table ``role`` in keys of that table."""
+    try:
+        yield
+    except (ArithmeticError, RuntimeError, ValueError) as problem:
+        if problem.args and isinstance(problem.args[0], str):
+            problem.args = (in_words_of(role, structure, problem.args[0]), *problem.args[1:])
+        raise

@@ -15,8 +15,8 @@ from impact.progress import Progress
 from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.surrogate import Face, Surrogate
-from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.motion import Moving
+from seatfem.structures.kinds.parts import Material
 from seatfem.structures.kinds.selectors import in_scene_words
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Traits
@@ -94,18 +94,13 @@ class ThinPlate(Moving):
             )
         lip = self.own_lip
         key = "contact_width" if self.contact_radius is None and self.contact_width is not None else "contact_radius"
+        outer, inner, edge, hole = (write_quantity(each, "length") for each in (lip.outer, lip.inner, most, least))
         if lip.outer > most * (1 + ROUND_OFF):
-            raise KeyProblem(
-                key,
-                f"the contact reaches {write_quantity(lip.outer, 'length')} from {self.about}, it must stay below "
-                f"the plate's {write_quantity(most, 'length')}",
-            )
+            words = f"the contact reaches {outer} from {self.about}, it must stay below the plate's {edge}"
+            raise KeyProblem(key, words)
         if lip.inner < least * (1 - ROUND_OFF):
-            raise KeyProblem(
-                key,
-                f"the contact begins {write_quantity(lip.inner, 'length')} from {self.about}, it must begin beyond "
-                f"the hole, {write_quantity(least, 'length')}",
-            )
+            words = f"the contact begins {inner} from {self.about}, it must begin beyond the hole, {hole}"
+            raise KeyProblem(key, words)
         return self
 
     def made_by(self) -> tuple[type, ...]:
@@ -140,10 +135,6 @@ class ThinPlate(Moving):
     @property
     def face(self) -> Face:
         return Face(self.width or 2 * self.radius, self.material.young, self.material.density)
-
-    @property
-    def loss(self) -> float:
-        return self.damping_ratio
 
     def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
         return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: the modes of a plate"),)

@@ -23,7 +23,6 @@ from seatfem.structures.method import QUARTERS, Level, Method
 from seatfem.structures.outlines import BodyViews, Size, length_text, of_profile
 from seatfem.structures.shapes import AnnularSeat, ConicalSeat, Stopper, Turning
 from seatfem.structures.shapes import Ball as Sphere
-from seatfem.structures.shapes.profile import Point
 
 if TYPE_CHECKING:
     from impact.after.stresses import ReedStress
@@ -66,14 +65,10 @@ class Turned(Drawn):
         return QUARTERS
 
     @property
-    def struck_share(self) -> float:
-        """Return the part of the ring that is struck."""
-        return 1.0 if self.arc is None else self.arc / (2 * math.pi)
-
-    @property
     def struck_area(self) -> float:
         """Return the area of the struck face [m^2]."""
-        return self.struck_share * self.geometry().profile.area("contact")
+        share = 1.0 if self.arc is None else self.arc / (2 * math.pi)
+        return share * self.geometry().profile.area("contact")
 
     @property
     def struck_arc(self) -> float | None:
@@ -104,16 +99,13 @@ class Turned(Drawn):
 
         if self.arc is not None or self.model in UNDIVIDED or not self.isotropic:
             return None
-        (r, z), (s, height) = self._ends_of_contact()
+        edges = [edge for edge in self.geometry().profile.edges if edge.name == "contact"]
+        (r, z), (s, height) = edges[0].start, edges[-1].end
         flat = abs(z - height) < FLAT * abs(s - r)
         return Lip((r + s) / 2, abs(s - r)) if flat else None
 
     def elements_of(self, method: Method) -> Level:
         return "harmonics" if method.in_arcs else super().elements_of(method)
-
-    def _ends_of_contact(self) -> tuple[Point, Point]:
-        edges = [edge for edge in self.geometry().profile.edges if edge.name == "contact"]
-        return edges[0].start, edges[-1].end
 
     @property
     def _obstacles(self) -> dict[Level, str]:

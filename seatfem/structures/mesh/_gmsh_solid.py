@@ -18,7 +18,7 @@ from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError, NumberedFace, cad, decode
 from seatfem.structures.shapes.faces import Colour
 from seatfem.structures.shapes.inspect import Mark, area_of, colour_of, outline_of, patch_tags, volume_of
-from seatfem.structures.shapes.sectors import cut, patches_in
+from seatfem.structures.shapes.shape import cut, patches_in
 
 SAME_PLACE = 1e-5  # of the model's size
 OFF_SURFACE = 1e-3  # of the model's size

@@ -26,11 +26,10 @@ from seatfem.structures.mesh._gmsh_section import mesh_section, plane_arrays
 from seatfem.structures.mesh._gmsh_solid import build, make
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import Geometry, GeometryError, Turning, decode, revolved
+from seatfem.structures.shapes.faces import paint
 from seatfem.structures.shapes.inspect import area_of, patch_tags
 from seatfem.structures.shapes.profile import PER_ARC
-from seatfem.structures.shapes.sectors import cut
-from seatfem.structures.shapes.shape import EVERYWHERE
-from seatfem.structures.shapes.step_colours import paint
+from seatfem.structures.shapes.shape import EVERYWHERE, cut
 
 APT_LINE = apt_command(missing_packages(GMSH_LIBRARIES) or tuple(GMSH_LIBRARIES.values()))
 MILLIMETRE = 1e-3  # in which STEP files are written

@@ -32,7 +32,7 @@ from seatfem.structures.shapes import (
     fingerprint,
 )
 from seatfem.structures.shapes.cad import check_readable
-from seatfem.structures.shapes.sectors import check_sectors
+from seatfem.structures.shapes.shape import check_sectors
 
 VOLUME_TOLERANCE = 0.02  # relative; a circle of four curved elements is 1.3 % off
 PLURALS = MappingProxyType({"tetrahedron": "tetrahedra", "hexahedron": "hexahedra"})

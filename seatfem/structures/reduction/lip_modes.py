@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -63,8 +62,7 @@ def lip_greens(
     first = build(0)
     damping = first.damping.plus(damping_ratio)
     compliance, last, doubt = _statics(build, first, patches, rings, aims, progress)
-    all_modes = _Modes(len(patches))
-    harmonic = 0
+    parts, harmonic = [(np.zeros(0), np.zeros(0), np.zeros((0, len(patches))))], 0
     while not static:
         model = first if harmonic == 0 else build(harmonic)
         modes = solve_modes(model, up_to_hz=BEYOND * aims.bandwidth, backend=aims.backend)
@@ -74,14 +72,17 @@ def lip_greens(
         zeta = own.ratios(modes.omega, own.losses(modes.shapes))
         of_rings = modes.shapes.T @ np.stack([model.ports[ring].vector for ring in rings], axis=1)
         for wave in mixing(patches, rings, harmonic):
-            all_modes.add(modes.omega, zeta, of_rings @ wave.T)
+            shapes = of_rings @ wave.T
+            seen = shapes.any(axis=1)
+            parts.append((modes.omega[seen], np.broadcast_to(zeta, modes.omega.shape)[seen], shapes[seen]))
         harmonic += 1
         progress("harmonics", harmonic / (harmonic + 8))
     widths = np.array([patch.width for patch in patches.values()])
     impedance = np.array([first.ports[patch.boundary].impedance or math.inf for patch in patches.values()], dtype=float)
     start = np.diag(damping.first_velocity() * 2 * math.pi / (widths * impedance))
-    rest = relaxation(all_modes.left_of(compliance), start, damping.beta)
-    greens = ModalGreens(*all_modes.together, rest, tuple(patches))
+    omega, zetas, all_shapes = (np.concatenate(each) for each in zip(*parts, strict=True))
+    rest = relaxation(_left_of(compliance, omega, all_shapes), start, damping.beta)
+    greens = ModalGreens(omega, zetas, all_shapes, rest, tuple(patches))
     cutoff, t = BEYOND * aims.bandwidth, error_times(aims.duration, aims.width)
     error = modal_error(greens, t, aims.bandwidth, cutoff, [0]) if len(greens.omega) else 0.0
     origin = {
@@ -121,34 +122,7 @@ def _statics(
     return whole + tail.compliance(), tail.last, doubt
 
 
-@dataclass
-class _Modes:
-    """Modes of all harmonics, as the patches see them."""
-
-    ports: int
-    omega: list[Array] = field(default_factory=list)
-    zeta: list[Array] = field(default_factory=list)
-    shapes: list[Array] = field(default_factory=list)
-
-    def add(self, omega: Array, zeta: Array, shapes: Array) -> None:
-        """Add the modes of one harmonic, once as cos and once as sin, that a patch sees."""
-        seen = np.abs(shapes).max(axis=1, initial=0.0) > 0
-        self.omega.append(omega[seen])
-        self.zeta.append(np.broadcast_to(zeta, omega.shape)[seen])
-        self.shapes.append(shapes[seen])
-
-    @property
-    def together(self) -> tuple[Array, Array, Array]:
-        """Return the (M,) angular frequencies and damping ratios, (M, p) shapes."""
-        none = np.zeros(0)
-        return (
-            np.concatenate([none, *self.omega]),
-            np.concatenate([none, *self.zeta]),
-            np.concatenate([np.zeros((0, self.ports)), *self.shapes]),
-        )
-
-    def left_of(self, compliance: Array) -> Array:
-        """Return the (p, p) part of a static compliance that these modes do not have."""
-        omega, _, shapes = self.together
-        bent = shapes / omega[:, None]
-        return semidefinite(compliance - bent.T @ bent, 1e-3 * float(np.abs(compliance).max()))
+def _left_of(compliance: Array, omega: Array, shapes: Array) -> Array:
+    """Return the (p, p) part of a static compliance that modes do not have."""
+    bent = shapes / omega[:, None]
+    return semidefinite(compliance - bent.T @ bent, 1e-3 * float(np.abs(compliance).max()))

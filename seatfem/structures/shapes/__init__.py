@@ -12,21 +12,16 @@ from typing import Any
 
 from seatfem.machine.code import is_ours, sources_from_elsewhere
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.shapes.annular import AnnularSeat
-from seatfem.structures.shapes.ball import Ball
-from seatfem.structures.shapes.bar import Bar
-from seatfem.structures.shapes.block import Block
+from seatfem.structures.shapes.blocks import Bar, Block, ValvePlate
 from seatfem.structures.shapes.cad import CadPart, Group, Region
-from seatfem.structures.shapes.conical import ConicalSeat
-from seatfem.structures.shapes.disc import Disc
-from seatfem.structures.shapes.flapper import Flapper
+from seatfem.structures.shapes.faces import Face as Face
+from seatfem.structures.shapes.flat import Disc, Flapper, RingPlate
 from seatfem.structures.shapes.flat import Flat as Flat
-from seatfem.structures.shapes.homes import at_home, home_of
 from seatfem.structures.shapes.outlined import Outlined
 from seatfem.structures.shapes.profile import Edge as Edge
 from seatfem.structures.shapes.profile import Profile as Profile
+from seatfem.structures.shapes.revolved import AnnularSeat, Ball, ConicalSeat, Stopper
 from seatfem.structures.shapes.revolved import Turning as Turning
-from seatfem.structures.shapes.ring_plate import RingPlate
 from seatfem.structures.shapes.selectors import CONTACT_COLOUR as CONTACT_COLOUR
 from seatfem.structures.shapes.selectors import FIXED_COLOUR as FIXED_COLOUR
 from seatfem.structures.shapes.selectors import (
@@ -43,9 +38,8 @@ from seatfem.structures.shapes.selectors import (
 from seatfem.structures.shapes.selectors import HalfPlaneFace as HalfPlaneFace
 from seatfem.structures.shapes.selectors import Selector as Selector
 from seatfem.structures.shapes.shape import Shape as Shape
+from seatfem.structures.shapes.shape import at_home, home_of
 from seatfem.structures.shapes.shape import families as families
-from seatfem.structures.shapes.stopper import Stopper
-from seatfem.structures.shapes.valve_plate import ValvePlate
 
 __all__ = [
     "AnnularSeat",
@@ -80,7 +74,10 @@ def encode(value: Any) -> Any:
     """Return a spec or selector as plain JSON data: its fields and a "kind"; of a family from elsewhere also its
     "home"."""
     if is_dataclass(value):
-        kind = {"kind": _kind_of(value)} | ({} if is_ours(type(value)) else {"home": home_of(type(value))})
+        named = next((name for name, spec in SELECTORS.items() if type(value) is spec), type(value).__name__.lower())
+        kind = {"kind": value.family if isinstance(value, Shape) else named} | (
+            {} if is_ours(type(value)) else {"home": home_of(type(value))}
+        )
         return kind | {f.name: encode(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, tuple):
         return [encode(item) for item in value]
@@ -110,11 +107,3 @@ def fingerprint(geometry: Geometry) -> dict[str, Any]:
 
 def _kinds() -> dict[str, type[Any]]:
     return {each.family: each for each in families()} | SELECTORS | {"group": Group, "region": Region}
-
-
-def _kind_of(value: Any) -> str:
-    return (
-        value.family
-        if isinstance(value, Shape)
-        else next(name for name, spec in _kinds().items() if type(value) is spec)
-    )

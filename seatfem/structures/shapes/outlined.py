@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from impact.greens.base import Array
 from impact.quantities import percent
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.shapes import loops, polygons
+from seatfem.structures.shapes import loops
 from seatfem.structures.shapes.flat import THINNER, Flat
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
 from seatfem.structures.shapes.shape import require_below, require_positive
@@ -67,11 +67,11 @@ class Outlined(Flat):
                     raise GeometryError(f"Outlined.clamped = ({x:g}, {y:g}) m: this point must lie on the outline")
             if not self._held.any():
                 raise GeometryError("Outlined.clamped = its two points: a straight part of the outline must join them")
-        elif len(self.loop) < 3 or not self._held.any() or polygons.crossing(self.corners, self._within) is not None:
+        elif len(self.loop) < 3 or not self._held.any() or loops.crossing(self.corners, self._within) is not None:
             raise GeometryError(
                 f"Outlined.clamped = {self.side}: the line must cut the sheet or touch an edge, and leave one piece"
             )
-        if not polygons.holds(self.corners, self.touched):
+        if not loops.holds(self.corners, self.touched):
             x, y = self.touched
             raise GeometryError(f"Outlined.contact_at = ({x:g}, {y:g}) m: this point must lie on the part that bends")
         require_below(self, "thickness", self.narrowest, f"its narrowest part: {THINNER}")
@@ -110,7 +110,7 @@ class Outlined(Flat):
                 f"point {same + 1} and the one after it are the same; remove one (the last is joined to the first)"
             )
         polygon, edge = loops.polygon(loop)
-        if (crossed := polygons.crossing(polygon, self._within)) is not None:
+        if (crossed := loops.crossing(polygon, self._within)) is not None:
             first, second = (edge[place] + 1 for place in crossed)
             raise wrong(f"it must not cross or touch itself: its edges {first} and {second} meet")
         if abs(loops.area(loop)) <= SAME * self._size**2:
@@ -121,11 +121,11 @@ class Outlined(Flat):
         outer, holes = loops.polygon(self._given)[0], [loops.polygon(loops.as_loop(hole))[0] for hole in self.holes]
         for number, hole in enumerate(holes, 1):
             before = holes[: number - 1]
-            others = [each for each in before if polygons.holds(each, hole[0]) or polygons.holds(hole, each[0])]
-            if others or not polygons.holds(outer, hole[0]):
+            others = [each for each in before if loops.holds(each, hole[0]) or loops.holds(hole, each[0])]
+            if others or not loops.holds(outer, hole[0]):
                 where = "in or about another hole" if others else "beyond the outline"
                 raise GeometryError(f"Outlined.holes = number {number}: it lies {where}; move it")
-            if any(polygons.touching(hole, other, self._within) for other in (outer, *before)):
+            if any(loops.touching(hole, other, self._within) for other in (outer, *before)):
                 raise GeometryError(f"Outlined.holes = number {number}: it must not meet the outline or another hole")
             if self.side is not None and 0 < np.mean(heights := self._height(hole) > 0) < 1:
                 raise GeometryError(
@@ -175,7 +175,7 @@ class Outlined(Flat):
         points = np.array(self.segment)
         for start, end in loops.edges(self._given):
             run = end[:2] - start[:2]
-            on = polygons.distances(start[None, :2], end[None, :2], points)[0] <= self._within
+            on = loops.distances(start[None, :2], end[None, :2], points)[0] <= self._within
             at = np.sort((points[on] - start[:2]) @ run / (run @ run))
             edge = self._within / np.linalg.norm(run)
             inner = at[(at > edge) & (at < 1 - edge)] if start[2] == 0 else at[:0]
@@ -196,7 +196,7 @@ class Outlined(Flat):
     def clamped(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         if self.segment is not None:
             start, end = np.array(self.segment)[:, None]
-            return np.asarray(polygons.distances(start, end, points)[0] <= self._within)
+            return np.asarray(loops.distances(start, end, points)[0] <= self._within)
         return np.asarray(self._height(points) >= -2 * self._within)
 
     @property
@@ -218,7 +218,7 @@ class Outlined(Flat):
         edge = [loops.nearest(self.loop, point)]
         for hole in self.openings:
             corners = loops.polygon(hole)[0]
-            if polygons.holds(corners, self.touched):
+            if loops.holds(corners, self.touched):
                 inner = float(np.linalg.norm(corners - point, axis=1).max())
             else:
                 edge.append(loops.nearest(hole, point))
@@ -235,7 +235,7 @@ class Outlined(Flat):
 
     @cached_property
     def narrowest(self) -> float:
-        width = polygons.narrowest((self.corners, *(loops.polygon(hole)[0] for hole in self.openings)), self._within)
+        width = loops.narrowest((self.corners, *(loops.polygon(hole)[0] for hole in self.openings)), self._within)
         return min(width, math.sqrt(self.area))
 
     @property

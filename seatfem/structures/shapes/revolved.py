@@ -1,15 +1,32 @@
-"""Solids of revolution, and their recipes in gmsh, in millimetres."""
+"""Solids of revolution, and their recipes in gmsh, in millimetres: seats, stoppers and the ball."""
 
 from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar, Final
 
+import numpy as np
+
+from impact.greens.base import Array
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.rings import ring_borders
-from seatfem.structures.shapes.profile import Point, Profile
-from seatfem.structures.shapes.shape import Shape
+from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon, rounded
+from seatfem.structures.shapes.selectors import ConeFace, Patches, PlaneFace, PointFace
+from seatfem.structures.shapes.shape import (
+    EVERYWHERE,
+    Plan,
+    PlanSamples,
+    Shape,
+    circle_points,
+    key,
+    require_above,
+    require_below,
+    require_positive,
+    squares,
+)
 
 
 class Turning(Shape):
@@ -62,3 +79,242 @@ def _surface(profile: Profile, occ: Any, place: Any) -> tuple[int, list[int]]:
             curves.append(int(occ.addCircleArc(a, centres[-1], b)))
     occ.remove([(0, tag) for tag in centres])
     return int(occ.addPlaneSurface([occ.addCurveLoop(curves)])), curves
+
+
+PER_FILLET: Final = 16
+"""Elements along the quarter circle of a fillet: its largest stress is right to 1 %."""
+
+
+@dataclass(frozen=True)
+class AnnularSeat(Turning):
+    """Solid of revolution about z, underside at z = 0 (metres).
+
+    The group "contact" is the flat top of the lip, of a flat seat its innermost ring of width ``lip_width`` (it needs
+    ``lip_edge_radius`` = 0); "fixed" is the underside.
+    """
+
+    family: ClassVar[str] = "annular"
+
+    bore_radius: float = key("radius of the port", 4e-3)
+    lip_width: float = key("radial width of the lip, its rounded edges included", 1e-3)
+    lip_height: float = key("height of the lip above the plate; 0 mm for a flat seat", "0.5 mm", "gap")
+    lip_edge_radius: float = key("radius of the lip's upper edges; 0 mm for sharp ones", "0.1 mm", "gap")
+    lip_fillet: float = key(
+        "radius of the fillet at the lip's foot; 0 mm for a sharp corner, where elastic stress has no limit",
+        "0 mm",
+        "gap",
+    )
+    outer_radius: float = key("radius of the plate", "12 mm")
+    thickness: float = key("thickness of the plate", "8 mm")
+
+    def __post_init__(self) -> None:
+        require_positive(self, "bore_radius", "lip_width", "outer_radius", "thickness")
+        if self.lip_height != 0.0:
+            require_positive(self, "lip_height")
+        if self.lip_edge_radius != 0.0:
+            require_positive(self, "lip_edge_radius")
+            require_below(self, "lip_edge_radius", self.lip_width / 2, "half the lip_width: the lip needs a flat top")
+            require_below(self, "lip_edge_radius", self.lip_height, "the lip_height")
+        require_above(self, "outer_radius", self.bore_radius + self.lip_width, "bore_radius + lip_width")
+        if self.lip_fillet != 0.0:
+            require_positive(self, "lip_fillet")
+            room = self.lip_height - self.lip_edge_radius
+            require_below(self, "lip_fillet", room, "lip_height less lip_edge_radius: the side's flat part")
+            room = self.outer_radius - self.bore_radius - self.lip_width
+            require_below(self, "lip_fillet", room, "the plate's width beside the lip")
+
+    @property
+    def patches(self) -> Patches:
+        top, edge = self.thickness + self.lip_height, self.lip_edge_radius
+        inner, outer = self.bore_radius + edge, self.bore_radius + self.lip_width - edge
+        contact = PlaneFace((0.0, 0.0, 1.0), top, radius_min=inner, radius_max=outer)
+        return {"contact": (contact,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
+
+    @property
+    def profile(self) -> Profile:
+        """Return the half section."""
+        bore, lip = self.bore_radius, self.bore_radius + self.lip_width
+        plate, top = self.thickness, self.thickness + self.lip_height
+        base: list[Point] = [(bore, 0.0), (self.outer_radius, 0.0), (self.outer_radius, plate), (lip, plate)]
+        if self.lip_height == 0.0:
+            return Profile(polygon([*base, (bore, plate)], ["fixed", "", "", "contact", ""]))
+        edges = polygon([*base, (lip, top), (bore, top)], ["fixed", "", "", "", "contact", ""])
+        for corner in ((lip, top), (bore, top)):
+            edges = rounded(edges, corner, self.lip_edge_radius)
+        return Profile(rounded(edges, (lip, plate), self.lip_fillet, PER_FILLET))
+
+
+@dataclass(frozen=True)
+class ConicalSeat(Turning):
+    """Solid of revolution about z, underside at z = 0 (metres, radians).
+
+    The bore widens upwards in a cone; the group "contact" is a band in the middle of it, "fixed" the underside.
+    """
+
+    family: ClassVar[str] = "conical"
+
+    bore_radius: float = key("radius of the port", 4e-3)
+    half_angle: float = key("between the cone's generators and the axis", "45 deg", "angle")
+    face_width: float = key("width of the cone along its generators", 2e-3)
+    contact_width: float | None = key("width of the band that is struck; all of the cone if absent", None)
+    outer_radius: float = key("radius of the ring", "12 mm")
+    thickness: float = key("thickness of the ring", "8 mm")
+
+    def __post_init__(self) -> None:
+        require_positive(self, "bore_radius", "face_width", "outer_radius", "thickness")
+        if not 0.0 < self.half_angle < math.pi / 2:
+            raise GeometryError(f"ConicalSeat.half_angle = {self.half_angle:g}: must be between 0 and pi/2 (radians)")
+        if self.contact_width is not None:
+            require_positive(self, "contact_width")
+            require_below(self, "contact_width", self.face_width, "the face_width", inclusive=True)
+        require_above(self, "thickness", self.face_width * math.cos(self.half_angle), "the cone's depth")
+        require_above(self, "outer_radius", self._along(self.face_width)[0], "cone's top")
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Return the contact's distances from the cone's lower edge, along a generator."""
+        width = self.face_width if self.contact_width is None else self.contact_width
+        return (self.face_width - width) / 2, (self.face_width + width) / 2
+
+    @property
+    def patches(self) -> Patches:
+        low, high = (self._along(s)[0] for s in self.band)
+        contact = ConeFace(self.half_angle, radius_min=low, radius_max=high)
+        return {"contact": (contact,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
+
+    @property
+    def profile(self) -> Profile:
+        """Return the half section."""
+        low, high = self.band
+        marks = [self.face_width, high, low, 0.0] if low > 0.0 else [high, low]
+        cone = ["", "contact", ""] if low > 0.0 else ["contact"]
+        base: list[Point] = [(self.bore_radius, 0.0), (self.outer_radius, 0.0), (self.outer_radius, self.thickness)]
+        return Profile(polygon([*base, *map(self._along, marks)], ["fixed", "", "", *cone, ""]))
+
+    def _along(self, distance: float) -> Point:
+        """Return (r, z) on the cone at this distance from its lower edge."""
+        down = self.face_width - distance
+        return (
+            self.bore_radius + distance * math.sin(self.half_angle),
+            self.thickness - down * math.cos(self.half_angle),
+        )
+
+
+@dataclass(frozen=True)
+class Ball(Turning):
+    """Solid sphere about z that touches the plane z = 0 (metres), cut off flat at its upper pole.
+
+    The group "contact" is the facet, a disc of ``contact_radius``; nothing is clamped.
+    """
+
+    family: ClassVar[str] = "ball"
+
+    diameter: float
+    contact_radius: float
+
+    def __post_init__(self) -> None:
+        require_positive(self, "diameter", "contact_radius")
+        require_below(self, "contact_radius", self.diameter / 4, "half of the ball's radius: a facet is small")
+
+    @property
+    def top(self) -> float:
+        """Return the height of the facet [m]."""
+        radius = self.diameter / 2
+        return radius + math.sqrt(radius**2 - self.contact_radius**2)
+
+    @property
+    def patches(self) -> Patches:
+        return {"contact": (PlaneFace((0.0, 0.0, 1.0), self.top),)}
+
+    @property
+    def profile(self) -> Profile:
+        """Return the half section, its side on the axis included."""
+        radius = self.diameter / 2
+        pole, side, rim, middle = (0.0, 0.0), (radius, radius), (self.contact_radius, self.top), (0.0, self.top)
+        round_parts = Edge(pole, side, (0.0, radius)), Edge(side, rim, (0.0, radius))
+        return Profile((*round_parts, Edge(rim, middle, name="contact"), Edge(middle, pole, name="axis")))
+
+
+INSIDE = 1e-2  # radians from the plane y = 0
+
+
+@dataclass(frozen=True)
+class Stopper(Turning):
+    """Solid disc about z, underside at z = 0 (metres).
+
+    The group "contact" is the patch, "fixed" the underside; a meridian's edge on the axis is called "axis".
+    """
+
+    family: ClassVar[str] = "stopper"
+
+    radius: float = key("radius of the disc", 6e-3)
+    thickness: float = key("thickness of the disc, at its axis", 5e-3)
+    contact_radius: float = key("radius of the contact face", 2e-3)
+    dome_radius: float | None = key("radius of the spherical top; a flat one if absent", None)
+
+    def __post_init__(self) -> None:
+        require_positive(self, "radius", "thickness", "contact_radius")
+        require_below(self, "contact_radius", self.radius, "the radius", inclusive=True)
+        if self.dome_radius is None:
+            return
+        require_positive(self, "dome_radius")
+        require_above(self, "dome_radius", self.radius, "the radius")
+        require_above(self, "thickness", self.thickness - self.top(self.radius), "the dome's height")
+
+    def top(self, r: float) -> float:
+        """Return the height of the upper side at the radius r."""
+        if self.dome_radius is None:
+            return self.thickness
+        return self.thickness - self.dome_radius + math.sqrt(self.dome_radius**2 - r * r)
+
+    @property
+    def patches(self) -> Patches:
+        r = self.contact_radius / 2
+        beside_the_axis = r * math.cos(INSIDE), r * math.sin(INSIDE), self.top(r)  # within every sector
+        contact = (
+            PlaneFace((0.0, 0.0, 1.0), self.thickness, radius_max=self.contact_radius)
+            if self.dome_radius is None
+            else PointFace(beside_the_axis)
+        )
+        return {"contact": (contact,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
+
+    @property
+    def profile(self) -> Profile:
+        """Return the half section, its side on the axis included."""
+        rim: list[Point] = [(0.0, 0.0), (self.radius, 0.0), (self.radius, self.top(self.radius))]
+        split = self.contact_radius < self.radius
+        ring: list[Point] = [(self.contact_radius, self.top(self.contact_radius))] if split else []
+        names = ["fixed", "", *([""] if split else []), "contact", "axis"]
+        edges = polygon([*rim, *ring, (0.0, self.thickness)], names)
+        if self.dome_radius is None:
+            return Profile(edges)
+        centre = (0.0, self.thickness - self.dome_radius)
+        domed = tuple(Edge(edge.start, edge.end, centre, edge.name) for edge in edges[2:-1])
+        return Profile((*edges[:2], *domed, edges[-1]))
+
+    @property
+    def plan(self) -> Plan:
+        return Plan(self.thickness, {"contact": ("patch",)}, {"fixed": (EVERYWHERE,)})
+
+    @property
+    def dome(self) -> Callable[[Array], Array] | None:
+        if self.dome_radius is None:
+            return None
+        radius, thickness = self.dome_radius, self.thickness
+        return lambda points: np.asarray(thickness - radius + np.sqrt(radius**2 - np.sum(points**2, axis=1)))
+
+    def areas(self, occ: Any) -> dict[str, list[int]]:
+        """Add the disc (millimetres) and the patch in it, in the given gmsh OpenCASCADE model."""
+        disc, patch = (occ.addDisk(0, 0, 0, 1e3 * r, 1e3 * r) for r in (self.radius, self.contact_radius))
+        _, pieces = occ.fragment([(2, disc)], [(2, patch)])
+        return {"patch": [tag for _, tag in pieces[1]]}
+
+    def plan_samples(self) -> PlanSamples:
+        radius, patch = self.radius, self.contact_radius
+
+        def distance(points: Array) -> Array:
+            return np.asarray(np.hypot(points[:, 0], points[:, 1]) - patch)
+
+        points, areas = squares((-radius, -radius), (radius, radius), distance)
+        kept = np.hypot(points[:, 0], points[:, 1]) < radius
+        return points[kept], areas[kept], *circle_points(np.zeros((1, 2)), radius), distance

@@ -2,20 +2,70 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import Field, dataclass
 from dataclasses import field as new_field
-from typing import Any, ClassVar, Literal
+from importlib.util import module_from_spec, spec_from_file_location
+from operator import attrgetter
+from pathlib import Path
+from types import ModuleType
+from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
 
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.profile import Point, Profile
-from seatfem.structures.shapes.selectors import Patches
+from seatfem.structures.shapes.selectors import HalfPlaneFace, Patches
 from seatfem.units import parse_quantity, write_quantity
+
+_ELSEWHERE: Final = "seatfem_shapes_of_"
+
+
+def home_of(spec: type[Any]) -> list[str]:
+    """Return file and name of a class from elsewhere.
+
+    Raises:
+        GeometryError: no other process can find it: it is in no file, in a function, or its file is only being read
+            for its shapes.
+    """
+    file, name = getattr(sys.modules.get(spec.__module__), "__file__", None), spec.__qualname__
+    if not file:
+        raise GeometryError(f"the shape {name} is in no file, where gmsh's process could find it: write it into one")
+    if "<locals>" in name:
+        raise GeometryError(f"{file}: the shape {name} is made by a function; define it at the top of the file")
+    if spec.__module__.startswith(_ELSEWHERE):
+        raise GeometryError(
+            f"{file} is read for its shape {name}, and would mesh it meanwhile: put what it does, besides defining, "
+            'under if __name__ == "__main__":'
+        )
+    return [str(Path(file).resolve()), name]
+
+
+def at_home(file: str, name: str) -> type[Any]:
+    """Return the class of that name in that file, which is run once, whatever else its module is called elsewhere."""
+    private = _ELSEWHERE + hashlib.sha256(file.encode()).hexdigest()[:16]
+    kind: type[Any] = attrgetter(name)(sys.modules.get(private) or _run(file, private))
+    return kind
+
+
+def _run(file: str, name: str) -> ModuleType:
+    """Return a file as a module of this name; what it imports from its own folder is found there, after all else."""
+    spec = spec_from_file_location(name, file)
+    assert spec is not None
+    assert spec.loader is not None
+    sys.modules[name] = module = module_from_spec(spec)
+    sys.path.append(str(Path(file).parent))
+    try:
+        spec.loader.exec_module(module)
+    finally:
+        sys.path.pop()
+    return module
+
 
 EVERYWHERE = ""
 """The area that is the whole plan."""
@@ -234,3 +284,55 @@ def side_points(half: Point) -> tuple[Array, Array]:
     t = (np.arange(OUTLINE) + 0.5) / OUTLINE
     points = (corners[:, None, :] + t[:, None] * along[:, None, :]).reshape(-1, 2)
     return points, np.repeat(np.linalg.norm(along, axis=1) / OUTLINE, OUTLINE)
+
+
+REACH = 8.0  # of the cutting wedge, over the size of what it cuts
+
+
+def check_sectors(shape: Shape, sectors: int) -> None:
+    """Raise `GeometryError` where the geometry is known not to be that many equal sectors between symmetry planes."""
+    if sectors < 1:
+        raise GeometryError(f"sector = {sectors}: must be >= 1 (1: the whole {type(shape).__name__})")
+    if sectors > 1:
+        shape.check_sectors(sectors)
+
+
+def patches_in(shape: Shape, sectors: int) -> Patches:
+    """Return the groups of one sector: those of the whole, and the cut faces "symmetry_0" and "symmetry_1"."""
+    if sectors == 1:
+        return shape.patches
+    cuts: Patches = {"symmetry_0": (HalfPlaneFace(0.0),), "symmetry_1": (HalfPlaneFace(2 * math.pi / sectors),)}
+    return shape.patches_in(sectors) | cuts
+
+
+def cut(occ: Any, dimension: int, sectors: int) -> list[list[tuple[int, int]]]:
+    """Keep one sector of all solids (3) or of all surfaces at z = 0 (2); the pieces of each, in order."""
+    whole = occ.getEntities(dimension)
+    bounds = [occ.getBoundingBox(*entity) for entity in whole]
+    size = REACH * max(abs(value) for box in bounds for value in box)
+    wedge = _wedge(occ, sectors, size, -size if dimension == 3 else 0.0)
+    tool = (2, wedge)
+    if dimension == 3:
+        tool = next(entity for entity in occ.extrude([tool], 0, 0, 2 * size) if entity[0] == 3)
+    _, pieces = occ.intersect(whole, [tool])
+    if dimension == 3:
+        occ.remove([(2, wedge)], recursive=True)
+    if sectors > 2:
+        return [list(piece) for piece in pieces[: len(whole)]]
+    # Both cut faces of a half lie in one plane: what crosses the axis is split there.
+    kept = occ.getEntities(dimension)
+    middle = occ.addPoint(0, 0, 0)
+    axis = (0, middle) if dimension == 2 else (1, occ.addLine(occ.addPoint(0, 0, -size), occ.addPoint(0, 0, size)))
+    _, split = occ.fragment(kept, [axis])
+    after = dict(zip(kept, split[: len(kept)], strict=True))
+    return [[new for old in piece for new in after[old]] for piece in pieces[: len(whole)]]
+
+
+def _wedge(occ: Any, sectors: int, size: float, z: float) -> int:
+    if sectors == 2:
+        return int(occ.addRectangle(-size, 0, z, 2 * size, size))
+    angle = 2 * math.pi / sectors
+    corners = [(0.0, 0.0), (size, 0.0), (size * math.cos(angle), size * math.sin(angle))]
+    points = [occ.addPoint(x, y, z) for x, y in corners]
+    lines = [occ.addLine(points[k - 1], points[k]) for k in range(3)]
+    return int(occ.addPlaneSurface([occ.addCurveLoop(lines)]))

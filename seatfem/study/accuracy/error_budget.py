@@ -32,7 +32,6 @@ from seatfem.structures.rings import (
     left_by,
     parts_behind,
     parts_joined,
-    rings_of,
     with_fewer_rings,
 )
 from seatfem.structures.solved import with_start
@@ -386,11 +385,12 @@ def _of_model(scene: Scene, method: RunMethod, seat: Solved, problem: ContactPro
     level = of_body(problem, problem.target, seat.level_error)
     if level is None:
         return None
-    if (shear := scene.reed.shear_error(scene.contact.at)) > SHEAR_SHARE * scene.accuracy.target:
-        level = (*level, *(of_body(problem, problem.striker, shear) or ()))
-    if (shear := scene.seat.shear_error(None)) > SHEAR_SHARE * scene.accuracy.target:
-        level = (*level, *(of_body(problem, problem.target, shear) or ()))
-    better = with_start(seat.greens) or waves_beside(scene, method) or scene.seat.beyond(method.seat.level)
+    for kind, body, at in ((scene.reed, problem.striker, scene.contact.at), (scene.seat, problem.target, None)):
+        if kind.slender is not None and (shear := kind.slender.shear_error(at)) > SHEAR_SHARE * scene.accuracy.target:
+            level = (*level, *(of_body(problem, body, shear) or ()))
+    better = with_start(seat.greens) or waves_beside(scene, method)
+    if better is None and scene.seat.drawn is not None:
+        better = scene.seat.drawn.beyond(method.seat.level)
     if better is not None:
         level = (*level, (_with_seat(scene, problem, better),))
     if method.seat.n_modes is not None:
@@ -419,7 +419,7 @@ def _of_patch(scene: Scene, method: RunMethod, seat: Solved, problem: ContactPro
     if model is None:
         return () if seat.plane else None
     divided, same = (_with_seat(scene, problem, g).problem for g in (model, with_fewer_rings(model, rings)))
-    return ((Variation(divided, 1 + left_by(rings_of(model)), same),),)
+    return ((Variation(divided, 1 + left_by(Division.of(model).rings), same),),)
 
 
 def _of_arcs(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:

@@ -25,7 +25,7 @@ from impact.march.motion import Discrete
 from impact.march.prepared import Prepared, step_count
 from impact.progress import Progress, silent
 from impact.runs.budget import Values
-from seatfem.structures.kinds.roles import in_role
+from seatfem.structures.kinds.structure import in_role
 from seatfem.structures.rings import Division, divided_less, parts_joined
 from seatfem.study.impacts.base import on_its_base
 from seatfem.study.impacts.contact import (

@@ -10,7 +10,7 @@ import numpy as np
 
 from impact.bodies.body import Body
 from impact.greens.base import GreensFunction, GreensFunctionError
-from seatfem.structures.kinds.roles import in_role
+from seatfem.structures.kinds.structure import in_role
 from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
 

@@ -24,7 +24,7 @@ from seatfem.machine.memory import available_memory
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.cache import Cache, build, key_of
 from seatfem.structures.kinds import Structure
-from seatfem.structures.kinds.roles import in_role, in_words_of
+from seatfem.structures.kinds.structure import in_role, in_words_of
 from seatfem.structures.method import Method
 from seatfem.structures.rings import Division
 from seatfem.structures.solved import Solved, bed
@@ -391,7 +391,7 @@ def gas_step(scene: Scene) -> float:
 def check_step(scene: Scene) -> None:
     """Refuse what cannot serve, before anything expensive happens: a given step, a seat that nothing holds."""
     for role, body in (("reed", scene.reed), ("seat", scene.seat)):
-        if thick := body.too_thick():
+        if body.slender is not None and (thick := body.slender.too_thick()):
             raise RunError(in_words_of(role, body, thick))
     if loose := scene.seat.loose:
         raise RunError(
@@ -435,7 +435,7 @@ def check_length(scene: Scene, dt: float, parts: int | None = None) -> None:
             f"run.duration = {write_quantity(scene.run.duration, 'time')} takes {steps:.2g} steps of "
             f"{write_quantity(dt, 'time', 2)} ({chosen}), at most "
             f"{most:.2g} are stored: shorten run.duration, widen run.filter_width, "
-            f"{'' if scene.reed.beam_modes is None else 'keep fewer reed.n_modes, '}or give a longer run.time_step"
+            f"{'' if scene.reed.slender is None else 'keep fewer reed.n_modes, '}or give a longer run.time_step"
         )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import impact
 from impact import measures
 from impact.greens.base import GreensFunction
-from seatfem.structures.kinds.roles import in_role
+from seatfem.structures.kinds.structure import in_role
 from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import Touches

@@ -11,11 +11,10 @@ import numpy as np
 from impact.greens.base import Array
 from impact.progress import Progress
 from seatfem.structures.discretise import AnyMesh, matrices, supports_of
-from seatfem.structures.face_lip import FaceLip, face_lip
 from seatfem.structures.formats.calculix_deck import CalculixBody, calculix_body
 from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.lands import land_of
+from seatfem.structures.lands import FaceLip, face_lip, land_of
 from seatfem.structures.lip import AnyLip
 from seatfem.structures.method import Method
 from seatfem.structures.model import SecondOrderModel

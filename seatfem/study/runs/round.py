@@ -155,8 +155,8 @@ def _parts_behind(plan: Plan, measure: str) -> str:
 
 def _modes_kept(plan: Plan) -> list[str]:
     """Return the keys of numbers of modes that the bodies have."""
-    kept = {SEAT_MODES: plan.method.seat.n_modes, MODES: plan.scene.reed.beam_modes}
-    return [key for key, number in kept.items() if number is not None]
+    kept = {SEAT_MODES: plan.method.seat.n_modes is not None, MODES: plan.scene.reed.slender is not None}
+    return [key for key, has_some in kept.items() if has_some]
 
 
 def in_words(done: Round) -> str:
@@ -205,7 +205,8 @@ def _empty(done: Round) -> tuple[str, ...]:
 
 def _assumed_reed(done: Round) -> tuple[str, ...]:
     """Return what of the reed was not given and taken from the paper's, with its value."""
-    assumed = done.plan.scene.reed.assumed()
+    reed = done.plan.scene.reed.slender
+    assumed = () if reed is None else reed.assumed()
     return (f"not given, taken from the paper's reed: {', '.join(assumed)}",) if assumed else ()
 
 
@@ -226,7 +227,7 @@ def _advice(done: Round) -> tuple[str, ...]:
 
 def _fewer_modes(scene: Scene) -> str:
     """Return the key that takes the highest modes from the reed."""
-    return f"fewer {MODES}" if scene.reed.beam_modes is not None else "a lower reed.greens.bandwidth"
+    return f"fewer {MODES}" if scene.reed.slender is not None else "a lower reed.greens.bandwidth"
 
 
 def _no_bar(done: Round) -> tuple[str, ...]:

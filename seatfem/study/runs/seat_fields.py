@@ -14,7 +14,6 @@ import numpy as np
 from impact.greens.base import Array
 from impact.progress import Progress
 from seatfem.structures.discretise import AnyMesh, draw, matrices
-from seatfem.structures.face_lip import FaceLip
 from seatfem.structures.fields.around import AnyField, Harmonic, RingField, felt, mixing_of
 from seatfem.structures.fields.corners import near, singular_points
 from seatfem.structures.fields.recovery import StressField, field_of
@@ -23,6 +22,7 @@ from seatfem.structures.fields.sites import Sites, at_points, on_surface
 from seatfem.structures.fields.solids import elements_of, solid_stress
 from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.lands import FaceLip
 from seatfem.structures.lip import Lip
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.method import BEYOND, COARSENING

@@ -9,7 +9,7 @@ from pydantic import Field, ValidationInfo, model_validator
 from impact.bodies.base_motion import BaseMotion, Kind
 from impact.bodies.time_series import TimeSeriesError, read_time_series
 from seatfem.fields import ExistingFile, Table, absent, problem_of
-from seatfem.structures.kinds.record_columns import CourseColumns, CourseUnits, Record, stated_in
+from seatfem.structures.kinds.motion import CourseColumns, CourseUnits, Record, stated_in
 
 
 class Base(Table):

@@ -33,7 +33,7 @@ from seatfem.fields import (
     default,
     problem_of,
 )
-from seatfem.structures.kinds.record_columns import CourseColumns, CourseUnits, Record, stated_in
+from seatfem.structures.kinds.motion import CourseColumns, CourseUnits, Record, stated_in
 from seatfem.units import write_quantity
 
 WIDEST: Final = 30.0  # degrees of crank angle between two samples of a record

@@ -14,18 +14,16 @@ from pydantic import TypeAdapter, ValidationError
 from impact.greens.base import Array
 from seatfem.fields import KeyProblem, problem_of
 from seatfem.structures.errors import GeometryError, ModelError
-from seatfem.structures.face_lip import face_lip
 from seatfem.structures.inspection.cad import FoundFace, Inspected, inspect_geometry
 from seatfem.structures.inspection.outline import DrawnOutline, outline_in, straight_side
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.sheet import AnyClamp, Clamp, Place
-from seatfem.structures.lands import Land
+from seatfem.structures.lands import Land, face_lip
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.placement import ROUND_OFF, Placement, cut_by, facing_side, opening, placed
-from seatfem.structures.shapes import CadPart, Geometry, loops, polygons
+from seatfem.structures.shapes import CadPart, Geometry, loops
 from seatfem.structures.shapes.cad import stated_unit
-from seatfem.structures.shapes.faces import Vector
-from seatfem.structures.shapes.frames import Frame
+from seatfem.structures.shapes.faces import Frame, Vector
 from seatfem.study.scene.stopper import STEEPEST
 
 KEY: Final = "assembly.placed"
@@ -119,7 +117,7 @@ class PartsAsDrawn:
         place, name, contact = placed(self.land, side, np.array(clamp.ends)), self._name, self._contact_words
         self._check_sizes(float(np.ptp(self.found.edges[self.seat.struck_face].reshape(-1, 3), axis=0).max()))
         corners = loops.polygon(self._outline(place)[0])[0]
-        if not polygons.holds(corners, place.lip):
+        if not loops.holds(corners, place.lip):
             away = loops.nearest(self._outline(place)[0], np.array(place.lip))
             where = f"the centre of {contact}, {_at(self.land.centre)} in {name}, lies beside the reed in"
             words = f"{where} {self.file.name}, in plan {1e3 * away:.4g} mm from its edge ({self._units})"

@@ -91,7 +91,8 @@ class Centre:
 def centre_of(scene: Scene) -> Centre:
     """Return what the file states; what it leaves open follows the filter's band, its waves and the struck face."""
     seat, method = scene.seat, stated_method(scene)
-    stated, centre = method.seat, Centre(n_modes=scene.reed.beam_modes)
+    slender = scene.reed.slender
+    stated, centre = method.seat, Centre(n_modes=None if slender is None else slender.n_modes)
     if not seat.traits.is_reduced:
         return centre
     band = stated.bandwidth if is_given(scene, BAND) else None
@@ -214,7 +215,7 @@ class Ladder:
             for k in (-1, 1):
                 value = centre.reed_band * RATIO**k
                 yield vary(f"reed band x {RATIO**k:.2f}", "reed band", REED_BAND, value)
-        if self.scene.reed.beam_modes is not None:
+        if self.scene.reed.slender is not None:
             for number in REED_MODES:
                 yield vary(f"reed modes {number}", "reed modes", "reed.n_modes", number)
         yield from self._in_time(base)

@@ -1,4 +1,4 @@
-"""The valve plate: a flat plate with several round ports, each with a sealing land around it, and webs between."""
+"""Solids between parallel planes: the bar, the block and the valve plate with several ports."""
 
 from __future__ import annotations
 
@@ -13,9 +13,12 @@ from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.profile import Point
 from seatfem.structures.shapes.selectors import DOWN, UP, Patches, PlaneFace, PointFace, Selector
 from seatfem.structures.shapes.shape import (
+    EVERYWHERE,
     Plan,
     PlanSamples,
+    Rectangle,
     Shape,
+    check_quarters,
     circle_points,
     key,
     require_above,
@@ -24,6 +27,101 @@ from seatfem.structures.shapes.shape import (
     side_points,
     squares,
 )
+
+
+@dataclass(frozen=True)
+class Bar(Shape):
+    """Rectangular bar along z, centred on the z axis (metres): ``width`` along x, ``height`` along y.
+
+    Groups: "fixed" is z = 0, "contact" is z = length, "sides_x" and "sides_y" are the side faces with normals
+    along x and y (fix u_x on the first and u_y on the second for sliding sides).
+    """
+
+    family: ClassVar[str] = "bar"
+
+    length: float = key("length along the impact")
+    width: float = key("side of the cross-section")
+    height: float = key("other side of the cross-section")
+
+    def __post_init__(self) -> None:
+        require_positive(self, "length", "width", "height")
+
+    @property
+    def patches(self) -> Patches:
+        return self.patches_in(1)
+
+    def patches_in(self, sectors: int) -> Patches:
+        """Return the groups of the whole bar (1), of its half y > 0 (2), or of its quarter x, y > 0 (4)."""
+        x, y = self.width / 2, self.height / 2
+        left_side, front_side = PlaneFace((-1.0, 0.0, 0.0), x), PlaneFace((0.0, -1.0, 0.0), y)
+        return {
+            "contact": (PlaneFace((0.0, 0.0, 1.0), self.length),),
+            "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),),
+            "sides_x": (PlaneFace((1.0, 0.0, 0.0), x), *([left_side] if sectors < 4 else [])),
+            "sides_y": (PlaneFace((0.0, 1.0, 0.0), y), *([front_side] if sectors < 2 else [])),
+        }
+
+    @property
+    def plan(self) -> Plan:
+        return Plan(self.length, {"contact": (EVERYWHERE,)}, {"fixed": (EVERYWHERE,)})
+
+    @property
+    def rectangle(self) -> Rectangle:
+        return Rectangle((self.width / 2, self.height / 2))
+
+    def check_sectors(self, sectors: int) -> None:
+        check_quarters(self, sectors)
+
+    def build(self, occ: Any) -> None:
+        """Add the box (millimetres) to the given gmsh OpenCASCADE model."""
+        length, width, height = 1e3 * self.length, 1e3 * self.width, 1e3 * self.height
+        occ.addBox(-width / 2, -height / 2, 0.0, width, height, length)
+
+
+@dataclass(frozen=True)
+class Block(Shape):
+    """Block centred on the z axis, underside at z = 0 (metres): ``width`` along x, ``depth`` along y.
+
+    The group "contact" is the patch ``patch_width`` x ``patch_depth`` centred on the top, "fixed" the underside.
+    """
+
+    family: ClassVar[str] = "block"
+
+    width: float = key("side of the block")
+    depth: float = key("other side of the block")
+    thickness: float = key("height of the block")
+    patch_width: float = key("side of the contact face, along width")
+    patch_depth: float = key("other side of the contact face, along depth")
+
+    def __post_init__(self) -> None:
+        require_positive(self, "width", "depth", "thickness", "patch_width", "patch_depth")
+        require_below(self, "patch_width", self.width, "the width", inclusive=True)
+        require_below(self, "patch_depth", self.depth, "the depth", inclusive=True)
+
+    @property
+    def patches(self) -> Patches:
+        corner = math.hypot(self.patch_width, self.patch_depth) / 2
+        patch = PlaneFace((0.0, 0.0, 1.0), self.thickness, radius_max=corner)
+        return {"contact": (patch,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
+
+    @property
+    def plan(self) -> Plan:
+        return Plan(self.thickness, {"contact": ("patch",)}, {"fixed": (EVERYWHERE,)})
+
+    @property
+    def rectangle(self) -> Rectangle:
+        return Rectangle((self.width / 2, self.depth / 2), (self.patch_width / 2, self.patch_depth / 2))
+
+    def check_sectors(self, sectors: int) -> None:
+        check_quarters(self, sectors)
+
+    def build(self, occ: Any) -> None:
+        """Add the box (millimetres) with the patch imprinted on its top to the given gmsh OpenCASCADE model."""
+        width, depth, top = 1e3 * self.width, 1e3 * self.depth, 1e3 * self.thickness
+        patch_width, patch_depth = 1e3 * self.patch_width, 1e3 * self.patch_depth
+        box = occ.addBox(-width / 2, -depth / 2, 0.0, width, depth, top)
+        patch = occ.addRectangle(-patch_width / 2, -patch_depth / 2, top, patch_width, patch_depth)
+        occ.fragment([(3, box)], [(2, patch)])
 
 
 @dataclass(frozen=True)
@@ -82,13 +180,6 @@ class ValvePlate(Shape):
         half = self.port_radius + self.margin
         return (self.ports - 1) / 2 * self.pitch + half, half
 
-    def has_sectors(self, sectors: int) -> bool:
-        """Return whether the plate is that many equal sectors from the plane y = 0 on, each between planes of
-        symmetry."""
-        if self.layout == "row":
-            return sectors in (2, 4)
-        return self.ports == 1 or (2 * self.ports) % sectors == 0
-
     def lands_in(self, sectors: int) -> dict[str, tuple[float, float]]:
         """Return the name and centre of the lands with some part in the first of that many sectors."""
         half = math.pi / sectors
@@ -124,9 +215,10 @@ class ValvePlate(Shape):
         return Plan(self.thickness, top, {"fixed": ("rim",)})
 
     def check_sectors(self, sectors: int) -> None:
-        if not self.has_sectors(sectors):
-            layout = f"{self.ports} ports on a circle" if self.layout == "circle" else "ports in a row"
-            fitting = "the divisors of twice that number" if self.layout == "circle" else "2 or 4"
+        row = self.layout == "row"
+        if not (sectors in (2, 4) if row else self.ports == 1 or (2 * self.ports) % sectors == 0):
+            layout = "ports in a row" if row else f"{self.ports} ports on a circle"
+            fitting = "2 or 4" if row else "the divisors of twice that number"
             raise GeometryError(f"sector = {sectors}: a ValvePlate with {layout} has other sectors; choose {fitting}")
 
     def build(self, occ: Any) -> None:
