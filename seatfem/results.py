@@ -32,6 +32,7 @@ UNITS: Final[Mapping[str, str]] = {
     "m": "m", "deg": "deg", "kg": "kg", "Hz": "Hz",
 }  # fmt: skip
 """Endings of keys, the longer ones first, and their units."""
+LANDINGS_FILE: Final = "landings.csv"
 LANDING: Final = "landing_"
 """Prefix of the keys of the judged landing."""
 NO_LOAD: Final = 1e-3

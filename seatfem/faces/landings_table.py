@@ -10,8 +10,7 @@ from rich.table import Table
 
 from impact.quantities import plain
 from seatfem.readings import DEGREES, Summary, as_number, bar_of, in_text, prefix_of, with_unit
-from seatfem.results import EXCESS, OF_LANDINGS, STATIC, is_loaded, unit_of
-from seatfem.study.runs.pipeline import LANDINGS_FILE
+from seatfem.results import EXCESS, LANDINGS_FILE, OF_LANDINGS, STATIC, is_loaded, unit_of
 
 SHOWN: Final = 10
 Records = Sequence[Summary]

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from seatfem.faces.output import COMMON, DONE, FAILED, Common, Output, console, lines, progress_of
+from seatfem.faces.output import COMMON, DONE, FAILED, Common, Output, console, lines, print_outcome, progress_of
 
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
 
@@ -65,10 +65,7 @@ def faces(
         terminal.print(f"solids: {', '.join(geometry.regions)}")
     how = "contact = { number = 7 } or { numbers = [7, 9] }" if geometry.numbered else "the names of groups"
     terminal.print(f"scenes select by {how}, and as docs/scene.md says")
-    for note in (*geometry.notes, *filter(None, [gap])):
-        terminal.print(f"note: {note}")
-    if not gap:
-        terminal.print(f"wrote {path}")
+    print_outcome(terminal, (), (*geometry.notes, gap), [] if gap else [path])
     return FAILED if gap and output else DONE
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -128,9 +128,17 @@ def tell(outcome: RunOutcome, common: Common, more: Sequence[Path] = ()) -> None
         return
     from seatfem.faces.tables import time_line
 
-    terminal = lines()
-    for message in outcome.messages:
-        terminal.print(f"note: {message}")
-    for file in (*outcome.files, *more):
+    print_outcome(lines(), (), outcome.messages, (*outcome.files, *more))
+    lines().print(f"time: {time_line(outcome.stages)}")
+
+
+def print_outcome(
+    terminal: Console, sentences: Iterable[object], notes: Iterable[str | None], files: Iterable[Path]
+) -> None:
+    """Print the sentences and notes that say something, and what was written."""
+    for words in filter(None, sentences):
+        terminal.print(words)
+    for note in filter(None, notes):
+        terminal.print(f"note: {note}")
+    for file in files:
         terminal.print(f"wrote {file}")
-    terminal.print(f"time: {time_line(outcome.stages)}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from typing import Final
 
@@ -44,27 +44,26 @@ def costs_table(plan: Plan) -> Table:
     return table
 
 
-def rounds_line(plan: Plan) -> str:
-    """Return how many rounds of refinement are expected, what they take, and the price of one more."""
+def plan_lines(plan: Plan) -> Iterator[str]:
+    """Yield what the target of accuracy speaks of; predicted seconds by stage, the longest first; how many rounds of
+    refinement are expected, what they take, and the price of one more; where the error of each measure comes from, the
+    largest first, without what hardly counts; notes."""
+    yield f"accuracy asked for: {judged_line(plan)}"
+    stages = sorted(plan.cost.parts.items(), key=lambda item: -item[1])
+    shown = (f"{STAGES.get(stage, stage)} {in_time(seconds)}" for stage, seconds in stages if seconds >= 0.05)
+    yield f"predicted time: {', '.join(shown)}"
     ahead = rounds_ahead(plan)
-    more = (
-        ""
-        if ahead.further is None
-        else (f"; if the measured error is too large, another one: about {in_time(ahead.further)}")
-    )
-    return f"{ahead.number} expected, {in_time(ahead.seconds)} in total{more}"
-
-
-def shares_line(plan: Plan) -> str:
-    """Return where the error of each measure comes from, the largest first, without what hardly counts."""
-    lines = []
+    rounds = f"predicted rounds: {ahead.number} expected, {in_time(ahead.seconds)} in total"
+    further = "; if the measured error is too large, another one: about "
+    yield rounds if ahead.further is None else f"{rounds}{further}{in_time(ahead.further)}"
+    measures = []
     for measure in plan.error:
         parts = {source: share.get(measure, 0.0) for source, share in plan.shares.items()}
         largest = sorted(parts.items(), key=lambda item: -item[1])
-        largest = [(source, value) for source, value in largest if value >= COUNTS * largest[0][1]]
-        words = ", ".join(f"{in_words(source)} {percent(value)}" for source, value in largest)
-        lines.append(f"{short_words(measure)}: {words}")
-    return "; ".join(lines)
+        counted = (f"{in_words(source)} {percent(v)}" for source, v in largest if v >= COUNTS * largest[0][1])
+        measures.append(f"{short_words(measure)}: {', '.join(counted)}")
+    yield f"predicted error: {'; '.join(measures)}"
+    yield from (f"note: {note}" for note in plan.notes)
 
 
 def judged_line(plan: Plan) -> str:
@@ -73,12 +72,6 @@ def judged_line(plan: Plan) -> str:
     of_it = "of the whole run" if accuracy.landing == "run" else f"of the {accuracy.landing} landing on the seat"
     names = enumeration(all_measures()[name].words for name in accuracy.measures)
     return f"{percent(accuracy.target, 3)} in {names} {of_it}"
-
-
-def stages_line(parts: Mapping[str, float]) -> str:
-    """Return the predicted seconds by stage, the longest first."""
-    longest = sorted(parts.items(), key=lambda item: -item[1])
-    return ", ".join(f"{STAGES.get(stage, stage)} {in_time(seconds)}" for stage, seconds in longest if seconds >= 0.05)
 
 
 def plan_json(plan: Plan) -> str:

@@ -9,6 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from impact.quantities import in_digits, in_units, percent
+from seatfem import results
 from seatfem.faces.verdict import count, difference, is_static, which_landing
 from seatfem.readings import (
     SPRING,
@@ -23,20 +24,7 @@ from seatfem.readings import (
     rounded,
     with_unit,
 )
-from seatfem.results import (
-    CONTACTS,
-    HEADINGS,
-    LANDING,
-    LIFE_CYCLES,
-    LINE_PEAK,
-    RESULTS,
-    Group,
-    Result,
-    asked,
-    name_of,
-    rows_of,
-    words_of,
-)
+from seatfem.results import CONTACTS, LIFE_CYCLES, Group, Result, asked, name_of, rows_of, words_of
 from seatfem.study.accuracy.source_words import in_words
 
 ANGLES: Final = (
@@ -76,7 +64,7 @@ def _heading(group: Group, summary: Summary) -> str:
     if group == "landing":
         return which_landing(summary)
     step = f", step {duration(summary['time_step_s'])}" if "time_step_s" in summary else ""
-    return HEADINGS[group].replace("{step}", step)
+    return results.HEADINGS[group].replace("{step}", step)
 
 
 def _last_cycle(summary: Summary, row: Result) -> Summary:
@@ -95,11 +83,11 @@ def _notes(summary: Summary) -> Iterator[str]:
         yield f"per length: mean over {in_units(part, 'm')} of the lip, the force over {duration(width)}, too"
     if any(row.group == "lip" and row.key.endswith("_at_deg") and summary.get(row.key) is not None for row in shown):
         yield ANGLES
-    if any(row.key == f"{LINE_PEAK}_at_m" for row in shown):
+    if any(row.key == f"{results.LINE_PEAK}_at_m" for row in shown):
         yield LENGTHS
     if place := _most_stressed(summary):
         yield place
-    if any(row.of_each_step and row.key in summary and SPRING + row.key in summary for row in RESULTS):
+    if any(row.of_each_step and row.key in summary and SPRING + row.key in summary for row in results.RESULTS):
         yield "raw: of single steps, not averaged; the spring's depends on the step"
     if any("± ?" in in_text(row.key, as_number(summary.get(row.key)), bar_of(summary, row.key), "") for row in shown):
         yield "± ?: uncertainty not known"
@@ -107,7 +95,7 @@ def _notes(summary: Summary) -> Iterator[str]:
         yield f"not included in the uncertainty: {', '.join(in_words(source) for source in unknown.split(', '))}"
     landed = any(row.group == "landing" for row in shown)
     for key in asked(summary):
-        if summary.get(key) is None and (landed or not key.startswith(LANDING)):
+        if summary.get(key) is None and (landed or not key.startswith(results.LANDING)):
             yield f"{name_of(key, summary)}: asked for, but this run gives no value"
 
 

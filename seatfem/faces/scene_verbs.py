@@ -25,6 +25,7 @@ from seatfem.faces.output import (
     console,
     lines,
     load,
+    print_outcome,
     progress_of,
     tell,
 )
@@ -109,14 +110,8 @@ def plan(
             wide.print(read)
         wide.print(plan_view.choices_table(planned))
         wide.print(plan_view.costs_table(planned))
-        wide.print(f"accuracy asked for: {plan_view.judged_line(planned)}", soft_wrap=True)
-        wide.print(f"predicted time: {plan_view.stages_line(planned.cost.parts)}", soft_wrap=True)
-        wide.print(f"predicted rounds: {plan_view.rounds_line(planned)}", soft_wrap=True)
-        wide.print(f"predicted error: {plan_view.shares_line(planned)}", soft_wrap=True)
-        for note in planned.notes:
-            wide.print(f"note: {note}", soft_wrap=True)
-        if drawing is not None:
-            wide.print(f"wrote {drawing}", soft_wrap=True)
+        for words in (*plan_view.plan_lines(planned), *([] if drawing is None else [f"wrote {drawing}"])):
+            wide.print(words, soft_wrap=True)
     return DONE
 
 
@@ -134,11 +129,7 @@ def draw(scene: SceneFile, /, *, output: Output = None, changes: Changes = (), c
 
     path = output or Path(f"{scene.stem}-drawing.png")
     layout = draw_scene(checked, path)
-    screen = lines(quiet=common.quiet)
-    screen.print(facts_of(layout))
-    if note := cover_note(layout):
-        screen.print(f"note: {note}")
-    screen.print(f"wrote {path}")
+    print_outcome(lines(quiet=common.quiet), [facts_of(layout)], [cover_note(layout)], [path])
     return DONE
 
 
@@ -181,12 +172,8 @@ def trade(
     write_trade(result, *files)
     terminal = lines(quiet=common.quiet)
     terminal.print(in_words(result))
-    if gap := gap_of(lambda path: draw_trade(result, path), folder / "trade.png"):
-        terminal.print(f"note: {gap}")
-    else:
-        files.append(folder / "trade.png")
-    for file in files:
-        terminal.print(f"wrote {file}")
+    gap = gap_of(lambda path: draw_trade(result, path), folder / "trade.png")
+    print_outcome(terminal, (), [gap], files if gap else [*files, folder / "trade.png"])
     return DONE
 
 

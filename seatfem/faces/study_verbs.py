@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 from cyclopts import Parameter
 
-from seatfem.faces.output import COMMON, DONE, FAILED, Common, Output, Seconds, lines, progress_of
+from seatfem.faces.output import (
+    COMMON,
+    DONE,
+    FAILED,
+    Common,
+    Output,
+    Seconds,
+    lines,
+    print_outcome,
+    progress_of,
+)
 from seatfem.study.sweep.effort import Effort
 
 if TYPE_CHECKING:
@@ -71,13 +81,8 @@ def sweep(
     states = list(table.columns["status"])
     counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
     terminal.print(f"{definition.heading}: {len(table)} scenes, {counts}")
-    out = table.left_out_in_words()
-    for words in (*([out] if out else []), *table.ranges(), *table.empty_in_words(), *table.failures()):
-        terminal.print(words)
-    for gap in gaps:
-        terminal.print(f"note: {gap}")
-    for file in (folder / TABLE, *filter(Path.exists, [folder / PARQUET]), *files):
-        terminal.print(f"wrote {file}")
+    sentences = (table.left_out_in_words(), *table.ranges(), *table.empty_in_words(), *table.failures())
+    print_outcome(terminal, sentences, gaps, (folder / TABLE, *filter(Path.exists, [folder / PARQUET]), *files))
     return DONE if table.has_numbers.all() and not table.unanswered() else FAILED
 
 
@@ -108,19 +113,11 @@ def optimise(
     numbers = optimum.as_json()
     counts = f"{numbers['searched']} scenes searched, {numbers['failed']} failed, {numbers['confirmed']} confirmed"
     terminal.print(f"{definition.heading}: {counts}")
-    if numbers["left_out"]:
-        terminal.print(numbers["left_out"])
-    for words in optimum.table(optimum.searched).failures():
-        terminal.print(words)
-    terminal.print(optimum.in_words())
-    files = [folder / name for name in ("optimum.json", "optimum.csv", "search.csv")]
-    if not work.no_pictures:
-        gap = draw_search(optimum, picture := folder / "search.png")
-        files += [] if gap else [picture]
-        if gap:
-            terminal.print(f"note: {gap}")
-    for file in files:
-        terminal.print(f"wrote {file}")
+    files, picture = [folder / name for name in ("optimum.json", "optimum.csv", "search.csv")], folder / "search.png"
+    gap = "" if work.no_pictures else draw_search(optimum, picture)
+    files += [] if work.no_pictures or gap else [picture]
+    sentences = (numbers["left_out"], *optimum.table(optimum.searched).failures(), optimum.in_words())
+    print_outcome(terminal, sentences, [gap], files)
     return DONE if optimum.is_met else FAILED
 
 

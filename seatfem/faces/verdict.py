@@ -8,22 +8,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from impact.quantities import enumeration, in_digits, in_units, percent, plain, scaled
+from seatfem import results
 from seatfem.readings import BAR, SPRING, WITHOUT_ZERO, Summary, as_number, bar_of, duration, is_known
-from seatfem.results import (
-    FILM_PEAK,
-    FIRST_CONTACT,
-    IMPULSE,
-    LANDING,
-    LARGEST_LIFT,
-    LIFE_CYCLES,
-    LIFE_MARGIN,
-    PEAK,
-    PORTS,
-    STATIC,
-    asked,
-    name_of,
-    result_of,
-)
+from seatfem.results import asked, name_of, result_of
 
 LANDED: Final = "landed"
 STATUS: Final[Mapping[str, str]] = {
@@ -78,7 +65,7 @@ def difference(summary: Summary, key: str) -> Difference | None:
     ``None`` where it has no error bar, where seat or spring have no value to compare, of instants, and of the static
     load, which a spring bears as any seat.
     """
-    if result_of(key).of_each_step or key == LANDING + STATIC or key.endswith(WITHOUT_ZERO):
+    if result_of(key).of_each_step or key == results.LANDING + results.STATIC or key.endswith(WITHOUT_ZERO):
         return None
     seat, spring, bar = (as_number(summary.get(name)) for name in (key, SPRING + key, BAR + key))
     if seat is None or spring is None or bar is None or seat == 0.0:
@@ -96,7 +83,7 @@ def verdict(summary: Summary) -> str:
     state = standing(summary)
     if state and not any(summary.get(key) for key in asked(summary)):
         return state
-    if not state and summary.get(FIRST_CONTACT) is None and not summary.get(FILM_PEAK):
+    if not state and summary.get(results.FIRST_CONTACT) is None and not summary.get(results.FILM_PEAK):
         return "No contact within run.duration: there is nothing to compare."
     return " ".join(filter(None, (state, _comparison(summary))))
 
@@ -130,26 +117,26 @@ def pressed_on(summary: Summary) -> str:
     time, load = (as_number(summary.get(f"pressed_on_{key}")) for key in ("time_s", "largest_load_N"))
     if not time or not load:
         return ""
-    by = "the gas" if LARGEST_LIFT in summary else "its loads"
+    by = "the gas" if results.LARGEST_LIFT in summary else "its loads"
     return f"reed pressed on its seat by {by}: up to {in_units(load, 'N')}, {duration(time)} in total (not a landing)"
 
 
 def judged_words(summary: Summary) -> str:
     """Return what the accuracy speaks of: the judged measures, of which landing."""
     keys = asked(summary)
-    of_landing = f" of the {which_landing(summary)}" if any(key.startswith(LANDING) for key in keys) else ""
+    of_landing = f" of the {which_landing(summary)}" if any(key.startswith(results.LANDING) for key in keys) else ""
     return enumeration(name_of(key, summary) for key in keys) + of_landing
 
 
 def simpler(summary: Summary) -> str:
     """Return what simpler models would say of a contact with a film or along a lip, in one line; "" of others."""
-    results: list[str] = []
+    models: list[str] = []
     for words, name in (("without the film", "without_film"), ("single contact point", "one_port"), ("beam", "beam")):
-        peak, impulse = (as_number(summary.get(f"{name}_{key}")) for key in (PEAK, IMPULSE))
+        peak, impulse = (as_number(summary.get(f"{name}_{key}")) for key in (results.PEAK, results.IMPULSE))
         if peak is not None and impulse is not None:
-            results.append(f"{words} {in_units(peak, 'N')} and {in_units(impulse, 'N s')}")
+            models.append(f"{words} {in_units(peak, 'N')} and {in_units(impulse, 'N s')}")
     over = duration(summary.get("filter_width_s"))
-    return f"simpler models: {', '.join(results)} (peak, {over} mean, and impulse of the whole run)" if results else ""
+    return f"simpler models: {', '.join(models)} (peak, {over} mean, and impulse of the whole run)" if models else ""
 
 
 def lasting(summary: Summary) -> str:
@@ -158,15 +145,15 @@ def lasting(summary: Summary) -> str:
     What the summary does not hold, as that of an earlier version, is left out of the sentences.
     """
     sentences = []
-    if LIFE_MARGIN in summary:
-        margin, cycles = as_number(summary[LIFE_MARGIN]), as_number(summary.get(LIFE_CYCLES))
+    if results.LIFE_MARGIN in summary:
+        margin, cycles = as_number(summary[results.LIFE_MARGIN]), as_number(summary.get(results.LIFE_CYCLES))
         wanted, share = (as_number(summary.get(f"life_{key}")) for key in ("design_cycles", "survival"))
-        bar = as_number(summary.get(BAR + LIFE_MARGIN))
+        bar = as_number(summary.get(BAR + results.LIFE_MARGIN))
         body = _body_at(summary, "life_at")
         asked_for = "the cycles asked for" if wanted is None else f"{in_digits(wanted)} cycles"
         asked_for += "" if share is None else f" with {percent(share, 6)} survival"
         more = "" if bar is None else f" +- {in_digits(bar, 2)}"
-        if bar is not None and margin is not None and not is_known(LIFE_MARGIN, margin, bar):
+        if bar is not None and margin is not None and not is_known(results.LIFE_MARGIN, margin, bar):
             more += " (not known)"
         if margin is None:
             sentences.append(f"no multiple of the stress uses up the life of {asked_for}")
@@ -214,7 +201,7 @@ def _comparison(summary: Summary) -> str:
     if summary.get("plan_seat_level") == "spring":
         return _by_plan(summary)
     differences = [d for key in asked(summary) if (d := difference(summary, key)) is not None]
-    usual = [] if differences else [PEAK, IMPULSE]
+    usual = [] if differences else [results.PEAK, results.IMPULSE]
     differences = differences or [d for key in usual if (d := difference(summary, key)) is not None]
     counted = sorted(
         (d for d in differences if d.bars > 1 and _is_known(summary, d.key)), key=lambda d: -abs(d.relative)
@@ -250,7 +237,7 @@ def _short(value: float, digits: int) -> str:
 
 def _by_plan(summary: Summary) -> str:
     """Return why seat and baseline are alike: both are springs."""
-    lip = "; the baseline has no coupling between the segments of the lip" if PORTS in summary else ""
+    lip = "; the baseline has no coupling between the segments of the lip" if results.PORTS in summary else ""
     if "seat.model" in str(summary.get("plan_given", "")).split(", "):
         return f'seat.model = "spring": the seat is its static stiffness alone, as in the baseline{lip}.'
     names = enumeration(name_of(key, summary) for key in asked(summary)) or "the measures"

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter, process_time
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -49,7 +49,7 @@ BEYOND_IMPORTS: Final = 1.3  # the program's start over its imports
 FRAMES: Final = 3
 SAVED: Final = 22
 _IMPORTS: Final = "import seatfem.faces.cli, seatfem.study.runs.pipeline, seatfem.study.scene, matplotlib.figure"
-SIZES: Final = {"young": 2e11, "density": 7850.0, "length": 25.4e-3, "width": 10e-3, "thickness": 0.3e-3}
+SIZES: Final[Any] = {"young": 2e11, "density": 7850.0, "length": 25.4e-3, "width": 10e-3, "thickness": 0.3e-3}
 REED: Final = impact.Cantilever(**SIZES)
 
 Rates = Mapping[str, float]

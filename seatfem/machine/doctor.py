@@ -6,7 +6,6 @@ import os
 import platform
 import subprocess
 import sys
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Final
@@ -26,6 +25,16 @@ from seatfem.machine.rates import cores
 
 PROBE_TIMEOUT: Final = 60.0
 _THREAD_VARIABLES: Final = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+GMSH_PROBE: Final = "import gmsh; gmsh.initialize(readConfigFiles=False); print(gmsh.__version__); gmsh.finalize()"
+PARDISO_PROBE: Final = (
+    "import numpy, scipy.sparse, pypardiso; "
+    "x = pypardiso.spsolve(scipy.sparse.csr_matrix(2 * numpy.eye(3)), numpy.ones(3)); "
+    "assert abs(x - 0.5).max() < 1e-15; print(pypardiso.__version__)"
+)
+PICTURE_PROBE: Final = (
+    "import pyvista; p = pyvista.Plotter(off_screen=True, window_size=(64, 64)); p.add_mesh(pyvista.Sphere()); "
+    "image = p.screenshot(return_img=True); assert image.std() > 1; print(type(p.render_window).__name__)"
+)
 
 
 @dataclass(frozen=True)
@@ -39,83 +48,13 @@ class Check:
     required: bool = True
 
 
-@dataclass(frozen=True)
-class Probe:
-    """Code that is tried in a process of its own, because a missing system library can crash it.
-
-    Attributes:
-        name, what: of the check; before what the code prints.
-        code: prints what it has found.
-        remedy: of code that fails.
-        gap: what is missing and how it is mended, where that is known without trying; else ``None``.
-    """
-
-    name: str
-    what: str
-    code: str
-    remedy: str
-    gap: Callable[[], tuple[str, str] | None]
-    required: bool = False
-
-    def check(self) -> Check:
-        """Return what is found."""
-        if (gap := self.gap()) is not None:
-            return Check(self.name, False, *gap, self.required)
-        ok, detail = _try(self.code)
-        return Check(self.name, ok, f"{self.what} {detail}".strip(), self.remedy, self.required)
-
-
-def _gmsh_gap() -> tuple[str, str] | None:
-    missing = missing_packages(GMSH_LIBRARIES)
-    return ("system libraries are missing", apt_command(missing)) if missing else None
-
-
-def _pardiso_gap() -> tuple[str, str] | None:
-    if installed_version("pypardiso") is not None:
-        return None
-    detail = "PARDISO not installed; METIS + SuperLU take its place, several times slower"
-    return detail, "pip install pypardiso (x86-64 only)"
-
-
-def _picture_gap() -> tuple[str, str] | None:
-    if gap := picture_library_gap():
-        detail, _, remedy = gap.partition("; ")
-        return detail, remedy.partition(": ")[2]
-    select_offscreen_window()
-    return None
-
-
-GMSH: Final = Probe(
-    "meshing",
-    "gmsh",
-    "import gmsh; gmsh.initialize(readConfigFiles=False); print(gmsh.__version__); gmsh.finalize()",
-    "pip install --force-reinstall gmsh",
-    _gmsh_gap,
-    required=True,
-)
-PARDISO: Final = Probe(
-    "factorization",
-    "PARDISO, pypardiso",
-    "import numpy, scipy.sparse, pypardiso; "
-    "x = pypardiso.spsolve(scipy.sparse.csr_matrix(2 * numpy.eye(3)), numpy.ones(3)); "
-    "assert abs(x - 0.5).max() < 1e-15; print(pypardiso.__version__)",
-    "pip install --force-reinstall pypardiso",
-    _pardiso_gap,
-)
-PICTURES: Final = Probe(
-    "off-screen rendering",
-    "",
-    "import pyvista; p = pyvista.Plotter(off_screen=True, window_size=(64, 64)); p.add_mesh(pyvista.Sphere()); "
-    "image = p.screenshot(return_img=True); assert image.std() > 1; print(type(p.render_window).__name__)",
-    "apt-get install libegl1 libgl1-mesa-dri",
-    _picture_gap,
-)
-
-
 def doctor_report() -> tuple[Check, ...]:
-    """Look at the interpreter, libraries, extras, processors, cache, gmsh, PARDISO, off-screen rendering and PETSc."""
+    """Look at the interpreter, libraries, extras, processors, cache, gmsh, PARDISO, off-screen rendering and PETSc.
+
+    gmsh, PARDISO and VTK are tried in processes of their own, because a missing system library can crash them.
+    """
     with ThreadPoolExecutor(max_workers=2) as pool:
-        tried = pool.map(lambda check: check(), (GMSH.check, PARDISO.check, PICTURES.check, check_petsc))
+        tried = pool.map(lambda check: check(), (check_gmsh, check_pardiso, check_pictures, check_petsc))
         limits = [f"{name}={os.environ[name]}" for name in _THREAD_VARIABLES if name in os.environ]
         needed = sys.version_info >= (3, 11)
         extras = requirements()
@@ -148,6 +87,34 @@ def _cache() -> Check:
         remedy = f"set {VARIABLE} to a folder that can be written to"
         return Check("cache folder", False, f"{reason}: nothing computed is kept", remedy, required=False)
     return Check("cache folder", True, str(folder))
+
+
+def check_gmsh() -> Check:
+    """Return whether gmsh runs."""
+    if missing := missing_packages(GMSH_LIBRARIES):
+        return Check("meshing", False, "system libraries are missing", apt_command(missing))
+    ok, detail = _try(GMSH_PROBE)
+    return Check("meshing", ok, f"gmsh {detail}", "pip install --force-reinstall gmsh")
+
+
+def check_pardiso() -> Check:
+    """Return whether PARDISO solves."""
+    name, detail = "factorization", "PARDISO not installed; METIS + SuperLU take its place, several times slower"
+    if installed_version("pypardiso") is None:
+        return Check(name, False, detail, "pip install pypardiso (x86-64 only)", required=False)
+    ok, detail = _try(PARDISO_PROBE)
+    remedy = "pip install --force-reinstall pypardiso"
+    return Check(name, ok, f"PARDISO, pypardiso {detail}", remedy, required=False)
+
+
+def check_pictures() -> Check:
+    """Return whether VTK draws."""
+    if gap := picture_library_gap():
+        detail, _, remedy = gap.partition("; ")
+        return Check("off-screen rendering", False, detail, remedy.partition(": ")[2], required=False)
+    select_offscreen_window()
+    ok, detail = _try(PICTURE_PROBE)
+    return Check("off-screen rendering", ok, detail, "apt-get install libegl1 libgl1-mesa-dri", required=False)
 
 
 def check_petsc() -> Check:

@@ -34,7 +34,6 @@ def plot_fit(
     path: str | os.PathLike[str],
     *,
     width: float | None = None,
-    title: str = "Poles fitted to the measured response",
 ) -> None:
     """Draw magnitude and phase of the measured quantity, lines as dots, the fitted poles as a curve, the band shaded;
     below them what the fit misses of each line, over its noise, with the lines marked that it does not explain.
@@ -57,7 +56,7 @@ def plot_fit(
     factor, unit = scaled_quantity(np.abs(data), response.measured_as)
     rate, frequency_unit = scaled(high, "Hz")
     with sheet(path, 7.2, 7.2) as figure:
-        figure.suptitle(title)
+        figure.suptitle("Poles fitted to the measured response")
         size, phase, misfit = figure.subplots(3, 1, sharex=True, height_ratios=[1.6, 0.8, 1.0])
         size.plot(rate * response.frequency, factor * np.abs(data), ".", color=ORANGE, markersize=3, label="measured")
         size.plot(rate * f, factor * np.abs(curve), color=BLUE, linewidth=1.1, label="fitted poles")

@@ -61,21 +61,18 @@ def animate_frames(frames: Frames, path: str | os.PathLike[str], *, title: str =
     write_gif(images, _own_colours(), path, EACH)
 
 
-def swing_frame(frames: Frames, path: str | os.PathLike[str], *, title: str = "", pictures: int = 24) -> None:
+def swing_frame(frames: Frames, path: str | os.PathLike[str], *, pictures: int = 24) -> None:
     """Draw the first mode as an endless GIF: one period in an even number of ``pictures``. Raises as `draw_frames`."""
     phases = [math.cos(2 * math.pi * k / pictures) for k in range(pictures // 2 + 1)]
-    half = draw_frames(frames, [(0, phase) for phase in phases], title=title)
+    half = draw_frames(frames, [(0, phase) for phase in phases], title="")
     images = [*half, *half[-2:0:-1]]  # the way back passes the same pictures
     write_gif(images, _own_colours(), path, round(PERIOD / pictures))
 
 
-def plot_frames(frames: Frames, path: str | os.PathLike[str], *, title: str = "", columns: int | None = None) -> None:
-    """Draw all modes, or `SHOWN` times of a run, on one sheet; in ``columns``, or as many as their shape asks for.
-
-    Raises as `draw_frames`.
-    """
+def plot_frames(frames: Frames, path: str | os.PathLike[str], *, title: str = "") -> None:
+    """Draw all modes, or `SHOWN` times of a run, on one sheet. Raises as `draw_frames`."""
     count = len(frames.labels) if frames.time is None else min(SHOWN, len(frames.labels))
-    columns = columns or (None if frames.time is None else 3 if count > 4 else 2)
+    columns = None if frames.time is None else 3 if count > 4 else 2
     chosen = np.unique(np.linspace(0, len(frames.labels) - 1, count).round().astype(int)).tolist()
     images = crop(draw_frames(frames, [(k, 1.0) for k in chosen]))
     from matplotlib.cm import ScalarMappable

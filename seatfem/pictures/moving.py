@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,6 +83,8 @@ def load_moving(path: str | os.PathLike[str]) -> Frames:
         if "values" in file:
             steps = file["values"][...].astype(float)
             values = np.where(steps < UNTOLD, low + (high - low) * steps / (UNTOLD - 1), np.nan)
+        fields: dict[str, Any] = {name: str(about[name]) for name in ("title", "quantity", "unit", "note")}
+        fields |= {name: finite_array(file, name) if name in file else None for name in OF_FRAMES}
         frames = Frames(
             points=np.asarray(file["points"][...], dtype=float),
             triangles=np.asarray(file["triangles"][...], dtype=np.int64),
@@ -92,8 +94,7 @@ def load_moving(path: str | os.PathLike[str]) -> Frames:
             low=low,
             high=high,
             before=int(about["before"]),
-            **{name: str(about[name]) for name in ("title", "quantity", "unit", "note")},
-            **{name: finite_array(file, name) if name in file else None for name in OF_FRAMES},  # type: ignore[arg-type]
+            **fields,
         )
     try:
         frames.check()

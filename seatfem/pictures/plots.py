@@ -36,7 +36,6 @@ def plot_modes(
     *,
     title: str = "Modes of the seat",
     cut: bool = False,
-    columns: int | None = None,
     names: Sequence[str] | None = None,
 ) -> None:
     """Draw the modes side by side: deformed, coloured by the magnitude of displacement, undeformed edges in grey.
@@ -45,14 +44,13 @@ def plot_modes(
         shapes: (3, n) nodal displacements of each mode, any scale.
         frequencies_hz: of each mode [Hz].
         cut: take the half towards the viewer away, for hollow bodies.
-        columns: pictures in a row; ``None`` chooses by their shape.
         names: what stands before each frequency [1, 2, ...].
 
     Raises:
         PictureError: no modes, or what drawing needs is missing.
     """
     numbers = [str(k + 1) for k in range(len(shapes))] if names is None else names
-    plot_frames(_frames(grid, shapes, frequencies_hz, numbers, cut), path, title=title, columns=columns)
+    plot_frames(_frames(grid, shapes, frequencies_hz, numbers, cut), path, title=title)
 
 
 def animate_mode(
@@ -61,7 +59,6 @@ def animate_mode(
     frequency_hz: float,
     path: str | os.PathLike[str],
     *,
-    title: str = "",
     cut: bool = False,
     frames: int = 24,
 ) -> None:
@@ -70,7 +67,7 @@ def animate_mode(
     Raises:
         PictureError: what drawing needs is missing.
     """
-    swing_frame(_frames(grid, [shape], [frequency_hz], [""], cut), path, title=title, pictures=frames)
+    swing_frame(_frames(grid, [shape], [frequency_hz], [""], cut), path, pictures=frames)
 
 
 def write_vtu(
@@ -90,14 +87,7 @@ def write_vtu(
         data.save(temporary)
 
 
-def plot_mesh(
-    mesh: Any,
-    path: str | os.PathLike[str],
-    *,
-    title: str = "Mesh of the seat",
-    contact: str = "contact",
-    fixed: str = "fixed",
-) -> None:
+def plot_mesh(mesh: Any, path: str | os.PathLike[str]) -> None:
     """Draw the mesh from above, cut open, from below, and close to the contact patch; patch and fixed faces in colour.
 
     ``mesh``: a scikit-fem mesh of tetrahedra or hexahedra with named boundaries, or what carries one as ``.mesh``.
@@ -110,32 +100,30 @@ def plot_mesh(
     from matplotlib.patches import Patch
 
     vertices = np.ascontiguousarray(mesh.p[:, : mesh.nvertices].T)
-    colours = {"surface": _BODY, fixed: SKY, contact: ORANGE}
+    colours = {"contact": ORANGE, "fixed": SKY, "surface": _BODY, "inside": _INSIDE}
     behind = vertices[mesh.t].mean(axis=0)[:, 1] > vertices[:, 1].mean()
     images = []
     plotter = new_plotter(pyvista, (700, 580))
     everything = np.ones_like(behind)
     views = [("from above", ABOVE, everything, vertices), ("cut open", ABOVE, behind, vertices)]
     views.append(("from below", BELOW, everything, vertices))
-    patch = np.asarray(mesh.boundaries.get(contact, np.zeros(0)), dtype=np.int64)
+    patch = np.asarray(mesh.boundaries.get("contact", np.zeros(0)), dtype=np.int64)
     if patch.size:
         near, half = vertices[np.unique(mesh.facets[:, patch])], vertices[:, 2].min() + vertices[:, 2].max()
         views.append(("contact patch", ABOVE if 2 * near[:, 2].mean() >= half else BELOW, everything, near))
     for _, view, kept, seen in views:
         plotter.clear_actors()
-        for name, facets in _visible_facets(mesh, kept, (contact, fixed)).items():
+        for name, facets in _visible_facets(mesh, kept, ("contact", "fixed")).items():
             if facets.size:
                 faces = pyvista.PolyData.from_regular_faces(vertices, np.ascontiguousarray(mesh.facets[:, facets].T))
-                plotter.add_mesh(faces, color=colours.get(name, _INSIDE), **_EDGES, **_LIGHT)
+                plotter.add_mesh(faces, color=colours[name], **_EDGES, **_LIGHT)
         aim(plotter, seen, 0.0 if seen is vertices else 0.1 * float(np.ptp(seen, axis=0).max()), view)
         images.append(shoot(plotter))
     plotter.close()
     cells = "tetrahedra" if len(mesh.t) == 4 else "hexahedra"
-    with album(crop(images), [heading for heading, *_ in views], path, title, 2) as figure:
+    with album(crop(images), [heading for heading, *_ in views], path, "Mesh of the seat", 2) as figure:
         figure.legend(
-            handles=[
-                Patch(color=colours[name], label=label) for name, label in ((contact, "contact"), (fixed, "fixed"))
-            ],
+            handles=[Patch(color=colours[name], label=name) for name in ("contact", "fixed")],
             loc="outside lower center",
             ncols=2,
             title=f"{mesh.nelements} {cells}, {mesh.doflocs.shape[1]} nodes; edges drawn straight",

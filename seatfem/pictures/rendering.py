@@ -27,6 +27,7 @@ View = tuple[float, float, float]
 ABOVE: Final[View] = (0.45, -1.0, 0.62)
 BELOW: Final[View] = (0.45, -1.0, -0.62)
 """Directions from the body to the camera."""
+BORDER: Final = 6  # pixels
 NO_DRIVER: Final = (
     "no pictures: VTK cannot draw off-screen, an OpenGL driver is missing; "
     "install it: apt-get install libegl1 libgl1-mesa-dri"
@@ -168,12 +169,9 @@ def write_gif(images: list[Image], own: NDArray[Any], path: str | os.PathLike[st
         few[0].save(temporary, "GIF", save_all=True, append_images=few[1:], duration=milliseconds, loop=0)
 
 
-def crop(images: list[Image], border: int = 6) -> list[Image]:
-    """Return images of equal size without the white margin that all have in common."""
+def crop(images: list[Image]) -> list[Image]:
+    """Return images of equal size without the white margin that all have in common, but for `BORDER` of it."""
     inked = np.any([np.any(image < 250, axis=2) for image in images], axis=0)
-    rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
-    window = (
-        slice(max(int(rows[0]) - border, 0), int(rows[-1]) + border + 1),
-        slice(max(int(columns[0]) - border, 0), int(columns[-1]) + border + 1),
-    )
-    return [image[window] for image in images]
+    (top, bottom), (left, right) = (np.flatnonzero(inked.any(axis=axis))[[0, -1]] for axis in (1, 0))
+    rows, columns = (slice(max(a - BORDER, 0), b + BORDER + 1) for a, b in ((top, bottom), (left, right)))
+    return [image[rows, columns] for image in images]

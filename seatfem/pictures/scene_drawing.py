@@ -88,12 +88,12 @@ class _Sheet:
 
         self._axes.add_collection(LineCollection(list(lines), **style))
 
-    def _triangles(self, body: Placed, **style: Any) -> None:
-        """Fill the triangles of a body in plan."""
+    def _triangles(self, body: Placed, triangles: Array, **style: Any) -> None:
+        """Fill triangles of a body in plan."""
         from matplotlib.collections import PolyCollection
 
         middle = np.array([self._frame.x, self._frame.plan]) + self._frame.scale * np.array(body.at)
-        self._axes.add_collection(PolyCollection(list(middle + self._frame.scale * body.views.triangles), **style))
+        self._axes.add_collection(PolyCollection(list(middle + self._frame.scale * triangles), **style))
 
     def _text(self, x: float, y: float, words: str, **style: Any) -> None:
         usual: dict[str, Any] = {"fontsize": SMALL, "color": INK, "va": "center"}
@@ -260,7 +260,7 @@ class _Sheet:
             views = body.views
             dashed = body is not seat
             if views.triangles is not None and not dashed:
-                self._triangles(body, facecolors=PALE, edgecolors=PALE, linewidths=0.3, zorder=order)
+                self._triangles(body, views.triangles, facecolors=PALE, edgecolors=PALE, linewidths=0.3, zorder=order)
             elif not dashed:
                 self._fill(placed(views.plan, body), facecolor=PALE, edgecolor=INK, linewidth=0.7, zorder=order)
             lines = placed((*views.edges, *(_closed(views.plan) if dashed else ())), body)
@@ -272,7 +272,7 @@ class _Sheet:
             self._lines(lines, colors="white", linewidths=0.7, zorder=3.5)
         self._lines(placed(seat.views.clamp, seat), colors=BLUE, linewidths=1.4, zorder=3.2)
         if reed.views.triangles is not None:
-            self._triangles(reed, facecolors=SKY, edgecolors="none", alpha=0.25, zorder=5)
+            self._triangles(reed, reed.views.triangles, facecolors=SKY, edgecolors="none", alpha=0.25, zorder=5)
             self._lines(placed(reed.views.edges, reed), colors=INK, linewidths=0.7, zorder=5.5)
         else:
             loops = placed(reed.views.plan, reed)

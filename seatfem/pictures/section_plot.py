@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _POINTS = 8  # drawn on each curved edge
 
 
-def plot_section(mesh: Any, path: str | os.PathLike[str], *, title: str = "Half section of the seat") -> None:
+def plot_section(mesh: Any, path: str | os.PathLike[str]) -> None:
     """Draw the elements of a meridian mesh (x = r, y = z) with curved edges, contact and fixed boundaries in colour;
     beside the whole section the elements around the contact face.
 
@@ -32,7 +32,7 @@ def plot_section(mesh: Any, path: str | os.PathLike[str], *, title: str = "Half 
         (1e3 * _curves(mesh, contact), ORANGE, 2.5, "contact"),
     )
     with sheet(path, 7.2 if contact.size else 5.2, 4.6) as figure:
-        figure.suptitle(title)
+        figure.suptitle("Half section of the seat")
         whole, *close = figure.subplots(1, 2 if contact.size else 1, squeeze=False)[0]
         _draw(whole, groups)
         whole.axvline(0.0, color="#6A6A6A", linestyle="-.", linewidth=0.8)

@@ -64,8 +64,6 @@ def plot_stabilisation(
     response: FrequencyResponse,
     tried: Sequence[Candidate],
     path: str | os.PathLike[str],
-    *,
-    title: str = "Stabilisation of the fitted poles",
 ) -> None:
     """Draw the poles of every order that was tried over the magnitude of what was measured, with the criterion by which
     the order is chosen on the right; the order of least criterion is shaded.
@@ -82,7 +80,7 @@ def plot_stabilisation(
     first, last = float(response.frequency[0]), float(response.frequency[-1])
     rate, frequency_unit = scaled(last, "Hz")
     with sheet(path, 7.6, 4.6) as figure:
-        figure.suptitle(title)
+        figure.suptitle("Stabilisation of the fitted poles")
         poles, order_axes = figure.subplots(1, 2, sharey=True, width_ratios=[4.2, 1.0])
         _draw_magnitude(poles, response, rate)
         for state, (marker, colour, words) in MARKS.items():

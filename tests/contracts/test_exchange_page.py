@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.faces.exchange import FORMATS
+from seatfem.faces.exchange import FORMATS, OF_SCENES
 from seatfem.structures.formats.mesh_writing import WRITTEN
 from seatfem.structures.kinds.measured import UNIVERSAL
 from seatfem.structures.shapes.cad import BREP_SUFFIXES, STEP_SUFFIXES
@@ -46,7 +46,7 @@ def test_every_test_of_the_table_is_there() -> None:
 def test_what_export_writes_is_what_the_table_says() -> None:
     assert {name for row in ROWS for name in re.findall(r"--to (\w+)", row[3])} == {*FORMATS}
     of_scenes = {name for row in ROWS for name in re.findall(r"--to (\w+)", row[3]) if "SCENE" in row[3]}
-    assert of_scenes == {name for name, how in FORMATS.items() if how.of_scenes}
+    assert of_scenes == {*OF_SCENES}
 
 
 def test_every_suffix_that_is_read_stands_there() -> None:

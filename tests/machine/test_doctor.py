@@ -5,7 +5,6 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -77,7 +76,7 @@ def test_missing_system_libraries_end_in_one_command() -> None:
 
 @pytest.mark.usefixtures("no_library")
 def test_the_doctor_sees_missing_system_libraries() -> None:
-    meshing, rendering = doctor.GMSH.check(), doctor.PICTURES.check()
+    meshing, rendering = doctor.check_gmsh(), doctor.check_pictures()
     assert (meshing.ok, meshing.required) == (False, True)
     assert meshing.remedy.startswith("apt-get install --no-install-recommends libglu1-mesa")
     assert (rendering.ok, rendering.required) == (False, False)
@@ -116,13 +115,15 @@ def test_pictures_without_their_packages(monkeypatch: pytest.MonkeyPatch) -> Non
     ],
 )
 def test_a_crash_in_a_probe_is_a_finding(monkeypatch: pytest.MonkeyPatch, code: str, detail: str) -> None:
-    found = replace(doctor.GMSH, code=code).check()
+    monkeypatch.setattr(doctor, "GMSH_PROBE", code)
+    found = doctor.check_gmsh()
     assert (found.ok, found.detail) == (False, f"gmsh {detail}")
 
 
 def test_a_probe_that_hangs_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "PROBE_TIMEOUT", 0.2)
-    assert "no answer within 0.2 s" in replace(doctor.PICTURES, code="import time; time.sleep(30)").check().detail
+    monkeypatch.setattr(doctor, "PICTURE_PROBE", "import time; time.sleep(30)")
+    assert "no answer within 0.2 s" in doctor.check_pictures().detail
 
 
 HIDDEN = ("libGL.so.1", "libGLU.so.1", "libEGL.so.1")

@@ -8,6 +8,8 @@ import json
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from importlib import resources
+from string import Template
 from typing import Any, Final
 
 import numpy as np
@@ -32,38 +34,32 @@ UNDRAWN: Final = "This browser does not draw it (no WebGL 2); the pictures below
 def body_figure(name: str, made: Frames, most: int = MOST_OF_BODIES) -> str:
     """Return canvas, controls and numbers of a body, ``most`` bytes before coding; all its text is escaped."""
     shown = _thinned(made, most)
-    telling = " ".join(_notes(made, shown))
-    data = json.dumps(_numbers(shown)).replace("<", "\\u003c")
-    times = shown.time is not None
-    options = "".join(f'<option value="{k}">{html.escape(label)}</option>' for k, label in enumerate(shown.labels))
-    picked = (
-        '<label>time <input type="range" data-of="frame" min="0" value="0" step="1" '
-        f'max="{len(shown.labels) - 1}"></label><output data-of="label"></output>'
-        if times
-        else f'<label>mode <select data-of="frame">{options}</select></label>'
-    )
-    coloured = ""
+    labels = "".join(f'<option value="{k}">{html.escape(label)}</option>' for k, label in enumerate(shown.labels))
+    picked, coloured = f'<label>mode <select data-of="frame">{labels}</select></label>', ""
+    if shown.time is not None:
+        steps = f'value="0" step="1" max="{len(shown.labels) - 1}"'
+        picked = (
+            f'<label>time <input type="range" data-of="frame" min="0" {steps}></label><output data-of="label"></output>'
+        )
     if shown.values is not None:
         choices = f'<option value="1">{html.escape(shown.quantity)}</option><option value="0">displacement</option>'
         coloured = f'<label>colour <select data-of="colour">{choices}</select></label>'
-    title = html.escape(made.title)
-    return (
-        f'<figure class="body" data-file="{html.escape(name)}"><div class="controls" role="group" aria-label="{title}">'
-        f'<button type="button" data-of="play" aria-pressed="false">play</button>{picked}{coloured}'
-        '<label>exaggeration <input type="range" data-of="scale" min="0" max="100" value="50"></label>'
-        '<output data-of="factor"></output>'
-        f'<label>section across <select data-of="axis">{_axes(made)}</select></label>'
-        '<label>at <input type="range" data-of="cut" min="0" max="1000" value="500" disabled></label>'
-        '<output data-of="place"></output>'
-        '<span><button type="button" data-of="nearer" aria-label="zoom in">+</button> '
-        '<button type="button" data-of="farther" aria-label="zoom out">−</button> '
-        '<button type="button" data-of="reset">reset view</button></span></div>'
-        f'<div class="stage"><canvas tabindex="0" role="img" aria-label="{title}: {html.escape(HINT)}"></canvas>'
-        '<div class="scale"><span data-of="high"></span><i></i><span data-of="low"></span><b data-of="unit"></b></div>'
-        f'</div><p class="probe" data-of="probe" aria-live="polite">{UNDRAWN}</p>'
-        f'<figcaption>{title}. {html.escape(telling)} <span class="screen">{html.escape(HINT)}</span></figcaption>'
-        f'<script type="application/json">{data}</script></figure>'
+    return Template(" ".join(part_of_page("body.html").split())).substitute(
+        name=html.escape(name),
+        title=html.escape(made.title),
+        picked=picked,
+        coloured=coloured,
+        axes=_axes(made),
+        hint=html.escape(HINT),
+        undrawn=UNDRAWN,
+        notes=html.escape(" ".join(_notes(made, shown))),
+        data=json.dumps(_numbers(shown)).replace("<", "\\u003c"),
     )
+
+
+def part_of_page(name: str) -> str:
+    """Return markup, style or script of pages, which lie beside this module."""
+    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
 def _axes(made: Frames) -> str:

@@ -6,19 +6,9 @@ import math
 from collections.abc import Iterator
 from typing import Final
 
+from seatfem import results
 from seatfem.readings import Summary, as_number, bar_of, is_known
-from seatfem.results import (
-    HEADINGS,
-    LANDING,
-    LANDING_TIME,
-    REED_STRESS,
-    SEAT_STRESS,
-    Group,
-    asked,
-    name_of,
-    rows_of,
-    words_of,
-)
+from seatfem.results import Group, asked, name_of, rows_of, words_of
 from seatfem.study.accuracy.source_words import in_words
 
 BAR_UNKNOWN: Final = "Uncertainty not known"
@@ -34,9 +24,11 @@ def omissions(summary: Summary) -> Iterator[str]:
     if unknown := str(summary.get("error_unknown") or ""):
         yield f"Not included in the uncertainty: {', '.join(in_words(source) for source in unknown.split(', '))}."
     for (words, group), names in _numbers_without_bar(summary).items():
-        yield f"{words} ({HEADINGS[group].replace('{step}', '')}): {'; '.join(names)}."
-    landed = summary.get(LANDING_TIME) is not None
-    empty = [key for key in asked(summary) if summary.get(key) is None and (landed or not key.startswith(LANDING))]
+        yield f"{words} ({results.HEADINGS[group].replace('{step}', '')}): {'; '.join(names)}."
+    landed = summary.get(results.LANDING_TIME) is not None
+    empty = [
+        key for key in asked(summary) if summary.get(key) is None and (landed or not key.startswith(results.LANDING))
+    ]
     if empty:
         yield f"Asked for, but without a value in this run: {', '.join(name_of(key, summary) for key in empty)}."
     if summary.get("accuracy_met") is False and (reason := str(summary.get("accuracy_stopped_because") or "")):
@@ -66,9 +58,9 @@ def _numbers_without_bar(summary: Summary) -> dict[tuple[str, Group], list[str]]
 
 def _not_computed(summary: Summary) -> Iterator[str]:
     """Yield the stresses and the fatigue that were not computed, and what asks for them."""
-    if as_number(summary.get(SEAT_STRESS)) is None:
+    if as_number(summary.get(results.SEAT_STRESS)) is None:
         yield "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements."
-    if as_number(summary.get(REED_STRESS)) is None:
+    if as_number(summary.get(results.REED_STRESS)) is None:
         yield "Stress in the reed was not computed; [stress] in the scene asks for that of a plate."
     if not any(key.startswith("life_") for key in summary):
         yield "Fatigue was not judged; [life] in the scene asks for it."

@@ -5,8 +5,8 @@ from __future__ import annotations
 import html
 import json
 from collections.abc import Iterator, Mapping
-from importlib import resources
 from pathlib import Path
+from string import Template
 from typing import TYPE_CHECKING, Any, Final
 
 from impact.extras import how_to_mend
@@ -15,7 +15,7 @@ from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.landings_table import landings_of, landings_table
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
-from seatfem.faces.report.bodies import MOST_OF_BODIES, body_figure
+from seatfem.faces.report.bodies import MOST_OF_BODIES, body_figure, part_of_page
 from seatfem.faces.report.checked import who_checked
 from seatfem.faces.report.folder import ReportError, run_summary, text_of
 from seatfem.faces.report.html_tables import html_rows, html_table
@@ -60,23 +60,20 @@ def report_page(folder: Path) -> str:
     summary = run_summary(folder)
     sections = list(_sections(folder, summary))
     links = "".join(f'<a href="#s{k}">{html.escape(title)}</a>' for k, (title, _) in enumerate(sections))
-    body = "".join(
-        f'<section id="s{k}" aria-labelledby="h{k}"><h2 id="h{k}">{html.escape(title)}</h2>{content}</section>'
-        for k, (title, content) in enumerate(sections)
+    content = "".join(
+        f'<section id="s{k}" aria-labelledby="h{k}"><h2 id="h{k}">{html.escape(title)}</h2>{inner}</section>'
+        for k, (title, inner) in enumerate(sections)
     )
-    title = html.escape(str(summary.get("title") or folder.resolve().name))
-    style, parts, script = (
-        resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
-        for name in ("style.css", "body_parts.js", "body.js")
-    )
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<meta http-equiv="Content-Security-Policy" content="{GUARD}">'
-        f"<title>{title}</title><style>{style}</style><script>{_plotly()}</script><script>{parts}{script}</script></head><body>"
-        f'<header><div><h1>{title}</h1><p class="verdict">{html.escape(verdict(summary))}</p>{_state(summary)}'
-        f'<nav aria-label="sections">{links}</nav></div></header><main>{body}</main>'
-        f"<footer>{versions()}</footer></body></html>"
+    return Template(part_of_page("page.html")).substitute(
+        {name.partition(".")[0]: part_of_page(name) for name in ("style.css", "body_parts.js", "body.js")},
+        guard=GUARD,
+        title=html.escape(str(summary.get("title") or folder.resolve().name)),
+        plotly=_plotly(),
+        verdict=html.escape(verdict(summary)),
+        state=_state(summary),
+        links=links,
+        content=content,
+        versions=versions(),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -151,18 +151,24 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
     pictures: list[Picture] = [("mesh.png", mesh_picture(seat.mesh))]
     if seat.modes is None or len(seat.modes.frequencies_hz) == 0:
         return pictures
-    frequencies, cut = [float(f) for f in seat.modes.frequencies_hz[:SHOWN_MODES]], scene.seat.traits.revolved
-    try:
-        grid, shapes = _shapes(seat, len(frequencies))
-    except Exception as problem:  # numbers are known already, as in `gap_of`
-        return [*pictures, ("modes.png", partial(raising, problem))]
     # all there are: counted, and of the whole body instead of a section or sector
     whole = seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
     title = "Modes of the seat" if whole else "Modes of the seat that this load excites"
-    pictures.append(("modes.png", partial(plot_modes, grid, shapes, frequencies, title=title, cut=cut)))
-    pictures.append(("mode_1.gif", partial(animate_mode, grid, shapes[0], frequencies[0], cut=cut)))
-    pictures.append((MODES_FILE, partial(_save_modes, _kept_modes(seat), title)))
-    return pictures
+    kept = _kept_modes(seat)
+    drawn = _mode_pictures(kept[:SHOWN_MODES], title, cut=scene.seat.revolved)
+    return [*pictures, *drawn, *([(MODES_FILE, partial(_save_modes, kept, title))] if len(drawn) > 1 else [])]
+
+
+def _mode_pictures(numbered: list[tuple[int, Mode]], title: str, *, cut: bool) -> list[Picture]:
+    """Return modes.png and mode_1.gif; in their place what keeps the modes from being shown in space."""
+    frequencies = [mode.frequency_hz for _, mode in numbered]
+    try:
+        grid, shapes = in_space([mode for _, mode in numbered])
+    except Exception as problem:  # numbers are known already, as in `gap_of`
+        return [("modes.png", partial(raising, problem))]
+    names = [_name(k, mode) for k, mode in numbered]
+    sheet = partial(plot_modes, grid, shapes, frequencies, title=title, cut=cut, names=names)
+    return [("modes.png", sheet), ("mode_1.gif", partial(animate_mode, grid, shapes[0], frequencies[0], cut=cut))]
 
 
 def _kept_modes(seat: Solved) -> list[tuple[int, Mode]]:
@@ -194,17 +200,6 @@ def mesh_picture(mesh: SeatMesh | MeridianMesh | None) -> Callable[..., None]:
     if isinstance(mesh, MeridianMesh):
         return partial(plot_section, mesh.mesh)
     return partial(plot_mesh, None if mesh is None else mesh.mesh)
-
-
-def _shapes(seat: Solved, count: int) -> tuple[CellGrid, list[Array]]:
-    """Return the grid and the mode shapes in space, whatever the level of modelling."""
-    assert seat.model is not None
-    assert seat.modes is not None
-    shapes = [seat.model.expand(seat.modes.shapes[:, k]) for k in range(count)]
-    if not isinstance(seat.mesh, MeridianMesh):
-        return CellGrid.of_model(seat.model), shapes
-    body = revolve(seat.model)
-    return body.grid, [body.shape(amplitudes, 0) for amplitudes in shapes]
 
 
 def draw_all(
@@ -245,26 +240,14 @@ def draw_modes(found: NaturalModes, folder: Path, progress: Progress) -> tuple[t
     numbered = [(k, mode) for k, mode in enumerate(found.modes, start=1) if mode.frequency_hz > 0]
     elastic = [(k, mode) for k, mode in numbered if not mode.repeats][:SHOWN]
 
-    @cache  # for both, and made only once the first is drawn
-    def shown() -> tuple[CellGrid, list[Array]]:
-        return in_space([mode for _, mode in elastic])
-
     title = "Modes of the seat" if found.complete else "Modes of the seat, not counted"
-
-    def draw(path: Path) -> None:
-        frequencies = [mode.frequency_hz for _, mode in elastic]
-        plot_modes(*shown(), frequencies, path, title=title, cut=cut, names=[_name(k, mode) for k, mode in elastic])
-
-    def animate(path: Path) -> None:
-        grid, shapes = shown()
-        animate_mode(grid, shapes[0], elastic[0][1].frequency_hz, path, cut=cut)
 
     def paraview(path: Path) -> None:
         write_vtu(*in_space([mode for _, mode in numbered]), [mode.frequency_hz for _, mode in numbered], path)
 
     pictures: list[Picture] = [("mesh.png", mesh_picture(found.mesh))]
     if elastic:
-        pictures += [("modes.png", draw), ("mode_1.gif", animate), ("modes.vtu", paraview)]
+        pictures += [*_mode_pictures(elastic, title, cut=cut), ("modes.vtu", paraview)]
         pictures.append((MODES_FILE, partial(_save_modes, elastic, title)))
     files, gaps = draw_all(pictures, folder, progress)
     return (table, *files), gaps

@@ -15,6 +15,7 @@ from impact.progress import Progress, Tell, silent, untold
 from impact.storage.hdf5 import save_results
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.pictures.apart import Painter
+from seatfem.results import LANDINGS_FILE
 from seatfem.structures.cache import Cache
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.impacts.contact import RunError, check_step, seat_of
@@ -59,7 +60,6 @@ __all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes
 SUMMARY_FILE: Final = "summary.json"
 RESULT_FILE: Final = "result.h5"
 GAS_FILE: Final = "gas.csv"
-LANDINGS_FILE: Final = "landings.csv"
 
 
 def run_scene(

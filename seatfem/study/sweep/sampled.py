@@ -17,14 +17,7 @@ from typing import Final
 
 import numpy as np
 
-from seatfem.results import (
-    CONTACTS,
-    FIRST_CONTACT,
-    RAW_PEAK,
-    REED_STRESS_AT_START,
-    REED_STRESS_BEFORE_LANDING,
-    STATIC,
-)
+from seatfem import results
 from seatfem.study.impacts.landed import BAR, STATUS, has_landed
 from seatfem.study.impacts.measures import OF_A_LANDING
 from seatfem.study.method import PORTS, RINGS, is_given
@@ -44,11 +37,11 @@ CORNERS: Final = 32  # at most
 STRESSES: Final = ("peak_reed_stress", "peak_reed_stress_after_contact", "initial_reed_stress")
 STRESS: Final = (
     *(f"{name}_{what}" for name in STRESSES for what in ("Pa", "at_m", "time_s")),
-    REED_STRESS_AT_START,
-    REED_STRESS_BEFORE_LANDING,
+    results.REED_STRESS_AT_START,
+    results.REED_STRESS_BEFORE_LANDING,
 )
-OTHERS: Final = (RAW_PEAK, FIRST_CONTACT, CONTACTS)
-OF_LANDINGS: Final = (STATUS, *(f"landing_{key}" for key in (*OF_A_LANDING.values(), STATIC, "count")))
+OTHERS: Final = (results.RAW_PEAK, results.FIRST_CONTACT, results.CONTACTS)
+OF_LANDINGS: Final = (STATUS, *(f"landing_{key}" for key in (*OF_A_LANDING.values(), results.STATIC, "count")))
 PRESSED_ON: Final = ("pressed_on_time_s", "pressed_on_largest_load_N")
 
 
