@@ -15,7 +15,8 @@ from seatfem.faces.read_back import read_back
 from seatfem.study.impacts.base import check_base, on_its_base
 from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, striker_of
 from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene import Scene
+from tests.gallery import load_text, refusal
 
 REED = '[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nn_modes = 12\ndamping_ratio = 0.01\n'
 SPRING = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
@@ -39,9 +40,7 @@ def scene_of(folder: Path, text: str) -> Scene:
     ):
         lines = [f"time [s],{kind} [{unit}]", *(f"{a:.9g},{b:.12g}" for a, b in zip(t, values, strict=True))]
         (folder / f"{kind}.csv").write_text("\n".join(lines), encoding="utf-8")
-    path = folder / "scene.toml"
-    path.write_text(text + REST, encoding="utf-8")
-    return load_scene(path)
+    return load_text(folder, text + REST)
 
 
 def base(of: str, kind: str = "displacement") -> str:
@@ -141,6 +140,4 @@ def test_a_record_shorter_than_the_run_is_refused(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_wrong_is_named(text: str, words: str, tmp_path: Path) -> None:
-    with pytest.raises(SceneError) as caught:
-        scene_of(tmp_path, text)
-    assert words in str(caught.value)
+    assert words in refusal(scene_of, tmp_path, text)

@@ -62,7 +62,6 @@ def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(store, tm
     assert done.number > 1
     remember(done)
     again = ended_plan(plan.scene)
-    assert again is not None
     assert again.method == done.plan.method
     for name in ("choices", "cost", "error", "shares", "alternatives", "without"):
         assert getattr(again, name) == getattr(done.plan, name)

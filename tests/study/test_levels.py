@@ -104,7 +104,6 @@ def difference(one: Solved, other: Solved, band: float) -> float:
 
 def stated(answer: Solved) -> float:
     total = answer.greens.error_estimate.total
-    assert total is not None
     return total + answer.level_error
 
 
@@ -134,6 +133,5 @@ def test_the_whole_ring_is_the_limit_of_a_wide_arc(build: Build) -> None:
 def test_hexes_stand_for_tetrahedra(build: Build) -> None:
     """Curved hexes with a diagonal mass, and Lanczos where it is cheaper."""
     tets, hexes = build(RING, "3d"), build(RING.replace("mesh = {", 'mesh = { shape = "hex",'), "3d")
-    assert hexes.model is not None
     assert hexes.model.mass_is_diagonal
     assert difference(tets, hexes, 150e3) <= stated(tets) + stated(hexes)

@@ -24,7 +24,7 @@ from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import run_contacts, solved_striker, striker_of
 from seatfem.study.runs.lip_pictures import by_arc, landing_of, lip_pictures
 from seatfem.study.scene import load_scene
-from tests.flapper_scene import FLAPPER
+from tests.gallery import FLAPPER
 
 ARCS, RADIUS = 8, 5.5e-3
 SCENE = (
@@ -88,7 +88,6 @@ def test_the_plate_that_is_drawn_is_the_one_that_touched(landed: Any) -> None:
     is not drawn."""
     lip = by_arc(landed.done.touches.parts, Division(ARCS, 2))
     found = landing_of(landed.done, lip)
-    assert found is not None
     (x, y), radius = found.outer.mean(axis=(0, 1)), RADIUS
     for edge, away in ((found.inner, 5e-3), (found.outer, 6e-3)):
         np.testing.assert_allclose(np.linalg.norm(edge - (x, y), axis=2), away, rtol=1e-9)
@@ -131,7 +130,6 @@ def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: 
 def test_the_landing_is_kept_for_reports(landed: Any, tmp_path: Path) -> None:
     """Up and down as the plate moves, to 1/32767 of the farthest; the film's times and forces."""
     found = landing_of(landed.done, by_arc(landed.done.touches.parts, Division(ARCS, 2)))
-    assert found is not None
     dict(lip_pictures(landed.done, landed.baseline))["landing.h5"](tmp_path / "landing.h5")
     kept = load_moving(tmp_path / "landing.h5")
     nodes = [int(np.linalg.norm(found.points - point[:2], axis=1).argmin()) for point in kept.points]
@@ -175,7 +173,6 @@ def test_landing_is_a_film_of_all_its_times(landed: Any, tmp_path: Path) -> None
 
 def test_heights_are_exaggerated_by_round_numbers_up_to_a_share_of_the_plate(landed: Any) -> None:
     found = landing_of(landed.done, by_arc(landed.done.touches.parts, Division(ARCS, 2)))
-    assert found is not None
     span = max(np.ptp(found.deflection), np.ptp(np.append(found.height, 0.0)))
     drawn = found.exaggeration * span / np.ptp(found.points, axis=0).max()
     assert 0.16 / 2.5 < drawn <= 0.16

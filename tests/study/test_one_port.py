@@ -23,7 +23,7 @@ from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.safety import LIP_SHARE, ONE_PORT_BAR
 from seatfem.study.scene import load_scene
-from tests.flapper_scene import FLAPPER
+from tests.gallery import FLAPPER
 
 SCENE = f"""[seat]
 kind = "annular"
@@ -110,11 +110,9 @@ def test_the_bar_is_what_arcs_change(folder: Path) -> None:
     assert whole is not None
     assert patch is not None
     lip = stated_method(scene).seat.lip
-    assert lip is not None
     assert lip.arcs == 32
     many = on_its_patch(whole, lip, patch)
     reed = solved_striker(scene, method=method.along(scene, 32).reed, mesh_error=False)
-    assert reed is not None
 
     def impulse(striker: impact.Body, seat: impact.GreensFunction) -> float:
         return measures_of(scene, problem_of(scene, striker, impact.Body(seat)), 2 * done.result.dt)["impulse"]
@@ -139,7 +137,6 @@ def test_the_bar_holds_against_arcs(folder: Path) -> None:
 def test_a_round_undoes_it(folder: Path, source: str) -> None:
     plan = plan_of(folder)
     finer = refine(plan, source)
-    assert finer is not None
     assert (finer.method.ports or 0) >= 16
     assert finer.without == (ONE_PORT,)
     assert "lip" not in finer.shares

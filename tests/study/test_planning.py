@@ -171,8 +171,6 @@ class TestTargets:
         plans = [plan_scene(scene_of(*parts, accuracy__target=target)) for target in ("5 %", "1 %", "0.3 %")]
         for loose, tight in itertools.pairwise(plans):
             one, other = loose.method, tight.method
-            assert one.time_step is not None
-            assert other.time_step is not None
             assert other.time_step <= one.time_step
             assert (other.reed.n_modes or 0) >= (one.reed.n_modes or 0)
             assert max(tight.error.values()) <= max(loose.error.values())
@@ -243,13 +241,11 @@ class TestTargets:
         """A soft spring under a short filter: no pre-run can march all of it; errors go on as the order says."""
         soft = SPRING.replace("27.8 N/um", "15 N/m")
         plan = plan_scene(scene_of(soft, MASS, run={"duration": "90 us", "filter_width": "10 ns"}))
-        assert plan.method.time_step is not None
         assert plan.method.time_step <= 10e-9 / 4
 
     def test_chosen_steps_end_with_the_run(self) -> None:
         """Also those of the error bars, twice and four times as long: what is known of g may end there."""
         dt = plan_scene(scene_of(SPRING, REED, run__duration="0.7713 ms")).method.time_step
-        assert dt is not None
         assert 0.7713e-3 / (4 * dt) == pytest.approx(round(0.7713e-3 / (4 * dt)), abs=1e-9)
 
     @pytest.mark.parametrize("n_modes", [1, 2, 3, 5, 8])
@@ -334,7 +330,6 @@ class TestRefining:
         finer = {source: refine(plan, source, 2.0) for source in SOURCES}
         old = plan.method
         for source, new in finer.items():
-            assert new is not None
             assert max(new.error.values()) < max(plan.error.values()), source
         mesh, reduction, step, model, patch = (found.method for found in finer.values() if found is not None)
         assert mesh.seat.size == pytest.approx(old.seat.size / 2, rel=0.06)  # type: ignore[operator]
@@ -347,10 +342,8 @@ class TestRefining:
         plan = plan_scene(scene_of(ANNULAR, REED, accuracy={"target": "1 %", "measures": ["impulse"]}))
         finer = refine(plan, "model")
         assert plan.level == "spring"
-        assert finer is not None
         assert finer.level == "axisymmetric"
         again = refine(finer, "model")
-        assert again is not None
         assert again.level == "axisymmetric"
         assert again.method.reed.n_modes > finer.method.reed.n_modes  # type: ignore[operator]
 
@@ -358,15 +351,12 @@ class TestRefining:
         plan = plan_scene(scene_of(ANNULAR, REED, seat__mesh={"contact_size": "2 mm"}))
         once = replace(plan, method=plan.method.replaced({"seat.mesh.size": 3e-3}))
         finer = refine(once, "mesh", 4.0)
-        assert finer is not None
         assert finer.method.seat.size == 2e-3
         assert refine(finer, "mesh") is None
 
     def test_a_round_that_keeps_its_seat_costs_no_seat(self) -> None:
         plan = plan_scene(scene_of(PLATE, REED, accuracy={"target": "5 %", "measures": ["seat_displacement"]}))
         step, mesh = refine(plan, "time_step"), refine(plan, "mesh")
-        assert step is not None
-        assert mesh is not None
         assert "mesh" not in step.cost.parts
         assert step.cost.seconds < plan.cost.seconds < mesh.cost.seconds
 
@@ -447,14 +437,11 @@ class TestPreRuns:
         body = striker_of(scene_of(SPRING, REED), 3)
         later = advanced(advanced(body, 1e-4), 2e-4)
         at_once = advanced(body, 3e-4)
-        assert later.state is not None
-        assert at_once.state is not None
         assert later.state.displacement == pytest.approx(at_once.state.displacement, rel=1e-9)
 
     def test_the_surrogate_starts_and_rests_as_told(self) -> None:
         scene = scene_of(ANNULAR, REED)
         patch = scene.seat.patch()  # type: ignore[arg-type]
-        assert patch is not None
         area = np.pi * (4.9e-3**2 - 4.1e-3**2)  # of the lip's flat top
         c_p = np.sqrt(200e9 * 0.7 / (1.3 * 0.4 * 7850))
         greens = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
@@ -464,8 +451,6 @@ class TestPreRuns:
 
     def test_an_arc_is_a_part_of_the_ring(self) -> None:
         ring, arc = (scene_of(ANNULAR, REED, **more).seat.patch() for more in ({}, {"seat__arc": "60 deg"}))  # type: ignore[arg-type]
-        assert ring is not None
-        assert arc is not None
         assert ring.area == pytest.approx(6 * arc.area)
 
 
@@ -550,9 +535,6 @@ class TestWithoutWaves:
         """Of a mesh twice as fine and a band twice as wide, within the doubt that plans have."""
         seen = self.seen(CONE)
         method = coarse_method(seen)
-        assert method.size is not None
-        assert method.contact_size is not None
-        assert method.bandwidth is not None
         twice = replace(
             method, size=method.size / 2, contact_size=method.contact_size / 2, bandwidth=2 * method.bandwidth
         )
@@ -653,7 +635,6 @@ class TestMeshSizes:
         seat = scene_of(ANNULAR, REED).seat
         assert isinstance(seat, Annular)
         patch = seat.patch()
-        assert patch is not None
         before = Sizes(np.inf, np.inf)
         for error in (0.2, 0.05, 0.01, 0.002):
             sizes = sizes_for(patch, 500e3, error)

@@ -45,5 +45,4 @@ def test_what_lies_above_the_band_is_in_the_bars(sleeve: GreensFunction, highest
     width, t = 2 / lines[-1], np.linspace(0.0, 2e-4, 600)
     own, exactly = (each.filtered_matrix(t, width)[0, 0] for each in (fit.greens, sleeve))
     error = fit.greens.error_estimate.reduction
-    assert error is not None
     assert np.abs(own - exactly).max() < error * np.abs(exactly).max() < 0.1 * np.abs(exactly).max()

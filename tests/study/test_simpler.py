@@ -17,8 +17,8 @@ from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.method import stated_method
-from seatfem.study.scene import Scene, load_scene
-from tests.flapper_scene import FLAPPER
+from seatfem.study.scene import Scene
+from tests.gallery import FLAPPER, load_text
 
 STIFFNESS, DT, RADIUS, TILT = 2e8, 5e-8, 5.5e-3, math.radians(0.3)
 LANDING = 'release = { velocity = "-1 m/s" }'
@@ -45,9 +45,7 @@ duration = "0.4 ms"
 
 
 def scene_of(folder: Path, release: str = LANDING, more: str = "") -> Scene:
-    path = folder / "scene.toml"
-    path.write_text(SCENE.replace("RELEASE", release) + more, encoding="utf-8")
-    return load_scene(path)
+    return load_text(folder, SCENE.replace("RELEASE", release) + more)
 
 
 def plate(scene: Scene) -> ThinPlate:
@@ -77,10 +75,7 @@ def test_one_port_is_the_plate_struck_by_the_whole_lip(tmp_path: Path) -> None:
 def test_the_beam_has_the_plates_widths_and_starts_as_it_does(tmp_path: Path) -> None:
     scene = scene_of(tmp_path)
     beam, outline = scene.reed.as_a_beam(striker_of(scene).greens), plate(scene).geometry()
-    assert beam is not None
-    assert beam.state is not None
     greens = beam.greens.modal
-    assert greens is not None
     centre, x = 15e-3 + math.sqrt(16e-3**2 - 6e-3**2) / 2, np.linspace(0.0, 15e-3, 20_001)
     width = np.interp(x, [0.0, 2e-3], [8e-3, 6e-3])
     at = np.linspace(15e-3, centre, 20_001)
@@ -100,8 +95,6 @@ def test_a_higher_bending_mode_is_found_by_its_frequency(tmp_path: Path) -> None
     """The third mode of the plate is the second of the beam: one twists."""
     scene = scene_of(tmp_path, 'release = { mode = 3, velocity = "-1 m/s" }')
     beam = scene.reed.as_a_beam(striker_of(scene).greens)
-    assert beam is not None
-    assert beam.state is not None
     assert np.flatnonzero(beam.state.velocity).tolist() == [1]
 
 

@@ -28,8 +28,9 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.stopper import Stopper
+from tests.gallery import load_text
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
 MASS = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[contact]\ngap = "0.1 mm"\n'
@@ -45,9 +46,7 @@ KEYS = ("peak_force_N", "filtered_peak_force_N", "impulse_Ns", "first_contact_s"
 
 
 def scene_of(folder: Path, text: str) -> Scene:
-    path = folder / "scene.toml"
-    path.write_text(text, encoding="utf-8")
-    return load_scene(path)
+    return load_text(folder, text)
 
 
 def problems(folder: Path, text: str) -> str:
@@ -175,8 +174,6 @@ def test_rings_of_the_seat_stay_apart_from_the_stopper(tmp_path: Path) -> None:
         dt=2e-7,
         duration=1.4e-3,
     )
-    assert touches.parts is not None
-    assert touches.stopper is not None
     np.testing.assert_allclose(touches.parts.force, byhand.force[:, :2], atol=1e-12 * byhand.force.max())
     np.testing.assert_allclose(touches.stopper.force, byhand.force[:, 2], atol=1e-12 * byhand.force.max())
     np.testing.assert_array_equal(touches.seat.force, touches.parts.force.sum(axis=1))
@@ -225,7 +222,6 @@ def test_a_stopper_that_is_read_is_told_of(tmp_path: Path) -> None:
     text = SEAT + MASS + '[stopper]\nkind = "greens"\nfile = "stopper.h5"\ngap = "0.2 mm"\n' + RUN
     scene = scene_of(tmp_path, text)
     body = stopper_of(scene)
-    assert body is not None
     assert float(body.greens.static_compliance()[0, 0]) == pytest.approx(1 / 4e6)
     note = "the stopper (kind 'greens') is computed as its keys state it"
     assert any(note in words for words in plan_scene(scene).notes)
@@ -303,7 +299,6 @@ def test_the_mesh_and_the_patch_of_a_stopper_are_in_the_bars(tmp_path: Path) -> 
     )
     near = SEAT + MASS.replace("0.1 mm", "0.05 mm")
     coarse, fine = (scene_of(tmp_path, near + disc.format(size) + CUT.format(0.4)) for size in (0.7, 0.35))
-    assert fine.stopper is not None
     rings = fine.stopper.model_copy(update={"arcs": 1, "rings": 8})  # which no file asks of a rigid mass
     divided = fine.model_copy(update={"stopper": rings})
     touches, left = stopper_share(coarse)
@@ -421,7 +416,6 @@ def test_a_lift_is_counted_from_the_seat(tmp_path: Path) -> None:
     stated = scene_of(tmp_path, SEAT + MASS + STOPPER + RUN)
     assert lifted.stopper_gap == pytest.approx(stated.stopper_gap, rel=1e-12)
     touches = bounced(lifted, 1e-7)
-    assert touches.stopper is not None
     both = touches.seat.gap + touches.stopper.gap  # each opening, where neither body is pressed: the lift
     free = (touches.seat.force == 0) & (touches.stopper.force == 0) & (np.arange(len(both)) * 1e-7 < 1e-4)
     assert np.count_nonzero(free) > 500

@@ -30,7 +30,7 @@ from seatfem.study.runs.seat_stress import seat_stress
 from seatfem.study.runs.stress_wave import after_touch, reed_wave, seat_wave, wave_pictures
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.problems import SceneError
-from tests.flapper_scene import FLAPPER
+from tests.gallery import FLAPPER
 
 STRENGTH = """source = "invented for tests"
 ultimate = "1800 MPa"
@@ -116,7 +116,6 @@ def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> No
 def test_the_wave_shows_the_pressure_and_how_the_bar_gives_way(pressed: tuple[Any, Any]) -> None:
     done, stress = pressed
     wave = seat_wave(done, stress)
-    assert wave is not None
     assert len(wave.time) == 12
     assert wave.time[0] == pytest.approx(10e-6, abs=30e-6)
     assert 300e-6 < wave.time[-1] <= 341e-6
@@ -149,12 +148,10 @@ def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> Non
     import pyvista
 
     wave = seat_wave(done, stress)
-    assert wave is not None
     last = pyvista.read(tmp_path / "seat_stress" / "0004.vtu")
     np.testing.assert_allclose(last.point_data["von Mises [Pa]"], wave.mises[-1][wave.skin.which], rtol=1e-6)
     np.testing.assert_allclose(last.point_data["displacement [m]"], wave.skin.moved(wave.displacement[-1]), rtol=1e-6)
     kept = load_moving(tmp_path / "stress_wave.h5")
-    assert kept.values is not None
     assert kept.labels[-1] == wave.heading(3)
     mises = wave.mises[-1][wave.skin.which]
     np.testing.assert_allclose(kept.values[-1], np.minimum(mises, wave.end), atol=1e-4 * wave.end)
@@ -165,7 +162,6 @@ def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> Non
 
 def test_parts_that_do_not_fit_together_are_refused(pressed: tuple[Any, Any], tmp_path: Path) -> None:
     wave = seat_wave(*pressed)
-    assert wave is not None
     for broken in (
         StressWave(wave.skin, wave.mises[:3], wave.displacement, wave.time, wave.touch, wave.told),
         StressWave(wave.skin, wave.mises, wave.displacement, wave.time, wave.touch, ~wave.told & False),
@@ -248,7 +244,6 @@ def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
     scene = load_scene(tmp_path / "scene.toml")
     *_, done = rounds(plan_scene(scene), tmp_path, Stopwatch(), silent)
     wave = reed_wave(done)
-    assert wave is not None
     steps = np.round(wave.time / done.result.dt).astype(int)
     centre = np.asarray(scene.reed.geometry().centre)
     struck = np.linalg.norm(wave.skin.points[:, :2] - centre, axis=1) < 1e-3
@@ -321,12 +316,8 @@ def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monke
         plan_scene(load_scene(tmp_path / "scene.toml")), tmp_path, Stopwatch(), silent, limits=Limits(rounds=1)
     )
     stress = seat_stress(done)
-    assert stress is not None
-    assert stress.waves is not None
     assert len(stress.waves.numbers) > 3
     wave = seat_wave(done, stress)
-    assert wave is not None
-    assert wave.skin.angles is not None
     some = np.argsort(wave.skin.nodes)[:: len(wave.skin.nodes) // 4]
     nodes, some = np.unique(wave.skin.nodes[some]), some[np.unique(wave.skin.nodes[some], return_index=True)[1]]
     sites = at_nodes(elements_of(stress.mesh), nodes)

@@ -19,6 +19,7 @@ from seatfem.study.impacts.validity import dishing_notes, validity_advice
 from seatfem.study.method import stated_method
 from seatfem.study.runs import pipeline
 from seatfem.study.scene import Scene, load_scene
+from tests.gallery import load_text
 
 SCENE = """
 [seat]
@@ -39,9 +40,7 @@ filter_width = "2 us"
 
 
 def scene_of(folder: Path, length: float, thickness: float, deflection: float = 0.5) -> Scene:
-    path = folder / "scene.toml"
-    path.write_text(SCENE.format(length=length, thickness=thickness, deflection=deflection), encoding="utf-8")
-    return load_scene(path)
+    return load_text(folder, SCENE.format(length=length, thickness=thickness, deflection=deflection))
 
 
 def test_a_reed_that_is_no_beam_is_refused(

@@ -93,7 +93,6 @@ def case(folder: Path, law: str) -> Case:
     path.write_text(SCENE.replace("LAW", law), encoding="utf-8")
     scene = load_scene(path)
     done = run_scene(scene, folder / "out", limits=Limits(rounds=1), pictures=False)
-    assert done.plan is not None
     result, method = load_results(folder / "out" / "result.h5")["lip"], done.plan.method
     seat, sheet, lip = seat_of(scene, method=method.seat, mesh_error=False).model, scene.reed.sheet(), method.reed.lip
     return Case(

@@ -75,15 +75,6 @@ def test_orders_are_optimal(shape: str, order: int, curved: bool) -> None:
     assert of_energy == pytest.approx(order, abs=slack)
 
 
-@pytest.mark.parametrize("wrong", [Material(1.03, 0.3, 1.0), Material(1.0, 0.309, 1.0)], ids=["young", "poisson"])
-def test_a_wrong_constant_does_not_converge(wrong: Material) -> None:
-    """3 % off in a constant leaves an error of that size, whatever the mesh."""
-    right = errors("hexahedra", 2, 4, False)
-    off = errors("hexahedra", 2, 4, False, wrong)
-    assert off.displacement > 0.005
-    assert off.displacement > 10 * right.displacement
-
-
 def test_the_body_force_balances_the_stress() -> None:
     """div sigma by central differences of the gradients; errors of order step^2 = 1e-8."""
     x, step = np.array([[0.3, 0.7], [0.2, 0.9], [0.6, 0.1]]), 1e-4
