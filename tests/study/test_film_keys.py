@@ -21,29 +21,20 @@ from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.summary import summarise
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import films_of
-from tests.gallery import FLAPPER, load_text, refusal
+from tests.gallery import FLAPPER, LIP, load_text, refusal
 
 AIR = 'film = { viscosity = "18 uPa s", floor = "1 um" }'
-LIP = (
-    """
+LANDING = f"""
 [seat]
-kind = "annular"
-bore_radius = "5 mm"
-lip_width = "1 mm"
-lip_edge_radius = "0 mm"
-material = "steel"
-[reed]
-"""
-    + FLAPPER
-    + """greens = { bandwidth = "40 kHz" }
-release = { mode = 1, velocity = "-2 m/s" }
+{LIP}[reed]
+{FLAPPER}greens = {{ bandwidth = "40 kHz" }}
+release = {{ mode = 1, velocity = "-2 m/s" }}
 [contact]
 gap = "30 um"
 MORE
 [run]
 duration = "80 us"
 """
-)
 MASS = """
 [seat]
 kind = "spring"
@@ -67,7 +58,7 @@ def scene_of(folder: Path, text: str) -> Scene:
 
 
 def lip(folder: Path, more: str) -> Scene:
-    return scene_of(folder, LIP.replace("MORE", more))
+    return scene_of(folder, LANDING.replace("MORE", more))
 
 
 def struck(scene: Scene, arcs: int) -> Touches:
@@ -126,7 +117,7 @@ def test_oil_gives_no_way(tmp_path: Path) -> None:
 
 def test_arcs_under_a_rigid_face_have_the_film_of_one_port(tmp_path: Path) -> None:
     """Of an even gap: the same total force at every step; under a plate whose paddle turns as it comes, far less."""
-    seat, _, rest = LIP.partition("[reed]")
+    seat, _, rest = LANDING.partition("[reed]")
     rigid = seat + '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n' + rest[rest.index("[contact]") :]
     many, one = (struck(scene_of(tmp_path, rigid.replace("MORE", f"{AIR}\nports = {n}")), n) for n in (8, 1))
     size = measures.film_force_peak(one.seat)
@@ -169,7 +160,10 @@ def test_tilt_within_an_arc_raises_its_floor(tmp_path: Path) -> None:
         (MASS.replace('length = "34.56 mm", ', ""), "contact.film.length: required key is missing"),
         (MASS.replace('floor = "1 um"', 'floor = "0 um"'), "contact.film.floor: '0 um' must be positive"),
         (MASS.replace("18 uPa s", "18 uPa"), "contact.film.viscosity: '18 uPa' is a pressure; a viscosity is needed"),
-        (LIP.replace("MORE", f"{AIR}\nrings = 3"), "contact.film: the film is known across the whole lip, not in 3"),
+        (
+            LANDING.replace("MORE", f"{AIR}\nrings = 3"),
+            "contact.film: the film is known across the whole lip, not",
+        ),
     ],
 )
 def test_what_is_wrong_is_named(text: str, words: str, tmp_path: Path) -> None:

@@ -5,39 +5,26 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.cli import run_command
+from tests.gallery import FLAPPER, LIP, STEEL
 
-SCENE = """
+SCENE = f"""
 [seat]
-kind = "annular"
-bore_radius = "5 mm"
-lip_width = "1 mm"
-lip_edge_radius = "0 mm"
-material = "steel"
-[reed]
-{reed}
-material = {{ young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }}
-release = {{ mode = 1, velocity = "-2 m/s" }}
+{LIP}[reed]
+{{reed}}
+release = {{{{ mode = 1, velocity = "-2 m/s" }}}}
 [contact]
-{contact}
+{{contact}}
 [run]
 duration = "80 us"
-{more}
-"""
-FLAPPER = """kind = "flapper"
-root_width = "8 mm"
-taper_length = "2 mm"
-neck_width = "6 mm"
-neck_length = "15 mm"
-paddle_diameter = "16 mm"
-thickness = "0.3 mm"
+{{more}}
 """
 THICK = FLAPPER.replace("0.3 mm", "5 mm") + 'greens = { bandwidth = "300 kHz" }'
-SHEET = """kind = "sheet"
+SHEET = f"""kind = "sheet"
 outline = [["0 mm", "-4 mm"], ["24 mm", "8 mm"], ["24 mm", "-8 mm"], ["0 mm", "4 mm"]]
 clamped = [["0 mm", "-4 mm"], ["0 mm", "4 mm"]]
 contact_at = ["16 mm", "0 mm"]
 thickness = "0.3 mm"
-"""
+{STEEL}"""
 GAP = 'gap = "1 um"\n'
 STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
 

@@ -268,13 +268,13 @@ def test_faces_as_a_table_and_a_picture(tmp_path: Path, capsys: pytest.CaptureFi
         (MESHES / "annular_seat.msh", "fixed"),
         (MESHES / "insert_seat.step", "4 = 7"),
     ):
-        picture, table = tmp_path / f"{part.stem}.png", tmp_path / f"{part.stem}.csv"
+        table = tmp_path / f"{part.stem}.csv"
         assert run_command(["faces", str(part), "-o", str(table)]) == DONE
         assert said in capsys.readouterr().out
         rows = table.read_text(encoding="utf-8").splitlines()
         assert rows[0].startswith("number,surface,area [mm^2],centre [mm],normal or axis,radius [mm]")
-        assert run_command(["faces", str(part), "-o", str(picture), "--quiet"]) == DONE
-        assert picture.read_bytes().startswith(b"\x89PNG")
+    assert run_command(["faces", str(scene), "-o", str(tmp_path / "faces.png"), "--quiet"]) == DONE
+    assert (tmp_path / "faces.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_unit_of_a_mesh_is_asked_for(tmp_path: Path) -> None:

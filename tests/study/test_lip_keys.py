@@ -10,29 +10,13 @@ from seatfem.structures.errors import ModelError
 from seatfem.study.impacts.contact import solved_striker, striker_of
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of
-from tests.gallery import load_text, refusal
+from tests.gallery import FLAPPER, LIP, load_text, mass, refusal, spring
 
-SEAT = """kind = "annular"
-bore_radius = "5 mm"
-lip_width = "1 mm"
-lip_edge_radius = "0 mm"
-material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
-"""
-FLAPPER = """kind = "flapper"
-root_width = "8 mm"
-taper_length = "2 mm"
-neck_width = "6 mm"
-neck_length = "15 mm"
-paddle_diameter = "16 mm"
-thickness = "0.3 mm"
-greens = { bandwidth = "20 kHz" }
-release = { velocity = "-2 m/s" }
-"""
-MASS = 'kind = "rigid_mass"\nmass = "0.1 g"\nvelocity = "-1 m/s"\n'
-SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'
+REED = FLAPPER + 'greens = { bandwidth = "20 kHz" }\nrelease = { velocity = "-2 m/s" }\n'
+MASS, SPRING = mass(0.1, "-1 m/s"), spring("20 N/um")
 
 
-def scene_of(folder: Path, contact: str, reed: str = FLAPPER, seat: str = SEAT) -> Scene:
+def scene_of(folder: Path, contact: str, reed: str = REED, seat: str = LIP) -> Scene:
     return load_text(folder, f'[seat]\n{seat}[reed]\n{reed}[contact]\n{contact}[run]\nduration = "0.1 ms"\n')
 
 
@@ -72,23 +56,23 @@ def test_keys_alone(tmp_path: Path, contact: str, key: str, words: str) -> None:
 @pytest.mark.parametrize(
     ("contact", "reed", "seat", "key", "words"),
     [
-        ('tilt = "1 deg"', FLAPPER, SPRING, "tilt", "'spring', as it is given here, is not struck on a flat ring"),
-        ('waviness = [["0 deg", "1 um"]]', FLAPPER, SPRING, "waviness", "not struck on a flat ring; remove the key"),
-        ('offset = ["0 mm", "1 mm"]', FLAPPER, SPRING, "offset", "not struck on a flat ring; remove the key"),
+        ('tilt = "1 deg"', REED, SPRING, "tilt", "'spring', as it is given here, is not struck on a flat ring"),
+        ('waviness = [["0 deg", "1 um"]]', REED, SPRING, "waviness", "not struck on a flat ring; remove the key"),
+        ('offset = ["0 mm", "1 mm"]', REED, SPRING, "offset", "not struck on a flat ring; remove the key"),
         ("ports = 16", MASS, SPRING, "ports", "not struck on a flat ring; remove the key"),
-        ("ports = 16", FLAPPER, SEAT + 'arc = "90 deg"\n', "ports", "with arc is struck on that part of its ring"),
+        ("ports = 16", REED, LIP + 'arc = "90 deg"\n', "ports", "with arc is struck on that part of its ring"),
         *(
             (
                 "ports = 16",
-                FLAPPER,
-                f'{SEAT}model = "{model}"\n',
+                REED,
+                f'{LIP}model = "{model}"\n',
                 "ports",
                 f"with model = '{model}' is struck as a whole",
             )
             for model in ("3d", "sector", "rod", "harmonics")
         ),
-        ('tilt = "1 deg"', MASS, SEAT + 'model = "3d"\n', "tilt", "with model = '3d' is struck as a whole"),
-        ('offset = ["1 mm", "0 mm"]', MASS, SEAT, "offset", "touches with one rigid face; remove the key"),
+        ('tilt = "1 deg"', MASS, LIP + 'model = "3d"\n', "tilt", "with model = '3d' is struck as a whole"),
+        ('offset = ["1 mm", "0 mm"]', MASS, LIP, "offset", "touches with one rigid face; remove the key"),
     ],
 )
 def test_keys_beside_others(tmp_path: Path, contact: str, reed: str, seat: str, key: str, words: str) -> None:
@@ -99,7 +83,7 @@ def test_keys_beside_others(tmp_path: Path, contact: str, reed: str, seat: str, 
 
 def test_a_seat_modelled_in_space_is_struck_as_a_whole(tmp_path: Path) -> None:
     """As by any other reed: who states the model does not get another one."""
-    assert lip_of(scene_of(tmp_path, "", seat=SEAT + 'model = "3d"\n')) is None
+    assert lip_of(scene_of(tmp_path, "", seat=LIP + 'model = "3d"\n')) is None
     lip = lip_of(scene_of(tmp_path, ""))
     assert lip.arcs == 32
 
@@ -110,7 +94,7 @@ def test_an_uneven_lip_has_arcs(tmp_path: Path) -> None:
         lip = lip_of(scene_of(tmp_path, contact + "\n", MASS))
         assert lip.arcs == arcs
     assert lip_of(scene_of(tmp_path, "", MASS)) is None
-    disc = FLAPPER + 'contact_radius = "3 mm"\n'  # what touches if nothing is said of the lip
+    disc = REED + 'contact_radius = "3 mm"\n'  # what touches if nothing is said of the lip
     assert lip_of(scene_of(tmp_path, "", disc)) is None
     lip = lip_of(scene_of(tmp_path, 'offset = ["0.5 mm", "0 mm"]\n', disc))
     assert lip.arcs == 32
@@ -119,9 +103,9 @@ def test_an_uneven_lip_has_arcs(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("offset", "reed", "words"),
     [
-        ("3 mm", FLAPPER, "from 5 to 6 mm about (25.42, 0) mm, reaches off the reed, which has 8 mm about"),
-        ("0 mm", FLAPPER.replace('"16 mm"', '"11 mm"'), "which has 5.5 mm about the middle of its contact"),
-        ("0 mm", FLAPPER + 'hole_diameter = "11 mm"\n', "which has 5.5 to 8 mm about the middle of its contact"),
+        ("3 mm", REED, "from 5 to 6 mm about (25.42, 0) mm, reaches off the reed, which has 8 mm about"),
+        ("0 mm", REED.replace('"16 mm"', '"11 mm"'), "which has 5.5 mm about the middle of its contact"),
+        ("0 mm", REED + 'hole_diameter = "11 mm"\n', "which has 5.5 to 8 mm about the middle of its contact"),
     ],
 )
 def test_a_lip_off_the_reed(tmp_path: Path, offset: str, reed: str, words: str) -> None:

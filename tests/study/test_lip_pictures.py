@@ -24,22 +24,14 @@ from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import run_contacts, solved_striker, striker_of
 from seatfem.study.runs.lip_pictures import by_arc, landing_of, lip_pictures
 from seatfem.study.scene import load_scene
-from tests.gallery import FLAPPER
+from tests.gallery import FLAPPER, LIP
 
 ARCS, RADIUS = 8, 5.5e-3
-SCENE = (
-    """title = "a <tilted> landing"
+SCENE = f"""title = "a <tilted> landing"
 [seat]
-kind = "annular"
-bore_radius = "5 mm"
-lip_width = "1 mm"
-lip_edge_radius = "0 mm"
-material = "steel"
-[reed]
-"""
-    + FLAPPER
-    + """greens = { bandwidth = "10 kHz" }
-release = { velocity = "-1 m/s" }
+{LIP}[reed]
+{FLAPPER}greens = {{ bandwidth = "10 kHz" }}
+release = {{ velocity = "-1 m/s" }}
 [contact]
 gap = "1 um"
 tilt = "0.3 deg"
@@ -48,7 +40,6 @@ rings = 2
 [run]
 duration = "0.3 ms"
 """
-)
 
 
 @pytest.fixture(scope="module")

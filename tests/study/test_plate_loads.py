@@ -16,27 +16,14 @@ from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.model import DofMap
 from seatfem.study.impacts.contact import problem_of, striker_of
 from seatfem.study.scene import Scene
-from tests.gallery import load_text, refusal
+from tests.gallery import FLAPPER, load_text, refusal, spring
 
-FLAPPER = """[reed]
-kind = "flapper"
-root_width = "8 mm"
-taper_length = "2 mm"
-neck_width = "6 mm"
-neck_length = "15 mm"
-paddle_diameter = "16 mm"
-thickness = "0.3 mm"
-contact_radius = "5.5 mm"
-contact_width = "1 mm"
-material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
-greens = { bandwidth = "10 kHz" }
-"""
-SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
+REED = FLAPPER + 'contact_radius = "5.5 mm"\ncontact_width = "1 mm"\ngreens = { bandwidth = "10 kHz" }\n'
 RUN = '[run]\nduration = "4 ms"\ntime_step = "0.5 us"\n'
 
 
 def scene_of(folder: Path, more: str) -> Scene:
-    return load_text(folder, f"{SPRING}{FLAPPER}{more}{RUN}")
+    return load_text(folder, f"[seat]\n{spring('20 N/um')}[reed]\n{REED}{more}{RUN}")
 
 
 def plate_of(scene: Scene) -> tuple[Flapper, Array, Array]:

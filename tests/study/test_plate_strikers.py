@@ -14,7 +14,7 @@ from seatfem.structures.kinds import OutlinedSheet
 from seatfem.study.impacts.contact import RunError, striker_of
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene
-from tests.gallery import load_text, refusal, summary_of
+from tests.gallery import FLAPPER, load_text, refusal, summary_of
 
 RING = 'kind = "ring_plate"\nouter_diameter = "20 mm"\ninner_diameter = "10 mm"\nthickness = "0.5 mm"\n'
 DISC = 'kind = "disc"\ndiameter = "20 mm"\nthickness = "0.5 mm"\n'
@@ -22,14 +22,6 @@ COARSE = 'greens = { bandwidth = "50 kHz" }\n'
 SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'
 FLIGHT = 'velocity = "-2 m/s"\n'
 RUN = '[contact]\ngap = "1 um"\n[run]\nduration = "12 ms"\ntime_step = "0.5 us"\n[accuracy]\ntarget = "20 %"\n'
-FLAPPER = """kind = "flapper"
-root_width = "8 mm"
-taper_length = "2 mm"
-neck_width = "6 mm"
-neck_length = "15 mm"
-paddle_diameter = "16 mm"
-thickness = "0.3 mm"
-"""
 SLOT, HOLE = 'slot_width = "2 mm"\nslot_length = "8 mm"\n', 'hole_diameter = "6 mm"\n'
 SHEET = """kind = "sheet"
 outline = [["0 mm", "-4 mm"], ["20 mm", "-3 mm"], ["20 mm", "3 mm"], ["0 mm", "4 mm"]]

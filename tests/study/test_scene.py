@@ -108,7 +108,6 @@ def test_a_scene_does_not_change(load: Load) -> None:
             "scene.toml:17: run.: unknown key; known here: duration, time_step, filter_width",
         ),
         ('"25.4 mm"', '"3 kg"', "scene.toml:10: reed.length: '3 kg' is a mass; a length is needed, e.g. '3 mm'"),
-        ('"25.4 mm"', "25.4", "scene.toml:10: reed.length: 25.4 has no unit; write a string, e.g. '3 mm'"),
         ('"25.4 mm"', "true", "scene.toml:10: reed.length: True has no unit; write a string, e.g. '3 mm'"),
         ('"25.4 mm"', '"-3 mm"', "scene.toml:10: reed.length: '-3 mm' must be positive"),
         ('"25.4 mm"', '"0 mm"', "scene.toml:10: reed.length: '0 mm' must be positive"),
@@ -116,11 +115,6 @@ def test_a_scene_does_not_change(load: Load) -> None:
         ("poisson = 0.3", "poisson = nan", "scene.toml:6: seat.material.poisson: nan: input should be a finite number"),
         ("poisson = 0.3", "posson = 0.3", "scene.toml:6: seat.material.posson: unknown key; did you mean 'poisson'?"),
         ('length = "25.4 mm"\n', "", "scene.toml:8: reed.length: required key is missing: free length"),
-        (
-            'duration = "3 ms"',
-            "",
-            "scene.toml:16: run.duration: required key is missing: simulated time",
-        ),
         (
             '"annular"',
             '"anular"',
@@ -149,11 +143,6 @@ def test_a_scene_does_not_change(load: Load) -> None:
             "deflection, velocity",
         ),
         (
-            "[run]\n",
-            '[contact]\nat = "26 mm"\n[run]\n',
-            "scene.toml:17: contact.at: 26 mm must lie on the reed, which ends at 25.4 mm",
-        ),
-        (
             'lip_width = "1 mm"',
             'lip_width = "1 mm"\nlip_edge_radius = "0.6 mm"',
             "scene.toml:6: seat.lip_edge_radius: 0.6 mm: must be < 0.5 mm "
@@ -167,18 +156,8 @@ def test_a_scene_does_not_change(load: Load) -> None:
         ),
         (
             'lip_width = "1 mm"',
-            'lip_width = "9 mm"',
-            "scene.toml:2: seat.outer_radius: 12 mm: must be > 13 mm (bore_radius + lip_width)",
-        ),
-        (
-            'lip_width = "1 mm"',
             'lip_width = "1 mm"\nmesh = { size = "1 mm", contact_size = "2 mm" }',
             "scene.toml:6: seat.mesh.contact_size: 2 mm must be at most the bulk's size, 1 mm",
-        ),
-        (
-            'lip_width = "1 mm"',
-            'lip_width = "1 mm"\ndamping_ratio = 10',
-            'scene.toml:6: seat.damping_ratio: 10 must be below 1; did you mean 10 %? write 0.1 or "10 %"',
         ),
         (
             'lip_width = "1 mm"',

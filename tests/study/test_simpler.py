@@ -22,17 +22,14 @@ from tests.gallery import FLAPPER, load_text
 
 STIFFNESS, DT, RADIUS, TILT = 2e8, 5e-8, 5.5e-3, math.radians(0.3)
 LANDING = 'release = { velocity = "-1 m/s" }'
-SCENE = (
-    """
+SCENE = f"""
 [seat]
 kind = "annular"
 bore_radius = "5 mm"
 lip_width = "1 mm"
 material = "steel"
 [reed]
-"""
-    + FLAPPER
-    + """greens = { bandwidth = "40 kHz" }
+{FLAPPER}greens = {{ bandwidth = "40 kHz" }}
 RELEASE
 [contact]
 gap = "1 um"
@@ -41,7 +38,6 @@ ports = 8
 [run]
 duration = "0.4 ms"
 """
-)
 
 
 def scene_of(folder: Path, release: str = LANDING, more: str = "") -> Scene:

@@ -14,22 +14,15 @@ from seatfem.study.impacts.contact import problem_of, striker_of
 from seatfem.study.impacts.start import check_start
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.lips import gaps_of
-from tests.gallery import FLAPPER
+from tests.gallery import FLAPPER, LIP
 
-SEAT = """[seat]
-kind = "annular"
-bore_radius = "5 mm"
-lip_width = "1 mm"
-lip_edge_radius = "0 mm"
-material = "steel"
-"""
 STOPPER = '[stopper]\nkind = "spring"\nstiffness = "20 N/um"\n'
 
 
 def problem(folder: Path, deflection: str, contact: str, more: str = "") -> tuple[Scene, impact.ContactProblem]:
     path = folder / "scene.toml"
     reed = FLAPPER + f'greens = {{ bandwidth = "10 kHz" }}\nrelease = {{ deflection = "{deflection}" }}\n'
-    text = f'{SEAT}[reed]\n{reed}[contact]\nports = 16\n{contact}\n{more}[run]\nduration = "1 ms"\n'
+    text = f'[seat]\n{LIP}[reed]\n{reed}[contact]\nports = 16\n{contact}\n{more}[run]\nduration = "1 ms"\n'
     path.write_text(text, encoding="utf-8")
     scene = load_scene(path)
     seat = bed(Division(16), 1e-9)

@@ -13,24 +13,7 @@ from seatfem.study.sweep.design import changes_of, shares_of
 from seatfem.study.sweep.study import Study, load_study
 from seatfem.units import number_and_unit
 from tests.gallery import refusal
-
-SCENE = """[seat]
-kind = "spring"
-stiffness = "1 N/um"
-[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-1 m/s"
-[run]
-duration = "0.2 ms"
-"""
-
-
-def study_file(folder: Path, text: str) -> Path:
-    (folder / "scene.toml").write_text(SCENE, encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text(f'scene = "scene.toml"\n{text}', encoding="utf-8")
-    return path
+from tests.study.test_studies import study_file
 
 
 def study(folder: Path, text: str) -> Study:
