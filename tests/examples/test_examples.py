@@ -18,7 +18,7 @@ import seatfem
 from impact import measures
 from impact.storage.hdf5 import load_results
 from seatfem.faces.cli import run_command
-from seatfem.structures.kinds import Annular, BarSeat, Cad, Cantilever, MeshFile, Plate, RigidMass, Rod
+from seatfem.structures.kinds import Annular, Cantilever, Rod
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.accuracy import prerun
 from seatfem.study.impacts.contact import seat_of, striker_of
@@ -238,7 +238,6 @@ def test_compressor_cycle(tmp_path: Path) -> None:
 def test_the_struck_plate_has_no_symmetry() -> None:
     """Nothing less than three dimensions describes it: one port of several, off the centre."""
     seat = load_scene(ROOT / "examples" / "flapper_on_valve_plate.toml").seat
-    assert isinstance(seat, Plate)
     assert seat.struck is not None
     assert [level.level for level in seat.levels() if level.applies] == ["3d"]
 
@@ -247,8 +246,6 @@ def test_the_struck_plate_has_no_symmetry() -> None:
 def test_mass_on_a_meshed_seat(tmp_path: Path) -> None:
     """A mesh file against the same seat drawn here as a half section: stiffness, impulse and duration."""
     scene = load_scene(ROOT / "examples" / "mass_on_meshed_seat.toml")
-    assert isinstance(scene.reed, RigidMass)
-    assert isinstance(scene.seat, MeshFile)
     keys = {"bore_radius": "4 mm", "lip_width": "1 mm", "material": "steel", "damping_ratio": scene.seat.damping_ratio}
     drawn = Annular.model_validate({"kind": "annular", **keys})
     meshed, section = (
@@ -273,8 +270,6 @@ def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = shortened(ROOT / "examples" / "mass_on_bar.toml")
     summary = summary_of(scene, tmp_path)
     seat, reed = scene.seat, scene.reed
-    assert isinstance(seat, BarSeat)
-    assert isinstance(reed, RigidMass)
     speed = float(np.sqrt(200e9 / 7850))
     impedance, echo = 7850 * speed * seat.width * seat.height, 2 * seat.length / speed
     a = impedance / reed.mass
@@ -316,7 +311,6 @@ def test_tilted_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     """It touches with one flank first, and not all of the lip at once; one port and a beam would press far harder."""
     monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
     scene = load_scene(ROOT / "examples" / "tilted_landing.toml")
-    assert isinstance(scene.seat, Annular)
     mesh = scene.seat.mesh.model_copy(update={"size": 3e-3, "contact_size": 1.5e-3})
     parts = {
         "seat": scene.seat.model_copy(update={"mesh": mesh}),
@@ -361,7 +355,6 @@ def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     """The end towards the reed's tip touches first; the scene is its mirror image, and so is the contact."""
     monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
     scene = load_scene(ROOT / "examples" / "slot_landing.toml")
-    assert isinstance(scene.seat, Cad)
     seat = {"model": "spring", "mesh": scene.seat.mesh.model_copy(update={"size": 4e-3, "contact_size": 1e-3})}
     parts = {
         "seat": scene.seat.model_copy(update=seat),

@@ -1,7 +1,5 @@
 """A small notebook, run by a kernel without a screen: what objects, plots and scenes of pyvista show there."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json

@@ -1,7 +1,5 @@
 """What comes after the blow, to its ends: stress, life, gas and measured seats."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What moves a striker to its ends: valve springs, films, moving bases, balls; each in closed form."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Plates to their ends: discs, rings, strips and flappers that strike a soft spring as rigid bodies would."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from functools import cache

@@ -1,7 +1,5 @@
 """Ports almost at one place: nearly singular matrices, in the march and out of finite elements."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Whole scenes at the extremes, from the TOML file to summary.json: rod and spring seats in closed form."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 
@@ -65,9 +63,7 @@ def on_spring(stiffness: float) -> Finding:
     half = math.pi / math.sqrt(stiffness)
     found = _spring(stiffness, 1.2 * half, half / 100)
     return _against(
-        found,
-        {"impulse_Ns": 2.0, "peak_force_N": math.sqrt(stiffness), "contact_duration_s": half},
-        stated=1e-2,
+        found, {"impulse_Ns": 2.0, "peak_force_N": math.sqrt(stiffness), "contact_duration_s": half}, stated=1e-2
     )
 
 

@@ -1,7 +1,5 @@
 """A scene file, planned and run as a user would, and its numbers against what is known of them."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -1,7 +1,5 @@
 """The ball: its modes against Lamb's sphere, its mass, its flight, its local compliance."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -13,7 +11,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.natural_modes import Wanted
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.scene import Scene
-from tests.gallery import load_text, refusal
+from tests.gallery import load_text
 
 YOUNG, POISSON, DENSITY, RADIUS, FACET = 200e9, 0.3, 7850.0, 5e-3, 0.6e-3
 SPEED = 0.5
@@ -75,19 +73,3 @@ def test_its_facet_has_the_compliance_of_a_disc_on_a_half_space(tmp_path: Path) 
         relative.append(compliance * 3 * math.pi**2 * YOUNG * facet / (16 * (1 - POISSON**2)))
     assert relative[0] < relative[1] < 1
     assert 2 * relative[1] - relative[0] == pytest.approx(1.0, abs=0.01)
-
-
-@pytest.mark.parametrize(
-    ("change", "key", "message"),
-    [
-        ('contact_radius = "2.5 mm"\n', "reed.contact_radius", "must be < 2.5 mm (half of the ball's radius"),
-        ('arc = "90 deg"\n', "reed.arc", "a ball touches with its whole facet"),
-        ('fixed = "underside"\n', "reed.fixed", "'nothing'"),
-    ],
-)
-def test_keys_that_do_not_fit(tmp_path: Path, change: str, key: str, message: str) -> None:
-    name = change.partition(" ")[0]
-    kept = "".join(f"{line}\n" for line in BALL.splitlines() if not line.startswith(f"{name} "))
-    told = refusal(scene_of, tmp_path, kept + change + FLIGHT)
-    assert key in told
-    assert message in told

@@ -1,7 +1,5 @@
 """Reeds that start with a field given node by node, and plates in Python with states of their modes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

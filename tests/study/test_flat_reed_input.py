@@ -7,16 +7,16 @@ import pytest
 from seatfem.faces.cli import run_command
 from tests.gallery import FLAPPER, LIP, STEEL
 
-SCENE = f"""
+SCENE = """
 [seat]
-{LIP}[reed]
-{{reed}}
-release = {{{{ mode = 1, velocity = "-2 m/s" }}}}
+{seat}[reed]
+{reed}
+release = {{ mode = 1, velocity = "-2 m/s" }}
 [contact]
-{{contact}}
+{contact}
 [run]
 duration = "80 us"
-{{more}}
+{more}
 """
 THICK = FLAPPER.replace("0.3 mm", "5 mm") + 'greens = { bandwidth = "300 kHz" }'
 SHEET = f"""kind = "sheet"
@@ -64,7 +64,7 @@ STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
 @pytest.mark.parametrize("verb", ["plan", "run"])
 def test_it_is_told(verb, reed, contact, more, told, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "scene.toml"
-    path.write_text(SCENE.format(reed=reed, contact=contact, more=more), encoding="utf-8")
+    path.write_text(SCENE.format(seat=LIP, reed=reed, contact=contact, more=more), encoding="utf-8")
     arguments = [verb, str(path), *(["-o", str(tmp_path / "out")] if verb == "run" else [])]
     assert run_command(arguments) == 2
     out, words = capsys.readouterr()

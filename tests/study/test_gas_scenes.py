@@ -1,7 +1,5 @@
 """[gas]: the uncoupled case is that of [[load]], what a run says of its gas, what is wrong with a table."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -201,21 +199,13 @@ P = GAS + 'cylinder_pressure = "p.csv"\n'
         (GAS + CRANK + "fluid = { k = 1.3 }\n", "", "gas.fluid.k: a gas needs a name, or k and molar_mass"),
         (table("flow", '["0 mm", "-1 mm^2"]'), "", "gas.flow.forward.area: an area of -1 mm^2"),
         (table("flow", '["1 mm", "1 mm^2"]'), "", "gas.flow.forward.area: the table begins at a lift of 1 mm"),
-        (
-            table("force", '["0 mm", "1 mm^2"], ["0 mm", "2 mm^2"]'),
-            "",
-            "gas.force.forward.area: the lifts must increase",
-        ),
+        (table("force", '["0 mm", "1 mm^2"], ["0 mm", "2 mm^2"]'), "", "gas.force.forward.area: the lifts must"),
         (table("force", '["0 mm", "0 mm^2"], ["1 mm", "2 mm^2"]'), "", "gas.force: the force area at lift 0 is 0"),
         (table("flow", '["0 mm", "1 mm^2"]').replace('"bench"', '" "'), "", "gas.flow.forward.source: is empty"),
         (P + CRANK, "angle [deg],pressure [bar]\n0,1\n", "gas.bore: cylinder_pressure prescribes the pressure"),
         (P, "angle [deg],pressure [bar]\n0,1\n20,\n", "line 3, column 2: '' must be a finite number"),
         (P, "angle [deg],pressure [bar]\n0,1\n20,1\n10,1\n", "line 4, column 1: angle 10 must exceed"),
-        (
-            P,
-            "angle [deg],pressure [bar]\n0,1\n20,1\n300,1\n330,1\n",
-            "line 3, column 1: no sample between 20 and 300 deg",
-        ),
+        (P, "angle [deg],pressure [bar]\n0,1\n20,1\n300,1\n330,1\n", "line 3, column 1: no sample between 20 and 300"),
         (P, "time [ms],pressure [bar]\n0,1\n30,-0.2\n", "-20 kPa: pressures are absolute"),
         (
             P,

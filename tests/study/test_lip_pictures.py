@@ -1,7 +1,5 @@
 """Pictures of a contact along a lip: what they show is the run's own motion and forces."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from types import SimpleNamespace

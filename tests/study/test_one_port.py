@@ -1,7 +1,5 @@
 """One port in place of a lip's arcs: where a plan chooses it, what its bar is made of, and how a round undoes it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -85,9 +83,7 @@ def test_a_flat_landing_whose_total_force_is_asked_for_goes_through_one_port(fol
         ("", 0.5, "", "a single contact point would be off by"),
     ],
 )
-def test_what_one_port_cannot_tell_or_not_so_well_takes_arcs(
-    folder: Path, more: str, target: float, also: str, why: str
-) -> None:
+def test_what_one_port_cannot_tell_or_not_so_well_takes_arcs(folder, more, target, also, why):
     plan = plan_of(folder, more, target, also)
     assert (plan.method.ports or 0) >= 16
     assert why in plan.choice(PORTS).reason

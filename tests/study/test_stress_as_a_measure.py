@@ -11,6 +11,7 @@ from seatfem.fields import KeyProblem
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import SceneError, load_scene
+from tests.gallery import load_text
 
 RING = """
 [seat]
@@ -69,9 +70,7 @@ measures = ["stress"]
 
 
 def run(folder: Path, text: str) -> dict[str, object]:
-    file = folder / "scene.toml"
-    file.write_text(text, encoding="utf-8")
-    run_scene(load_scene(file), folder, pictures=False)
+    run_scene(load_text(folder, text), folder, pictures=False)
     return dict(json.loads((folder / "summary.json").read_text(encoding="utf-8")))
 
 

@@ -1,7 +1,5 @@
 """Who may strike, how it starts, and what drives it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -217,9 +215,7 @@ def test_a_rod_thrown_over_a_gap_is_planned_by_its_contact(tmp_path: Path) -> No
     assert far.choice("history").reason.endswith("general method, because the reed has no uncoupled modes")
 
 
-def test_half_the_step_is_looked_at_of_every_striker_with_waves(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_half_the_step_is_looked_at_of_every_striker_with_waves(tmp_path, monkeypatch):
     steps: list[float] = []
     measures = Bench.measures
 

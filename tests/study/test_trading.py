@@ -394,9 +394,7 @@ def test_a_point_that_does_not_land_has_no_error_of_a_landing():
 
 
 @pytest.mark.parametrize(("duration", "status"), [("10 us", "cut off"), ("40 us", "no landing")])
-def test_no_trade_without_a_landing(
-    duration: str, status: str, small: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-):
+def test_no_trade_without_a_landing(duration, status, small, monkeypatch, capsys):
     """Whether the run ends in it or before it; a part of a contact is compared where the whole run is asked of."""
     monkeypatch.setattr(runner, "run_point", in_this_process)
     monkeypatch.setattr(trade, "run_point", in_this_process)

@@ -43,9 +43,7 @@ def scene_of(folder: Path, length: float, thickness: float, deflection: float = 
     return load_text(folder, SCENE.format(length=length, thickness=thickness, deflection=deflection))
 
 
-def test_a_reed_that_is_no_beam_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_reed_that_is_no_beam_is_refused(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "400")
     scene = scene_of(tmp_path, 25, 40)
     with pytest.raises(RunError, match=r"reed.thickness = 40 mm over reed.length = 25 mm is 1.6 \(limit 0.2\)"):

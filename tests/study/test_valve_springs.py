@@ -1,7 +1,5 @@
 """[[spring]]: what valve springs do to reeds of all kinds, their forces in results, what is wrong with their places."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -75,8 +75,7 @@ def test_manufactured_solutions_converge_at_full_order(kind, order, harmonic, in
 
 @pytest.mark.parametrize("poisson", [0.3, 0.4999])
 @pytest.mark.parametrize(
-    ("kind", "order", "tolerance"),
-    [(skfem.MeshTri, 2, 1e-3), (skfem.MeshQuad, 1, 6e-3), (skfem.MeshQuad, 2, 1e-5)],
+    ("kind", "order", "tolerance"), [(skfem.MeshTri, 2, 1e-3), (skfem.MeshQuad, 1, 6e-3), (skfem.MeshQuad, 2, 1e-5)]
 )
 def test_thick_cylinder_under_pressure(kind, order, tolerance, poisson):
     """Lame, plane strain: u(a) = p a (1 + nu) ((1 - 2 nu) a^2 + b^2)/(E (b^2 - a^2)); also nearly incompressible."""

@@ -1,7 +1,5 @@
 """Plates land: against finite elements marched as they are, against beams, and the same on both sides."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
