@@ -4,7 +4,7 @@ import json
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ import pytest
 
 import impact
 from impact import measures
+from impact.progress import Progress, silent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.cli import main
 from seatfem.structures.cache import CacheWarning
@@ -78,17 +79,12 @@ class Ran:
         return data
 
 
-def run(text: str, folder: Path, progress: Callable[[str, float], None] = lambda stage, done: None) -> Ran:
+def run(text: str, folder: Path, progress: Progress = silent, *, pictures: bool = False) -> Ran:
+    """Without pictures, which are tested elsewhere and take most of a small run's time."""
     folder.mkdir(parents=True, exist_ok=True)
     scene = folder.parent / f"{folder.name}.toml"
     scene.write_text(text, encoding="utf-8")
-    return Ran(scene, folder, run_scene(load_scene(scene), folder, progress))
-
-
-@pytest.fixture
-def plain(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without pictures, which are tested elsewhere and take most of a small run's time."""
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+    return Ran(scene, folder, run_scene(load_scene(scene), folder, progress, pictures=pictures))
 
 
 def without_vtk(patch: pytest.MonkeyPatch) -> None:
@@ -102,7 +98,7 @@ def annular(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ran]:
     """With the curves drawn."""
     with pytest.MonkeyPatch.context() as patch:
         without_vtk(patch)
-        yield run(ANNULAR, tmp_path_factory.mktemp("annular") / "out")
+        yield run(ANNULAR, tmp_path_factory.mktemp("annular") / "out", pictures=True)
 
 
 def assert_same_results(one: Path, other: Path) -> None:
@@ -201,7 +197,6 @@ def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
     assert sum(annular.outcome.stages.values()) <= annular.summary["wall_time_s"]
 
 
-@pytest.mark.usefixtures("plain")
 def test_the_same_seat_is_used_again(annular: Ran, tmp_path: Path) -> None:
     assert annular.summary["seat_reused"] is False
     folder = tmp_path / "out"
@@ -214,7 +209,6 @@ def test_the_same_seat_is_used_again(annular: Ran, tmp_path: Path) -> None:
     assert_same_results(again.folder, annular.folder)
 
 
-@pytest.mark.usefixtures("plain")
 def test_another_folder_and_another_reed_do_not_compute_the_seat_again(tmp_path: Path) -> None:
     """From the store, with the error bars that the coarser mesh gives; a wider band is another seat."""
     first = run(BAR, tmp_path / "one").summary
@@ -227,7 +221,6 @@ def test_another_folder_and_another_reed_do_not_compute_the_seat_again(tmp_path:
     assert run(BAR.replace("100 kHz", "90 kHz"), tmp_path / "three").summary["seat_reused"] is False
 
 
-@pytest.mark.usefixtures("plain")
 def test_seats_from_other_programs_files(tmp_path: Path) -> None:
     """A mass on a spring as matrices (in mm, t, s), and as its measured receptance: the same seat."""
     mass, stiffness, zeta = 0.02, 4e7, 0.05
@@ -252,7 +245,6 @@ def test_seats_from_other_programs_files(tmp_path: Path) -> None:
     assert other["impulse_Ns"] == pytest.approx(one["impulse_Ns"], rel=1e-2)
 
 
-@pytest.mark.usefixtures("plain")
 def test_a_greens_function_file_stands_for_the_seat(annular: Ran, tmp_path: Path) -> None:
     scene = f'[seat]\nkind = "greens"\nfile = "{(annular.folder / "seat.h5").as_posix()}"\n' + REED
     found = run(scene, tmp_path / "out")
@@ -260,7 +252,6 @@ def test_a_greens_function_file_stands_for_the_seat(annular: Ran, tmp_path: Path
     assert found.summary["greens_error"] == annular.summary["greens_error"]
 
 
-@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(
     ("old", "new", "reused"),
     [
@@ -277,7 +268,6 @@ def test_when_a_seat_is_used_again(old: str, new: str, reused: bool, tmp_path: P
     assert run(SPRING.replace(old, new), tmp_path / "out").summary["seat_reused"] is reused
 
 
-@pytest.mark.usefixtures("plain")
 def test_a_damaged_seat_file_is_computed_again(tmp_path: Path) -> None:
     first = run(SPRING, tmp_path / "out")
     seat = first.folder / "seat.h5"
@@ -287,7 +277,6 @@ def test_a_damaged_seat_file_is_computed_again(tmp_path: Path) -> None:
     load_greens(seat)
 
 
-@pytest.mark.usefixtures("plain")
 def test_time_stepping_gives_the_same_impact_and_is_used_again(tmp_path: Path) -> None:
     """Rayleigh damping, by time stepping and by Ritz vectors; a mass, so that contact starts at once."""
     striker = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
@@ -312,7 +301,6 @@ def test_the_step_resolves_the_waves_in_a_rod(damping: float, tmp_path: Path) ->
     assert found == pytest.approx(3e-3 / np.sqrt(200e9 / 7850) / 40)
 
 
-@pytest.mark.usefixtures("plain")
 def test_a_rigid_mass_on_a_rod_is_the_textbooks(tmp_path: Path) -> None:
     """As heavy as the rod: 2.1353 rho c V A, contact ends at 3.0677 l/c, rebound 0.68762 V (Timoshenko & Goodier)."""
     mass, transit = 7850 * 1e-6 * 30e-3, 30e-3 / np.sqrt(200e9 / 7850)
@@ -329,7 +317,6 @@ def test_a_rigid_mass_on_a_rod_is_the_textbooks(tmp_path: Path) -> None:
     assert found["spring_restitution"] == pytest.approx(1.0, abs=step)
 
 
-@pytest.mark.usefixtures("plain")
 def test_a_run_without_contact_has_no_times(tmp_path: Path) -> None:
     found = run(SPRING.replace('"0.9 ms"', '"0.1 ms"'), tmp_path / "out").summary
     assert found["first_contact_s"] is found["contact_duration_s"] is found["spring_first_contact_s"] is None
@@ -389,7 +376,7 @@ def assert_whole(folder: Path) -> None:
 )
 def test_an_interrupted_run_leaves_whole_files_only(stage: str, at: float, left: set[str], tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
-        run(BAR, tmp_path / "out", Stop(stage, at))
+        run(BAR, tmp_path / "out", Stop(stage, at), pictures=True)
     assert {path.name for path in (tmp_path / "out").iterdir()} == left
     assert_whole(tmp_path / "out")
 
@@ -441,7 +428,7 @@ def test_a_picture_that_fails_is_told_and_costs_no_number(problem, tmp_path, mon
         monkeypatch.setattr(pictures, name, lambda *given, **options: given[-1].write_text(stand_in))
     monkeypatch.setattr(pictures, "plot_greens", lambda greens, path, **options: path.write_text(stand_in))
     monkeypatch.setattr(pictures, "plot_motion", fail)
-    found = run(SPRING, tmp_path / "out")
+    found = run(SPRING, tmp_path / "out", pictures=True)
     wanted = f"skipped pictures: motion.png: {type(problem).__name__}: {str(problem) or 'no reason given'}"
     assert [text for text in found.outcome.messages if "picture" in text] == [wanted]
     assert found.summary["pictures_missing"] == wanted
@@ -483,7 +470,7 @@ def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(tmp_pa
         return (), ()
 
     monkeypatch.setattr(pipeline, "draw_run", fill)
-    found = run(SPRING, tmp_path / "out")
+    found = run(SPRING, tmp_path / "out", pictures=True)
     assert any("summary.json does not list the pictures" in text for text in found.outcome.messages)
     assert set(found.summary) >= DEMANDED
 
@@ -544,13 +531,12 @@ def test_summary_is_plain_json(annular: Ran) -> None:
     assert "e-0" in text  # numbers, not strings
 
 
-@pytest.mark.usefixtures("plain")
 def test_a_seat_file_read_from_the_output_folder_is_left_as_it_is(tmp_path: Path) -> None:
     folder = tmp_path / "out"
-    run_scene(load_scene(_written(tmp_path / "rod.toml", SPRING)), folder)
+    run_scene(load_scene(_written(tmp_path / "rod.toml", SPRING)), folder, pictures=False)
     before = (folder / "seat.h5").read_bytes()
     greens = '[seat]\nkind = "greens"\nfile = "out/seat.h5"\n' + REED
-    run_scene(load_scene(_written(tmp_path / "again.toml", greens)), folder)
+    run_scene(load_scene(_written(tmp_path / "again.toml", greens)), folder, pictures=False)
     assert (folder / "seat.h5").read_bytes() == before
 
 

@@ -183,11 +183,12 @@ def test_margins_of_a_bar_that_is_pressed(pressed: tuple[Any, Any], tmp_path: Pa
     done, stress = pressed
     scene = load(tmp_path, criterion=criterion)
     demand = scene.life.demand("seat")
-    found = margins(stress.field, force_by_port(done, done.touches), done.result.dt, demand)
-    middle = np.abs(stress.field.points[:, 2] - 5e-3) < 1.1e-3
+    middle = stress.field.at(np.flatnonzero(np.abs(stress.field.points[:, 2] - 5e-3) < 1.1e-3))
+    found = margins(middle, force_by_port(done, done.touches), done.result.dt, demand)
     amplitude = demand.strength.curve.stress(4.5e9)
     exact = 310e6 * 2 * np.sqrt(3) / PRESSURE if criterion else 2 * amplitude / PRESSURE
-    assert found[middle] == pytest.approx(exact, rel=0.03)
+    assert len(found) > 4
+    assert found == pytest.approx(exact, rel=0.03)
 
 
 def test_the_map_of_margins_is_drawn_and_written(pressed: tuple[Any, Any], tmp_path: Path) -> None:
