@@ -463,3 +463,10 @@ def test_a_point_tells_its_reduction_and_its_poles(tmp_path: Path):
         found[outcome.about["reduction"]] = outcome.about["seat_poles"]
     assert found["krylov"] > 5
     assert found["transient"] == 0
+
+
+def test_help(capsys: pytest.CaptureFixture[str]):
+    assert run_command(["trade", "--help"]) == 0
+    told = capsys.readouterr().out
+    assert "--quick" in told
+    assert "--limit" in told
