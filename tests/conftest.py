@@ -1,16 +1,24 @@
 """Every test has a store of its own: what one test computed is not another's answer."""
 
+import hashlib
+import json
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping
 from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from impact.progress import Progress, silent
 from seatfem.structures.mesh import gmsh_process
 from seatfem.structures.store import VARIABLE
+
+MOST_MESHES = 200  # kept in memory, of some hundred kB each
+DISCRETISE = "seatfem.structures.discretise"  # which starts a process for the two meshes of a seat
 
 # A shell's background job ignores Ctrl-C, and so would the programs under test.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -31,25 +39,69 @@ def store_of_the_session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[N
         yield
 
 
+@pytest.fixture(scope="session")
+def plates_of_the_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the modes of plates, which are found by all that they depend on: one for all workers."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if base.name.startswith("popen-") else base) / "plates"
+    folder.mkdir(exist_ok=True)
+    return folder
+
+
 @pytest.fixture(autouse=True)
-def store_of_the_test(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty folder."""
+def store_of_the_test(
+    tmp_path_factory: pytest.TempPathFactory, plates_of_the_session: Path, monkeypatch: pytest.MonkeyPatch
+) -> Path:
+    """A folder that is empty but for the plates of other tests."""
     folder = tmp_path_factory.mktemp("store")
+    if sys.platform != "win32":
+        (folder / "plates").symlink_to(plates_of_the_session)
     monkeypatch.setenv(VARIABLE, str(folder))
     return folder
 
 
+class OneGmsh:
+    """A process that makes the meshes of many tests: its start takes longer than most of them, and none is made twice.
+
+    What it is asked to write to a file it is asked each time.
+    """
+
+    def __init__(self, session: gmsh_process.GmshSession) -> None:
+        self.session = session
+        self.known: OrderedDict[str, gmsh_process.Arrays] = OrderedDict()
+
+    def __call__(self, job: Mapping[str, Any], progress: Progress = silent, /) -> gmsh_process.Arrays:
+        if any(job.get(name) for name in ("msh", "step", "picture")):
+            return self.session(job, progress)
+        key = json.dumps([job, files_of(job)], sort_keys=True)
+        if key in self.known:
+            for done in (0.0, 1.0):
+                progress(gmsh_process.STAGE, done)
+        else:
+            self.known[key] = self.session(job, progress)
+        self.known.move_to_end(key)
+        if len(self.known) > MOST_MESHES:
+            self.known.popitem(last=False)
+        return {name: array.copy() for name, array in self.known[key].items()}
+
+
+def files_of(job: Mapping[str, Any]) -> list[str]:
+    """Return hashes of the files that a job reads."""
+    paths = [Path(part["path"]) for part in (job, job.get("geometry") or {}) if "path" in part]
+    return [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths if path.is_file()]
+
+
 @pytest.fixture(scope="session")
-def one_gmsh() -> Iterator[gmsh_process.GmshSession]:
-    """A process that makes the meshes of many tests: its start takes longer than most of them."""
+def one_gmsh() -> Iterator[OneGmsh]:
+    """The one process of the session."""
     with gmsh_process.GmshSession() as session:
-        yield session
+        yield OneGmsh(session)
 
 
 @pytest.fixture(autouse=True)
-def meshes_by_one_process(
-    request: pytest.FixtureRequest, one_gmsh: gmsh_process.GmshSession, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """`run_gmsh` takes that process, but in tests of what the process itself may do (marked ``own_gmsh``)."""
+def meshes_by_one_process(request: pytest.FixtureRequest, one_gmsh: OneGmsh, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever meshes takes that process, but in tests of what the process itself may do (marked ``own_gmsh``)."""
     if request.node.get_closest_marker("own_gmsh") is None:
-        monkeypatch.setattr(gmsh_process, "GmshSession", lambda: nullcontext(one_gmsh))
+        for module in (gmsh_process, sys.modules.get(DISCRETISE)):
+            if module is not None:
+                monkeypatch.setattr(module, "GmshSession", lambda: nullcontext(one_gmsh))

@@ -9,7 +9,6 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,15 +18,15 @@ import seatfem
 from impact import measures
 from impact.storage.hdf5 import load_results
 from seatfem.faces.cli import run_command
-from seatfem.structures.kinds import Annular, BarSeat, Cad, Cantilever, MeshFile, Plate, RigidMass, Rod
+from seatfem.structures.kinds import Annular, Cantilever, Rod
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.accuracy import prerun
 from seatfem.study.impacts.contact import seat_of, striker_of
-from seatfem.study.runs import pipeline, rounds
-from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.runs import rounds
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
+from tests.gallery import summary_of
 from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]
@@ -45,9 +44,8 @@ def pace(scene: Scene) -> float:
 
 
 @pytest.fixture
-def numbers_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No pictures, and pre-runs of long steps: the error bars, which they foretell, are tested elsewhere."""
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+def short_pre_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pre-runs of long steps: the error bars, which they foretell, are tested elsewhere."""
     monkeypatch.setattr(prerun, "MOST", 6000)
 
 
@@ -96,7 +94,6 @@ def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> f
     same to 1e-5).
     """
     reed = striker_of(scene)
-    assert reed.state is not None
     omega, zeta, phi = reed.greens.omega, reed.greens.zeta, reed.greens.shapes[:, 0]  # type: ignore[attr-defined]
     compliance = reed.greens.residual.compliance[0, 0] + 1 / stiffness  # type: ignore[attr-defined]
     if rod is not None:
@@ -119,13 +116,13 @@ def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> f
     return float(found.y[-1, -1])
 
 
-@pytest.mark.usefixtures("numbers_alone")
+@pytest.mark.usefixtures("short_pre_runs")
 @pytest.mark.parametrize("path", REEDS, ids=names(REEDS))
 def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Arrival and speed of the free reed, the energy balance, and the impulses by an independent method."""
     monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
     scene = shortened(path)
-    summary: Any = run_scene(scene, tmp_path).summary
+    summary = summary_of(scene, tmp_path)
     for prefix in ("", "spring_"):
         step = summary[prefix + "time_step_s"]
         # the step in which the reed arrives; ARRIVAL is printed to 0.05 ns
@@ -151,7 +148,7 @@ def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         assert summary["spring_peak_force_N"] < summary["peak_force_N"]
 
 
-@pytest.mark.usefixtures("numbers_alone")
+@pytest.mark.usefixtures("short_pre_runs")
 def test_flapper_between_stops(tmp_path: Path) -> None:
     """The pulse throws the reed against the stopper once, which sends it back to the seat sooner."""
     scene = load_scene(ROOT / "examples" / "flapper_between_stops.toml")
@@ -159,8 +156,8 @@ def test_flapper_between_stops(tmp_path: Path) -> None:
         part.model_copy(update=key) for part, key in ((scene.run, {"time_step": 5e-8}), (scene.reed, {"n_modes": 40}))
     )
     scene = scene.model_copy(update={"run": run, "reed": reed})
-    summary: Any = run_scene(scene, tmp_path / "with").summary
-    alone: Any = run_scene(scene.model_copy(update={"stopper": None}), tmp_path / "without").summary
+    summary = summary_of(scene, tmp_path / "with")
+    alone = summary_of(scene.model_copy(update={"stopper": None}), tmp_path / "without")
     # the same impact up to the stopper
     assert summary["first_contact_s"] == alone["first_contact_s"] == pytest.approx(ARRIVAL, abs=6e-8)
     assert summary["contact_duration_s"] == alone["contact_duration_s"]
@@ -179,11 +176,11 @@ def test_flapper_between_stops(tmp_path: Path) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.usefixtures("numbers_alone")
+@pytest.mark.usefixtures("short_pre_runs")
 def test_life_of_a_flapper(tmp_path: Path) -> None:
     """The margin is that of the curves at the scene's own speed and tilt, falls with the speed, and is 1 at the allowed
     one, to the width of the last bracket."""
-    summary: Any = run_scene(load_scene(ROOT / "examples" / "life_of_a_flapper.toml"), tmp_path).summary
+    summary = summary_of(load_scene(ROOT / "examples" / "life_of_a_flapper.toml"), tmp_path)
     speed, tilt = (
         np.genfromtxt(tmp_path / f"margin_over_{name}.csv", delimiter=",", skip_header=1)[:, :2].T
         for name in ("speed", "tilt")
@@ -200,11 +197,11 @@ def test_life_of_a_flapper(tmp_path: Path) -> None:
     assert summary["life_strength_source"] == "invented for this example; not a material"
 
 
-@pytest.mark.usefixtures("numbers_alone")
+@pytest.mark.usefixtures("short_pre_runs")
 def test_suction_flapper(tmp_path: Path) -> None:
     """Shut, opened, against the stopper, and shut again: it travels the lift, and carries the pressure in the end."""
     scene = load_scene(ROOT / "examples" / "suction_flapper.toml")
-    summary: Any = run_scene(scene, tmp_path).summary
+    summary = summary_of(scene, tmp_path)
     results = load_results(tmp_path / "result.h5")
     seat, stopper = results["wave"], results["stopper"]
     assert seat.force[0] > 1.0
@@ -219,11 +216,11 @@ def test_suction_flapper(tmp_path: Path) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.usefixtures("numbers_alone")
+@pytest.mark.usefixtures("short_pre_runs")
 def test_compressor_cycle(tmp_path: Path) -> None:
     """The reed opens once the clearance's gas has expanded to the plenum's pressure, V = 4 cm^3 5^(1/1.4) at 35.0 deg,
     stands at its stopper, closes after the bottom dead centre, and what it lets in leaves at the end of the turn."""
-    summary: Any = run_scene(load_scene(ROOT / "examples" / "compressor_cycle.toml"), tmp_path).summary
+    summary = summary_of(load_scene(ROOT / "examples" / "compressor_cycle.toml"), tmp_path)
     for turn, (opens, closes) in enumerate(zip(summary["gas_opening_deg"], summary["gas_closing_deg"], strict=True)):
         assert 35.0 < opens - 360 * turn < 40.0
         assert 190.0 < closes - 360 * turn < 240.0
@@ -241,21 +238,18 @@ def test_compressor_cycle(tmp_path: Path) -> None:
 def test_the_struck_plate_has_no_symmetry() -> None:
     """Nothing less than three dimensions describes it: one port of several, off the centre."""
     seat = load_scene(ROOT / "examples" / "flapper_on_valve_plate.toml").seat
-    assert isinstance(seat, Plate)
     assert seat.struck is not None
     assert [level.level for level in seat.levels() if level.applies] == ["3d"]
 
 
-@pytest.mark.usefixtures("numbers_alone")
+@pytest.mark.usefixtures("short_pre_runs")
 def test_mass_on_a_meshed_seat(tmp_path: Path) -> None:
     """A mesh file against the same seat drawn here as a half section: stiffness, impulse and duration."""
     scene = load_scene(ROOT / "examples" / "mass_on_meshed_seat.toml")
-    assert isinstance(scene.reed, RigidMass)
-    assert isinstance(scene.seat, MeshFile)
     keys = {"bore_radius": "4 mm", "lip_width": "1 mm", "material": "steel", "damping_ratio": scene.seat.damping_ratio}
     drawn = Annular.model_validate({"kind": "annular", **keys})
     meshed, section = (
-        run_scene(scene.model_copy(update={"seat": seat}), tmp_path / seat.kind).summary for seat in (scene.seat, drawn)
+        summary_of(scene.model_copy(update={"seat": seat}), tmp_path / seat.kind) for seat in (scene.seat, drawn)
     )
     speed = -scene.reed.velocity
     for key, within in (  # the mesh of 1.6 mm leaves 2 %, both reductions 1 %
@@ -266,7 +260,7 @@ def test_mass_on_a_meshed_seat(tmp_path: Path) -> None:
     assert meshed["energy_residual"] < 1e-9  # type: ignore[operator]
 
 
-@pytest.mark.usefixtures("numbers_alone")
+@pytest.mark.usefixtures("short_pre_runs")
 def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The bar in three dimensions against Saint-Venant's rod: impulse and duration, and a spring that misses both.
 
@@ -274,10 +268,8 @@ def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """
     monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
     scene = shortened(ROOT / "examples" / "mass_on_bar.toml")
-    summary: Any = run_scene(scene, tmp_path).summary
+    summary = summary_of(scene, tmp_path)
     seat, reed = scene.seat, scene.reed
-    assert isinstance(seat, BarSeat)
-    assert isinstance(reed, RigidMass)
     speed = float(np.sqrt(200e9 / 7850))
     impedance, echo = 7850 * speed * seat.width * seat.height, 2 * seat.length / speed
     a = impedance / reed.mass
@@ -292,10 +284,10 @@ def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.usefixtures("numbers_alone")
+@pytest.mark.usefixtures("short_pre_runs")
 def test_ring_plate(tmp_path: Path) -> None:
     """It lands once and flies off; what it took and what it gives back is the impulse, with the drawing's mass."""
-    summary: Any = run_scene(load_scene(ROOT / "examples" / "ring_plate.toml"), tmp_path).summary
+    summary = summary_of(load_scene(ROOT / "examples" / "ring_plate.toml"), tmp_path)
     momentum = 7850 * 1e-3 * np.pi * 75e-6 * 2.0
     assert summary["contact_count"] == 1
     assert summary["impulse_Ns"] == pytest.approx(momentum * (1 + summary["restitution"]), rel=5e-3)
@@ -303,10 +295,10 @@ def test_ring_plate(tmp_path: Path) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.usefixtures("numbers_alone")
+@pytest.mark.usefixtures("short_pre_runs")
 def test_ball_on_seat(tmp_path: Path) -> None:
     """Once, and it flies off with nearly all it had: the contact lasts ten times as long as waves cross the ball."""
-    summary: Any = run_scene(load_scene(ROOT / "examples" / "ball_on_seat.toml"), tmp_path).summary
+    summary = summary_of(load_scene(ROOT / "examples" / "ball_on_seat.toml"), tmp_path)
     momentum = 7850 * np.pi / 6 * 10e-3**3 * 0.5
     assert summary["contact_count"] == 1
     assert summary["impulse_Ns"] == pytest.approx(momentum * (1 + summary["restitution"]), rel=5e-3)
@@ -314,12 +306,11 @@ def test_ball_on_seat(tmp_path: Path) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.usefixtures("numbers_alone")
+@pytest.mark.usefixtures("short_pre_runs")
 def test_tilted_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It touches with one flank first, and not all of the lip at once; one port and a beam would press far harder."""
     monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
     scene = load_scene(ROOT / "examples" / "tilted_landing.toml")
-    assert isinstance(scene.seat, Annular)
     mesh = scene.seat.mesh.model_copy(update={"size": 3e-3, "contact_size": 1.5e-3})
     parts = {
         "seat": scene.seat.model_copy(update={"mesh": mesh}),
@@ -327,7 +318,7 @@ def test_tilted_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
         "run": scene.run.model_copy(update={"time_step": 5e-8}),
         "accuracy": scene.accuracy.model_copy(update={"target": 0.9}),
     }
-    summary: Any = run_scene(scene.model_copy(update=parts), tmp_path).summary
+    summary = summary_of(scene.model_copy(update=parts), tmp_path)
     assert summary["tilt_deg"] == pytest.approx(0.3)
     assert summary["first_touch_at_deg"] == pytest.approx(270.0, abs=11.3)  # half an arc
     assert summary["largest_share_of_lip_pressed"] < 0.7
@@ -338,7 +329,7 @@ def test_tilted_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.usefixtures("numbers_alone")
+@pytest.mark.usefixtures("short_pre_runs")
 def test_landing_around_a_kidney(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Places are lengths along the lip; the lower end, at -y, touches first, and so does one side of the stopper."""
     monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
@@ -347,7 +338,7 @@ def test_landing_around_a_kidney(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         "run": scene.run.model_copy(update={"time_step": 1e-7}),
         "accuracy": scene.accuracy.model_copy(update={"target": 0.9}),
     }
-    summary: Any = run_scene(scene.model_copy(update=parts), tmp_path).summary
+    summary = summary_of(scene.model_copy(update=parts), tmp_path)
     assert summary["lip_length_m"] == pytest.approx(2 * math.radians(150) * 4.5e-3 + math.pi * 3.4e-3, rel=1e-3)
     assert summary["first_touch_at_deg"] is None
     assert 0.5 < summary["first_touch_at_m"] / summary["lip_length_m"] < 1.0
@@ -359,12 +350,11 @@ def test_landing_around_a_kidney(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.usefixtures("numbers_alone")
+@pytest.mark.usefixtures("short_pre_runs")
 def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The end towards the reed's tip touches first; the scene is its mirror image, and so is the contact."""
     monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
     scene = load_scene(ROOT / "examples" / "slot_landing.toml")
-    assert isinstance(scene.seat, Cad)
     seat = {"model": "spring", "mesh": scene.seat.mesh.model_copy(update={"size": 4e-3, "contact_size": 1e-3})}
     parts = {
         "seat": scene.seat.model_copy(update=seat),
@@ -372,7 +362,7 @@ def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         "run": scene.run.model_copy(update={"time_step": 5e-8}),
         "accuracy": scene.accuracy.model_copy(update={"target": 0.9}),
     }
-    summary: Any = run_scene(scene.model_copy(update=parts), tmp_path).summary
+    summary = summary_of(scene.model_copy(update=parts), tmp_path)
     assert math.remainder(summary["first_touch_at_deg"], 360) == pytest.approx(0.0, abs=1e-3)
     assert summary["line_force_arc_m"] == pytest.approx((10e-3 + 6e-3 * np.pi) / 8, rel=2e-3)
     forces = load_results(tmp_path / "result.h5")["lip"].force[1:].sum(axis=0).reshape(16, -1).sum(axis=1)
@@ -382,7 +372,7 @@ def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.usefixtures("numbers_alone")
+@pytest.mark.usefixtures("short_pre_runs")
 def test_ring_valve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It closes as a mass under its springs and a pressure that turns round, m x'' = -(P + k x) - A p(t); the impulse
     is momentum given and returned. Lifts from which the run is too short are left out."""

@@ -1,7 +1,5 @@
 """A small notebook, run by a kernel without a screen: what objects, plots and scenes of pyvista show there."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json
@@ -53,7 +51,6 @@ def executed(folder: Path) -> list[list[dict[str, Any]]]:
     """What each cell shows: the example of the README, what it leaves, a plot, a mode."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     found = re.search(r"## In Python\n+```python\n(.*?)```", readme, re.DOTALL)
-    assert found is not None
     example = found[1].replace('"force.png", ', "")  # as figures are shown in notebooks: without a file
     assert example != found[1]
     cells = [example, "results['rod']", "reed", "impact.plot_force(results['rod'], results['spring'])", MODE]

@@ -4,8 +4,6 @@ The whole battery rewrites docs/extremes.csv, docs/images/extremes.png and the c
 random scenes alone, write table and map into the folder. A run that was stopped goes on where it was.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

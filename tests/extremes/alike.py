@@ -1,7 +1,5 @@
 """Bodies that are the same in other words, and bodies alike in themselves: free, symmetric, of several regions."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, Literal
 

@@ -1,7 +1,5 @@
 """What every run must satisfy, whatever its numbers: motion, law and energy, evaluated another way than the march's."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -39,7 +37,6 @@ def _free(problem: ContactProblem, t: Array) -> tuple[Array, Array]:
     """Striker without contact, (k, p): v h(t) + F S(t) of its one mode and steady load, by closed forms."""
     body, ones = problem.striker, np.ones((1, len(problem.contacts)))
     g = body.greens
-    assert isinstance(g, ModalGreens)
     velocity = body.velocity if body.state is None else float(body.state.velocity[0] * g.shapes[0, 0])
     push = sum(float(load.amplitude(np.zeros(1))[0]) for load in body.loads)
     swing = oscillator.impulse_response(t, g.omega[0], g.zeta[0]) * velocity

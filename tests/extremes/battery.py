@@ -1,7 +1,5 @@
 """The whole battery, and seeded parts of it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

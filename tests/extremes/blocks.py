@@ -1,7 +1,5 @@
 """Boxes of finite elements, and their static compliance."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

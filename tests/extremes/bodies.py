@@ -1,21 +1,10 @@
 """Ratios of stiffness and mass, damping, modes, coincidence, residuals, g(0+): what a body is made of."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 
-from impact import (
-    Body,
-    LinearSpring,
-    ModalGreens,
-    Residual,
-    Signorini,
-    measures,
-    rigid_mass,
-    spring,
-)
+from impact import Body, LinearSpring, ModalGreens, Residual, Signorini, measures, rigid_mass, spring
 from impact.greens.base import Array
 from impact.march.history import Poles
 from tests.extremes import precise, scenes
@@ -52,10 +41,7 @@ def stiffness_ratio(ratio: float) -> Finding:
     result = scenes.run(striker, seat, Signorini(), h, 3500)
     impulse = 2 / whole**2
     peak = 1 / whole**2
-    errors = (
-        scenes.relative(measures.impulse(result), impulse),
-        scenes.relative(measures.peak_force(result), peak),
-    )
+    errors = (scenes.relative(measures.impulse(result), impulse), scenes.relative(measures.peak_force(result), peak))
     return Finding(max(errors), 4 * h, scenes.said(result), "impulse and peak")
 
 
@@ -176,7 +162,6 @@ def residual_spring(share: float) -> Finding:
         scenes.run(rigid_mass(mass=1.0, velocity=-1.0), scenes.oscillator(1.0), Signorini(), 1e-2, 1000)
         return Finding(math.inf, 0.0, (), "an ill-posed contact was answered")
     mode = scenes.oscillator(1.0).greens
-    assert isinstance(mode, ModalGreens)
     bare = ModalGreens(mode.omega, mode.zeta, mode.shapes, Residual.spring(share))
     fast = min(1.0, math.sqrt(share))
     dt, n = 2e-3 * fast, 4000

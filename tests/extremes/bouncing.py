@@ -1,7 +1,5 @@
 """Bounces by the thousand: without loss, and dying out in finite time as in Zeno's paradox."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

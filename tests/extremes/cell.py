@@ -1,7 +1,5 @@
 """What a cell of the battery is, and how its outcome is judged."""
 
-from __future__ import annotations
-
 import math
 import time
 import traceback

@@ -1,22 +1,10 @@
 """How bodies meet: speed, grazing, no gap, preload, release at contact, contact for ever."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 
-from impact import (
-    Body,
-    ContactProblem,
-    Hertz,
-    HuntCrossley,
-    Signorini,
-    measures,
-    rigid_mass,
-    solve,
-    spring,
-)
+from impact import Body, ContactProblem, Hertz, HuntCrossley, Signorini, measures, rigid_mass, solve, spring
 from tests.extremes import scenes
 from tests.extremes.cell import Cell, Finding, chosen, swept
 

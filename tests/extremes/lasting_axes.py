@@ -1,7 +1,5 @@
 """What comes after the blow, to its ends: stress, life, gas and measured seats."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,7 +10,7 @@ import impact
 from impact.storage.hdf5 import save_greens
 from tests.extremes.cell import Cell, Finding, swept
 from tests.extremes.plates_axes import DENSITY, YOUNG
-from tests.extremes.scene_run import Known, SceneRun, judge, run_text, same
+from tests.extremes.scene_run import Known, SceneRun, judge, run_tables, run_text, same
 from tests.extremes.scene_text import Table, csv_text, material, run_table, scene_text, si
 
 LENGTH, THICKNESS, BENT = 25e-3, 0.3e-3, 0.5e-3  # of a reed, and its deflection at the start
@@ -77,15 +75,13 @@ def seat_stress(speed: float) -> Finding:
         "greens": {"bandwidth": "300 kHz"},
         "model": "axisymmetric",
     }
-    run = run_text(
-        scene_text(
-            seat=seat,
-            reed={"kind": "rigid_mass", "mass": si(mass, "kg"), "velocity": si(-speed, "m/s")},
-            contact={"law": {"kind": "spring", "stiffness": si(stiffness, "N/m")}},
-            run=run_table(1.1 * math.pi / omega, 1e-6),
-            accuracy={"target": "2 %"},
-            stress={"points": [["0 m", "0 m", si(height / 2, "m")]], "surface": False, "distance": "0.2 mm"},
-        )
+    run = run_tables(
+        seat=seat,
+        reed={"kind": "rigid_mass", "mass": si(mass, "kg"), "velocity": si(-speed, "m/s")},
+        contact={"law": {"kind": "spring", "stiffness": si(stiffness, "N/m")}},
+        run=run_table(1.1 * math.pi / omega, 1e-6),
+        accuracy={"target": "2 %"},
+        stress={"points": [["0 m", "0 m", si(height / 2, "m")]], "surface": False, "distance": "0.2 mm"},
     )
     known = mass * speed * omega / (math.pi * radius**2)
     return judge(run, Known("peak_seat_stress_Pa", known, 1e-2), Known("peak_force_N", mass * speed * omega, 1e-2))
@@ -123,16 +119,14 @@ def _reed(
 ) -> SceneRun:
     """Return the run of a reed in free swing; 1/6000 of its duration a step."""
     size = {"length": si(LENGTH, "m"), "width": "10 mm", "thickness": si(THICKNESS, "m")}
-    return run_text(
-        scene_text(
-            seat={"kind": "spring", "stiffness": "1e7 N/m"},
-            reed={"kind": "cantilever", **size, "material": material(YOUNG, DENSITY), "release": release},
-            contact={"gap": si(gap, "m")},
-            run=run_table(duration, duration / 1000, duration / 6000),
-            accuracy={"target": "1 %"},
-            **more,
-        ),
+    return run_tables(
         files,
+        seat={"kind": "spring", "stiffness": "1e7 N/m"},
+        reed={"kind": "cantilever", **size, "material": material(YOUNG, DENSITY), "release": release},
+        contact={"gap": si(gap, "m")},
+        run=run_table(duration, duration / 1000, duration / 6000),
+        accuracy={"target": "1 %"},
+        **more,
     )
 
 
@@ -189,16 +183,14 @@ def _valve(
         "discharge": {"pressure": "1e6 bar", "temperature": si(TEMPERATURE, "K")},
     }
     size = {"length": "40 mm", "width": "14 mm", "thickness": "3 mm", "n_modes": 4}
-    return run_text(
-        scene_text(
-            seat={"kind": "spring", "stiffness": "1e11 N/m"},
-            reed={"kind": "cantilever", **size, "material": material(YOUNG, DENSITY), "damping_ratio": 0.05},
-            contact={"gap": si(lift, "m"), "preload": preload},
-            gas={"valve": "suction", **plenums, "port_diameter": si(PORT, "m"), **gas},
-            run=run_table(duration, duration / 100),
-            accuracy={"target": "5 %"},
-        ),
+    return run_tables(
         files,
+        seat={"kind": "spring", "stiffness": "1e11 N/m"},
+        reed={"kind": "cantilever", **size, "material": material(YOUNG, DENSITY), "damping_ratio": 0.05},
+        contact={"gap": si(lift, "m"), "preload": preload},
+        gas={"valve": "suction", **plenums, "port_diameter": si(PORT, "m"), **gas},
+        run=run_table(duration, duration / 100),
+        accuracy={"target": "5 %"},
     )
 
 

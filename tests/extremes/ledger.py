@@ -1,7 +1,5 @@
 """A march's motion and energy once more from its force alone, by another recursion than the program's."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from dataclasses import dataclass

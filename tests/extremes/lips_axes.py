@@ -1,7 +1,5 @@
 """Lips to their ends: arcs, parts across, tilt and offset, against a rigid ring on springs around the lip."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

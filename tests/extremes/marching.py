@@ -1,7 +1,5 @@
 """Time step, run length and conservation: the march itself."""
 
-from __future__ import annotations
-
 from decimal import Decimal, localcontext
 
 import numpy as np

@@ -4,8 +4,6 @@ No closed form knows them. Each is judged by what holds of every run: energy by 
 forces that push, numbers that are numbers; and by its price.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Mapping

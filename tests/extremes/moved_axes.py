@@ -1,14 +1,12 @@
 """What moves a striker to its ends: valve springs, films, moving bases, balls; each in closed form."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 
 from tests.extremes.cell import Cell, Finding, swept
 from tests.extremes.plates_axes import DENSITY, POISSON, YOUNG, bounced, swing
-from tests.extremes.scene_run import FIRST, Known, judge, run_text, same
+from tests.extremes.scene_run import FIRST, Known, judge, run_tables, run_text, same
 from tests.extremes.scene_text import Table, csv_text, material, run_table, scene_text, si
 
 MASS, SPEED = 2e-3, 1.0
@@ -58,15 +56,13 @@ def sprung(stiffness: float, preload: float, *, lift: float = 1e-3) -> Finding:
         swing_ = math.hypot(centre, SPEED / omega)
         time = (math.acos((centre - lift) / swing_) - math.atan2(SPEED / omega, centre)) / omega
     blow = math.pi / math.sqrt(STIFF / MASS)
-    run = run_text(
-        scene_text(
-            seat={"kind": "spring", "stiffness": si(STIFF, "N/m")},
-            reed=_mass(),
-            spring=[{"stiffness": si(stiffness, "N/m"), "preload": si(preload, "N")}],
-            contact={"gap": si(lift, "m")},
-            run=run_table(time + 2 * blow, 1e-6),
-            accuracy={"target": "1 %"},
-        )
+    run = run_tables(
+        seat={"kind": "spring", "stiffness": si(STIFF, "N/m")},
+        reed=_mass(),
+        spring=[{"stiffness": si(stiffness, "N/m"), "preload": si(preload, "N")}],
+        contact={"gap": si(lift, "m")},
+        run=run_table(time + 2 * blow, 1e-6),
+        accuracy={"target": "1 %"},
     )
     return judge(
         run,
@@ -85,18 +81,16 @@ def film(viscosity: float, floor: float = 0.2) -> Finding:
     rough = floor * gap
     stopping = 2 * MASS * speed / (1 / rough**2 - 1 / (gap + rough) ** 2) / (length * width**3)
     keys = {"viscosity": si(viscosity * stopping, "Pa s"), "floor": si(rough, "m"), "width": si(width, "m")}
-    run = run_text(
-        scene_text(
-            seat={"kind": "spring", "stiffness": "1e15 N/m"},
-            reed=_mass(speed),
-            contact={
-                "gap": si(gap, "m"),
-                "film": {**keys, "length": si(length, "m")},
-                "law": {"kind": "spring", "stiffness": "1e8 N/m"},
-            },
-            run=run_table(5 * gap / speed, 1e-6),
-            accuracy={"target": "1 %"},
-        )
+    run = run_tables(
+        seat={"kind": "spring", "stiffness": "1e15 N/m"},
+        reed=_mass(speed),
+        contact={
+            "gap": si(gap, "m"),
+            "film": {**keys, "length": si(length, "m")},
+            "law": {"kind": "spring", "stiffness": "1e8 N/m"},
+        },
+        run=run_table(5 * gap / speed, 1e-6),
+        accuracy={"target": "1 %"},
     )
     ledger = Known("energy_residual", 0.0, 1e-9)
     if viscosity > 1:
@@ -114,16 +108,14 @@ def shaken(amplitude: float, frequency: float = 1e3) -> Finding:
     t = np.linspace(0.0, 1.1 * turn, 2201)
     meets = gap <= 2 * rise
     angle = math.acos(1 - gap / rise) if meets else math.pi
-    run = run_text(
-        scene_text(
-            seat={"kind": "spring", "stiffness": "1e4 N/m"},
-            reed=_beam(),
-            base=[{"of": "seat", "displacement": "base.csv"}],
-            contact={"gap": si(gap, "m")},
-            run=run_table(min(angle / omega + 0.15 * turn, turn), 1e-3 * turn),
-            accuracy={"target": "1 %"},
-        ),
+    run = run_tables(
         {"base.csv": csv_text("time [s],displacement [m]", t, rise * (1 - np.cos(omega * t)))},
+        seat={"kind": "spring", "stiffness": "1e4 N/m"},
+        reed=_beam(),
+        base=[{"of": "seat", "displacement": "base.csv"}],
+        contact={"gap": si(gap, "m")},
+        run=run_table(min(angle / omega + 0.15 * turn, turn), 1e-3 * turn),
+        accuracy={"target": "1 %"},
     )
     ledger = Known("energy_residual", 0.0, 1e-9)
     if not meets:
@@ -182,14 +174,12 @@ def hertz(speed: float) -> Finding:
     stiffness = 4 / 3 * reduced * math.sqrt(radius)
     depth = (1.25 * MASS * speed**2 / stiffness) ** 0.4
     lasts = 2.943275 * depth / speed
-    run = run_text(
-        scene_text(
-            seat={"kind": "spring", "stiffness": "1e12 N/m"},
-            reed=_mass(speed),
-            contact={"law": {"kind": "hertz", "stiffness": si(stiffness, "N/m^1.5")}},
-            run=run_table(1.3 * lasts, lasts / 100),
-            accuracy={"target": "1 %"},
-        )
+    run = run_tables(
+        seat={"kind": "spring", "stiffness": "1e12 N/m"},
+        reed=_mass(speed),
+        contact={"law": {"kind": "hertz", "stiffness": si(stiffness, "N/m^1.5")}},
+        run=run_table(1.3 * lasts, lasts / 100),
+        accuracy={"target": "1 %"},
     )
     return judge(
         run,

@@ -1,7 +1,5 @@
 """Pairwise covering arrays: few rows in which every pair of levels of every two axes occurs."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from itertools import combinations, product
 

@@ -1,7 +1,5 @@
 """Plates to their ends: discs, rings, strips and flappers that strike a soft spring as rigid bodies would."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from functools import cache
@@ -11,7 +9,7 @@ from scipy.optimize import brentq
 from scipy.special import jv
 
 from tests.extremes.cell import Cell, Finding, swept
-from tests.extremes.scene_run import Known, SceneRun, judge, run_text, same
+from tests.extremes.scene_run import Known, SceneRun, judge, run_tables, run_text, same
 from tests.extremes.scene_text import Table, material, run_table, scene_text, si
 
 YOUNG, DENSITY, POISSON = 2e11, 8000.0, 0.3
@@ -142,13 +140,11 @@ def sheet(slenderness: float) -> Finding:
         "greens": {"bandwidth": "20 kHz"},
     }
     first = 1.8751040687**2 / length**2 * thickness * math.sqrt(YOUNG / 12 / DENSITY) / (2 * math.pi)
-    run = run_text(
-        scene_text(
-            seat={"kind": "spring", "stiffness": "1e5 N/m"},
-            reed=reed,
-            run=run_table(0.4 / first, 1e-5),
-            accuracy={"target": "5 %"},
-        )
+    run = run_tables(
+        seat={"kind": "spring", "stiffness": "1e5 N/m"},
+        reed=reed,
+        run=run_table(0.4 / first, 1e-5),
+        accuracy={"target": "5 %"},
     )
     listed = float(run.summary["reed_frequencies_Hz"][0])  # type: ignore[index]
     return judge(run, Known("reed_frequencies_Hz", first, 1e-2, value=listed), Known("energy_residual", 0.0, 1e-9))
@@ -180,11 +176,9 @@ def _flapper(scale: float, band: float = 1.0) -> SceneRun:
         "release": {"velocity": "-1 m/s"},
         "greens": {"bandwidth": si(5e4 * band / scale, "Hz")},
     }
-    return run_text(
-        scene_text(
-            seat={"kind": "spring", "stiffness": si(1e6 * scale, "N/m")},
-            reed=reed,
-            run=run_table(3e-4 * scale, 1e-5 * scale),
-            accuracy={"target": "5 %"},
-        )
+    return run_tables(
+        seat={"kind": "spring", "stiffness": si(1e6 * scale, "N/m")},
+        reed=reed,
+        run=run_table(3e-4 * scale, 1e-5 * scale),
+        accuracy={"target": "5 %"},
     )

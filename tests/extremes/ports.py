@@ -1,7 +1,5 @@
 """Ports almost at one place: nearly singular matrices, in the march and out of finite elements."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -91,7 +89,6 @@ def near_element_ports(distance: float) -> Finding:
 
 def _twice_held(distance: float) -> SecondOrderModel:
     model = rod_model(young=1.0, density=1.0, area=1.0, length=1.0, elements=40)
-    assert model.dofs is not None
     end = model.ports["contact"].vector
     middle = -np.isclose(model.dofs.points[0][model.dofs.free], 0.5).astype(float)
     ports = {"a": Port(end, 1.0, 1.0), "b": Port((1 - distance) * end + distance * middle, 1.0, 1.0)}

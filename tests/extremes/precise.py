@@ -1,7 +1,5 @@
 """Oracles in 50 decimal digits: the damped oscillator, and powers of 2 x 2 matrices."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from decimal import Decimal, localcontext
 

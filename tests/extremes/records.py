@@ -1,7 +1,5 @@
 """Sampled kernels: noise, a cut tail, a coarse step; and the same numbers in other units."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from impact import (

@@ -1,7 +1,5 @@
 """Carries out cells in a process of its own: a hang, a crash or a blow-up of memory ends as an outcome, not the run."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

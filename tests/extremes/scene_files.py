@@ -1,13 +1,12 @@
 """Whole scenes at the extremes, from the TOML file to summary.json: rod and spring seats in closed form."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 
 from tests.extremes import scenes
 from tests.extremes.cell import Cell, Finding, chosen, swept
 from tests.extremes.scene_run import Known, SceneRun, judge, run_text
+from tests.extremes.scene_text import Table, material, run_table, scene_text, si
 
 YOUNG, DENSITY = 2e11, 8000.0  # waves at 5000 m/s
 SPEED = math.sqrt(YOUNG / DENSITY)
@@ -31,23 +30,8 @@ def scene_file_cells() -> tuple[Cell, ...]:
 def rod_of_size(size: str) -> Finding:
     """A mass strikes a rod of its own weight, all in proportion: impulse m v (1 + 2 exp(-1 - exp(-2)/2))."""
     length = SIZES[size]
-    area = length**2
-    mass = DENSITY * area * length
-    transit = length / SPEED
-    found = _run(
-        f"""
-        [seat]
-        kind = "rod"
-        young = "200 GPa"
-        density = "{DENSITY:g} kg/m^3"
-        area = "{area!r} m^2"
-        length = "{size}"
-        {_ball(mass, 1.0)}
-        [run]
-        duration = "{4 * transit!r} s"
-        filter_width = "{transit / 10!r} s"
-        """
-    )
+    mass, transit = DENSITY * length**3, length / SPEED
+    found = _rod(1.0, length, duration=4 * transit, width=transit / 10)
     return _against(found, {"impulse_Ns": mass * scenes.FIRST_BLOW, "seat_static_stiffness_N_per_m": YOUNG * length})
 
 
@@ -70,7 +54,7 @@ def reed_of_size(size: str) -> Finding:
 
 def rod_at_speed(speed: float) -> Finding:
     """The same rod of 1 m: the impulse is proportional to the speed."""
-    found = _rod(speed, duration="0.8 ms", filter_width="0.02 ms")
+    found = _rod(speed, duration=0.8e-3, width=0.02e-3)
     return _against(found, {"impulse_Ns": DENSITY * speed * scenes.FIRST_BLOW})
 
 
@@ -79,9 +63,7 @@ def on_spring(stiffness: float) -> Finding:
     half = math.pi / math.sqrt(stiffness)
     found = _spring(stiffness, 1.2 * half, half / 100)
     return _against(
-        found,
-        {"impulse_Ns": 2.0, "peak_force_N": math.sqrt(stiffness), "contact_duration_s": half},
-        stated=1e-2,
+        found, {"impulse_Ns": 2.0, "peak_force_N": math.sqrt(stiffness), "contact_duration_s": half}, stated=1e-2
     )
 
 
@@ -107,85 +89,39 @@ def flown(gap: float) -> Finding:
 def stepped(share: float) -> Finding:
     """A time step stated in the file, in transits of the rod: right, advised, or refused."""
     transit = 1.0 / SPEED
-    found = _rod(
-        1.0,
-        duration=f"{max(4.0, 8 * share) * transit!r} s",
-        time_step=f"{share * transit!r} s",
-        filter_width=f"{max(0.1, 4 * share) * transit!r} s",
-    )
+    duration, width = max(4.0, 8 * share) * transit, max(0.1, 4 * share) * transit
+    found = _rod(1.0, duration=duration, width=width, step=share * transit)
     return _against(found, {"impulse_Ns": DENSITY * scenes.FIRST_BLOW}, stated=max(1e-4, min(share / 10, 1e-2)))
 
 
-def _rod(speed: float, **run: str) -> SceneRun:
-    """A rod of 1 m struck by its own mass, under the keys of [run]."""
-    keys = "\n".join(f'{key} = "{value}"' for key, value in run.items())
-    return _run(
-        f"""
-        [seat]
-        kind = "rod"
-        young = "200 GPa"
-        density = "{DENSITY:g} kg/m^3"
-        area = "1 m^2"
-        length = "1 m"
-        {_ball(DENSITY, speed)}
-        [run]
-        {keys}
-        """
-    )
+def _rod(speed: float, length: float = 1.0, *, duration: float, width: float, step: float | None = None) -> SceneRun:
+    """A rod, as thick as it is long, struck by its own mass."""
+    size = {"length": si(length, "m"), "area": si(length**2, "m^2")}
+    seat = {"kind": "rod", "young": si(YOUNG, "Pa"), "density": si(DENSITY, "kg/m^3"), **size}
+    return _run(seat, _ball(DENSITY * length**3, speed), run_table(duration, width, step))
 
 
 def _reed(length: float) -> SceneRun:
     time = length / 0.01 * 1e-3
-    return _run(
-        f"""
-        [seat]
-        kind = "spring"
-        stiffness = "{length / 0.01 * 1e6!r} N/m"
-        [reed]
-        kind = "cantilever"
-        length = "{length!r} m"
-        width = "{length / 4!r} m"
-        thickness = "{length / 40!r} m"
-        material = {{ young = "200 GPa", density = "{DENSITY:g} kg/m^3" }}
-        damping_ratio = 0.03
-        n_modes = 8
-        release = {{ tip_deflection = "{length / 20!r} m" }}
-        [run]
-        duration = "{time!r} s"
-        time_step = "{time / 6400!r} s"
-        filter_width = "{time / 100!r} s"
-        """
-    )
+    size = {"length": si(length, "m"), "width": si(length / 4, "m"), "thickness": si(length / 40, "m")}
+    start = {"n_modes": 8, "damping_ratio": 0.03, "release": {"tip_deflection": si(length / 20, "m")}}
+    reed = {"kind": "cantilever", **size, "material": material(YOUNG, DENSITY), **start}
+    seat = {"kind": "spring", "stiffness": si(length / 0.01 * 1e6, "N/m")}
+    return _run(seat, reed, run_table(time, time / 100, time / 6400))
 
 
 def _spring(stiffness: float, duration: float, width: float, gap: float = 0.0) -> SceneRun:
-    return _run(
-        f"""
-        [seat]
-        kind = "spring"
-        stiffness = "{stiffness!r} N/m"
-        {_ball(1.0, 1.0)}
-        [contact]
-        gap = "{gap!r} m"
-        [run]
-        duration = "{duration!r} s"
-        filter_width = "{width!r} s"
-        """
-    )
+    seat = {"kind": "spring", "stiffness": si(stiffness, "N/m")}
+    return _run(seat, _ball(1.0, 1.0), run_table(duration, width), contact={"gap": si(gap, "m")})
 
 
-def _ball(mass: float, speed: float) -> str:
-    return f"""
-        [reed]
-        kind = "rigid_mass"
-        mass = "{mass!r} kg"
-        velocity = "-{speed!r} m/s"
-        """
+def _ball(mass: float, speed: float) -> Table:
+    return {"kind": "rigid_mass", "mass": si(mass, "kg"), "velocity": si(-speed, "m/s")}
 
 
-def _run(text: str) -> SceneRun:
+def _run(seat: Table, reed: Table, run: Table, **more: Table) -> SceneRun:
     """Return what a run leaves, pictures included."""
-    return run_text(text, pictures=True)
+    return run_text(scene_text(seat=seat, reed=reed, run=run, **more), pictures=True)
 
 
 def _against(run: SceneRun, exact: Mapping[str, float], stated: float = 1e-4) -> Finding:

@@ -1,11 +1,9 @@
 """A scene file, planned and run as a user would, and its numbers against what is known of them."""
 
-from __future__ import annotations
-
 import json
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +14,7 @@ from seatfem.study.runs.pipeline import RunError, run_scene
 from seatfem.study.runs.rounds import Limits
 from seatfem.study.scene import load_scene
 from tests.extremes.cell import Finding, Price, Standing, is_refusal, judge_price
+from tests.extremes.scene_text import Table, scene_text
 
 LONGEST = Limits(seconds=20.0)
 """Of the rounds of a run: what a refinement would cost beyond is not asked of a cell."""
@@ -123,6 +122,11 @@ def run_text(
         used = summary["peak_memory_bytes"]
         price = Price(spent, seconds, math.nan if used is None else used, plan.cost.memory)
         return SceneRun(summary, outcome.messages, price)
+
+
+def run_tables(files: Files | None = None, /, **tables: Table | Sequence[Table] | None) -> SceneRun:
+    """Return what the run of a scene of these tables leaves, as `run_text`."""
+    return run_text(scene_text(**tables), files)
 
 
 def judge(run: SceneRun, *known: Known, note: str = "") -> Finding:

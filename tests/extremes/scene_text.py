@@ -1,7 +1,5 @@
 """Text of scene files from tables of values."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 

@@ -1,7 +1,5 @@
 """Small bodies, in units that make their exact motion plain, and what is read off every run."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.linalg import expm
 

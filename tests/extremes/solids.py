@@ -1,7 +1,5 @@
 """Beams, the half-space and small finite element models at the ends of shape, Poisson's ratio and element quality."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

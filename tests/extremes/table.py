@@ -1,7 +1,5 @@
 """The outcomes as a table (CSV), in words, and as the counts of docs/extremes.md."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

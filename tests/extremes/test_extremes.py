@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from impact import Body, GreensFunctionError, ModalGreens, Residual, solve
+from impact import Body, GreensFunctionError, Residual, solve
 from impact.greens import oscillator
 from seatfem.jobs import desk
 from seatfem.jobs.processes import LineWorker
@@ -36,7 +36,7 @@ from tests.extremes import __main__ as command
 from tests.extremes.cell import Price, Standing, judge_price
 from tests.extremes.mixed import LEVELS as OF_FILES
 from tests.extremes.mixed import REFUSED as REFUSED_FILES
-from tests.extremes.mixed import SHORT, Mix, random_cells
+from tests.extremes.mixed import SHORT, random_cells
 from tests.extremes.pairwise import covering_array, pairs_of
 from tests.extremes.table import MARK, TOGETHER
 from tests.extremes.together import LEVELS, REFUSED, Scene, checked, problem_of, together_cells
@@ -168,7 +168,6 @@ def test_covering_array_holds_every_pair_with_few_rows() -> None:
 def test_no_run_of_the_covering_arrays_is_refused_as_a_whole() -> None:
     """A row that is refused would leave its other pairs untested."""
     for cell in together_cells():
-        assert isinstance(cell.check, Scene)
         values = {name: getattr(cell.check, name) for name in LEVELS}
         assert not any(values[a] == i and values[b] == j for a, i, b, j in REFUSED)
 
@@ -178,7 +177,6 @@ def test_mixed_scenes_hold_every_pair_and_come_again() -> None:
     mixes = [cell.check for cell in CELLS if cell.axis == "pairs of scene files"]
     axes, pairs = list(OF_FILES), set()
     for mix in mixes:
-        assert isinstance(mix, Mix)
         assert not any(mix.levels[a] == i and mix.levels[b] == j for a, i, b, j in REFUSED_FILES)
         pairs |= {(a, mix.levels[a], b, mix.levels[b]) for a, b in combinations(axes, 2)}
     wanted = {(a, i, b, j) for a, b in combinations(axes, 2) for i, j in product(OF_FILES[a], OF_FILES[b])}
@@ -220,10 +218,7 @@ def test_precise_power_is_the_repeated_map() -> None:
     matrix, offset, x = (
         ((Decimal("0.9"), Decimal("0.1")), (Decimal("-0.2"), Decimal("0.95"))),
         (Decimal(1), Decimal(2)),
-        (
-            Decimal(3),
-            Decimal(-1),
-        ),
+        (Decimal(3), Decimal(-1)),
     )
     a, b, y = np.array(matrix, dtype=float), np.array(offset, dtype=float), np.array(x, dtype=float)
     for _ in range(13):
@@ -250,7 +245,6 @@ def test_a_wrong_kernel_is_found() -> None:
     result = solve(problem, dt=scene.step, duration=scene.step * scene.steps, engine=scene.engine)
     force, gap = (np.reshape(a, (len(result.time), -1)) for a in (result.force, result.gap))
     seat = problem.target.greens
-    assert isinstance(seat, ModalGreens)
     off = Body(replace(seat, omega=seat.omega * (1 + 1e-6)))
     other = replace(problem, contacts=tuple(replace(c, target=off) for c in problem.contacts))
     errors = []
@@ -325,9 +319,7 @@ def test_a_part_of_the_battery_by_command(tmp_path: Path, capsys: pytest.Capture
     assert (tmp_path / "new" / "extremes.jsonl").read_text() == log
 
 
-def test_a_folder_that_cannot_be_written_to_is_found_first(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_that_cannot_be_written_to_is_found_first(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(runner, "battery_version", lambda: pytest.fail("begun"))
     (tmp_path / "file").write_text("", encoding="utf-8")
     out = tmp_path / "file" / "deep"

@@ -9,19 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.extremes import (
-    Cell,
-    Finding,
-    alike,
-    battery,
-    bodies,
-    carry_out,
-    ports,
-    records,
-    scene_run,
-    scenes,
-    solids,
-)
+from tests.extremes import Cell, Finding, alike, battery, bodies, carry_out, ports, records, scene_run, scenes, solids
 from tests.extremes.cell import EXCUSED, worst
 
 CELLS = {cell.name: cell for cell in battery()}

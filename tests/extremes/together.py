@@ -9,8 +9,6 @@ mechanics:
     energy   input = stored + dissipated, and the contacts never give energy.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, fields
 from functools import cache
@@ -201,7 +199,6 @@ def _striker(scene: Scene) -> Body:
     one = scenes.oscillator(omega, mass, zeta=scene.damping, v=-scene.speed * scene.unit, push=-_push(scene))
     p = 1 if scene.ports == "one" else 2
     g = one.greens
-    assert isinstance(g, ModalGreens)
     wide = ModalGreens(g.omega, g.zeta, g.shapes * np.ones((1, p)), Residual.none(p), tuple(str(i) for i in range(p)))
     return Body(wide, state=one.state, loads=one.loads)
 

@@ -1,7 +1,5 @@
 """The battery's process: answers the name of a cell with its outcome, in JSON. Started by `tests.extremes.runner`."""
 
-from __future__ import annotations
-
 import json
 import os
 from dataclasses import asdict

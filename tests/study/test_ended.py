@@ -14,7 +14,7 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import NOTE, ended_plan, remember
 from seatfem.study.runs.rounds import Round, rounds
-from seatfem.study.scene import load_scene
+from tests.gallery import load_text
 
 SCENE = """
 [seat]
@@ -40,9 +40,7 @@ def store(tmp_path, monkeypatch) -> Path:
 
 
 def plan_of(folder: Path, text: str = SCENE) -> Plan:
-    path = folder / "scene.toml"
-    path.write_text(text, encoding="utf-8")
-    return plan_scene(load_scene(path))
+    return plan_scene(load_text(folder, text))
 
 
 def too_coarse(plan: Plan) -> Plan:
@@ -62,7 +60,6 @@ def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(store, tm
     assert done.number > 1
     remember(done)
     again = ended_plan(plan.scene)
-    assert again is not None
     assert again.method == done.plan.method
     for name in ("choices", "cost", "error", "shares", "alternatives", "without"):
         assert getattr(again, name) == getattr(done.plan, name)

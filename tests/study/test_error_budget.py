@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import impact
-from impact.greens.base import ErrorEstimate, GreensFunctionError
+from impact.greens.base import ErrorEstimate
 from impact.greens.modal import ModalGreens, Residual
-from impact.greens.sums import ScaledGreens
 from impact.runs.budget import SAFETY, Budget, safety
 from impact.runs.variations import narrowed
 from seatfem.structures.solved import Solved
@@ -20,10 +19,10 @@ from seatfem.study.impacts.measures import SOURCES, bar_keys, measured
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import stated_method
 from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS
-from seatfem.study.scene import Scene, load_scene
+from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import Blow, ContactDuration, Impulse, all_measures
+from tests.gallery import load_text
 
-ROD = impact.fixed_rod(young=200e9, density=7850.0, area=1e-6, length=5e-3)
 MODES = ModalGreens(
     np.array([2e6, 5e6, 9e6]), np.full(3, 0.02), np.array([[20.0], [30.0], [25.0]]), Residual.exponential(2e-11, 1e-2)
 )
@@ -42,22 +41,7 @@ duration = "12 us"
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Scene:
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE, encoding="utf-8")
-    return load_scene(path)
-
-
-@pytest.mark.parametrize("greens", [ROD, MODES, impact.spring(stiffness=1e7)])
-def test_a_multiple_is_one_in_every_view(greens: impact.GreensFunction) -> None:
-    twice, t = ScaledGreens(greens, 2.0), np.linspace(0, 3e-5, 40)
-    np.testing.assert_allclose(twice.step_response(t), 2 * greens.step_response(t))
-    np.testing.assert_allclose(twice.impulse_response(t), 2 * greens.impulse_response(t))
-    np.testing.assert_allclose(twice.static_compliance(), 2 * greens.static_compliance())
-    np.testing.assert_allclose(twice.initial_value(), 2 * greens.initial_value())
-    kernel, base = twice.step_kernel(1e-8, 50), greens.step_kernel(1e-8, 50)
-    np.testing.assert_allclose(kernel.self_weight(1e-8), 2 * base.self_weight(1e-8), rtol=1e-12)
-    with pytest.raises(GreensFunctionError, match="factor = -1 must be positive"):
-        ScaledGreens(greens, -1)
+    return load_text(tmp_path, SCENE)
 
 
 def test_narrowing_keeps_the_statics_and_the_start() -> None:

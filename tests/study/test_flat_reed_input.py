@@ -5,17 +5,12 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.cli import run_command
+from tests.gallery import FLAPPER, LIP, STEEL
 
 SCENE = """
 [seat]
-kind = "annular"
-bore_radius = "5 mm"
-lip_width = "1 mm"
-lip_edge_radius = "0 mm"
-material = "steel"
-[reed]
+{seat}[reed]
 {reed}
-material = {{ young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }}
 release = {{ mode = 1, velocity = "-2 m/s" }}
 [contact]
 {contact}
@@ -23,21 +18,13 @@ release = {{ mode = 1, velocity = "-2 m/s" }}
 duration = "80 us"
 {more}
 """
-FLAPPER = """kind = "flapper"
-root_width = "8 mm"
-taper_length = "2 mm"
-neck_width = "6 mm"
-neck_length = "15 mm"
-paddle_diameter = "16 mm"
-thickness = "0.3 mm"
-"""
 THICK = FLAPPER.replace("0.3 mm", "5 mm") + 'greens = { bandwidth = "300 kHz" }'
-SHEET = """kind = "sheet"
+SHEET = f"""kind = "sheet"
 outline = [["0 mm", "-4 mm"], ["24 mm", "8 mm"], ["24 mm", "-8 mm"], ["0 mm", "4 mm"]]
 clamped = [["0 mm", "-4 mm"], ["0 mm", "4 mm"]]
 contact_at = ["16 mm", "0 mm"]
 thickness = "0.3 mm"
-"""
+{STEEL}"""
 GAP = 'gap = "1 um"\n'
 STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
 
@@ -77,7 +64,7 @@ STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
 @pytest.mark.parametrize("verb", ["plan", "run"])
 def test_it_is_told(verb, reed, contact, more, told, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "scene.toml"
-    path.write_text(SCENE.format(reed=reed, contact=contact, more=more), encoding="utf-8")
+    path.write_text(SCENE.format(seat=LIP, reed=reed, contact=contact, more=more), encoding="utf-8")
     arguments = [verb, str(path), *(["-o", str(tmp_path / "out")] if verb == "run" else [])]
     assert run_command(arguments) == 2
     out, words = capsys.readouterr()

@@ -1,7 +1,5 @@
 """[gas]: the uncoupled case is that of [[load]], what a run says of its gas, what is wrong with a table."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -25,8 +23,9 @@ from seatfem.study.impacts.contact import (
 from seatfem.study.impacts.gas import GasRun, cycle_masses, gas_notes, gas_of, lift_of
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene import Scene
 from seatfem.study.scene.life import turn_of
+from tests.gallery import load_text, refusal
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "50 N/um"\n'
 REED = (
@@ -46,9 +45,7 @@ AREAS = (
 
 
 def scene_of(folder: Path, text: str, run: str = RUN) -> Scene:
-    path = folder / "scene.toml"
-    path.write_text(SEAT + REED + text + run, encoding="utf-8")
-    return load_scene(path)
+    return load_text(folder, SEAT + REED + text + run)
 
 
 def record(folder: Path, *, over: bool = False) -> None:
@@ -104,8 +101,6 @@ def test_a_prescribed_pressure_of_any_header(head: str, role: str, unit: str, tm
         f'columns = {{ {role} = "{head}", pressure = "p_zyl" }}\nunits = {{ {role} = "{unit}", pressure = "bar" }}\n'
     )
     gas = scene_of(tmp_path, P + stated, RUN.replace("20 ms", "19 ms")).gas
-    assert plain is not None
-    assert gas is not None
     t = np.linspace(0, 19e-3, 50)
     assert gas.course(t) == pytest.approx(plain.course(t), rel=1e-12)
 
@@ -204,21 +199,13 @@ P = GAS + 'cylinder_pressure = "p.csv"\n'
         (GAS + CRANK + "fluid = { k = 1.3 }\n", "", "gas.fluid.k: a gas needs a name, or k and molar_mass"),
         (table("flow", '["0 mm", "-1 mm^2"]'), "", "gas.flow.forward.area: an area of -1 mm^2"),
         (table("flow", '["1 mm", "1 mm^2"]'), "", "gas.flow.forward.area: the table begins at a lift of 1 mm"),
-        (
-            table("force", '["0 mm", "1 mm^2"], ["0 mm", "2 mm^2"]'),
-            "",
-            "gas.force.forward.area: the lifts must increase",
-        ),
+        (table("force", '["0 mm", "1 mm^2"], ["0 mm", "2 mm^2"]'), "", "gas.force.forward.area: the lifts must"),
         (table("force", '["0 mm", "0 mm^2"], ["1 mm", "2 mm^2"]'), "", "gas.force: the force area at lift 0 is 0"),
         (table("flow", '["0 mm", "1 mm^2"]').replace('"bench"', '" "'), "", "gas.flow.forward.source: is empty"),
         (P + CRANK, "angle [deg],pressure [bar]\n0,1\n", "gas.bore: cylinder_pressure prescribes the pressure"),
         (P, "angle [deg],pressure [bar]\n0,1\n20,\n", "line 3, column 2: '' must be a finite number"),
         (P, "angle [deg],pressure [bar]\n0,1\n20,1\n10,1\n", "line 4, column 1: angle 10 must exceed"),
-        (
-            P,
-            "angle [deg],pressure [bar]\n0,1\n20,1\n300,1\n330,1\n",
-            "line 3, column 1: no sample between 20 and 300 deg",
-        ),
+        (P, "angle [deg],pressure [bar]\n0,1\n20,1\n300,1\n330,1\n", "line 3, column 1: no sample between 20 and 300"),
         (P, "time [ms],pressure [bar]\n0,1\n30,-0.2\n", "-20 kPa: pressures are absolute"),
         (
             P,
@@ -231,11 +218,9 @@ P = GAS + 'cylinder_pressure = "p.csv"\n'
 )
 def test_what_is_wrong_is_named(text: str, csv: str, words: str, tmp_path: Path) -> None:
     (tmp_path / "p.csv").write_text(csv, encoding="utf-8")
-    with pytest.raises(SceneError) as caught:
-        scene_of(tmp_path, text)
-    assert words in str(caught.value)
-    line = int(str(caught.value).split("scene.toml:")[1].split(":")[0])
-    assert line > (SEAT + REED).count("\n")
+    told = refusal(scene_of, tmp_path, text)
+    assert words in told
+    assert int(told.split("scene.toml:")[1].split(":")[0]) > (SEAT + REED).count("\n")
 
 
 def test_a_reed_in_gas_is_bent_as_by_the_same_load(tmp_path: Path) -> None:
@@ -261,6 +246,4 @@ def _stress(scene: Scene) -> dict[str, float]:
     touches = run_contacts(scene, striker, seat, 8e-7)
     met, lift = touches.stopper_force, lift_of(touches)
     found = stress_of(scene, striker, touches.seat.force, 8e-7, lift, stopper=met)
-    assert found is not None
-    assert found.after_contact is not None
     return {"initial": found.initial.value, "stress": found.after_contact.value}

@@ -7,9 +7,10 @@ import time
 import pytest
 
 from seatfem.faces.cli import BAD_INPUT, run_command
-from seatfem.study.scene import SceneError, load_scene
+from seatfem.study.scene import SceneError
 from seatfem.units import UnitError, parse_fraction, parse_quantity
 from tests.bounded import GIB, assert_refused, run_bounded
+from tests.gallery import load_text
 
 SCENE = (
     '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
@@ -34,11 +35,9 @@ SLOW = 6.0  # s of the processor; each took minutes, or grew with a power of its
     ],
 )
 def test_a_scene_of_many_of_a_kind(text, message, tmp_path):
-    scene = tmp_path / "scene.toml"
-    scene.write_text(text)
     start = time.process_time()
     with pytest.raises(SceneError) as told:
-        load_scene(scene)
+        load_text(tmp_path, text)
     assert message in str(told.value)
     assert len(told.value.problems) <= 101
     assert time.process_time() - start < SLOW
@@ -57,10 +56,8 @@ def test_a_unit_of_blanks(blank):
 
 
 def test_a_scene_larger_than_is_read(tmp_path):
-    scene = tmp_path / "scene.toml"
-    scene.write_text(SCENE + "#" * (1 << 20))
     with pytest.raises(SceneError, match=r"scene\.toml: cannot be read: has 1\.\d+ MB; such a file is read up to 1 MB"):
-        load_scene(scene)
+        load_text(tmp_path, SCENE + "#" * (1 << 20))
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")

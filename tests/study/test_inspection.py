@@ -12,7 +12,7 @@ from seatfem.structures.formats import mesh_files
 from seatfem.structures.inspection import cad
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.inspection.mesh_file import shape_of
-from seatfem.structures.kinds import Cad, MeshFile, Plate
+from seatfem.structures.kinds import Plate
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, CylinderFace, GeometryError, NumberedFace
@@ -53,9 +53,7 @@ def told(folder: Path, seat: str, capsys: pytest.CaptureFixture[str], verb: str 
 
 
 @pytest.mark.parametrize("verb", ["plan", "run"])
-def test_every_wrong_selector_is_told_at_its_line(
-    verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_every_wrong_selector_is_told_at_its_line(verb, tmp_path, capsys):
     seat = (
         CAD.format(MESHES / "valve_plate.step")
         + 'contact = { number = 77 }\nfixed = { normal = [0, 0, 1], offset = "77 mm" }\n'
@@ -104,9 +102,7 @@ def test_wrong_groups_of_a_mesh_are_told_together(tmp_path: Path, capsys: pytest
         (f'kind = "cad"\nmaterial = "steel"\nfile = "{MESHES / "README.md"}"', "", "unknown CAD format"),
     ],
 )
-def test_wrong_headers_are_told_by_a_plan(
-    seat: str, place: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_wrong_headers_are_told_by_a_plan(seat, place, words, tmp_path, capsys):
     (tmp_path / "seat.csv").write_text("a,b\n1,2\n", encoding="utf-8")
     found = told(tmp_path, f"[seat]\n{seat}\n", capsys)
     assert place in found[0]
@@ -138,7 +134,6 @@ def test_a_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     (tmp_path / "seat.msh").write_bytes((MESHES / "annular_seat.msh").read_bytes())
     scene = load_scene(written(tmp_path, MESH.replace(str(MESHES / "annular_seat.msh"), "seat.msh")))
     plan_scene(scene, store=Store(tmp_path / "store"))
-    assert isinstance(scene.seat, MeshFile)
     assert scene.seat.read() is scene.seat.read()
     assert calls[2:] == ["read"]
 
@@ -177,7 +172,6 @@ def test_a_cylinder_is_selected_by_its_radius_alone() -> None:
 def test_of_several_cylinders_that_about_the_z_axis_is_meant(tmp_path: Path) -> None:
     """As ever where no axis is given."""
     scene = load_scene(written(tmp_path, CAD.format(MESHES / "valve_body.step") + 'fixed = { radius = "4 mm" }\n'))
-    assert isinstance(scene.seat, Cad)
     (bore,) = (face for face in inspect_geometry(scene.seat.geometry()).faces if "fixed" in face.groups)
     assert bore.area == pytest.approx(2 * np.pi * 4e-3 * 14e-3, rel=1e-9)
 
@@ -197,7 +191,6 @@ def test_what_a_shape_measures() -> None:
 
 def test_a_mesh_measures_what_its_cad_does(tmp_path: Path) -> None:
     scene = load_scene(written(tmp_path, MESH))
-    assert isinstance(scene.seat, MeshFile)
     shape = shape_of(scene.seat.read())
     drawn = inspect_geometry(CadPart(MESHES / "annular_seat.step")).shape
     for measure in ("area", "width", "depth"):
@@ -223,7 +216,6 @@ def test_a_cad_plate_is_planned_like_the_same_plate_drawn_here(tmp_path: Path) -
     ).patch()
     seat = CAD.format(MESHES / "valve_plate.step") + "contact = { number = 11 }\n"
     scene = load_scene(written(tmp_path, seat))
-    assert isinstance(scene.seat, Cad)
     found = scene.seat.patch()
     assert found.area == pytest.approx(drawn.area, rel=0.02)
     assert found.width == pytest.approx(drawn.width, rel=0.05)
@@ -235,7 +227,6 @@ def test_a_cad_plate_is_planned_like_the_same_plate_drawn_here(tmp_path: Path) -
     ahead = rounds_ahead(plan)
     assert ahead.number == 1
     assert ahead.seconds == plan.cost.seconds
-    assert ahead.further is not None
     assert ahead.further > 0
 
 
@@ -253,7 +244,6 @@ def test_more_rounds_are_expected_where_the_target_is_missed(tmp_path: Path) -> 
 
 def test_a_mesh_file_is_planned_from_its_mesh(tmp_path: Path) -> None:
     scene = load_scene(written(tmp_path, MESH))
-    assert isinstance(scene.seat, MeshFile)
     model = seat_model(scene.seat, scene.seat.stated(), scene.run.duration)
     assert model.sizes.elements == 7904
     assert model.sizes.counts.dof == 40371
@@ -269,13 +259,13 @@ def test_faces_as_a_table_and_a_picture(tmp_path: Path, capsys: pytest.CaptureFi
         (MESHES / "annular_seat.msh", "fixed"),
         (MESHES / "insert_seat.step", "4 = 7"),
     ):
-        picture, table = tmp_path / f"{part.stem}.png", tmp_path / f"{part.stem}.csv"
+        table = tmp_path / f"{part.stem}.csv"
         assert run_command(["faces", str(part), "-o", str(table)]) == DONE
         assert said in capsys.readouterr().out
         rows = table.read_text(encoding="utf-8").splitlines()
         assert rows[0].startswith("number,surface,area [mm^2],centre [mm],normal or axis,radius [mm]")
-        assert run_command(["faces", str(part), "-o", str(picture), "--quiet"]) == DONE
-        assert picture.read_bytes().startswith(b"\x89PNG")
+    assert run_command(["faces", str(scene), "-o", str(tmp_path / "faces.png"), "--quiet"]) == DONE
+    assert (tmp_path / "faces.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_unit_of_a_mesh_is_asked_for(tmp_path: Path) -> None:

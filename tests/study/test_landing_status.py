@@ -47,9 +47,7 @@ def test_means_are_of_scenes_that_land(tmp_path: Path, monkeypatch: pytest.Monke
     assert effect.mean == pytest.approx([2e-3] * 3, rel=5e-3)
 
 
-def test_the_whole_run_of_a_scene_that_does_not_land_counts_for_nothing_either(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_whole_run_of_a_scene_that_does_not_land_counts_for_nothing_either(tmp_path, monkeypatch):
     """Its impulse is 0, the least of all: no front begins with it."""
     more = '[outputs]\nmeasures = ["impulse_Ns", "landing_count"]\npareto = ["impulse_Ns", "max peak_force_N"]\n'
     table = swept(tmp_path, monkeypatch, more, '["-1 m/s", "-1.05 m/s"]')
@@ -146,9 +144,7 @@ def test_no_optimum_where_nothing_lands(tmp_path: Path, monkeypatch: pytest.Monk
         run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "out")
 
 
-def test_what_the_program_says(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_the_program_says(tmp_path, monkeypatch, capsys):
     """How many are left out; a measure that stays empty, in all scenes that count or in some."""
     answer_here(monkeypatch)
     monkeypatch.chdir(tmp_path)

@@ -1,7 +1,5 @@
 """Scenes whose largest force is not their landing, and scenes that do not land: what comes first in their answers."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path
@@ -110,9 +108,7 @@ def test_with_one_landing_and_no_load_both_agree(tmp_path: Path) -> None:
         (VALVE.replace("pulse.csv", "pressed.csv"), "never opened"),
     ],
 )
-def test_scenes_that_do_not_land_are_neither_met_nor_failed(
-    tmp_path: Path, text: str, status: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_scenes_that_do_not_land_are_neither_met_nor_failed(tmp_path, text, status, capsys):
     path = tmp_path / "scene.toml"
     path.write_text(text)
     (tmp_path / "pressed.csv").write_text("time [ms],pressure [bar]\n0,-1\n8,-2\n")

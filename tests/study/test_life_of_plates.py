@@ -58,9 +58,7 @@ def run(
     return dict(outcome.summary), kept
 
 
-def test_a_plate_in_free_flight_fails_where_and_when_its_stress_says(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_plate_in_free_flight_fails_where_and_when_its_stress_says(tmp_path, monkeypatch):
     """One mode without Poisson's ratio: its largest von Mises stress is of one axis and fully reversed, so that the
     margin is S(N) over it, and Crossland's t/(sqrt(J2a) + k pmax) = f over it."""
     text = SPRING + THROWN + '[contact]\ngap = "9 mm"\n' + RUN.format(12) + LIFE + 'multiaxial = "crossland"\n'

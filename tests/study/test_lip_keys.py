@@ -1,58 +1,32 @@
 """Keys of a contact along a lip that do not fit: each is named, with its limit and what would do."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
 
 from seatfem.structures.errors import ModelError
 from seatfem.study.impacts.contact import solved_striker, striker_of
-from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of
+from tests.gallery import FLAPPER, LIP, load_text, mass, refusal, spring
 
-SEAT = """kind = "annular"
-bore_radius = "5 mm"
-lip_width = "1 mm"
-lip_edge_radius = "0 mm"
-material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
-"""
-FLAPPER = """kind = "flapper"
-root_width = "8 mm"
-taper_length = "2 mm"
-neck_width = "6 mm"
-neck_length = "15 mm"
-paddle_diameter = "16 mm"
-thickness = "0.3 mm"
-greens = { bandwidth = "20 kHz" }
-release = { velocity = "-2 m/s" }
-"""
-MASS = 'kind = "rigid_mass"\nmass = "0.1 g"\nvelocity = "-1 m/s"\n'
-SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'
+REED = FLAPPER + 'greens = { bandwidth = "20 kHz" }\nrelease = { velocity = "-2 m/s" }\n'
+MASS, SPRING = mass(0.1, "-1 m/s"), spring("20 N/um")
 
 
-def scene_of(folder: Path, contact: str, reed: str = FLAPPER, seat: str = SEAT) -> Scene:
-    path = folder / "scene.toml"
-    path.write_text(f'[seat]\n{seat}[reed]\n{reed}[contact]\n{contact}[run]\nduration = "0.1 ms"\n', encoding="utf-8")
-    return load_scene(path)
+def scene_of(folder: Path, contact: str, reed: str = REED, seat: str = LIP) -> Scene:
+    return load_text(folder, f'[seat]\n{seat}[reed]\n{reed}[contact]\n{contact}[run]\nduration = "0.1 ms"\n')
 
 
 @pytest.mark.parametrize(
     ("contact", "key", "words"),
     [
-        ("ports = 4097", "ports", "4097 must be at most 4096"),
         ("ports = 1000000000000000000000000", "ports", "must be at most 4096"),
         ("ports = 0", "ports", "must be at least 1"),
         ("ports = -32", "ports", "must be at least 1"),
         ("ports = 2.5", "ports", "integer"),
-        (
-            "ports = 1500\nrings = 3",
-            "ports",
-            "1500 segments in 3 rings are more than 4096; their",
-        ),
         ("ports = 131", "ports", "131 segments in 1 rings: so many must be an even number"),
         ('ports = 1\ntilt = "0.1 deg"', "ports", "a single contact point has only a mean gap, tilt needs several"),
-        ('tilt = "31 deg"', "tilt", "31 deg must be at most 30 deg"),
         ('tilt = "-31 deg"', "tilt", "-31 deg must be at most 30 deg"),
         ('line_arc = "0 deg"', "line_arc", "0 deg must be above 0 and at most 360 deg"),
         ('line_arc = "361 deg"', "line_arc", "361 deg must be above 0"),
@@ -64,47 +38,38 @@ def scene_of(folder: Path, contact: str, reed: str = FLAPPER, seat: str = SEAT) 
     ],
 )
 def test_keys_alone(tmp_path: Path, contact: str, key: str, words: str) -> None:
-    with pytest.raises(SceneError) as caught:
-        scene_of(tmp_path, contact + "\n")
-    assert f"contact.{key}" in str(caught.value)
-    assert words in str(caught.value)
-    assert "scene.toml:" in str(caught.value)  # and the line
+    told = refusal(scene_of, tmp_path, contact + "\n")
+    assert f"contact.{key}" in told
+    assert words in told
+    assert "scene.toml:" in told  # and the line
 
 
 @pytest.mark.parametrize(
     ("contact", "reed", "seat", "key", "words"),
     [
-        ('tilt = "1 deg"', FLAPPER, SPRING, "tilt", "'spring', as it is given here, is not struck on a flat ring"),
-        ('waviness = [["0 deg", "1 um"]]', FLAPPER, SPRING, "waviness", "not struck on a flat ring; remove the key"),
-        ('offset = ["0 mm", "1 mm"]', FLAPPER, SPRING, "offset", "not struck on a flat ring; remove the key"),
+        ('tilt = "1 deg"', REED, SPRING, "tilt", "'spring', as it is given here, is not struck on a flat ring"),
+        ('waviness = [["0 deg", "1 um"]]', REED, SPRING, "waviness", "not struck on a flat ring; remove the key"),
+        ('offset = ["0 mm", "1 mm"]', REED, SPRING, "offset", "not struck on a flat ring; remove the key"),
         ("ports = 16", MASS, SPRING, "ports", "not struck on a flat ring; remove the key"),
-        ("ports = 16", FLAPPER, SEAT + 'arc = "90 deg"\n', "ports", "with arc is struck on that part of its ring"),
+        ("ports = 16", REED, LIP + 'arc = "90 deg"\n', "ports", "with arc is struck on that part of its ring"),
         *(
-            (
-                "ports = 16",
-                FLAPPER,
-                f'{SEAT}model = "{model}"\n',
-                "ports",
-                f"with model = '{model}' is struck as a whole",
-            )
+            ("ports = 16", REED, f'{LIP}model = "{model}"\n', "ports", f"with model = '{model}' is struck as a whole")
             for model in ("3d", "sector", "rod", "harmonics")
         ),
-        ('tilt = "1 deg"', MASS, SEAT + 'model = "3d"\n', "tilt", "with model = '3d' is struck as a whole"),
-        ('offset = ["1 mm", "0 mm"]', MASS, SEAT, "offset", "touches with one rigid face; remove the key"),
+        ('tilt = "1 deg"', MASS, LIP + 'model = "3d"\n', "tilt", "with model = '3d' is struck as a whole"),
+        ('offset = ["1 mm", "0 mm"]', MASS, LIP, "offset", "touches with one rigid face; remove the key"),
     ],
 )
 def test_keys_beside_others(tmp_path: Path, contact: str, reed: str, seat: str, key: str, words: str) -> None:
-    with pytest.raises(SceneError) as caught:
-        scene_of(tmp_path, contact + "\n", reed, seat)
-    assert f"contact.{key}" in str(caught.value)
-    assert words in str(caught.value)
+    told = refusal(scene_of, tmp_path, contact + "\n", reed, seat)
+    assert f"contact.{key}" in told
+    assert words in told
 
 
 def test_a_seat_modelled_in_space_is_struck_as_a_whole(tmp_path: Path) -> None:
     """As by any other reed: who states the model does not get another one."""
-    assert lip_of(scene_of(tmp_path, "", seat=SEAT + 'model = "3d"\n')) is None
+    assert lip_of(scene_of(tmp_path, "", seat=LIP + 'model = "3d"\n')) is None
     lip = lip_of(scene_of(tmp_path, ""))
-    assert lip is not None
     assert lip.arcs == 32
 
 
@@ -112,35 +77,21 @@ def test_an_uneven_lip_has_arcs(tmp_path: Path) -> None:
     """Under a rigid face, too; no more than can be with their rings."""
     for contact, arcs in (('tilt = "0.1 deg"', 32), ('waviness = [["0 deg", "1 um"]]\nrings = 16', 16)):
         lip = lip_of(scene_of(tmp_path, contact + "\n", MASS))
-        assert lip is not None
         assert lip.arcs == arcs
     assert lip_of(scene_of(tmp_path, "", MASS)) is None
-    disc = FLAPPER + 'contact_radius = "3 mm"\n'  # what touches if nothing is said of the lip
+    disc = REED + 'contact_radius = "3 mm"\n'  # what touches if nothing is said of the lip
     assert lip_of(scene_of(tmp_path, "", disc)) is None
     lip = lip_of(scene_of(tmp_path, 'offset = ["0.5 mm", "0 mm"]\n', disc))
-    assert lip is not None
     assert lip.arcs == 32
 
 
-@pytest.mark.parametrize(
-    ("offset", "reed", "words"),
-    [
-        ("3 mm", FLAPPER, "from 5 to 6 mm about (25.42, 0) mm, reaches off the reed, which has 8 mm about"),
-        ("0 mm", FLAPPER.replace('"16 mm"', '"11 mm"'), "which has 5.5 mm about the middle of its contact"),
-        ("0 mm", FLAPPER + 'hole_diameter = "11 mm"\n', "which has 5.5 to 8 mm about the middle of its contact"),
-    ],
-)
-def test_a_lip_off_the_reed(tmp_path: Path, offset: str, reed: str, words: str) -> None:
-    scene = scene_of(tmp_path, f'offset = ["{offset}", "0 mm"]\n', reed)
-    with pytest.raises(ModelError, match=r"contact\.offset: the seat's lip") as caught:
-        striker_of(scene)
-    assert words in str(caught.value)
-    assert "change the offset, or reed and seat" in str(caught.value)
+def test_a_lip_over_a_hole_of_the_reed(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match=r"contact\.offset: the seat's lip.* which has 5\.5 to 8 mm about the middle"):
+        striker_of(scene_of(tmp_path, "", REED + 'hole_diameter = "11 mm"\n'))
 
 
 def test_the_lip_may_lie_off_the_middle(tmp_path: Path) -> None:
     """Up to the paddle's edge: 1.9 mm of 2."""
     scene = scene_of(tmp_path, 'offset = ["0 mm", "1.9 mm"]\n')
     found = solved_striker(scene)
-    assert found is not None
     assert len(found.greens.ports) == 33

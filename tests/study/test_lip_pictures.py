@@ -1,7 +1,5 @@
 """Pictures of a contact along a lip: what they show is the run's own motion and forces."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -25,22 +23,14 @@ from seatfem.structures.solved import Solved, bed
 from seatfem.study.impacts.contact import run_contacts, solved_striker, striker_of
 from seatfem.study.runs.lip_pictures import by_arc, landing_of, lip_pictures
 from seatfem.study.scene import load_scene
-from tests.flapper_scene import FLAPPER
+from tests.gallery import FLAPPER, LIP
 
 ARCS, RADIUS = 8, 5.5e-3
-SCENE = (
-    """title = "a <tilted> landing"
+SCENE = f"""title = "a <tilted> landing"
 [seat]
-kind = "annular"
-bore_radius = "5 mm"
-lip_width = "1 mm"
-lip_edge_radius = "0 mm"
-material = "steel"
-[reed]
-"""
-    + FLAPPER
-    + """greens = { bandwidth = "10 kHz" }
-release = { velocity = "-1 m/s" }
+{LIP}[reed]
+{FLAPPER}greens = {{ bandwidth = "10 kHz" }}
+release = {{ velocity = "-1 m/s" }}
 [contact]
 gap = "1 um"
 tilt = "0.3 deg"
@@ -49,7 +39,6 @@ rings = 2
 [run]
 duration = "0.3 ms"
 """
-)
 
 
 @pytest.fixture(scope="module")
@@ -139,7 +128,6 @@ def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: 
 def test_the_landing_is_kept_for_reports(landed: Any, tmp_path: Path) -> None:
     """Up and down as the plate moves, to 1/32767 of the farthest; the film's times and forces."""
     found = landing_of(landed.done, by_arc(landed.done.touches.parts, Division(ARCS, 2)))
-    assert found is not None
     dict(lip_pictures(landed.done, landed.baseline))["landing.h5"](tmp_path / "landing.h5")
     kept = load_moving(tmp_path / "landing.h5")
     np.testing.assert_allclose(kept.displacement, found.displacement, atol=1e-4 * kept.largest)

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from seatfem.study.impacts.validity import covered_notes
-from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene import Scene, SceneError
+from tests.gallery import load_text
 
 SCENE = """
 [seat]
@@ -29,9 +30,7 @@ duration = "1 ms"
 
 
 def scene(folder: Path, at: float, width: float = 12) -> Scene:
-    file = folder / "scene.toml"
-    file.write_text(SCENE.format(at=at, width=width), encoding="utf-8")
-    return load_scene(file)
+    return load_text(folder, SCENE.format(at=at, width=width))
 
 
 def test_a_lip_under_the_whole_reed_needs_no_note(tmp_path: Path) -> None:

@@ -6,8 +6,6 @@ from pathlib import Path
 import pytest
 
 from seatfem.structures.cache import key_of
-from seatfem.structures.kinds import Annular, Cantilever
-from seatfem.structures.kinds.parts import Material
 from seatfem.structures.materials import NAMED_MATERIALS, named_material
 from seatfem.structures.materials import Material as Solid
 from seatfem.study.method import stated_method
@@ -37,17 +35,12 @@ def load(tmp_path: Path) -> Load:
 
 def test_a_name_is_its_values(load: Load) -> None:
     scene = load('"grey cast iron"', '"Stainless_Valve-Steel"')
-    assert isinstance(scene.seat, Annular)
-    assert isinstance(scene.seat.material, Material)
-    assert isinstance(scene.reed, Cantilever)
     assert (scene.seat.material.young, scene.seat.material.poisson, scene.seat.material.density) == (110e9, 0.26, 7200)
     assert (scene.reed.material.young, scene.reed.material.density) == (215e9, 7700)
 
 
 def test_a_value_beside_the_name_overrules_the_list(load: Load) -> None:
     scene = load('{ name = "steel", young = "210 GPa", loss_factor = 0.01 }', '"steel"')
-    assert isinstance(scene.seat, Annular)
-    assert isinstance(scene.seat.material, Material)
     assert scene.seat.material.young == 210e9
     assert scene.seat.material.density == 7850
     assert scene.seat.material.loss_factor == 0.01

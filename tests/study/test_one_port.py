@@ -1,7 +1,5 @@
 """One port in place of a lip's arcs: where a plan chooses it, what its bar is made of, and how a round undoes it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -23,7 +21,7 @@ from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.safety import LIP_SHARE, ONE_PORT_BAR
 from seatfem.study.scene import load_scene
-from tests.flapper_scene import FLAPPER
+from tests.gallery import FLAPPER
 
 SCENE = f"""[seat]
 kind = "annular"
@@ -85,9 +83,7 @@ def test_a_flat_landing_whose_total_force_is_asked_for_goes_through_one_port(fol
         ("", 0.5, "", "a single contact point would be off by"),
     ],
 )
-def test_what_one_port_cannot_tell_or_not_so_well_takes_arcs(
-    folder: Path, more: str, target: float, also: str, why: str
-) -> None:
+def test_what_one_port_cannot_tell_or_not_so_well_takes_arcs(folder, more, target, also, why):
     plan = plan_of(folder, more, target, also)
     assert (plan.method.ports or 0) >= 16
     assert why in plan.choice(PORTS).reason
@@ -110,11 +106,9 @@ def test_the_bar_is_what_arcs_change(folder: Path) -> None:
     assert whole is not None
     assert patch is not None
     lip = stated_method(scene).seat.lip
-    assert lip is not None
     assert lip.arcs == 32
     many = on_its_patch(whole, lip, patch)
     reed = solved_striker(scene, method=method.along(scene, 32).reed, mesh_error=False)
-    assert reed is not None
 
     def impulse(striker: impact.Body, seat: impact.GreensFunction) -> float:
         return measures_of(scene, problem_of(scene, striker, impact.Body(seat)), 2 * done.result.dt)["impulse"]
@@ -139,7 +133,6 @@ def test_the_bar_holds_against_arcs(folder: Path) -> None:
 def test_a_round_undoes_it(folder: Path, source: str) -> None:
     plan = plan_of(folder)
     finer = refine(plan, source)
-    assert finer is not None
     assert (finer.method.ports or 0) >= 16
     assert finer.without == (ONE_PORT,)
     assert "lip" not in finer.shares

@@ -1,7 +1,5 @@
 """Scenes that travel: with every file they name, under safe names, and the same scene where they are unpacked."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

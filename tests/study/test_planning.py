@@ -1,11 +1,10 @@
 """Plans: what the file states is obeyed, what it leaves open is chosen for the accuracy asked for."""
 
-from __future__ import annotations
-
 import itertools
 import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache as cached
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,6 @@ from seatfem.machine.rates import Machine
 from seatfem.structures import cache
 from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.mesh_size import Sizes, mesh_error, sizes_for
-from seatfem.structures.kinds import Annular
 from seatfem.structures.method import LevelError
 from seatfem.structures.store import Store
 from seatfem.study.accuracy.prerun import Bench, advanced, first_look
@@ -172,8 +170,6 @@ class TestTargets:
         plans = [plan_scene(scene_of(*parts, accuracy__target=target)) for target in ("5 %", "1 %", "0.3 %")]
         for loose, tight in itertools.pairwise(plans):
             one, other = loose.method, tight.method
-            assert one.time_step is not None
-            assert other.time_step is not None
             assert other.time_step <= one.time_step
             assert (other.reed.n_modes or 0) >= (one.reed.n_modes or 0)
             assert max(tight.error.values()) <= max(loose.error.values())
@@ -244,13 +240,11 @@ class TestTargets:
         """A soft spring under a short filter: no pre-run can march all of it; errors go on as the order says."""
         soft = SPRING.replace("27.8 N/um", "15 N/m")
         plan = plan_scene(scene_of(soft, MASS, run={"duration": "90 us", "filter_width": "10 ns"}))
-        assert plan.method.time_step is not None
         assert plan.method.time_step <= 10e-9 / 4
 
     def test_chosen_steps_end_with_the_run(self) -> None:
         """Also those of the error bars, twice and four times as long: what is known of g may end there."""
         dt = plan_scene(scene_of(SPRING, REED, run__duration="0.7713 ms")).method.time_step
-        assert dt is not None
         assert 0.7713e-3 / (4 * dt) == pytest.approx(round(0.7713e-3 / (4 * dt)), abs=1e-9)
 
     @pytest.mark.parametrize("n_modes", [1, 2, 3, 5, 8])
@@ -335,7 +329,6 @@ class TestRefining:
         finer = {source: refine(plan, source, 2.0) for source in SOURCES}
         old = plan.method
         for source, new in finer.items():
-            assert new is not None
             assert max(new.error.values()) < max(plan.error.values()), source
         mesh, reduction, step, model, patch = (found.method for found in finer.values() if found is not None)
         assert mesh.seat.size == pytest.approx(old.seat.size / 2, rel=0.06)  # type: ignore[operator]
@@ -348,10 +341,8 @@ class TestRefining:
         plan = plan_scene(scene_of(ANNULAR, REED, accuracy={"target": "1 %", "measures": ["impulse"]}))
         finer = refine(plan, "model")
         assert plan.level == "spring"
-        assert finer is not None
         assert finer.level == "axisymmetric"
         again = refine(finer, "model")
-        assert again is not None
         assert again.level == "axisymmetric"
         assert again.method.reed.n_modes > finer.method.reed.n_modes  # type: ignore[operator]
 
@@ -359,15 +350,12 @@ class TestRefining:
         plan = plan_scene(scene_of(ANNULAR, REED, seat__mesh={"contact_size": "2 mm"}))
         once = replace(plan, method=plan.method.replaced({"seat.mesh.size": 3e-3}))
         finer = refine(once, "mesh", 4.0)
-        assert finer is not None
         assert finer.method.seat.size == 2e-3
         assert refine(finer, "mesh") is None
 
     def test_a_round_that_keeps_its_seat_costs_no_seat(self) -> None:
         plan = plan_scene(scene_of(PLATE, REED, accuracy={"target": "5 %", "measures": ["seat_displacement"]}))
         step, mesh = refine(plan, "time_step"), refine(plan, "mesh")
-        assert step is not None
-        assert mesh is not None
         assert "mesh" not in step.cost.parts
         assert step.cost.seconds < plan.cost.seconds < mesh.cost.seconds
 
@@ -448,14 +436,11 @@ class TestPreRuns:
         body = striker_of(scene_of(SPRING, REED), 3)
         later = advanced(advanced(body, 1e-4), 2e-4)
         at_once = advanced(body, 3e-4)
-        assert later.state is not None
-        assert at_once.state is not None
         assert later.state.displacement == pytest.approx(at_once.state.displacement, rel=1e-9)
 
     def test_the_surrogate_starts_and_rests_as_told(self) -> None:
         scene = scene_of(ANNULAR, REED)
         patch = scene.seat.patch()  # type: ignore[arg-type]
-        assert patch is not None
         area = np.pi * (4.9e-3**2 - 4.1e-3**2)  # of the lip's flat top
         c_p = np.sqrt(200e9 * 0.7 / (1.3 * 0.4 * 7850))
         greens = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
@@ -465,8 +450,6 @@ class TestPreRuns:
 
     def test_an_arc_is_a_part_of_the_ring(self) -> None:
         ring, arc = (scene_of(ANNULAR, REED, **more).seat.patch() for more in ({}, {"seat__arc": "60 deg"}))  # type: ignore[arg-type]
-        assert ring is not None
-        assert arc is not None
         assert ring.area == pytest.approx(6 * arc.area)
 
 
@@ -551,9 +534,6 @@ class TestWithoutWaves:
         """Of a mesh twice as fine and a band twice as wide, within the doubt that plans have."""
         seen = self.seen(CONE)
         method = coarse_method(seen)
-        assert method.size is not None
-        assert method.contact_size is not None
-        assert method.bandwidth is not None
         twice = replace(
             method, size=method.size / 2, contact_size=method.contact_size / 2, bandwidth=2 * method.bandwidth
         )
@@ -578,15 +558,20 @@ class TestWithoutWaves:
         assert "enough" not in reason
 
 
-class TestChoosing:
-    @staticmethod
-    def choices(*parts: str, **more: object) -> Choices:
-        scene = scene_of(*parts, **more)
-        surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
-        bench = Bench(scene, surrogate.greens, first_look(scene, surrogate.greens))
-        sensitivity = Sensitivity(bench, scene.accuracy.measures, 1e-4, exact=surrogate.exact)
-        return Choices(Seen(scene, stated_method(scene), surrogate, sensitivity, Machine.known()))
+def choices_of(*parts: str, **more: object) -> Choices:
+    scene = scene_of(*parts, **more)
+    surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
+    bench = Bench(scene, surrogate.greens, first_look(scene, surrogate.greens))
+    sensitivity = Sensitivity(bench, scene.accuracy.measures, 1e-4, exact=surrogate.exact)
+    return Choices(Seen(scene, stated_method(scene), surrogate, sensitivity, Machine.known()))
 
+
+@cached
+def choices_of_a_plate() -> Choices:
+    return choices_of(PLATE, REED, accuracy={"target": "1 %", "measures": ["seat_displacement"]})
+
+
+class TestChoosing:
     def test_a_small_change_may_be_an_accident(self) -> None:
         changes = (1e-9, 0.1, 0.01)
         rungs = no_better_than_finer(tuple(Rung(k, {"a": change}) for k, change in enumerate(changes)))
@@ -594,7 +579,7 @@ class TestChoosing:
 
     def test_nothing_cheaper_meets_the_target(self) -> None:
         """Of all combinations, looked at one by one: the choice spends little more than the least cost."""
-        choices = self.choices(ANNULAR, REED)
+        choices = choices_of(ANNULAR, REED)
         for target in (0.05, 0.01):
             decision = choices.cheapest(target)
             assert max(decision.error.values()) <= AIM * target
@@ -604,13 +589,13 @@ class TestChoosing:
             assert cost(decision) <= (1 + FREE) * min(cost(way) for way in meet)
 
     def test_the_model_of_a_tighter_target_costs_more(self) -> None:
-        choices = self.choices(PLATE, REED, accuracy={"target": "1 %", "measures": ["seat_displacement"]})
+        choices = choices_of_a_plate()
         costs = [cost(choices.cheapest(target)) for target in (0.5, 0.1, 0.02)]
         assert costs == sorted(costs)
         assert costs[-1] > 2 * costs[0]
 
     def test_out_of_reach_it_comes_close_to_the_least_error_without_spending_all(self) -> None:
-        choices = self.choices(PLATE, REED, accuracy={"target": "1 %", "measures": ["seat_displacement"]})
+        choices = choices_of_a_plate()
         ways = [Decision(choices.seen, seat, contact) for seat in choices.seats for contact in choices.contacts]
         least = min(max(way.error.values()) for way in ways)
         decision = choices.cheapest(0.01 * least)
@@ -620,14 +605,14 @@ class TestChoosing:
     def test_a_measure_out_of_reach_leaves_the_others_their_target(self) -> None:
         """The tolerance, as stated, does not tell the seat's displacement; the filtered peak is met all the same."""
         wanted = {"target": "1 %", "measures": ["filtered_peak", "seat_displacement"]}
-        choices = self.choices(ANNULAR, REED, seat__greens={"tolerance": "20 %"}, accuracy=wanted)
+        choices = choices_of(ANNULAR, REED, seat__greens={"tolerance": "20 %"}, accuracy=wanted)
         decision = choices.cheapest(0.01)
         assert decision.error["landing_seat_displacement"] > 0.1
         assert decision.error["landing_filtered_peak"] <= 0.01
 
     def test_bars_without_an_end_can_be_compared(self) -> None:
         """Of a measure that comes and goes with the model: the others still choose."""
-        choices = self.choices(SPRING, REED)
+        choices = choices_of(SPRING, REED)
         vanishing = [
             replace(contact, changes={**contact.changes, STEP: {**contact.changes[STEP], "impulse": np.inf}})
             for contact in choices.contacts
@@ -636,7 +621,7 @@ class TestChoosing:
         assert choices.cheapest(0.01).error["landing_filtered_peak"] <= 0.01
 
     def test_a_limit_of_time_is_kept_where_it_can_be(self) -> None:
-        choices = self.choices(PLATE, REED, accuracy={"target": "1 %", "measures": ["seat_displacement"]})
+        choices = choices_of_a_plate()
         free = choices.cheapest(0.01)
         bounded = choices.cheapest(0.01, longest=free.seat.seconds / 3)
         assert bounded.seat.seconds <= free.seat.seconds / 3
@@ -652,9 +637,7 @@ def cost(decision: Decision) -> float:
 class TestMeshSizes:
     def test_sizes_keep_what_they_promise(self) -> None:
         seat = scene_of(ANNULAR, REED).seat
-        assert isinstance(seat, Annular)
         patch = seat.patch()
-        assert patch is not None
         before = Sizes(np.inf, np.inf)
         for error in (0.2, 0.05, 0.01, 0.002):
             sizes = sizes_for(patch, 500e3, error)

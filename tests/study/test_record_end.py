@@ -12,8 +12,8 @@ from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.accuracy.record_end import CLOCK, LastTouch, clock_off, with_end, without_clock
 from seatfem.study.impacts.contact import run_contacts, striker_of
 from seatfem.study.method import stated_method
-from seatfem.study.scene import load_scene
 from seatfem.study.scene.measures import Blow
+from tests.gallery import load_text
 
 STIFFNESS, MASS, SPEED = 40e6, 1e-4, 1.0
 WAY = 30e-6  # from spring to spring [m]
@@ -49,9 +49,7 @@ def impulse_until(end: float) -> float:
 
 
 def budget_at(end: float, folder: Path) -> Budget:
-    path = folder / "scene.toml"
-    path.write_text(SCENE.format(end=1e6 * end), encoding="utf-8")
-    scene, spring = load_scene(path), impact.spring(stiffness=STIFFNESS)
+    scene, spring = load_text(folder, SCENE.format(end=1e6 * end)), impact.spring(stiffness=STIFFNESS)
     striker = striker_of(scene)
     touches = run_contacts(scene, striker, spring, STEP)
     return error_budget(scene, stated_method(scene), Solved(spring, plane=True), striker, touches)

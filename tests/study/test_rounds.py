@@ -28,7 +28,7 @@ from seatfem.study.planning.refining import rounds_ahead
 from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.rounds import missed
-from seatfem.study.scene import load_scene
+from tests.gallery import load_text
 
 SCENE = """
 [seat]
@@ -48,9 +48,7 @@ landing = "run"
 
 
 def plan_of(text: str, folder: Path) -> Plan:
-    path = folder / "scene.toml"
-    path.write_text(text, encoding="utf-8")
-    return plan_scene(load_scene(path))
+    return plan_scene(load_text(folder, text))
 
 
 def key_of(plan: Plan) -> str:
@@ -156,9 +154,7 @@ def test_no_round_beyond_the_memory_or_the_number(tmp_path: Path, monkeypatch: p
     ],
     ids=["factorization", "meshing", "memory", "greens", "disk"],
 )
-def test_a_finer_round_that_fails_keeps_the_one_before(
-    failure: Exception, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_finer_round_that_fails_keeps_the_one_before(failure, told, tmp_path, monkeypatch):
     plan, calls = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6), []
     run_contacts = rounds.run_contacts
 
@@ -213,14 +209,11 @@ def test_waves_that_a_spring_leaves_out_count_as_an_error_of_the_model(tmp_path:
 
 
 @pytest.mark.parametrize(("more", "code"), [("", 0), ("n_modes = 2\n", 1)])
-def test_summary_and_exit_code_tell_whether_the_target_was_met(
-    more: str, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+def test_summary_and_exit_code_tell_whether_the_target_was_met(more, code, tmp_path):
     scene, out = tmp_path / "scene.toml", tmp_path / "out"
     text = SCENE.replace("release", f"{more}release") + 'level = "quick"\nmeasures = ["filtered_peak", "stress"]\n'
     scene.write_text(text, encoding="utf-8")
-    assert run_command(["run", str(scene), "-o", str(out), "--quiet"]) == code
+    assert run_command(["run", str(scene), "-o", str(out), "--quiet", "--no-pictures"]) == code
     found = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert (out / "result.h5").is_file()
     assert found["accuracy_target"] == 0.05
@@ -270,9 +263,7 @@ def test_no_round_that_is_predicted_to_outlast_the_time_is_begun(tmp_path: Path)
     assert carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(seconds=1e6)).met
 
 
-def test_a_round_that_outlasts_the_time_is_stopped_and_the_one_before_stays(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_round_that_outlasts_the_time_is_stopped_and_the_one_before_stays(tmp_path, monkeypatch):
     """Predicted to cost nothing; its first report of progress comes too late."""
     monkeypatch.setattr(next_round, "price", lambda done, plan: 0.0)
     plan, begun = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6), time.perf_counter()
@@ -304,9 +295,7 @@ def test_limits_that_are_none_are_refused(number: int, seconds: float) -> None:
         Limits(number, seconds)
 
 
-def test_each_finished_round_is_on_file_while_the_next_is_under_way(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_each_finished_round_is_on_file_while_the_next_is_under_way(tmp_path, monkeypatch):
     """Ctrl-C in round 2 leaves round 1: whole, and marked."""
     scene, out, run_contacts, calls = tmp_path / "s.toml", tmp_path / "out", rounds.run_contacts, []
     scene.write_text(SCENE + 'target = "2 %"\n', encoding="utf-8")

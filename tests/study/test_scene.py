@@ -1,6 +1,5 @@
 """Scene files: what they become, and every way in which they can be wrong."""
 
-import dataclasses
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -10,10 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from seatfem.structures.cache import key_of
-from seatfem.structures.kinds import Annular, Cad, Cantilever, RigidMass, Rod
+from seatfem.structures.kinds import Annular, Cantilever
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.locate import key_lines
+from tests.gallery import load_text
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -48,9 +48,7 @@ def seat_key(scene: Scene) -> str:
 @pytest.fixture
 def load(tmp_path: Path) -> Load:
     def write_and_load(text: str) -> Scene:
-        path = tmp_path / "scene.toml"
-        path.write_text(text, encoding="utf-8")
-        return load_scene(path)
+        return load_text(tmp_path, text)
 
     return write_and_load
 
@@ -103,13 +101,8 @@ def test_a_scene_does_not_change(load: Load) -> None:
             "[run]\nfoo = 1",
             "scene.toml:17: run.foo: unknown key; known here: duration, time_step, filter_width",
         ),
-        (
-            "[run]",
-            '[run]\n"" = 1',
-            "scene.toml:17: run.: unknown key; known here: duration, time_step, filter_width",
-        ),
+        ("[run]", '[run]\n"" = 1', "scene.toml:17: run.: unknown key; known here: duration, time_step, filter_width"),
         ('"25.4 mm"', '"3 kg"', "scene.toml:10: reed.length: '3 kg' is a mass; a length is needed, e.g. '3 mm'"),
-        ('"25.4 mm"', "25.4", "scene.toml:10: reed.length: 25.4 has no unit; write a string, e.g. '3 mm'"),
         ('"25.4 mm"', "true", "scene.toml:10: reed.length: True has no unit; write a string, e.g. '3 mm'"),
         ('"25.4 mm"', '"-3 mm"', "scene.toml:10: reed.length: '-3 mm' must be positive"),
         ('"25.4 mm"', '"0 mm"', "scene.toml:10: reed.length: '0 mm' must be positive"),
@@ -117,11 +110,6 @@ def test_a_scene_does_not_change(load: Load) -> None:
         ("poisson = 0.3", "poisson = nan", "scene.toml:6: seat.material.poisson: nan: input should be a finite number"),
         ("poisson = 0.3", "posson = 0.3", "scene.toml:6: seat.material.posson: unknown key; did you mean 'poisson'?"),
         ('length = "25.4 mm"\n', "", "scene.toml:8: reed.length: required key is missing: free length"),
-        (
-            'duration = "3 ms"',
-            "",
-            "scene.toml:16: run.duration: required key is missing: simulated time",
-        ),
         (
             '"annular"',
             '"anular"',
@@ -150,11 +138,6 @@ def test_a_scene_does_not_change(load: Load) -> None:
             "deflection, velocity",
         ),
         (
-            "[run]\n",
-            '[contact]\nat = "26 mm"\n[run]\n',
-            "scene.toml:17: contact.at: 26 mm must lie on the reed, which ends at 25.4 mm",
-        ),
-        (
             'lip_width = "1 mm"',
             'lip_width = "1 mm"\nlip_edge_radius = "0.6 mm"',
             "scene.toml:6: seat.lip_edge_radius: 0.6 mm: must be < 0.5 mm "
@@ -168,18 +151,8 @@ def test_a_scene_does_not_change(load: Load) -> None:
         ),
         (
             'lip_width = "1 mm"',
-            'lip_width = "9 mm"',
-            "scene.toml:2: seat.outer_radius: 12 mm: must be > 13 mm (bore_radius + lip_width)",
-        ),
-        (
-            'lip_width = "1 mm"',
             'lip_width = "1 mm"\nmesh = { size = "1 mm", contact_size = "2 mm" }',
             "scene.toml:6: seat.mesh.contact_size: 2 mm must be at most the bulk's size, 1 mm",
-        ),
-        (
-            'lip_width = "1 mm"',
-            'lip_width = "1 mm"\ndamping_ratio = 10',
-            'scene.toml:6: seat.damping_ratio: 10 must be below 1; did you mean 10 %? write 0.1 or "10 %"',
         ),
         (
             'lip_width = "1 mm"',
@@ -271,7 +244,6 @@ def test_files_are_found_from_the_folder_of_the_scene(load: Load, tmp_path: Path
         load(text)
     (tmp_path / "part.step").write_text("")
     seat = load(text).seat
-    assert isinstance(seat, Cad)
     assert seat.file == (tmp_path / "part.step").resolve()
     (contact,) = seat.geometry().patches["contact"]
     assert str(contact) == "plane face with normal (0.0, 0.0, 1.0), offset 8.5 mm"
@@ -284,7 +256,6 @@ def test_a_rigid_mass_strikes_downwards_and_has_no_positions(load: Load) -> None
     mass = '[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-2 m/s"\n'
     text = SCENE[:start] + mass + SCENE[end:]
     reed = load(text).reed
-    assert isinstance(reed, RigidMass)
     assert (reed.mass, reed.velocity) == (0.005, -2.0)
     assert messages(load, changed('"-2 m/s"', '"2 m/s"', text)) == [
         "scene.toml:11: reed.velocity: it would fly away: velocities towards the seat are negative, write '-2 m/s'"
@@ -320,24 +291,10 @@ def test_the_seat_key_sees_the_content_of_a_file(load: Load, tmp_path: Path) -> 
     assert one == same != other
 
 
-@pytest.mark.parametrize(
-    "path", sorted({*EXAMPLES.glob("*.toml")} - {*EXAMPLES.glob("*_study.toml")}), ids=lambda path: path.stem
-)
-def test_examples_are_valid(path: Path) -> None:
-    assert load_scene(path).title
-
-
 @pytest.mark.parametrize(("name", "area"), [("3mm_area", 4.17e-7), ("30mm_strip", 4.17e-9)])
 def test_the_two_readings_of_table_1(name: str, area: float) -> None:
     seat = load_scene(EXAMPLES / f"paper_table1_{name}.toml").seat
-    assert isinstance(seat, Rod)
     assert seat.cross_section == pytest.approx(area, rel=1e-15)
-
-
-def test_demo_geometry_is_a_frozen_spec() -> None:
-    seat = load_scene(EXAMPLES / "flapper_on_annular_seat.toml").seat
-    assert isinstance(seat, Annular)
-    assert dataclasses.is_dataclass(seat.geometry())
 
 
 def test_key_lines_of_every_toml_construct() -> None:

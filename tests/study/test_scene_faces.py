@@ -19,6 +19,7 @@ from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import Bar, GeometryError, Region
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, SceneError, load_scene
+from tests.gallery import load_text
 
 MESHES = Path(__file__).parents[2] / "meshes"
 SCENE = """\
@@ -44,9 +45,7 @@ def seat_key(scene: Scene) -> str:
 @pytest.fixture
 def load(tmp_path):
     def write_and_load(seat: str, file: str = "valve_body.step") -> Scene:
-        path = tmp_path / "scene.toml"
-        path.write_text(SCENE.format(file=MESHES / file, seat=seat), encoding="utf-8")
-        return load_scene(path)
+        return load_text(tmp_path, SCENE.format(file=MESHES / file, seat=seat))
 
     return write_and_load
 
@@ -208,9 +207,7 @@ def test_a_free_seat_is_refused_before_it_is_meshed(verb, load, tmp_path, capsys
 
 def test_a_free_mesh_has_six_modes_at_zero_whatever_its_groups_are_called(tmp_path):
     make_mesh(Bar(12e-3, 4e-3, 4e-3), MeshSpec(4e-3, order=1), msh=tmp_path / "bar.msh")
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE.format(file="bar.msh", seat='fixed = ""').replace('"cad"', '"mesh"'))
-    seat = load_scene(path).seat
+    seat = load_text(tmp_path, SCENE.format(file="bar.msh", seat='fixed = ""').replace('"cad"', '"mesh"')).seat
     mesh = read_mesh(seat.file, contact=seat.contact, fixed=seat.fixed or None)
     assert "fixed" in mesh.mesh.boundaries
     modes = solve_modes(matrices(seat, mesh, "3d", lambda stage, done: None), 7)

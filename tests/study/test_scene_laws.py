@@ -6,7 +6,8 @@ import pytest
 
 import impact
 from seatfem.study.impacts.contact import run_contacts, striker_of
-from seatfem.study.scene import SceneError, load_scene
+from seatfem.study.scene import SceneError
+from tests.gallery import load_text
 
 SCENE = """\
 [seat]
@@ -24,9 +25,7 @@ SEAT = impact.spring(stiffness=1e15)
 
 
 def scene_with(law, folder):
-    path = folder / "scene.toml"
-    path.write_text(SCENE.format(law=law))
-    return load_scene(path)
+    return load_text(folder, SCENE.format(law=law))
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """The JSON schema of scenes: it takes every example, and refuses misspelt keys and kinds of values."""
 
-from __future__ import annotations
-
 import json
 import re
 import tomllib

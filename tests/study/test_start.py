@@ -51,7 +51,6 @@ def test_a_start_that_is_too_coarse_is_refined(tmp_path: Path) -> None:
     """Each scene measures its own error: it meets its target from wherever it begins, or is planned by itself."""
     path = study_file(tmp_path, MASSES, f'{SPRING}[accuracy]\ntarget = "0.1 %"\n').parent / "scene.toml"
     plan = plan_scene(load_scene(path))
-    assert plan.method.time_step is not None
     coarse = replace(plan, method=replace(plan.method, time_step=8 * plan.method.time_step))
     found = carry_out(path, {"reed.mass": "2 g"}, 4, start_of(coarse))
     assert found.state == "done"

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import load_scene
+from tests.gallery import load_text
 
 SCENE = """
 [seat]
@@ -32,9 +32,7 @@ KEYS = ("impulse_Ns", "filtered_peak_force_N")
 
 
 def run(folder: Path, step: float) -> dict[str, float]:
-    file = folder / "scene.toml"
-    file.write_text(SCENE.format(step=step), encoding="utf-8")
-    run_scene(load_scene(file), folder, pictures=False)
+    run_scene(load_text(folder, SCENE.format(step=step)), folder, pictures=False)
     return dict(json.loads((folder / "summary.json").read_text(encoding="utf-8")))
 
 

@@ -1,7 +1,5 @@
 """[stopper]: a second contact of the same striker, known exactly between two springs, and as built by hand."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -27,8 +25,9 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.stopper import Stopper
+from tests.gallery import load_text
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
 MASS = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[contact]\ngap = "0.1 mm"\n'
@@ -44,9 +43,7 @@ KEYS = ("peak_force_N", "filtered_peak_force_N", "impulse_Ns", "first_contact_s"
 
 
 def scene_of(folder: Path, text: str) -> Scene:
-    path = folder / "scene.toml"
-    path.write_text(text, encoding="utf-8")
-    return load_scene(path)
+    return load_text(folder, text)
 
 
 def problems(folder: Path, text: str) -> str:
@@ -174,8 +171,6 @@ def test_rings_of_the_seat_stay_apart_from_the_stopper(tmp_path: Path) -> None:
         dt=2e-7,
         duration=1.4e-3,
     )
-    assert touches.parts is not None
-    assert touches.stopper is not None
     np.testing.assert_allclose(touches.parts.force, byhand.force[:, :2], atol=1e-12 * byhand.force.max())
     np.testing.assert_allclose(touches.stopper.force, byhand.force[:, 2], atol=1e-12 * byhand.force.max())
     np.testing.assert_array_equal(touches.seat.force, touches.parts.force.sum(axis=1))
@@ -224,7 +219,6 @@ def test_a_stopper_that_is_read_is_told_of(tmp_path: Path) -> None:
     text = SEAT + MASS + '[stopper]\nkind = "greens"\nfile = "stopper.h5"\ngap = "0.2 mm"\n' + RUN
     scene = scene_of(tmp_path, text)
     body = stopper_of(scene)
-    assert body is not None
     assert float(body.greens.static_compliance()[0, 0]) == pytest.approx(1 / 4e6)
     note = "the stopper (kind 'greens') is computed as its keys state it"
     assert any(note in words for words in plan_scene(scene).notes)
@@ -302,7 +296,6 @@ def test_the_mesh_and_the_patch_of_a_stopper_are_in_the_bars(tmp_path: Path) -> 
     )
     near = SEAT + MASS.replace("0.1 mm", "0.05 mm")
     coarse, fine = (scene_of(tmp_path, near + disc.format(size) + CUT.format(0.4)) for size in (0.7, 0.35))
-    assert fine.stopper is not None
     rings = fine.stopper.model_copy(update={"arcs": 1, "rings": 8})  # which no file asks of a rigid mass
     divided = fine.model_copy(update={"stopper": rings})
     touches, left = stopper_share(coarse)
@@ -339,11 +332,7 @@ def test_pre_runs_meet_the_stopper(tmp_path: Path) -> None:
 
 
 REFUSED = [
-    (
-        "",
-        '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n',
-        "stopper.gap: required key is missing: distance from the",
-    ),
+    ("", '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n', "stopper.gap: required key is missing: distance from"),
     ("", '[stopper]\ngap = "1 mm"\n', "stopper.kind: required key is missing"),
     ("", '[stopper]\nkind = "sprin"\ngap = "1 mm"\n', "stopper.kind: 'sprin' is not one of"),
     ("", STOPPER.replace("stiffness", "stifness"), "stopper.stifness: unknown key; did you mean 'stiffness'?"),
@@ -351,7 +340,6 @@ REFUSED = [
     ("", STOPPER.replace('"4 N/um"', '"4 mm"'), "stopper.stiffness: '4 mm' is a length"),
     ("", STOPPER.replace('"0.2 mm"', '"-0.2 mm"'), "stopper.gap: '-0.2 mm' must be >= 0"),
     ("", STOPPER + 'lift = "0.3 mm"\n', "stopper.lift: gap is given too; keep one of the two"),
-    ("", STOPPER.replace('gap = "0.2', 'lift = "-0.2'), "stopper.lift: -0.2 mm: the stopper would lie below the seat"),
     ("", STOPPER.replace('gap = "0.2', 'lift = "0.0'), "stopper.lift: 0 mm: the stopper would lie below the seat"),
     (
         "",
@@ -372,11 +360,7 @@ REFUSED = [
     ("", STOPPER + 'law = "hertzz"\n', "stopper.law.kind: 'hertzz' is not one of"),
     ("", STOPPER + 'at = "1 mm"\n', "stopper.at: a rigid mass has no positions; remove the key"),
     ("", "stopper = 3\n", "stopper"),
-    (
-        "",
-        MASS.split("[contact]")[0].replace("[reed]", "[stopper]") + 'gap = "1 mm"\n',
-        "stopper.velocity: a stopper is at",
-    ),
+    ("", MASS.split("[contact]")[0].replace("[reed]", "[stopper]") + 'gap = "1 mm"\n', "stopper.velocity: a stopper"),
     (REED, ABOVE.replace("18 mm", "26 mm"), "stopper.at: 26 mm must lie on the reed, which ends at 25.4 mm"),
 ]
 
@@ -420,7 +404,6 @@ def test_a_lift_is_counted_from_the_seat(tmp_path: Path) -> None:
     stated = scene_of(tmp_path, SEAT + MASS + STOPPER + RUN)
     assert lifted.stopper_gap == pytest.approx(stated.stopper_gap, rel=1e-12)
     touches = bounced(lifted, 1e-7)
-    assert touches.stopper is not None
     both = touches.seat.gap + touches.stopper.gap  # each opening, where neither body is pressed: the lift
     free = (touches.seat.force == 0) & (touches.stopper.force == 0) & (np.arange(len(both)) * 1e-7 < 1e-4)
     assert np.count_nonzero(free) > 500

@@ -78,7 +78,6 @@ def test_a_source_is_enough(tmp_path: Path) -> None:
 )
 def test_curves(tmp_path: Path, curve: str, expected: tuple[float, float]) -> None:
     found = load_strength(written(tmp_path, f'source = "invented"\n[curve]\n{curve}\n')).curve
-    assert found is not None
     assert (found.first_slope, found.last_slope) == pytest.approx(expected, rel=1e-4)
 
 

@@ -1,7 +1,5 @@
 """The stress wave and the map of margins of a run: numbers, times, files and pictures."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -31,7 +29,7 @@ from seatfem.study.runs.seat_stress import seat_stress
 from seatfem.study.runs.stress_wave import after_touch, reed_wave, seat_wave, wave_pictures
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.problems import SceneError
-from tests.flapper_scene import FLAPPER
+from tests.gallery import FLAPPER
 
 STRENGTH = """source = "invented for tests"
 ultimate = "1800 MPa"
@@ -117,7 +115,6 @@ def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> No
 def test_the_wave_shows_the_pressure_and_how_the_bar_gives_way(pressed: tuple[Any, Any]) -> None:
     done, stress = pressed
     wave = seat_wave(done, stress)
-    assert wave is not None
     assert len(wave.time) == 12
     assert wave.time[0] == pytest.approx(10e-6, abs=30e-6)
     assert 300e-6 < wave.time[-1] <= 341e-6
@@ -148,7 +145,6 @@ def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> Non
     import pyvista
 
     wave = seat_wave(done, stress)
-    assert wave is not None
     last = pyvista.read(tmp_path / "seat_stress" / "0004.vtu")
     np.testing.assert_allclose(last.point_data["von Mises [Pa]"], wave.values[-1], rtol=1e-6)
     np.testing.assert_allclose(last.point_data["displacement [m]"], wave.displacement[-1], rtol=1e-6)
@@ -185,11 +181,12 @@ def test_margins_of_a_bar_that_is_pressed(pressed: tuple[Any, Any], tmp_path: Pa
     done, stress = pressed
     scene = load(tmp_path, criterion=criterion)
     demand = scene.life.demand("seat")
-    found = margins(stress.field, force_by_port(done, done.touches), done.result.dt, demand)
-    middle = np.abs(stress.field.points[:, 2] - 5e-3) < 1.1e-3
+    middle = stress.field.at(np.flatnonzero(np.abs(stress.field.points[:, 2] - 5e-3) < 1.1e-3))
+    found = margins(middle, force_by_port(done, done.touches), done.result.dt, demand)
     amplitude = demand.strength.curve.stress(4.5e9)
     exact = 310e6 * 2 * np.sqrt(3) / PRESSURE if criterion else 2 * amplitude / PRESSURE
-    assert found[middle] == pytest.approx(exact, rel=0.03)
+    assert len(found) > 4
+    assert found == pytest.approx(exact, rel=0.03)
 
 
 def test_the_map_of_margins_is_drawn_and_written(pressed: tuple[Any, Any], tmp_path: Path) -> None:
@@ -211,14 +208,8 @@ def test_the_map_of_margins_is_drawn_and_written(pressed: tuple[Any, Any], tmp_p
     ("stress", "said"),
     [
         ('frames_from = "10 us"', "stress.frames_from: there are no frames: state their number, or remove the key"),
-        (
-            'frames = 9\nframes_from = "20 us"\nframes_until = "10 us"',
-            "stress.frames_until: 10 us must be later than",
-        ),
-        (
-            'frames = 9\nframes_until = "400 us"',
-            "stress.frames_until: 0.4 ms must be at most run.duration = 0.36 ms",
-        ),
+        ('frames = 9\nframes_from = "20 us"\nframes_until = "10 us"', "stress.frames_until: 10 us must be later than"),
+        ('frames = 9\nframes_until = "400 us"', "stress.frames_until: 0.4 ms must be at most run.duration = 0.36 ms"),
         ("frames = 501", "stress.frames: "),
     ],
 )
@@ -244,7 +235,6 @@ def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
     scene = load_scene(tmp_path / "scene.toml")
     *_, done = rounds(plan_scene(scene), tmp_path, Stopwatch(), silent)
     wave = reed_wave(done)
-    assert wave is not None
     steps = np.round(wave.time / done.result.dt).astype(int)
     centre = np.asarray(scene.reed.geometry().centre)
     struck = np.linalg.norm(wave.points[:, :2] - centre, axis=1) < 1e-3
@@ -319,8 +309,6 @@ def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monke
         plan_scene(load_scene(tmp_path / "scene.toml")), tmp_path, Stopwatch(), silent, limits=Limits(rounds=1)
     )
     stress = seat_stress(done)
-    assert stress is not None
-    assert stress.waves is not None
     assert len(stress.waves.numbers) > 3
     wave = seat_wave(done, stress)
     assert wave is not None

@@ -298,10 +298,7 @@ def test_a_damaged_journal_costs_what_is_damaged(tmp_path: Path, monkeypatch: py
 @posix
 def test_two_sweeps_in_one_folder(tmp_path: Path) -> None:
     path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g"]'), tmp_path / "out"
-    with (
-        claimed(out / f".{JOURNAL}.lock", 0.0),
-        pytest.raises(StudyError, match="another sweep is at work there"),
-    ):
+    with claimed(out / f".{JOURNAL}.lock", 0.0), pytest.raises(StudyError, match="another sweep is at work there"):
         run_study(load_study(path), out)
 
 
@@ -364,9 +361,7 @@ def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 @pytest.mark.parametrize("package", ["pandas", "pyarrow"])
-def test_a_broken_package_is_told_before_the_first_scene(
-    package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_broken_package_is_told_before_the_first_scene(package, tmp_path, monkeypatch):
     """Not when the table is written, after hours."""
     (tmp_path / package).mkdir()
     (tmp_path / package / "__init__.py").write_text("raise RuntimeError('built for another numpy')", encoding="utf-8")

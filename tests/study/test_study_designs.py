@@ -12,24 +12,8 @@ from seatfem.study.sweep.cases import cases_of
 from seatfem.study.sweep.design import changes_of, shares_of
 from seatfem.study.sweep.study import Study, load_study
 from seatfem.units import number_and_unit
-
-SCENE = """[seat]
-kind = "spring"
-stiffness = "1 N/um"
-[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-1 m/s"
-[run]
-duration = "0.2 ms"
-"""
-
-
-def study_file(folder: Path, text: str) -> Path:
-    (folder / "scene.toml").write_text(SCENE, encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text(f'scene = "scene.toml"\n{text}', encoding="utf-8")
-    return path
+from tests.gallery import refusal
+from tests.study.test_studies import study_file
 
 
 def study(folder: Path, text: str) -> Study:
@@ -133,10 +117,7 @@ BAD = [
     ('[vary]\n"reed..mass" = ["1 g"]', "'reed..mass' is no key of a scene"),
     (f'[vary]\n"{"a." * 20}mass" = ["1 g"]', "is no key of a scene"),
     ('[vary]\nreed.mass = { from = "2 g", to = "1 g", number = 2 }', ":3: vary.reed.mass.to: 1 must be above from = 2"),
-    (
-        '[vary]\n"reed.mass" = { from = "2 g", to = "1 kg", number = 2 }',
-        ":3: vary.reed.mass.to: is in kg, another",
-    ),
+    ('[vary]\n"reed.mass" = { from = "2 g", to = "1 kg", number = 2 }', ":3: vary.reed.mass.to: is in kg, another"),
     ('[vary]\nreed.mass = { from = "0 g", to = "1 g", number = 2, scale = "log" }', "0 is not positive"),
     ('[vary]\nreed.mass = { from = "1 g", to = "2 g" }', ":3: vary.reed.mass.number: required key is missing"),
     ('[vary]\nreed.mass = { from = "1 g", to = "2 g", number = 1 }', "vary.reed.mass.number: 1 must be"),
@@ -145,25 +126,16 @@ BAD = [
     ('[vary]\nreed.mass = { kind = "nomal", mean = "1 g", deviation = "0.1 g" }', "did you mean 'normal'?"),
     ('number = 4\n[vary]\nreed.mass = ["1 g"]', ":2: number: design = 'grid' draws none"),
     ('design = "sobol"\n[vary]\nreed.mass = ["1 g"]', "number: required key is missing: scenes that design = 'sobol'"),
-    (
-        'design = "sobol"\nnumber = 12\n[vary]\nreed.mass = ["1 g"]',
-        ":3: number: 12 is no power of two",
-    ),
-    (
-        'design = "zip"\n[vary]\nreed.mass = ["1 g"]\nreed.velocity = ["-1 m/s", "-2 m/s"]',
-        ":5: vary.reed.velocity: 2 values",
-    ),
+    ('design = "sobol"\nnumber = 12\n[vary]\nreed.mass = ["1 g"]', ":3: number: 12 is no power of two"),
+    ('design = "zip"\n[vary]\nreed.mass = ["1 g"]\nreed.velocity = ["-1 m/s", "-2 m/s"]', ":5: vary.reed.velocity: 2"),
     (
         'limit = 5\n[vary]\nreed.mass = ["1 g", "2 g"]\nreed.velocity = ["-1 m/s", "-2 m/s", "-3 m/s"]',
         ":2: limit: 6 scenes",
     ),
-    (
-        'design = "monte_carlo"\nnumber = 2000000\n[vary]\nreed.mass = ["1 g"]',
-        ":3: number: 2000000 must be at most",
-    ),
+    ('design = "monte_carlo"\nnumber = 2000000\n[vary]\nreed.mass = ["1 g"]', ":3: number: 2000000 must be at most"),
     (
         'design = "monte_carlo"\nnumber = 2\n[vary]\nreed.mass = { kind = "normal", mean = "1 g", deviation = "0 g" }',
-        "vary.reed.mass.deviation: 0 must be positive",
+        "vary.reed.mass.deviation: 0 must be",
     ),
     (
         'design = "sobol"\nnumber = 2\n[vary]\nreed.mass = { kind = "table", points = [["1 g", 0], ["2 g", 0.9]] }',
@@ -179,10 +151,9 @@ BAD = [
 
 @pytest.mark.parametrize(("text", "message"), BAD)
 def test_what_is_wrong_with_a_study_is_told_with_its_place(text: str, message: str, tmp_path: Path) -> None:
-    with pytest.raises(SceneError) as told:
-        study(tmp_path, text)
-    assert message in str(told.value)
-    assert f"{tmp_path / 'study.toml'}" in str(told.value)
+    told = refusal(study, tmp_path, text)
+    assert message in told
+    assert f"{tmp_path / 'study.toml'}" in told
 
 
 def test_a_study_without_its_scene(tmp_path: Path) -> None:
@@ -194,10 +165,7 @@ def test_a_study_without_its_scene(tmp_path: Path) -> None:
 WRONG = [
     ('"reed.mas" = ["1 g"]', r"study\.toml:3: vary\.reed\.mas: scene 1 of 1, .*: unknown key; did you mean 'mass'\?"),
     ('red.mass = ["1 g"]', r"study\.toml:3: vary\.red\.mass: scene 1 of 1, .*: unknown key; did you mean 'reed'\?"),
-    (
-        'reed.mass = ["1 g", "1 mm"]',
-        r":3: vary\.reed\.mass: scene 2 of 2, reed\.mass = '1 mm': '1 mm' is a length",
-    ),
+    ('reed.mass = ["1 g", "1 mm"]', r":3: vary\.reed\.mass: scene 2 of 2, reed\.mass = '1 mm': '1 mm' is a length"),
     (
         'reed.mass = ["0 g", "-1 g", "1 g"]',
         r"scene 1 of 3, reed\.mass = '0 g': .* must be positive; 1 more scene alike",

@@ -1,7 +1,5 @@
 """Scenes to begin with: of every kind, ready to be planned; what stands behind a # is what holds without it."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -17,8 +17,8 @@ from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import dishing_notes, validity_advice
 from seatfem.study.method import stated_method
-from seatfem.study.runs import pipeline
 from seatfem.study.scene import Scene, load_scene
+from tests.gallery import load_text
 
 SCENE = """
 [seat]
@@ -39,14 +39,10 @@ filter_width = "2 us"
 
 
 def scene_of(folder: Path, length: float, thickness: float, deflection: float = 0.5) -> Scene:
-    path = folder / "scene.toml"
-    path.write_text(SCENE.format(length=length, thickness=thickness, deflection=deflection), encoding="utf-8")
-    return load_scene(path)
+    return load_text(folder, SCENE.format(length=length, thickness=thickness, deflection=deflection))
 
 
-def test_a_reed_that_is_no_beam_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_reed_that_is_no_beam_is_refused(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "400")
     scene = scene_of(tmp_path, 25, 40)
     with pytest.raises(RunError, match=r"reed.thickness = 40 mm over reed.length = 25 mm is 1.6 \(limit 0.2\)"):
@@ -144,19 +140,18 @@ measures = ["impulse"]
 """
 
 
-def test_a_measure_that_nobody_looked_at_has_no_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_measure_that_nobody_looked_at_has_no_bar(tmp_path: Path) -> None:
     """A seat taken for a spring: the displacement was not asked for, what waves do to it no share holds."""
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
     path, out = tmp_path / "annular.toml", tmp_path / "out"
     path.write_text(ANNULAR, encoding="utf-8")
-    run_command(["run", str(path), "-o", str(out), "--quiet"])
+    run_command(["run", str(path), "-o", str(out), "--quiet", "--no-pictures"])
     found = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert found["plan_seat_level"] == "spring"
     assert found["max_seat_displacement_m"] > 0
     assert found["error_bar_max_seat_displacement_m"] is None
     assert found["error_bar_impulse_Ns"] > 0
     path.write_text(ANNULAR.replace('["impulse"]', '["impulse", "seat_displacement"]'), encoding="utf-8")
-    run_command(["run", str(path), "-o", str(out), "--quiet"])
+    run_command(["run", str(path), "-o", str(out), "--quiet", "--no-pictures"])
     asked = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert asked["error_bar_max_seat_displacement_m"] > 0
 

@@ -5,15 +5,13 @@ import math
 import numpy as np
 import pytest
 import skfem
-from scipy.optimize import brentq
 from scipy.sparse.linalg import spsolve
-from scipy.special import jv, spherical_jn
+from scipy.special import jv
 
 import impact
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
 from seatfem.structures.reduction.greens import greens_function
-from seatfem.structures.reduction.modes import solve_modes
 
 STEEL = Material(200e9, 0.3, 7850.0)
 
@@ -77,8 +75,7 @@ def test_manufactured_solutions_converge_at_full_order(kind, order, harmonic, in
 
 @pytest.mark.parametrize("poisson", [0.3, 0.4999])
 @pytest.mark.parametrize(
-    ("kind", "order", "tolerance"),
-    [(skfem.MeshTri, 2, 1e-3), (skfem.MeshQuad, 1, 6e-3), (skfem.MeshQuad, 2, 1e-5)],
+    ("kind", "order", "tolerance"), [(skfem.MeshTri, 2, 1e-3), (skfem.MeshQuad, 1, 6e-3), (skfem.MeshQuad, 2, 1e-5)]
 )
 def test_thick_cylinder_under_pressure(kind, order, tolerance, poisson):
     """Lame, plane strain: u(a) = p a (1 + nu) ((1 - 2 nu) a^2 + b^2)/(E (b^2 - a^2)); also nearly incompressible."""
@@ -114,75 +111,3 @@ def test_without_lateral_strain_the_cylinder_is_the_rod():
     exact = rod.filtered(t, width)
     assert np.abs(greens.filtered(t, width) - exact).max() < 1e-3 * np.abs(exact).max()
     assert greens.initial_value()[0, 0] == pytest.approx(float(rod.initial_value()[0, 0]), rel=1e-9)
-
-
-def half_disc(refinements):
-    """Meridian of the unit sphere by curved triangles."""
-    disc = skfem.MeshTri.init_circle(refinements)
-    half = disc.remove_elements(np.flatnonzero(disc.p[0, disc.t].mean(axis=0) < 0))
-    points = np.array(half.p)
-    points[0, np.abs(points[0]) < 1e-12] = 0.0
-    half = skfem.MeshTri(points, half.t)
-    mesh = skfem.MeshTri2.from_mesh(half)
-    points = np.array(mesh.doflocs)
-    edges = half.facets[:, half.boundary_facets()]
-    round_edges = np.flatnonzero((np.hypot(*half.p[:, edges].reshape(2, -1)).reshape(2, -1) > 1 - 1e-9).all(axis=0))
-    middles = half.nvertices + half.boundary_facets()[round_edges]
-    points[:, middles] /= np.hypot(*points[:, middles])
-    return skfem.MeshTri2(points, mesh.t)
-
-
-def sphere_frequencies(harmonic, refinements):
-    """omega a/c_s of the free sphere's elastic modes."""
-    model = assemble_axisymmetric(half_disc(refinements), STEEL, harmonic=harmonic, fixed=(), ports={})
-    found = solve_modes(model, 12).omega
-    return found[found > 0] / STEEL.c_s
-
-
-def test_free_sphere():
-    """Lamb 1882: breathing x cot x = 1 - x^2 c_p^2/(4 c_s^2); torsion of degree 2, x j_3(x) = j_2(x).
-
-    A mode of degree l has the same frequency in every harmonic n <= l.
-    """
-    ratio = STEEL.c_p / STEEL.c_s
-    breathing = ratio * brentq(lambda x: x / math.tan(x) - 1 + (x * ratio) ** 2 / 4, 2.0, 3.0)
-    assert breathing / ratio == pytest.approx(2.670214733, rel=1e-9)  # tests/literature: sphere_radial_nu0.3
-    torsion = brentq(lambda x: x * spherical_jn(3, x) - spherical_jn(2, x), 2.0, 3.0)
-    for exact, harmonic in ((breathing, 0), (torsion, 1), (torsion, 2)):
-        errors = [np.abs(sphere_frequencies(harmonic, k) - exact).min() / exact for k in (2, 3)]
-        assert observed_order(errors) > 3.5  # frequencies converge at twice the order of the strains, 4
-        assert errors[-1] < 5e-5
-    oblate = sphere_frequencies(0, 3)[0]
-    for harmonic in (1, 2):
-        assert np.abs(sphere_frequencies(harmonic, 3) - oblate).min() < 2e-5 * oblate
-
-
-# omega a^2 sqrt(rho h/D), nu = 0.3: Leissa, Vibration of Plates (NASA SP-160), roots of the Bessel determinants
-PLATES = {
-    "clamped disc": (0.0, "outer", ((0, 10.215826), (1, 21.260398), (2, 34.877035), (3, 51.030035))),
-    "free ring": (0.5, (), ((0, 9.313481), (1, 17.198225), (2, 4.271114), (3, 11.42544))),
-    "ring clamped at both edges": (0.5, ("inner", "outer"), ((0, 89.250751), (1, 90.230269), (2, 93.3212))),
-}
-
-
-@pytest.mark.parametrize("plate", PLATES)
-def test_thin_plates_tend_to_kirchhoffs(plate):
-    """Frequencies extrapolated to no thickness by a parabola in h/a: shear and rotary inertia give h^2, edges give h.
-
-    Measured: within 1e-3, most of it the mesh at clamped edges, where stresses are singular.
-    """
-    inner, fixed, values = PLATES[plate]
-    thin = (0.02, 0.01, 0.005)
-    for harmonic, exact in values:
-        found = [plate_frequency(inner, fixed, harmonic, h, exact) for h in thin]
-        limit = float(np.polynomial.Polynomial.fit(thin, found, 2)(0.0))
-        assert limit == pytest.approx(exact, rel=2e-3), (harmonic, found)
-
-
-def plate_frequency(inner, fixed, harmonic, thickness, expected):
-    """omega a^2 sqrt(rho h/D) of the first elastic mode."""
-    mesh = rectangle(inner, 1.0, -thickness / 2, thickness / 2, (80, 1))
-    model = assemble_axisymmetric(mesh, STEEL, harmonic=harmonic, fixed=fixed, ports={}, order=2)
-    scale = math.sqrt(STEEL.density * 12 * (1 - 0.3**2) / (STEEL.young * thickness**2))
-    omega = solve_modes(model, 4, shift_hz=expected / scale / 6).omega
-    return float(omega[omega > 0][0]) * scale

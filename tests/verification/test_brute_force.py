@@ -3,8 +3,6 @@
 Both have the same meshes, Mindlin elements and tetrahedra, and the same arcs of the lip; 6,600 unknowns in all.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,9 +21,9 @@ from seatfem.structures.sheets import Sheet, model_of, plate_modes
 from seatfem.study.impacts.contact import seat_of
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import load_scene
 from seatfem.study.scene.lips import gaps_of
 from tests.brute_force import first_mode, marched
+from tests.gallery import load_text
 
 STIFFNESS, SPEED, WIDTH, DURATION = 2e7, 2.0, 5e-6, 30e-6
 STEPS = 8e-7, 4e-7, 2e-7
@@ -89,11 +87,8 @@ class Case:
 
 def case(folder: Path, law: str) -> Case:
     """One round of the scene, its files, and its bodies on the same meshes again."""
-    path = folder / "scene.toml"
-    path.write_text(SCENE.replace("LAW", law), encoding="utf-8")
-    scene = load_scene(path)
+    scene = load_text(folder, SCENE.replace("LAW", law))
     done = run_scene(scene, folder / "out", limits=Limits(rounds=1), pictures=False)
-    assert done.plan is not None
     result, method = load_results(folder / "out" / "result.h5")["lip"], done.plan.method
     seat, sheet, lip = seat_of(scene, method=method.seat, mesh_error=False).model, scene.reed.sheet(), method.reed.lip
     return Case(

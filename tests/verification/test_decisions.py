@@ -4,8 +4,6 @@ Three cheap decisions are judged here, chosen so that a plan that always takes a
 is wrong in one of them; those of the committed table are only read.
 """
 
-from __future__ import annotations
-
 import csv
 from dataclasses import replace
 from pathlib import Path

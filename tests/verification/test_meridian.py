@@ -1,5 +1,7 @@
 """The same annular seat in its meridian and in space: one Green's function, within what their meshes leave open."""
 
+from functools import cache
+
 import numpy as np
 
 from seatfem.structures.elements.assembly import assemble
@@ -37,6 +39,7 @@ def in_space(size):
     return solve(assemble(mesh, STEEL, sliding=("symmetry_0", "symmetry_1"), copies=4))
 
 
+@cache
 def in_meridian(shape, mass="consistent"):
     mesh = make_meridian(SEAT, MeshSpec(size=0.5e-3, contact_size=0.25e-3, shape=shape))
     return solve(assemble_axisymmetric(mesh, STEEL, mass=mass))

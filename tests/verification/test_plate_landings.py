@@ -1,9 +1,8 @@
 """Plates land: against finite elements marched as they are, against beams, and the same on both sides."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -18,7 +17,7 @@ from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.modal import with_modes
-from seatfem.structures.reduction.modes import solve_modes
+from seatfem.structures.reduction.modes import Modes, solve_modes
 from seatfem.structures.rings import Division
 from seatfem.structures.solved import bed
 from tests.brute_force import marched
@@ -41,10 +40,21 @@ def seat() -> SecondOrderModel:
     return plate(1.5e-3, ("left", "right", "top", "bottom"))
 
 
+@cache
 def as_seat() -> ModalGreens:
     """By modes up to 400 kHz."""
-    model = seat()
-    return with_modes(model, model.damping, solve_modes(model, up_to_hz=400e3), 400e3, Aims(130e3, 1e-4, 0.5), [0])
+    return by_modes(seat(), 400e3, 130e3)[0]
+
+
+def by_modes(model: SecondOrderModel, cutoff: float, band: float) -> tuple[ModalGreens, Modes]:
+    """By modes up to a cutoff [Hz], and these."""
+    modes = solve_modes(model, up_to_hz=cutoff)
+    return with_modes(model, model.damping, modes, cutoff, Aims(band, 1e-4, 0.5), [0]), modes
+
+
+@cache
+def as_reed(cutoff: float) -> tuple[ModalGreens, Modes]:
+    return by_modes(plate(), cutoff, cutoff / 3)
 
 
 def openings(tilt: float, axis: float) -> np.ndarray:
@@ -53,10 +63,9 @@ def openings(tilt: float, axis: float) -> np.ndarray:
     return np.asarray(GAP + rise - rise.min())
 
 
-def by_greens(model: SecondOrderModel, seat: ModalGreens, gaps: np.ndarray, cutoff: float, dt: float = DT):
-    """By modes up to a cutoff [Hz], released with the velocity of the first one."""
-    modes = solve_modes(model, up_to_hz=cutoff)
-    greens = with_modes(model, model.damping, modes, cutoff, Aims(cutoff / 3, 1e-4, 0.5), [0])
+def by_greens(seat: ModalGreens, gaps: np.ndarray, cutoff: float, dt: float = DT):
+    """The plate by modes up to a cutoff [Hz], released with the velocity of the first one."""
+    greens, modes = as_reed(cutoff)
     rate = np.zeros(len(modes.omega))
     rate[0] = -SPEED / greens.shapes[0].mean()
     state = impact.ModalState(np.zeros_like(rate), rate)
@@ -86,7 +95,7 @@ def test_a_landing_on_a_bed_of_springs_is_that_of_its_matrices(tilt: float, axis
     force of 5 us to 0.3 %, measured. The run's step is ten times shorter: its error is of first order. A plate 3 %
     heavier or stiffer lands otherwise by 0.8 % of the impulse and more."""
     gaps, dt = openings(tilt, axis), 1.25e-7
-    landing, start = by_greens(plate(), bed(Division(8), 8 * BED), gaps, 400e3, dt / 10)
+    landing, start = by_greens(bed(Division(8), 8 * BED), gaps, 400e3, dt / 10)
     found, close = course(landing.force[1:], dt / 10), 0.005
 
     def by_matrices(material: Material) -> np.ndarray:
@@ -105,7 +114,7 @@ def test_two_plates_collide_as_their_matrices_do(tilt: float, axis: float) -> No
     and by all their unknowns. Impulses to 0.5 % measured; the means over 5 us to 1.6 %, for a step of 0.2 us does not
     resolve how a clamped plate answers at once."""
     gaps = openings(tilt, axis)
-    landing, start = by_greens(plate(), as_seat(), gaps, 400e3)
+    landing, start = by_greens(as_seat(), gaps, 400e3)
     assert landing.energy.residual < 1e-9
     impulse, peak = told(landing.force[1:], DT)
     right = told(marched([plate(), seat()], start, gaps, 2e-7, DURATION), 2e-7)
@@ -119,7 +128,7 @@ def test_a_landing_is_the_same_on_both_sides() -> None:
     greens, close = as_seat(), 5e-6
 
     def forces(tilt: float, axis: float) -> np.ndarray:
-        return np.asarray(by_greens(plate(), greens, openings(tilt, axis), 150e3)[0].force)
+        return np.asarray(by_greens(greens, openings(tilt, axis), 150e3)[0].force)
 
     for tilt, axis in (TILTS[0], *TILTS[2:]):
         found = forces(tilt, axis)
@@ -140,8 +149,7 @@ def test_a_strip_lands_as_a_beam() -> None:
     across, weights = np.polynomial.legendre.leggauss(6)
     line = Patch(np.stack([np.full(6, length), width / 2 * (1 + across)], axis=1), weights)
     model = assemble_plate(grid((100, 1), (length, width)), material, h, clamped="left", ports={"contact": line})
-    modes = solve_modes(model, up_to_hz=400e3)
-    greens = with_modes(model, model.damping, modes, 400e3, Aims(130e3, 1e-4, 0.5), [0])
+    greens, modes = by_modes(model, 400e3, 130e3)
     bends = np.abs(greens.shapes[:, 0]) > 1e-6 * np.abs(greens.shapes).max()
     assert modes.omega[bends] == pytest.approx(beam.frequencies(int(bends.sum())), rel=3e-4)
     rate = np.zeros(len(modes.omega))

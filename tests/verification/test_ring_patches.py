@@ -27,10 +27,7 @@ def meridian(n=(3, 4)):
     mesh = skfem.MeshQuad.init_tensor(np.linspace(INNER, OUTER, n[0] + 1), np.linspace(0, HEIGHT, n[1] + 1))
     lip = INNER + (OUTER - INNER) / n[0]
     return mesh.with_boundaries(
-        {
-            "contact": lambda x: np.isclose(x[1], HEIGHT) & (x[0] < lip),
-            "fixed": lambda x: np.isclose(x[1], 0.0),
-        }
+        {"contact": lambda x: np.isclose(x[1], HEIGHT) & (x[0] < lip), "fixed": lambda x: np.isclose(x[1], 0.0)}
     )
 
 

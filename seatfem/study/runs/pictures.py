@@ -155,7 +155,7 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
     whole = seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
     title = "Modes of the seat" if whole else "Modes of the seat that this load excites"
     kept = _kept_modes(seat)
-    drawn = _mode_pictures(kept[:SHOWN_MODES], title, cut=scene.seat.revolved)
+    drawn = _mode_pictures(kept[:SHOWN_MODES], title, cut=scene.seat.traits.revolved)
     return [*pictures, *drawn, *([(MODES_FILE, partial(_save_modes, kept, title))] if len(drawn) > 1 else [])]
 
 

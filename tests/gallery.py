@@ -1,0 +1,58 @@
+"""Scenes of many tests: their tables, and how a test reads, runs and refuses one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+
+STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
+FLAPPER = f"""kind = "flapper"
+root_width = "8 mm"
+taper_length = "2 mm"
+neck_width = "6 mm"
+neck_length = "15 mm"
+paddle_diameter = "16 mm"
+thickness = "0.3 mm"
+{STEEL}"""
+"""With modes at 196.6, 915.2 (torsion) and 1644 Hz; without its table's name, as the other bodies."""
+LIP = f"""kind = "annular"
+bore_radius = "5 mm"
+lip_width = "1 mm"
+lip_edge_radius = "0 mm"
+{STEEL}"""
+"""A lip from 5 to 6 mm, that the flapper covers."""
+
+
+def spring(stiffness: str) -> str:
+    """Return the keys of a spring."""
+    return f'kind = "spring"\nstiffness = "{stiffness}"\n'
+
+
+def mass(grams: float, velocity: str) -> str:
+    """Return the keys of a rigid mass that is thrown."""
+    return f'kind = "rigid_mass"\nmass = "{grams:g} g"\nvelocity = "{velocity}"\n'
+
+
+def load_text(folder: Path, *parts: str, name: str = "scene.toml", changed: dict[str, Any] | None = None) -> Scene:
+    """Return the scene of a text, which is kept in ``folder`` under ``name``."""
+    path = folder / name
+    path.write_text("".join(parts), encoding="utf-8")
+    return load_scene(path, changed)
+
+
+def refusal(load_it: Callable[..., object], *given: object, **named: object) -> str:
+    """Return what is said of a scene that is refused: ``load_it(*given)`` must raise `SceneError`."""
+    with pytest.raises(SceneError) as caught:
+        load_it(*given, **named)
+    return str(caught.value)
+
+
+def summary_of(scene: Scene, folder: Path, **how: Any) -> dict[str, Any]:
+    """Return the summary of a run without pictures."""
+    return dict(run_scene(scene, folder, pictures=False, **how).summary)
