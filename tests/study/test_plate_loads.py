@@ -33,7 +33,7 @@ def plate_of(scene: Scene) -> tuple[Flapper, Array, Array]:
 
 def at(reed: Flapper, x: float) -> Array:
     plate = reed.solved().plate
-    assert isinstance(plate.model.dofs, DofMap)
+    assert plate.model.dofs is not None
     return average(plate.mesh, Patch(np.array([[x, 0.0]]), np.ones(1)))[0][plate.model.dofs.free]
 
 
