@@ -20,7 +20,9 @@ from tests.known_answers.manufactured import RelativeErrors, Waves, relative_err
 Array = NDArray[np.float64]
 MATERIAL = Material(1.0, 0.3, 1.0)
 WAVES = Waves(
-    np.array([[1.0, -0.5, 0.7], [0.3, 0.8, -0.4]]), np.array([[1.5, 0.7, -1.1], [-0.8, 1.9, 1.2]]), np.array([0.4, 1.3])
+    np.array([[1.0, -0.5, 0.7], [0.3, 0.8, -0.4]]),
+    np.array([[1.5, 0.7, -1.1], [-0.8, 1.9, 1.2]]),
+    np.array([0.4, 1.3]),
 )
 ELEMENTS = {
     ("tetrahedra", 1): (skfem.ElementTetP1, (4, 8, 16)),
@@ -71,6 +73,15 @@ def test_orders_are_optimal(shape: str, order: int, curved: bool) -> None:
     slack = 0.15 if order == 1 else 0.25
     assert of_displacement == pytest.approx(order + 1, abs=slack)
     assert of_energy == pytest.approx(order, abs=slack)
+
+
+@pytest.mark.parametrize("wrong", [Material(1.03, 0.3, 1.0), Material(1.0, 0.309, 1.0)], ids=["young", "poisson"])
+def test_a_wrong_constant_does_not_converge(wrong: Material) -> None:
+    """3 % off in a constant leaves an error of that size, whatever the mesh."""
+    right = errors("hexahedra", 2, 4, False)
+    off = errors("hexahedra", 2, 4, False, wrong)
+    assert off.displacement > 0.005
+    assert off.displacement > 10 * right.displacement
 
 
 def test_the_body_force_balances_the_stress() -> None:
