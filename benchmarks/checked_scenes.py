@@ -18,7 +18,7 @@ from typing import Final
 from scenes_summary import WIDEST
 from table import RESULTS
 
-from impact.files.atomic import write_whole
+from impact.files.safe_files import write_whole
 
 FILE: Final = Path(__file__).parents[1] / "seatfem" / "faces" / "report" / "checked_scenes.csv"
 SECTIONS: Final = {"The whole scene language": "coverage_of_scenes.csv", "Stress": "coverage_of_stress.csv"}

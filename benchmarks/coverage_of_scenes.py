@@ -29,8 +29,8 @@ from finer_scenes import REFUSALS, NoReference, Reference, finer_round, finest_r
 from scenes_summary import document, summary
 from table import append_rows, read_rows, spent
 
-from impact.progress import silent
-from seatfem.machine.stopwatch import Stopwatch
+from impact.notices import silent
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures.store import VARIABLE
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Limits, Round, rounds

@@ -22,8 +22,8 @@ from finer_scenes import LADDER, finer_round, finest_reference, largest_stresses
 from scenes_summary import summary
 from table import RESULTS
 
-from impact.progress import silent
-from seatfem.machine.stopwatch import Stopwatch
+from impact.notices import silent
+from seatfem.machine.resources import Stopwatch
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.scene import load_scene

@@ -18,19 +18,17 @@ import impact
 from impact.bodies.body import Body, Load
 from impact.gas.compressor import Compressor, drop, gas_history
 from impact.greens.base import Array, GreensFunction
-from impact.runs.budget import Values
-from impact.runs.variations import narrower
-from seatfem.machine.rates import Machine
+from impact.runs.variations import Values, narrower
+from seatfem.machine.resources import Machine
 from seatfem.structures.estimates.costs import seat_seconds
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.method import Method
+from seatfem.structures.method import Method, at_once, spring_of
 from seatfem.structures.rings import ACROSS, FEWEST_ARCS, Division, divided_less, parts_joined
-from seatfem.structures.solved import at_once, spring_of
 from seatfem.study.accuracy.prerun import relative_changes
 from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solved_striker, striker_of
 from seatfem.study.impacts.gas import gas_of
 from seatfem.study.impacts.landings import Landings
-from seatfem.study.impacts.simpler import BEAM, ONE_PORT, simpler_bodies
+from seatfem.study.impacts.validity import BEAM, ONE_PORT, simpler_bodies
 from seatfem.study.ladders import RING_NUMBERS
 from seatfem.study.method import MODEL, MODES, PORTS, REED_BAND, RINGS, STEP, RunMethod, as_stated, is_given
 from seatfem.study.planning.costs import finite_elements

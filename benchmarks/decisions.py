@@ -33,10 +33,10 @@ from finer_scenes import REFUSALS, NoReference
 from fronts import Front, front_of
 from table import spent
 
-from impact.progress import silent
-from seatfem.machine.stopwatch import Stopwatch
+from impact.notices import silent
+from seatfem.machine.resources import Stopwatch
 from seatfem.study.impacts import contact
-from seatfem.study.impacts.simpler import ONE_PORT
+from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import MODEL, PORTS, RINGS, RunMethod
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene

@@ -8,16 +8,15 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import impact
-from impact.runs.budget import Values
+from impact.runs.variations import Values
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.beam import Beam
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Reduced
 from seatfem.structures.kinds.thin_plate import ThinPlate
-from seatfem.structures.method import Method
+from seatfem.structures.method import Method, Solved
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.rings import FEWEST_ARCS, MOST_RINGS, Division
-from seatfem.structures.solved import Solved
 from seatfem.study.impacts.contact import (
     measures_of,
     problem_of,

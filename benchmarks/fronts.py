@@ -13,8 +13,8 @@ from finer_scenes import REFUSALS
 from table import spent
 
 from impact.bodies.body import Body
-from impact.progress import silent
-from seatfem.machine.stopwatch import Stopwatch
+from impact.notices import silent
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures.method import Method
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solved_striker, striker_of

@@ -26,7 +26,7 @@ from table import RESULTS, machine
 import impact
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
 from impact.runs.batch import solve_many
-from seatfem.machine.rates import Machine
+from seatfem.machine.resources import Machine
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.store import Store
 from seatfem.study.planning.planner import plan_scene

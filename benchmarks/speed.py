@@ -23,18 +23,17 @@ from numba import njit
 from table import RESULTS, Table, best, in_words, publish
 
 import impact
-from impact.march.engines import MEASURED
-from impact.march.history import BLOCK, BlockedSum, Poles
+from impact.march.history import BLOCK, MEASURED, BlockedSum, Poles
 from impact.march.prepared import Prepared, prepare
 from impact.march.stepper import ContactStepper
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.model import Material, SecondOrderModel
 from seatfem.structures.store import VARIABLE
 from seatfem.study.scene import load_scene
+from seatfem.study.sweep.cases import PILOTS, chosen
 from seatfem.study.sweep.outcome import Outcome, carry_out
-from seatfem.study.sweep.sampled import settings
 from seatfem.study.sweep.side_by_side import side_by_side
-from seatfem.study.sweep.start import PILOTS, chosen
+from seatfem.study.sweep.table import settings
 
 DT: Final = 1e-6
 STEPS: Final = 100_000
@@ -166,7 +165,7 @@ def costs_table() -> Table:
     measured["multiply"] = whole / (direct**2 / 2)
     measured |= zip(("transform", "product", "call"), fft_costs(), strict=True)
     rows = [(name, f"{1e9 * value:.3g}", f"{1e9 * getattr(MEASURED, name):.3g}") for name, value in measured.items()]
-    notes = ("Constants of `impact.march.engines.CostModel` [ns], by which the program chooses between poles and FFT.",)
+    notes = ("Constants of `impact.march.history.CostModel` [ns], by which the program chooses between poles and FFT.",)
     return Table("Cost model", notes, ("constant", "measured in this run", "in use"), tuple(rows))
 
 

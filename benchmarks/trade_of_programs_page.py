@@ -34,7 +34,7 @@ from trade_of_programs import (
     Row,
 )
 
-from impact.files.atomic import whole_file
+from impact.files.safe_files import whole_file
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, sheet
 
 DOCUMENT: Final = ROOT / "docs" / "trade_programs.md"

@@ -21,7 +21,7 @@ from markers import between
 
 from seatfem.readings import reading
 from seatfem.results import rows_of, words_of
-from seatfem.structures.inspection.parts import open_part
+from seatfem.structures.inspection.mesh_file import open_part
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, load_scene
 

@@ -9,7 +9,7 @@ from html import escape
 from pathlib import Path
 from typing import Final
 
-from impact.files.atomic import write_whole
+from impact.files.safe_files import write_whole
 
 ROOT: Final = Path(__file__).parents[1]
 LETTER, PAD = 6.0, 7.0  # pixels

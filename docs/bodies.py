@@ -11,14 +11,14 @@ import pyvista
 from numpy.typing import NDArray
 
 from impact.pictures.drawing import BLUE, ORANGE
-from seatfem.pictures.skin import skin_of_plate
-from seatfem.structures.inspection.parts import Part
+from seatfem.pictures.cell_grid import skin_of_plate
+from seatfem.structures.inspection.mesh_file import Part
 from seatfem.structures.kinds.beam import Beam
 from seatfem.structures.kinds.closed_forms import RigidMass, Rod, Spring
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.kinds.turned import Ball
-from seatfem.structures.mesh.sheet import mesh_sheet
+from seatfem.structures.mesh.plane_meshes import mesh_sheet
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from seatfem.study.runs.drawing import draw_scene
+from seatfem.study.impacts.layout import draw_scene
 from seatfem.study.scene import load_scene
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -18,7 +18,7 @@ from typing import Any
 from PIL import Image
 from selenium import webdriver
 
-from impact.files.atomic import whole_file
+from impact.files.safe_files import whole_file
 from seatfem.faces.report.page import write_report
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import load_scene

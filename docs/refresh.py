@@ -27,7 +27,7 @@ import sleeve_picture
 import valve_picture
 from markers import between
 
-from impact.files.atomic import whole_file
+from impact.files.safe_files import whole_file
 from seatfem.faces.cli import demo_scene, run_command
 from seatfem.faces.verdict import verdict
 from seatfem.readings import reading

@@ -9,7 +9,7 @@ import re
 import sys
 from pathlib import Path
 
-from impact.files.atomic import write_whole
+from impact.files.safe_files import write_whole
 
 ROOT = Path(__file__).resolve().parent.parent
 GROUPS = {

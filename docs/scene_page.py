@@ -10,7 +10,7 @@ from typing import Final
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from impact.files.atomic import write_whole
+from impact.files.safe_files import write_whole
 from seatfem.fields import kind_of
 from seatfem.structures.kinds.beam import Beam
 from seatfem.structures.kinds.closed_forms import RigidMass

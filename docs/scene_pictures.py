@@ -30,7 +30,7 @@ from bodies import (
     target_pieces,
 )
 
-from impact.files.atomic import whole_file
+from impact.files.safe_files import whole_file
 from impact.pictures.drawing import ORANGE
 from seatfem.pictures.rendering import aim, halved, in_few_colours, load_pyvista, new_plotter, shoot
 from seatfem.structures.kinds.beam import Beam

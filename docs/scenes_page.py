@@ -11,7 +11,7 @@ from typing import Final
 
 from markers import between
 
-from impact.files.atomic import write_whole
+from impact.files.safe_files import write_whole
 
 DOCS = Path(__file__).resolve().parent
 EXAMPLES = DOCS.parent / "examples"

@@ -19,7 +19,7 @@ from impact.pictures.drawing import BLUE, ORANGE, PURPLE, sheet, zero_line
 from impact.storage.hdf5 import load_results
 from seatfem.faces.cli import demo_scene
 from seatfem.readings import reading
-from seatfem.study.impacts.external import crank_of
+from seatfem.study.impacts.drives import crank_of
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.scene import load_scene
 

@@ -18,7 +18,7 @@ from typing import Any
 
 from refresh import between, write
 
-from seatfem.faces.landings_table import landings_of
+from seatfem.faces.tables import landings_of
 from seatfem.readings import in_text, reading
 from seatfem.results import rows_of, words_of
 from seatfem.study.runs.pipeline import run_scene

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import impact
-from impact.storage.checkpoint import restore_checkpoint, save_checkpoint
+from impact.storage.hdf5 import restore_checkpoint, save_checkpoint
 
 DT, STEPS, BREAK = 2e-6, 4000, 1500
 AREA, START, RATE = 4e-5, 1.5e4, 2e9  # A [m^2], p(0) [Pa], R [Pa/(s m)]

@@ -15,8 +15,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import impact
-from impact.measured.nearest_passive import repair
-from impact.measured.passivity import passivity
+from impact.measured.passivity import passivity, repair
 from impact.measured.reading import read_impulse_response
 from impact.pictures.drawing import sheet
 

@@ -1,38 +1,38 @@
 # ruff: noqa: I001 (one import a module)
-from impact.advice import Advice as Advice
+from impact.notices import Advice as Advice
 from impact.after import measures as measures
 from impact.after.landings import ContactRecord as ContactRecord, Landing as Landing, find_landings as find_landings
 from impact.after.regime import Regime as Regime, regime_card as regime_card
 from impact.after.result import EnergyLedger as EnergyLedger, ImpactResult as ImpactResult
-from impact.after.rods import (
-    displacement_response as displacement_response,
-    fixed_rod_modes as fixed_rod_modes,
-    force_response as force_response,
-    modal_displacement as modal_displacement,
-    rod_axial_force as rod_axial_force,
-    rod_displacement as rod_displacement,
-)
 from impact.after.stresses import (
     PeakStress as PeakStress,
     ReedStress as ReedStress,
     bending_stress as bending_stress,
+    displacement_response as displacement_response,
+    fixed_rod_modes as fixed_rod_modes,
+    force_response as force_response,
+    modal_displacement as modal_displacement,
     peak_bending_stress as peak_bending_stress,
     reed_stress as reed_stress,
+    rod_axial_force as rod_axial_force,
+    rod_displacement as rod_displacement,
     rod_stress as rod_stress,
 )
-from impact.beams.cantilever import Cantilever as Cantilever
-from impact.beams.clamped import ClampedClamped as ClampedClamped
+from impact.beams.euler_bernoulli import (
+    Cantilever as Cantilever,
+    ClampedClamped as ClampedClamped,
+    TipMassCantilever as TipMassCantilever,
+)
 from impact.beams.stepped import SteppedCantilever as SteppedCantilever
 from impact.beams.timoshenko import TimoshenkoCantilever as TimoshenkoCantilever
-from impact.beams.tip_mass import TipMassCantilever as TipMassCantilever
-from impact.bodies.base_motion import BaseMotion as BaseMotion
-from impact.bodies.body import Body as Body, Load as Load, ModalState as ModalState, rigid_mass as rigid_mass
 from impact.bodies.loads import (
+    BaseMotion as BaseMotion,
     Gravity as Gravity,
     PointForce as PointForce,
     Pressure as Pressure,
     PressureField as PressureField,
 )
+from impact.bodies.body import Body as Body, Load as Load, ModalState as ModalState, rigid_mass as rigid_mass
 from impact.bodies.reeds import (
     GivenShape as GivenShape,
     ModeShape as ModeShape,
@@ -67,11 +67,9 @@ from impact.greens.base import (
 )
 from impact.greens.modal import ModalGreens as ModalGreens, Residual as Residual
 from impact.greens.poles import PoleGreens as PoleGreens
-from impact.greens.receptance import receptance as receptance
+from impact.greens.transforms import StateSpace as StateSpace, receptance as receptance, state_space as state_space
 from impact.greens.sampled import SampledGreens as SampledGreens
-from impact.greens.state_space import StateSpace as StateSpace, state_space as state_space
 from impact.greens.sums import ScaledGreens as ScaledGreens, SumGreens as SumGreens
-from impact.march.film import SqueezeFilm as SqueezeFilm
 from impact.march.laws import (
     CompiledLaw as CompiledLaw,
     Hertz as Hertz,
@@ -81,33 +79,34 @@ from impact.march.laws import (
     LinearSpring as LinearSpring,
     PlainLaw as PlainLaw,
     Signorini as Signorini,
+    SqueezeFilm as SqueezeFilm,
     compiled_law as compiled_law,
 )
 from impact.march.prepared import prepare as prepare
 from impact.march.problem import Contact as Contact, ContactError as ContactError, ContactProblem as ContactProblem
 from impact.march.stepper import ContactStepper as ContactStepper, StepState as StepState
 from impact.measured.frf import FrequencyResponse as FrequencyResponse
-from impact.measured.nearest_passive import repair as repair
 from impact.measured.passivity import (
     PassivityReport as PassivityReport,
     passivity as passivity,
+    repair as repair,
     require_passive as require_passive,
 )
 from impact.measured.pole_fit import fit_poles as fit_poles
-from impact.measured.pole_passivity import PolePassivity as PolePassivity, pole_passivity as pole_passivity
+from impact.measured.vector_fitting import PolePassivity as PolePassivity, pole_passivity as pole_passivity
 from impact.measured.reading import read_impulse_response as read_impulse_response, sampling_advice as sampling_advice
 from impact.pictures.greens_plots import plot_greens as plot_greens
 from impact.pictures.lip_plots import plot_lip as plot_lip
 from impact.pictures.plots import plot_energy as plot_energy, plot_force as plot_force, plot_motion as plot_motion
 from impact.runs.batch import ImpactBatch as ImpactBatch, solve_many as solve_many
-from impact.runs.budget import Budget as Budget
-from impact.runs.budgeting import Coarser as Coarser, error_budget as error_budget
-from impact.runs.solver import collect as collect, solve as solve
-from impact.storage.checkpoint import restore_checkpoint as restore_checkpoint, save_checkpoint as save_checkpoint
+from impact.runs.variations import Budget as Budget
+from impact.runs.solver import Coarser as Coarser, collect as collect, error_budget as error_budget, solve as solve
 from impact.storage.hdf5 import (
     StorageError as StorageError,
     load_greens as load_greens,
     load_results as load_results,
+    restore_checkpoint as restore_checkpoint,
+    save_checkpoint as save_checkpoint,
     save_greens as save_greens,
     save_results as save_results,
 )

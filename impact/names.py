@@ -1,4 +1,4 @@
-"""Public names of a package: loaded on first use, and those that went elsewhere, which warn and name the new place."""
+"""What is loaded on first use only: public names of packages, those that went elsewhere, and optional packages."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pandas
 
 
 def lazy_names(
@@ -85,3 +88,40 @@ class FormerModules(MetaPathFinder, Loader):
 def _warn(name: str, place: str) -> None:
     words = f"{name} is {place.replace(':', '.')} now, and leaves with the next version: import it from there"
     warnings.warn(words, DeprecationWarning, stacklevel=3)
+
+
+def how_to_mend(package: str, extra: str, error: Exception) -> str:
+    """Return what is wrong with a package, and the command: an absent one is installed, a broken one anew.
+
+    ``package``: its distribution, which begins with the name of its module; ``extra``: of seatfem, "" of what is always
+    needed; ``error``: that importing it raised.
+    """
+    of_extra = f"seatfem[{extra}]" if extra else package
+    module = (getattr(error, "name", None) or "").partition(".")[0]
+    if isinstance(error, ModuleNotFoundError) and module in ("", package, package.replace("-", "_")):
+        return f"{package} is not installed; install it with: pip install '{of_extra}'"
+    whose = f"{package} (extra {extra!r})" if extra else package
+    reason = " ".join(str(error).split()) or type(error).__name__
+    command = f"pip install --force-reinstall {package}"
+    return f"{whose} is installed but cannot be imported ({reason}); install it anew: {command}"
+
+
+class FrameError(ImportError):
+    """pandas is missing; the message names the command that installs it."""
+
+
+def frame_of(columns: Mapping[str, Any], index: str = "") -> pandas.DataFrame:
+    """Return the ``columns`` as a `pandas.DataFrame`, with that named ``index`` as its index.
+
+    Arrays (n, p) become p columns, "name[0]" to "name[p - 1]". Raises `FrameError` without pandas.
+    """
+    try:
+        import pandas
+    except Exception as missing:  # a broken one raises anything
+        raise FrameError(f"a data frame needs pandas: {how_to_mend('pandas', 'tables', missing)}") from missing
+    flat: dict[str, Any] = {}
+    for name, values in columns.items():
+        several = getattr(values, "ndim", 1) == 2
+        flat |= {f"{name}[{k}]": values[:, k] for k in range(values.shape[1])} if several else {name: values}
+    frame = pandas.DataFrame(flat)
+    return frame.set_index(index) if index else frame

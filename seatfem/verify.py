@@ -16,7 +16,7 @@ from typing import Final
 from rich.table import Table
 from rich.text import Text
 
-from impact.progress import Progress, silent
+from impact.notices import Progress, silent
 
 NAME: Final = "seatfem.known_answers"
 PLACES: Final = (Path(__file__).with_name("known_answers"), Path(__file__).parents[1] / "tests" / "known_answers")

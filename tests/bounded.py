@@ -72,7 +72,7 @@ def _main(jobs: Path) -> list[dict[str, object]]:
     import seatfem.faces.cli
     import seatfem.structures.formats.mesh_files
     import seatfem.study.scene
-    from seatfem.jobs.limits import limit_process
+    from seatfem.jobs.processes import limit_process
 
     out = []
     for number, words in enumerate(given["commands"]):

@@ -7,7 +7,7 @@ import skfem
 
 import impact
 import seatfem
-from impact.life.cycles import rainflow
+from impact.life.damage import rainflow
 from impact.life.multiaxial import DangVan, Papadopoulos
 
 STEP, DURATION = 1e-7, 2e-6

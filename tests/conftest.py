@@ -13,12 +13,12 @@ from typing import Any
 
 import pytest
 
-from impact.progress import Progress, silent
+from impact.notices import Progress, silent
 from seatfem.structures.mesh import gmsh_process
 from seatfem.structures.store import VARIABLE
 
 MOST_MESHES = 200  # kept in memory, of some hundred kB each
-DISCRETISE = "seatfem.structures.discretise"  # which starts a process for the two meshes of a seat
+DISCRETISE = "seatfem.structures.finite_elements"  # which starts a process for the two meshes of a seat
 
 # A shell's background job ignores Ctrl-C, and so would the programs under test.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import skfem
 
-from seatfem.structures.damping import Damping
-from seatfem.structures.model import DofMap, ModelError, Port, SecondOrderModel, as_csr
+from seatfem.structures.model import Damping, DofMap, ModelError, Port, SecondOrderModel, as_csr
 
 
 def rod_model(

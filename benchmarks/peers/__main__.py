@@ -18,7 +18,7 @@ from typing import Any, Final
 
 from benchmarks.peers import calculix, impact_scene, siconos_impact, tables
 from benchmarks.table import RESULTS, Table, machine, timed
-from impact.files.atomic import write_whole
+from impact.files.safe_files import write_whole
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes
 

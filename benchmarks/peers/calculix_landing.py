@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.peers import calculix
 from benchmarks.table import RESULTS
-from impact.files.atomic import write_whole
+from impact.files.safe_files import write_whole
 from seatfem.faces.exchange import export
 
 FOUND: Final = RESULTS / "calculix_landing.json"

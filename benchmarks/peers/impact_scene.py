@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact import ContactProblem, ImpactResult, LinearSpring, ModalGreens, rigid_mass, solve
-from impact.after.spectrum import averaged
+from impact.after.histories import averaged
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.meshing import make_mesh

@@ -13,7 +13,7 @@ from paper_case import CASES, LENGTHS, SHEETS, comparison, markdown, strike, str
 from paper_pictures import plot_greens_function, plot_procedure, plot_responses
 
 from impact import measures
-from impact.files.table import write_rows
+from impact.files.csv_table import write_rows
 
 
 def main(folder: Path) -> None:

@@ -16,13 +16,12 @@ import impact
 from impact.after.measures import filtered_peak_force
 from impact.after.measures import impulse as impulse_of
 from impact.after.regime import EQUAL
-from impact.after.rods import fixed_rod_modes
-from impact.exact.damped_rods import DampedFixedRod
-from impact.exact.rods import DelayRod
-from impact.files.table import Row, read_rows, write_rows
+from impact.after.stresses import fixed_rod_modes
+from impact.exact.rods import DampedFixedRod, DelayRod
+from impact.files.csv_table import Row, read_rows, write_rows
 from impact.greens.base import Array
+from impact.notices import Progress, silent
 from impact.pictures.drawing import sheet
-from impact.progress import Progress, silent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,7 +10,7 @@ import numpy as np
 from paper_case import CASES, Numbers, strike, strike_spring
 from paper_pictures import plot_stiffness_sweep
 
-from impact.files.table import write_rows
+from impact.files.csv_table import write_rows
 
 STEP = 40e-9  # 1/25 of the filter, 0.42 radian of the reed's highest mode
 

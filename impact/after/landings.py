@@ -1,4 +1,4 @@
-"""Landings: what of a contact is a blow, and what is the load that presses a closed reed.
+"""Landings: what of a contact is a blow, what is the load that presses a closed reed, and how the reed rebounds.
 
 A *landing* begins at the first touch after an approach; a release at no gap, with a speed, counts, a preload does not.
 It ends when the bodies part for `MERGE`, or when the force averaged over the filter first stays within `BAND` of the
@@ -12,18 +12,19 @@ touches are of the step's making.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from impact.after.histories import MOVING_AVERAGE, averaged, largest_average
 from impact.after.measures import MERGE, closed_steps, merged
-from impact.after.spectrum import MOVING_AVERAGE, averaged, largest_average
-from impact.brief import brief
 from impact.greens.base import Array
 from impact.march.problem import ContactProblem
+from impact.quantities import brief
 
 BAND: Final = 0.1  # of the quasi-static load, within which a reed is pressed on
 DOUBT: Final = 0.2  # of the band: a decaying force leaves it for the last time now or a swing later
@@ -56,6 +57,26 @@ class ContactRecord:
     __repr__ = brief
 
 
+def pressed_on(record: ContactRecord, landings: Sequence[Landing]) -> tuple[float, float]:
+    """Return how long contact lasts outside all landings [s], and the largest averaged force meanwhile [N]."""
+    if not np.any(record.solid):
+        return 0.0, 0.0
+    closed = np.any(record.solid > 0, axis=1)
+    closed[0] = False
+    times = record.dt * np.arange(len(closed))
+    for landing in landings:
+        closed &= ~((times > landing.start - record.dt / 2) & (times < landing.end + record.dt / 2))
+    if not np.any(closed):
+        return 0.0, 0.0
+    mean = averaged(record.force[1:], record.dt, record.width, MOVING_AVERAGE)
+    margin = max(1, round(record.width / record.dt))  # whose averages hold a part of a landing
+    calm = closed.copy()
+    for landing in landings:
+        first, last = round(landing.start / record.dt) - margin, round(landing.end / record.dt) + margin
+        calm[max(first, 0) : last + 1] = False
+    return record.dt * float(closed.sum()), float(mean[calm if np.any(calm) else closed].max())
+
+
 @dataclass(frozen=True)
 class Landing:
     """One landing.
@@ -72,7 +93,7 @@ class Landing:
         pressed_on: whether it ends in contact, pressed on by the quasi-static load.
         cut_off: whether the record ends in it.
         end_doubt: by how much the end moves where the band is `DOUBT` wider or narrower [s]; 0 of bodies that part.
-        restitution: its coefficient, as `impact.after.rebound` has it; ``None``: not known, or the bodies do not part.
+        restitution: its coefficient, as `impact.after.landings` has it; ``None``: not known, or the bodies do not part.
     """
 
     start: float
@@ -130,26 +151,6 @@ def pair_landings(landings: Sequence[Landing], others: Sequence[Landing]) -> tup
         near = apart[number, nearest] <= max(MERGE, one.duration, other.duration, NEAR * beside)
         pairs.append(other if mutual and near else None)
     return tuple(pairs)
-
-
-def pressed_on(record: ContactRecord, landings: Sequence[Landing]) -> tuple[float, float]:
-    """Return how long contact lasts outside all landings [s], and the largest averaged force meanwhile [N]."""
-    if not np.any(record.solid):
-        return 0.0, 0.0
-    closed = np.any(record.solid > 0, axis=1)
-    closed[0] = False
-    times = record.dt * np.arange(len(closed))
-    for landing in landings:
-        closed &= ~((times > landing.start - record.dt / 2) & (times < landing.end + record.dt / 2))
-    if not np.any(closed):
-        return 0.0, 0.0
-    mean = averaged(record.force[1:], record.dt, record.width, MOVING_AVERAGE)
-    margin = max(1, round(record.width / record.dt))  # whose averages hold a part of a landing
-    calm = closed.copy()
-    for landing in landings:
-        first, last = round(landing.start / record.dt) - margin, round(landing.end / record.dt) + margin
-        calm[max(first, 0) : last + 1] = False
-    return record.dt * float(closed.sum()), float(mean[calm if np.any(calm) else closed].max())
 
 
 def closing_speeds(problem: ContactProblem, dt: float) -> Array:
@@ -237,3 +238,68 @@ def _calm_from(mean: Array, static: Array, peak: int, reach: int, band: float) -
     within = (np.abs(mean - static) <= band * static) & (static > 0)
     runs = closed_steps(within[peak:])
     return next((peak + int(first) for first, last in runs if last - first >= lasting), None)
+
+
+Stored = Callable[[Sequence[int]], Array | None]
+"""The energy stored in the striker after each of some numbers of steps, increasing [J]; ``None``: not known."""
+
+
+def restitutions(
+    problem: ContactProblem,
+    force: Array,
+    dt: float,
+    landings: Sequence[Landing],
+    stored: Stored,
+    loads: Array,
+    *,
+    side: int = 1,
+) -> tuple[float | None, ...]:
+    """Return the coefficient of restitution of each landing, in order of time, on the contacts of one ``side``.
+
+    Of a striker that is held: sqrt(E'/E) of its energy after and before, by ``stored``; other contacts and loads at
+    work meanwhile count. Of one free to translate: the speed at which the bodies' translations part over that at which
+    they closed, the mean of the contacts, motion of bases included. ``None`` of a landing that does not end apart, and
+    where the energy is not known. ``force`` (n, p) of all contacts [N], ``loads`` (L, n) amplitudes of the striker's
+    [N].
+    """
+    apart = [not (landing.pressed_on or landing.cut_off) for landing in landings]
+    if not any(apart):
+        return (None,) * len(landings)
+    last = len(force)
+    steps = [(round(one.start / dt), min(round(one.end / dt) + 1, last)) for one in landings]
+    if math.isinf(problem.striker.mass):
+        numbers = sorted({step for pair in steps for step in pair})
+        if (energies := stored(numbers)) is None:
+            return (None,) * len(landings)
+        known = np.zeros(last + 1)
+        known[numbers] = energies
+    else:
+        known = _closing_speeds(problem, force, dt, loads, side)
+    each: list[float | None] = []
+    for (first, second), parts in zip(steps, apart, strict=True):
+        ratio = float(known[second] / known[first]) if parts and known[first] > 0 else None
+        held = math.isinf(problem.striker.mass)
+        each.append(None if ratio is None else math.sqrt(max(ratio, 0.0)) if held else -ratio)
+    return tuple(each)
+
+
+def _closing_speeds(problem: ContactProblem, force: Array, dt: float, loads: Array, side: int) -> Array:
+    """Return the (n + 1,) mean closing speed of the bodies' translations at the contacts of one side [m/s]."""
+    face = np.array([contact.side == side for contact in problem.contacts])
+    impulses = np.concatenate([np.zeros((1, force.shape[1])), np.cumsum(force, axis=0) * dt])
+    speed = np.zeros(len(impulses))
+    for body in problem.bodies:
+        turn = problem.directions(body)
+        seen = turn[:, face].mean(axis=1)
+        start = np.array([body.velocity_of(port) for port in range(len(seen))])
+        inverse = body.greens.inverse_mass()
+        speed += seen @ start + impulses @ (turn.T @ np.where(np.isfinite(inverse), inverse, 0.0) @ seen)
+    modal = problem.striker.greens.modal
+    if modal is not None and len(loads):
+        rigid, seen = modal.omega == 0, problem.directions(problem.striker)[:, face].mean(axis=1)
+        for load, amplitude in zip(problem.striker.loads, loads, strict=True):
+            moved = float((modal.shapes[rigid] @ seen) @ load.shape[rigid])
+            speed[1:] += moved * dt * np.cumsum(amplitude)
+    if (carried := problem.carried(np.asarray(dt * np.arange(len(speed)), dtype=np.float64))) is not None:
+        speed += np.gradient(carried[:, face].mean(axis=1), dt)
+    return -speed

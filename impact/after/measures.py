@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from impact.after.histories import MOVING_AVERAGE, Window, averaged, largest_average, transform
 from impact.after.result import ImpactResult, of_contacts
-from impact.after.spectrum import MOVING_AVERAGE, Window, averaged, largest_average, transform
 from impact.greens.base import Array
 
 MERGE = 30e-6  # openings shorter than this [s] do not end a contact group

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from impact.advice import Advice
-from impact.after.frame import frame_of
-from impact.brief import as_html, brief, cut, some
 from impact.greens.base import Array
 from impact.march.laws import Signorini
 from impact.march.motion import Motion
 from impact.march.problem import ContactProblem
-from impact.quantities import in_units, percent
+from impact.names import frame_of
+from impact.notices import Advice
+from impact.quantities import as_html, brief, cut, in_units, percent, some
 
 if TYPE_CHECKING:
     import pandas
@@ -183,7 +182,7 @@ class ImpactResult:
         )
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Return the histories by time [SI], a row a step; raises `impact.after.frame.FrameError` where pandas is
+        """Return the histories by time [SI], a row a step; raises `impact.names.FrameError` where pandas is
         missing."""
         of_contacts = {"force_N": self.force, **{f"{name}_m": getattr(self, name) for name in _WAYS}}
         energies = {f"energy_{name}_J": getattr(self.energy, name) for name in _TERMS}

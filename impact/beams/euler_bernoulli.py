@@ -1,14 +1,16 @@
-"""What all Euler-Bernoulli beams share: from wave numbers and shapes to modes, and what the modes leave out."""
+"""Euler-Bernoulli beams in closed form: cantilevers, with a point mass at the tip, and beams clamped at both ends."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from impact.beams.modes import BeamModes, RectangularBeam, clamped_shape
+from impact.beams.modes import BeamModes, RectangularBeam, bisected, clamped_curvature, clamped_shape, positive
 from impact.greens.base import Array
 from impact.greens.modal import Residual
 
@@ -72,3 +74,131 @@ class EulerBernoulliBeam(RectangularBeam, ABC):
         bare spring in their place would ring against the contact (docs/methods.md). At a tip mass it is small.
         """
         return Residual.relaxing(compliance, 2 * highest)
+
+
+@dataclass(frozen=True)
+class Cantilever(EulerBernoulliBeam):
+    """Uniform clamped-free beam of rectangular section, bending about its thin side (all SI).
+
+    EI w'''' + rho A w'' = p, w = w' = 0 at x = 0, M = Q = 0 at x = length.
+    """
+
+    family: ClassVar[str] = "cantilever"
+
+    def wave_numbers(self, n_modes: int) -> Array:
+        """Return the (n,) k_n L: roots of cos x cosh x = -1 by Newton on cos x + 1/cosh x."""
+        k = np.arange(1, n_modes + 1)
+        x = (k - 0.5) * np.pi
+        x[0] = 1.875
+        for _ in range(8):
+            sech = 1 / np.cosh(np.minimum(x, 700.0))
+            x = x + (np.cos(x) + sech) / (np.sin(x) + sech * np.tanh(x))
+        return np.asarray(x)
+
+    def end_condition(self, k: Array) -> Array:
+        """Return s = (sinh k - sin k)/(cosh k + cos k); the shapes are 2 (-1)^(n+1)/sqrt(mass) at the tip."""
+        growth = np.exp(-k)
+        return np.asarray(2 * (growth + np.cos(k) + np.sin(k)) / (1 + growth**2 + 2 * growth * np.cos(k)))
+
+    def curvatures(self, n_modes: int, x: ArrayLike) -> Array:
+        """Return the (n, ...) second derivatives of the mode shapes at ``x`` [1/(m^2 sqrt(kg))]; 2 (k_n/L)^2/sqrt(mass)
+        at 0."""
+        k, xi = self.wave_numbers(n_modes), self.relative(x)
+        squares = np.reshape((k / self.length) ** 2, (-1, *[1] * xi.ndim))
+        return squares * self._on_modes(clamped_curvature, k, xi)
+
+
+@dataclass(frozen=True)
+class ClampedClamped(EulerBernoulliBeam):
+    """Uniform beam of rectangular section, w = w' = 0 at x = 0 and x = length (all SI)."""
+
+    family: ClassVar[str] = "clamped-clamped beam"
+
+    @property
+    def free_point(self) -> float:
+        """Return the middle [m]."""
+        return self.length / 2
+
+    def wave_numbers(self, n_modes: int) -> Array:
+        """Return the (n,) k_n L: roots of cos x cosh x = 1 near (n + 1/2) pi, by bisection of cos x - 1/cosh x."""
+        n = np.arange(1, n_modes + 1)
+        centre = (n + 0.5) * np.pi
+
+        def past(k: Array) -> NDArray[np.bool_]:
+            return np.asarray((np.cos(k) - 1 / np.cosh(np.minimum(k, 700.0))) * (-1.0) ** n < 0)
+
+        return bisected(past, centre - 0.5, centre + 0.5)
+
+    def end_condition(self, k: Array) -> Array:
+        """Return s = (cosh k - cos k)/(sinh k - sin k)."""
+        growth = np.exp(-k)
+        denominator = (1 - growth**2) / 2 - growth * np.sin(k)  # (sinh k - sin k) exp(-k)
+        return np.asarray((np.cos(k) - np.sin(k) - growth) / denominator)
+
+    def compliance(self, x: float, load: float) -> float:
+        """Return a^2 c^2 (3 b L - a (3 b + c))/(6 EI L^3) [m/N], a <= b the distances from the clamp, c = L - b."""
+        a, b = sorted((x, load))
+        c = max(self.length - b, 0.0)
+        return a**2 * c**2 * (3 * b * self.length - a * (3 * b + c)) / (6 * self.rigidity * self.length**3)
+
+
+@dataclass(frozen=True)
+class TipMassCantilever(EulerBernoulliBeam):
+    """`Cantilever` with the point mass ``tip_mass`` [kg] at x = length:  EI w''' = tip_mass * w'' (in time) there.
+
+    Frequency equation, mu = tip_mass/(rho A L):  1 + cos k cosh k + mu k (cos k sinh k - sin k cosh k) = 0.
+
+    Source: Blevins, Formulas for Natural Frequency and Mode Shape, beams with concentrated masses; derived here.
+    """
+
+    tip_mass: float
+
+    family: ClassVar[str] = "tip-mass cantilever"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        positive(self.family, "tip_mass", self.tip_mass)
+
+    @property
+    def mass_ratio(self) -> float:
+        """Return mu = tip_mass/(rho A L)."""
+        return self.tip_mass / self.mass
+
+    @property
+    def end_mass(self) -> float:
+        """Return the tip mass [kg]."""
+        return self.tip_mass
+
+    def wave_numbers(self, n_modes: int) -> Array:
+        """Return the (n,) k_n L, one between each clamped-pinned root (mu = inf) and clamped-free root (mu = 0), by
+        bisection."""
+        n = np.arange(n_modes)
+        mu = self.mass_ratio
+
+        def past(k: Array) -> NDArray[np.bool_]:
+            sech = 1 / np.cosh(np.minimum(k, 700.0))
+            return np.asarray((np.cos(k) + sech + mu * k * (np.cos(k) * np.tanh(k) - np.sin(k))) * (-1.0) ** n < 0)
+
+        # clamped-pinned roots lie at most 4e-4 below (n + 1/4) pi, clamped-free ones within 0.31 of (n + 1/2) pi
+        low = np.where(n == 0, 0.0, (n + 0.2495) * np.pi)
+        return bisected(past, low, (n + 0.5) * np.pi + 0.31)
+
+    def end_condition(self, k: Array) -> Array:
+        """Return s = (cosh k + cos k)/(sinh k + sin k): no moment at the tip."""
+        return np.asarray((np.sin(k) - np.cos(k) - np.exp(-k)) / _sines(k))
+
+    def modal_mass(self, k: Array) -> Array:
+        """Return the (n,) rho A L/4 ((1 + mu) w^2 + 2 mu w w') [kg], w and w' = dw/d(x/L) at the tip; the tip mass
+        included."""
+        growth, ratio, denominator, mu = np.exp(-k), self.end_condition(k), _sines(k), self.mass_ratio
+        # tip: 2 (cosh k sin k - cos k sinh k)/(sinh k + sin k); by the frequency equation no digits go for large mu k
+        direct = (1 + growth**2) / 2 * np.sin(k) - (1 - growth**2) / 2 * np.cos(k)
+        by_mass = (growth + (1 + growth**2) / 2 * np.cos(k)) / (mu * k)
+        tip = 2 * np.where(mu * k > 1, by_mass, direct) / denominator
+        slope = k * (-growth + ratio * (1 + growth**2) / 2 + np.sin(k) + (1 - ratio * growth) * np.cos(k))
+        return np.asarray(self.mass / 4 * ((1 + mu) * tip**2 + 2 * mu * tip * slope))
+
+
+def _sines(k: Array) -> Array:
+    """Return (sinh k + sin k) exp(-k)."""
+    return np.asarray((1 - np.exp(-2 * k)) / 2 + np.exp(-k) * np.sin(k))

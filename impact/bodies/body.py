@@ -9,9 +9,9 @@ from typing import Protocol
 
 import numpy as np
 
-from impact.brief import as_html, brief
 from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError, is_greens
 from impact.greens.modal import ModalGreens, Residual
+from impact.quantities import as_html, brief
 
 
 @dataclass(frozen=True)

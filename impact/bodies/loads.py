@@ -1,20 +1,24 @@
-"""Prescribed loads on a reed: pressure, point forces, gravity. Positive along the normal, away from the seat."""
+"""Prescribed loads on a body: pressure, point forces, gravity, and the motion of its base. Positive along the
+normal, away from the other body.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Protocol
+from typing import Final, Literal, Protocol, get_args
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike
 
 from impact.beams.modes import BeamModes
-from impact.bodies.body import Load
+from impact.bodies.body import Body, Load, ModalState
+from impact.bodies.time_series import TimeSeries, TimeSeriesError
 from impact.greens.base import Array, GreensFunctionError
+from impact.quantities import brief
 
 Course = Callable[[Array], ArrayLike]  # (n,) times [s] -> (n,) values, or one value for all times
 
@@ -138,3 +142,187 @@ def _span(between: tuple[float, float] | None, length: float) -> tuple[float, fl
     if not 0 <= start < end <= length * (1 + 1e-12):
         raise GreensFunctionError(f"pressure between {start:g} and {end:g} m must lie on the reed, 0..{length:g} m")
     return start, min(end, length)
+
+
+Kind = Literal["displacement", "velocity", "acceleration"]
+
+
+@dataclass(frozen=True)
+class BaseMotion:
+    """A course of the base along the normal, from rest relative to it at t = 0.
+
+    In the frame of its base a body feels the load -acceleration on its mass, as if gravity changed; its ports are
+    carried along by the displacement. Both are needed:
+
+        body = impact.cantilever_reed(..., loads=[motion])
+        body = dataclasses.replace(body, base=motion.displacement)
+
+    Attributes:
+        displacement: s(t) - s(0) at the times (n,) s -> (n,) m.
+        acceleration: its second derivative, (n,) s -> (n,) m/s^2.
+    """
+
+    displacement: Callable[[Array], Array]
+    acceleration: Callable[[Array], Array]
+
+    __repr__ = brief
+
+    @staticmethod
+    def from_series(series: TimeSeries, kind: Kind) -> BaseMotion:
+        """Return the motion by a record of one of the three, the others by exact integrals and derivatives of one
+        piecewise polynomial.
+
+        An acceleration or velocity is linear between its samples, a displacement a cubic spline (not-a-knot). The base
+        moves from s = 0 at t = 0; an acceleration starts it from rest. Raises `TimeSeriesError`: another kind; later,
+        times that the record does not cover.
+        """
+        from scipy.interpolate import CubicSpline, PPoly  # here, for its import takes longer than a small impact
+
+        if kind not in get_args(Kind):
+            raise TimeSeriesError(f"{series.name}: {kind!r} of a base is unknown; choose {', '.join(get_args(Kind))}")
+        way: PPoly
+        if kind == "displacement":
+            way = CubicSpline(series.time, series.value, extrapolate=False)
+        else:
+            slope = np.diff(series.value) / np.diff(series.time)
+            line = PPoly(np.stack([slope, series.value[:-1]]), series.time, extrapolate=False)
+            way = line.antiderivative(1 if kind == "velocity" else 2)
+        speed, push = way.derivative(), way.derivative(2)
+        first = float(series.time[0]), float(series.time[-1])
+
+        def inside(t: Array) -> Array:
+            slack = 1e-9 * (first[1] - first[0])
+            if t.size and (t.min() < first[0] - slack or t.max() > first[1] + slack):
+                raise TimeSeriesError(
+                    f"{series.name}: the base's {kind} covers {first[0]:g}..{first[1]:g} s, the run asks for "
+                    f"{t.min():g}..{t.max():g} s; give a longer record"
+                )
+            return np.clip(t, *first)
+
+        def displacement(t: Array) -> Array:
+            zero = inside(np.zeros(1))
+            drift = float(speed(zero)[0]) if kind == "acceleration" else 0.0  # the record may begin before t = 0
+            return np.asarray(way(inside(t)) - way(zero) - drift * t)
+
+        return BaseMotion(displacement, lambda t: np.asarray(push(inside(t))))
+
+    def modal(self, modes: BeamModes) -> tuple[Load, ...]:
+        """Return the load on a beam in the frame of its base, tip mass included: -integral of rho A w_k dx times
+        s''."""
+        return tuple(self.load(load.shape, modes.line_density * modes.length) for load in Gravity(1.0).modal(modes))
+
+    def load(self, shape: Array, mass: float) -> Load:
+        """Return the same on a body of a ``mass`` [kg] that is spread over its modes by ``shape`` (M,) [1/sqrt(kg)]."""
+        return Load(shape, lambda t: -mass * np.asarray(self.acceleration(t), dtype=float))
+
+
+ROUND_OFF: Final = 1e-10  # relative, of what springs and forces share with a motion that the springs leave free
+
+SPRINGS: Final = "springs"
+"""In the origin of a Green's function: how many springs its modes are with."""
+
+
+@dataclass(frozen=True)
+class Suspension:
+    """Springs of a body, by the M modes that it has with them.
+
+    ``shapes`` (M, S) of these modes at the S springs [1/sqrt(kg)]; ``stiffness`` (S,) [N/m]; ``basis`` (M, M): these
+    modes in terms of those without the springs, orthonormal, q = basis q_with; ``omega`` (M,) [rad/s] and ``zeta`` (M,)
+    without.
+    """
+
+    shapes: Array
+    stiffness: Array
+    basis: Array
+    omega: Array
+    zeta: Array
+
+
+@dataclass(frozen=True, repr=False)
+class SprungBody(Body):
+    """A body on ``springs``: its Green's function, state and loads are in the modes that it has with them."""
+
+    springs: Suspension = field(kw_only=True)
+
+
+def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
+    """Return the body with undamped linear springs between some of its places and the ground.
+
+    With the modes of the body, W their frequencies and B (M, S) their shapes at the springs' places, the modes with
+    springs are the eigenvectors V of W^2 + B k B'. This is exact in the space of the modes; what the modes left out
+    would yield to the springs is neglected, as it is of loads. Damping stays modal: the terms that V' 2 zeta W V has
+    off its diagonal are left out. A velocity becomes part of the state, for a body on springs is held.
+
+    Args:
+        body: a sum of modes.
+        shapes: B (M, S) [1/sqrt(kg)].
+        stiffness: (S,), or one for all [N/m].
+
+    Raises `GreensFunctionError`: a body without modes, shapes that do not fit them, a stiffness that is not positive.
+    """
+    modal = body.greens.modal
+    if modal is None or not len(modal.omega):
+        raise GreensFunctionError(
+            f"springs: a body known by a {type(body.greens).__name__} has no modes that springs could act on; take "
+            "a beam, a plate or a rigid mass"
+        )
+    held = np.broadcast_to(np.asarray(stiffness, dtype=float), np.shape(shapes)[1:])
+    if SPRINGS in modal.origin:
+        raise GreensFunctionError("springs: the body is on springs already; give all of them at once")
+    if np.ndim(shapes) != 2 or len(shapes) != len(modal.omega) or not np.all(np.isfinite(shapes)):
+        raise GreensFunctionError(
+            f"springs: shapes {np.shape(shapes)} must be finite and have a row for each of the {len(modal.omega)} "
+            "modes: give (modes, springs) values"
+        )
+    if not (np.all(np.isfinite(held)) and np.all(held > 0)):
+        raise GreensFunctionError(f"springs: stiffness = {held} N/m must be positive and finite")
+    omega, basis = _modes_with(modal.omega, np.asarray(shapes * np.sqrt(held)))
+    damped = (basis**2).T @ (modal.zeta * modal.omega)
+    zeta = np.divide(damped, omega, out=np.zeros_like(omega), where=omega > 0)
+
+    def turned(values: Array) -> Array:
+        seen = np.asarray(basis.T @ values)
+        unmoved = (omega == 0) if seen.ndim == 1 else (omega == 0)[:, None]
+        return np.where(unmoved & (np.abs(seen) <= ROUND_OFF * np.abs(seen).max(axis=0)), 0.0, seen)
+
+    start = body.modal_start()
+    state = ModalState(basis.T @ start.displacement, basis.T @ start.velocity)
+    origin = {**modal.origin, SPRINGS: len(held)}
+    greens = replace(modal, omega=omega, zeta=zeta, shapes=turned(modal.shapes), origin=origin)
+    return SprungBody(
+        greens,
+        state=state if np.any(state.displacement) or np.any(state.velocity) else None,
+        loads=tuple(replace(load, shape=turned(load.shape)) for load in body.loads),
+        base=body.base,
+        springs=Suspension(turned(np.asarray(shapes)), np.array(held), basis, modal.omega, modal.zeta),
+    )
+
+
+def own_coordinates(body: Body, coordinates: Array) -> Array:
+    """Return the (n, M) ``coordinates`` of a body in its modes without its springs [m sqrt(kg)]."""
+    return coordinates @ body.springs.basis.T if isinstance(body, SprungBody) else coordinates
+
+
+def _modes_with(omega: Array, pulls: Array) -> tuple[Array, Array]:
+    """Return the (M,) angular frequencies [rad/s] and the (M, M) vectors of diag(omega^2) + pulls pulls'.
+
+    Rigid motions that no spring feels stay as they are, with the frequency 0. The others' squares are sums of positive
+    terms, |W v|^2 + |pulls' v|^2, which soft springs leave exact where an eigenvalue solver, off by round-off of the
+    highest frequency's square, does not.
+    """
+    rigid, elastic = np.flatnonzero(omega == 0), np.flatnonzero(omega > 0)
+    turn = np.eye(len(omega))
+    if len(rigid):
+        vectors, sizes, _ = np.linalg.svd(pulls[rigid])
+        felt = int(np.sum(sizes > ROUND_OFF * np.linalg.norm(pulls)))
+        turn[np.ix_(rigid, rigid)] = vectors
+        free, moved = rigid[felt:], np.concatenate([rigid[:felt], elastic])
+    else:
+        free, moved = rigid, elastic
+    seen = turn.T @ pulls
+    square = np.diag(omega[moved] ** 2) + seen[moved] @ seen[moved].T
+    _, own = np.linalg.eigh(square)
+    values = ((omega[moved, None] * own) ** 2).sum(axis=0) + ((seen[moved].T @ own) ** 2).sum(axis=0)
+    order = np.argsort(values, kind="stable")
+    basis = np.column_stack([turn[:, free], turn[:, moved] @ own[:, order]])
+    return np.concatenate([np.zeros(len(free)), np.sqrt(values[order])]), basis

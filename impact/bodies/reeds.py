@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.beams.cantilever import Cantilever
+from impact.beams.euler_bernoulli import Cantilever
 from impact.beams.modes import BeamModes
 from impact.bodies.body import Body, ModalState
 from impact.bodies.loads import ReedLoad

@@ -11,9 +11,9 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from impact.brief import brief
 from impact.files.csv_table import CsvTable, needed_csv
 from impact.greens.base import Array
+from impact.quantities import brief
 
 Outside = Literal["forbid", "hold", "zero", "repeat"]
 Quantity = Literal["pressure", "force", "acceleration", "velocity", "displacement"]

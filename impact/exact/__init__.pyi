@@ -24,5 +24,5 @@ from impact.exact.contact_stress import (
     tip_step_moment as tip_step_moment,
     tip_step_stress as tip_step_stress,
 )
-from impact.exact.damped_rods import DampedFixedRod as DampedFixedRod, DampedFreeRod as DampedFreeRod
+from impact.exact.rods import DampedFixedRod as DampedFixedRod, DampedFreeRod as DampedFreeRod
 from impact.exact.disk_response import point_step_response as point_step_response, rayleigh_speed as rayleigh_speed

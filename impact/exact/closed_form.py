@@ -13,11 +13,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.exact.damped_rods import DampedFixedRod, DampedFreeRod
-from impact.exact.rods import DelayRod, damped_start
+from impact.exact.rods import DampedFixedRod, DampedFreeRod, DelayRod, damped_start
 from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, check_factor, check_positive
+from impact.greens.base import ExactPort
 from impact.greens.modal import ModalGreens, Residual
-from impact.greens.stated import ExactPort
 
 
 def spring(*, stiffness: float) -> ModalGreens:

@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike
 
 from impact.exact.disk_response import DiskResponse
 from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor, check_positive
-from impact.greens.base import GreensFunction
+from impact.greens.base import ExactPort, GreensFunction, step_weights
 from impact.greens.modal import ModalGreens, Residual
-from impact.greens.stated import ExactPort, step_weights
 from impact.greens.sums import SumGreens
 
 

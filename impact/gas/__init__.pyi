@@ -6,11 +6,14 @@ from impact.gas.compressor import (
     gas_history as gas_history,
     isentropic as isentropic,
 )
-from impact.gas.cylinder import Plenum as Plenum, SliderCrank as SliderCrank
-from impact.gas.nozzle import GasError as GasError, PerfectGas as PerfectGas, of_molar_mass as of_molar_mass
-from impact.gas.valve import (
+from impact.gas.flow import (
     AreaTable as AreaTable,
+    GasError as GasError,
+    PerfectGas as PerfectGas,
+    Plenum as Plenum,
     ReedValve as ReedValve,
+    SliderCrank as SliderCrank,
+    of_molar_mass as of_molar_mass,
     port_flow as port_flow,
     port_force as port_force,
 )

@@ -9,8 +9,7 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
-from impact.brief import brief
-from impact.gas.cylinder import (
+from impact.gas.flow import (
     BACK,
     ENTHALPY,
     FORWARD,
@@ -19,16 +18,16 @@ from impact.gas.cylinder import (
     PRESSURE,
     STATE,
     WORK,
+    PerfectGas,
     Plenum,
+    ReedValve,
     SliderCrank,
     let_in,
     squeeze,
 )
-from impact.gas.nozzle import PerfectGas
-from impact.gas.valve import ReedValve
 from impact.greens.base import Array
-from impact.march.followed import foreseen
-from impact.march.stepper import FOLLOW
+from impact.march.stepper import FOLLOW, foreseen
+from impact.quantities import brief
 
 Side = Literal["suction", "discharge"]
 Pressure = TypeVar("Pressure", float, Array)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.brief import brief
+from impact.quantities import brief
 
 if TYPE_CHECKING:
     from impact.greens.base import GreensFunction

@@ -10,7 +10,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impact.brief import brief
 from impact.greens import oscillator
 from impact.greens.answers import (
     Array,
@@ -22,8 +21,9 @@ from impact.greens.answers import (
     check_factor,
     check_valid_for,
 )
-from impact.greens.pulse import combine, decay_responses, hann, mode_responses
-from impact.greens.stated import PoleSums
+from impact.greens.base import PoleSums
+from impact.greens.oscillator import combine, decay_responses, hann, mode_responses
+from impact.quantities import brief
 
 Ports = list[int] | slice
 ALL: Final = slice(None)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from impact.greens import pulse
+from impact.greens import oscillator
 from impact.greens.answers import (
     Array,
     ComplexArray,
@@ -19,9 +19,9 @@ from impact.greens.answers import (
     check_factor,
     check_valid_for,
 )
+from impact.greens.base import PoleSums
 from impact.greens.modal import ModalGreens, Residual, endless
 from impact.greens.oscillator import expm1_over
-from impact.greens.stated import PoleSums
 
 _BLOCK = 4096  # poles at once
 
@@ -235,15 +235,19 @@ class PoleGreens(PoleSums):
     def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
         free = np.zeros(len(self.rigid))
         parts = (
-            (2 * self.shapes, self.shapes, pulse.exponentials(self.poles, t, width)),
-            (self.real_shapes * self.signs[:, None], self.real_shapes, pulse.decay_responses(self.rates, t, width)),
-            (self.rigid, self.rigid, pulse.mode_responses(free, free, t, width)),
+            (2 * self.shapes, self.shapes, oscillator.exponentials(self.poles, t, width)),
+            (
+                self.real_shapes * self.signs[:, None],
+                self.real_shapes,
+                oscillator.decay_responses(self.rates, t, width),
+            ),
+            (self.rigid, self.rigid, oscillator.mode_responses(free, free, t, width)),
         )
         sums = [
             np.einsum("ki,kj,kt->ijt", row_shapes[:, rows], column_shapes[:, columns], each, optimize=True).real
             for row_shapes, column_shapes, each in parts
         ]
-        return np.asarray(sum(sums) + self.compliance[np.ix_(rows, columns)][:, :, None] * pulse.hann(t, width))
+        return np.asarray(sum(sums) + self.compliance[np.ix_(rows, columns)][:, :, None] * oscillator.hann(t, width))
 
 
 def _check(g: PoleGreens) -> None:

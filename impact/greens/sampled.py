@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, StepKernel, Stored, check_factor
-from impact.greens.stated import StatedGreens, step_weights
+from impact.greens.base import StatedGreens, step_weights
 from impact.quantities import percent
 
 Tail = Literal["zero", "hold", "rigid", "forbid"]

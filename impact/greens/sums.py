@@ -10,7 +10,6 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.brief import cut
 from impact.greens.answers import (
     Array,
     ComplexArray,
@@ -24,6 +23,7 @@ from impact.greens.answers import (
 from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.sampled import SampledGreens
+from impact.quantities import cut
 
 
 class Combination(GreensFunction):

@@ -1,40 +1,270 @@
-"""Miner's sum over the cycles of a block, the life in blocks, and how much stress there is to spare."""
+"""Rainflow cycles of a stress history, Miner's sum over the cycles of a block, and the life in blocks.
+
+To add a criterion: a frozen dataclass that is a `MeanStress`, with its ``name``; its fields without a default are
+fields of `impact.life.strength.Strength`. `mean_stress` finds it by its name, wherever it is defined.
+"""
 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike
+from rainflow import extract_cycles
 
-from impact.advice import Advice
-from impact.life.curves import LifeError
-from impact.life.cycles import Cycles
-from impact.life.mean_stress import MeanStress
-from impact.life.strength import Strength
+from impact.greens.base import Array
+from impact.life.strength import LifeError, Strength, criterion
+from impact.notices import Advice
+from impact.quantities import brief
 
-_STEEPEST = 700.0  # of log(damage): further out it is none or infinite
-_WIDEST = 1e12  # stresses that are looked at, over the curve's own, and their inverse
+
+@dataclass(frozen=True, repr=False)
+class Cycles:
+    """(m,) cycles of one block: ``ranges`` smax - smin and ``means`` (smax + smin)/2 [Pa], and how many, ``counts``."""
+
+    ranges: Array
+    means: Array
+    counts: Array
+
+    __repr__ = brief
+
+
+def reversals(history: ArrayLike) -> Array:
+    """Return the (r,) turning points of an (n,) history [Pa], its ends among them; equal neighbours count once.
+
+    Raises:
+        LifeError: no values, or some that are not finite.
+    """
+    values = np.asarray(history, dtype=float)
+    if values.ndim != 1 or not values.size:
+        raise LifeError(f"a stress history is one row of values, at least one, not an array {values.shape}")
+    if not np.isfinite(values).all():
+        raise LifeError(f"the stress history must be finite, {np.sum(~np.isfinite(values))} values are not")
+    steps = np.diff(values)
+    moving = steps != 0
+    if not moving.all():
+        values, steps = values[np.append(True, moving)], steps[moving]
+    rising = steps > 0
+    turns = np.ones(len(values), dtype=bool)
+    np.not_equal(rising[1:], rising[:-1], out=turns[1:-1])
+    return values[turns]
+
+
+def from_peak(history: ArrayLike) -> Array:
+    """Return the (r,) turning points of the history repeated for ever, one period from its highest peak to the next
+    one.
+
+    Raises:
+        LifeError: as `reversals`.
+    """
+    points = reversals(history)
+    top = int(points.argmax())
+    return reversals(np.concatenate([points[top:], points[: top + 1]]))
+
+
+def rainflow(history: ArrayLike, *, repeated: bool = True) -> Cycles:
+    """Count cycles.
+
+    Three consecutive turning points with ranges Y, X: Y is a cycle where X >= Y. A ``repeated`` history begins at its
+    highest peak, so that nothing but whole cycles is left; the residue of the four-point method, taken twice, gives
+    the same. Otherwise ranges that hold the beginning, and those left at the end, are half cycles, in their order.
+
+    Args:
+        history: (n,) stress, one block [Pa].
+        repeated: the block repeats without end, as revolutions do.
+
+    Raises:
+        LifeError: as `reversals`.
+
+    Source: ASTM E1049-85, 5.4.4 (simple) and 5.4.5 (repeating histories), by the package `rainflow`.
+    """
+    if repeated:
+        return Cycles(*counted(from_peak(history)))
+    cycles = [cycle[:3] for cycle in extract_cycles(reversals(history))]
+    ranges, means, counts = np.array(cycles, dtype=float).reshape(-1, 3).T
+    return Cycles(ranges, means, counts)
+
+
+def counted(points: Array) -> tuple[Array, Array, Array]:
+    """Return the ranges, means and counts of turning points that begin and end at the highest one.
+
+    The package's rule in a compiled loop, some hundred times as fast: maps count millions of turning points.
+    """
+    ranges, means = _whole_cycles(points)
+    return ranges, means, np.ones(len(ranges))
+
+
+@njit(cache=True)
+def _whole_cycles(points):  # type: ignore[no-untyped-def]
+    stack = np.empty(len(points))
+    ranges, means = np.empty(len(points) // 2), np.empty(len(points) // 2)
+    depth, count = 0, 0
+    for value in points:
+        stack[depth] = value
+        depth += 1
+        while depth >= 3 and abs(value - stack[depth - 2]) >= abs(stack[depth - 2] - stack[depth - 3]):
+            ranges[count] = abs(stack[depth - 2] - stack[depth - 3])
+            means[count] = 0.5 * (stack[depth - 2] + stack[depth - 3])
+            count += 1
+            depth -= 2
+            stack[depth - 1] = value
+    return ranges[:count], means[:count]
+
+
+class MeanStress(ABC):
+    """The effect of a mean stress on an amplitude, by one criterion."""
+
+    name: ClassVar[str]
+
+    @abstractmethod
+    def equivalent(self, amplitude: Array, mean: Array) -> Array:
+        """Return the (...,) fully reversed amplitudes [Pa] of cycles with amplitudes >= 0 and means [Pa]; ``inf``: it
+        breaks."""
+
+    @abstractmethod
+    def at_ratio(self, equivalent: Array, slant: float) -> Array:
+        """Return (...,) amplitudes S [Pa] that are equivalent where the mean is slant S, slant = (1 + R)/(1 - R)."""
+
+    @property
+    def breaks_at(self) -> float:
+        """Return the mean stress that no cycle survives [Pa]."""
+        return math.inf
+
+
+def _over(stress: Array, left: Array) -> Array:
+    """Return the quotient, ``inf`` where nothing is left to bear it."""
+    return np.asarray(np.divide(stress, left, out=np.full(np.shape(left), np.inf), where=left > 0))
+
+
+class _Straight(MeanStress):
+    """sa/(1 - sm/limit): on a straight line of Haigh's diagram; ``inf`` from the limit on."""
+
+    compression: bool
+
+    def equivalent(self, amplitude: Array, mean: Array) -> Array:
+        return _over(amplitude, 1 - (mean if self.compression else np.maximum(mean, 0.0)) / self.breaks_at)
+
+    def at_ratio(self, equivalent: Array, slant: float) -> Array:
+        pull = slant if self.compression else max(slant, 0.0)
+        return _over(equivalent, 1 + equivalent * pull / self.breaks_at)
 
 
 @dataclass(frozen=True)
-class Life:
-    """The effect of repeated blocks on one point.
+class Goodman(_Straight):
+    """sa/(1 - sm/UTS); a compressive mean is no benefit unless ``compression`` is asked for.
 
     Attributes:
-        damage: of one block, by Miner's sum; 1 is failure.
-        blocks: to failure, 1/damage.
-        margin: factor on all stresses with which the part fails just at the end of the design number of blocks.
-        survival: the share of parts for which this holds.
-        advice: stresses at which the part breaks at once.
+        ultimate: UTS [Pa].
+
+    Source: J. Goodman, Mechanics Applied to Engineering, 1899.
     """
 
-    damage: float
-    blocks: float
-    margin: float
-    survival: float
-    advice: tuple[Advice, ...] = ()
+    name: ClassVar[str] = "goodman"
+    ultimate: float
+    compression: bool = False
+
+    @property
+    def breaks_at(self) -> float:
+        return self.ultimate
+
+
+@dataclass(frozen=True)
+class Morrow(_Straight):
+    """sa/(1 - sm/sf'); a compressive mean is no benefit unless ``compression`` is asked for.
+
+    Attributes:
+        fatigue_strength: sf', of cycles to failure 1/2 [Pa].
+
+    Source: J. Morrow, Fatigue properties of metals, in Fatigue Design Handbook, SAE AE-4 (1968), 3.2.
+    """
+
+    name: ClassVar[str] = "morrow"
+    fatigue_strength: float
+    compression: bool = False
+
+    @property
+    def breaks_at(self) -> float:
+        return self.fatigue_strength
+
+
+@dataclass(frozen=True)
+class Gerber(MeanStress):
+    """sa/(1 - (sm/UTS)^2) in tension, sa in compression.
+
+    Attributes:
+        ultimate: UTS [Pa].
+
+    Source: W. Gerber, Z. Bayer. Arch. Ing.-Ver. 6 (1874) 101.
+    """
+
+    name: ClassVar[str] = "gerber"
+    ultimate: float
+
+    def equivalent(self, amplitude: Array, mean: Array) -> Array:
+        return _over(amplitude, 1 - (np.maximum(mean, 0.0) / self.ultimate) ** 2)
+
+    def at_ratio(self, equivalent: Array, slant: float) -> Array:
+        """Return the positive root of S = e (1 - (slant S/UTS)^2)."""
+        pull = 2 * equivalent * max(slant, 0.0) / self.ultimate
+        return np.asarray(2 * equivalent / (1 + np.sqrt(1 + pull**2)))
+
+    @property
+    def breaks_at(self) -> float:
+        return self.ultimate
+
+
+class _Power(MeanStress):
+    """smax^(1 - gamma) sa^gamma; no damage where smax <= 0."""
+
+    walker_exponent: float
+
+    def equivalent(self, amplitude: Array, mean: Array) -> Array:
+        largest = np.maximum(amplitude + mean, 0.0)
+        both = largest ** (1 - self.walker_exponent) * amplitude**self.walker_exponent
+        return np.asarray(np.where(largest > 0, both, 0.0))
+
+    def at_ratio(self, equivalent: Array, slant: float) -> Array:
+        return np.asarray(equivalent / (1 + slant) ** (1 - self.walker_exponent))
+
+
+@dataclass(frozen=True)
+class Walker(_Power):
+    """smax^(1 - gamma) sa^gamma, smax = sm + sa; no damage where smax <= 0.
+
+    Attributes:
+        walker_exponent: gamma, a measured ratio; 1 knows no mean stress, 1/2 is Smith, Watson and Topper's.
+
+    Source: K. Walker, ASTM STP 462 (1970) 1.
+    """
+
+    name: ClassVar[str] = "walker"
+    walker_exponent: float
+
+
+@dataclass(frozen=True)
+class SmithWatsonTopper(_Power):
+    """sqrt(smax sa), smax = sm + sa; no damage where smax <= 0. It needs no constant.
+
+    Source: K. N. Smith, P. Watson and T. H. Topper, J. Materials 5 (1970) 767.
+    """
+
+    name: ClassVar[str] = "swt"
+    walker_exponent: ClassVar[float] = 0.5  # type: ignore[misc]
+
+
+def mean_stress(name: str, strength: Strength) -> MeanStress:
+    """Return the criterion goodman, gerber, swt, walker or morrow; raises `LifeError` for others, or a missing
+    constant."""
+    return criterion(MeanStress, name, strength)  # type: ignore[type-abstract]
+
+
+_STEEPEST = 700.0  # of log(damage): further out it is none or infinite
+_WIDEST = 1e12  # stresses that are looked at, over the curve's own, and their inverse
 
 
 def damage(cycles: Cycles, strength: Strength, judge: MeanStress, *, survival: float | None = None) -> float:
@@ -94,6 +324,25 @@ def margin(
         return 0.0
     root = float(brentq(excess, -reach, reach, xtol=1e-13, rtol=1e-14))
     return float(curve.stresses[0] * math.exp(root) / largest)
+
+
+@dataclass(frozen=True)
+class Life:
+    """The effect of repeated blocks on one point.
+
+    Attributes:
+        damage: of one block, by Miner's sum; 1 is failure.
+        blocks: to failure, 1/damage.
+        margin: factor on all stresses with which the part fails just at the end of the design number of blocks.
+        survival: the share of parts for which this holds.
+        advice: stresses at which the part breaks at once.
+    """
+
+    damage: float
+    blocks: float
+    margin: float
+    survival: float
+    advice: tuple[Advice, ...] = ()
 
 
 def life(

@@ -1,21 +1,150 @@
-"""The worst of named places of a part, each with its history of stress: where it fails first, and what is to spare."""
+"""Where a part fails first: maps of many points, critical planes, and the worst of named places."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import cache
+from typing import Final
 
 import numpy as np
 
 from impact.greens.base import Array
-from impact.life.curves import LifeError
-from impact.life.cycles import Cycles, rainflow
-from impact.life.damage import Life, life
-from impact.life.maps import SHARE
-from impact.life.mean_stress import MeanStress
+from impact.life.damage import Cycles, Life, MeanStress, life, rainflow
 from impact.life.multiaxial import Multiaxial
-from impact.life.strength import Strength
+from impact.life.strength import LifeError, Strength
+from impact.quantities import brief
+
+SHARE = 0.7
+"""Of the hot spot's range: below it, damage by slopes of 5 and more is less than 0.7^5 = 17 % of the hot spot's."""
+
+
+@dataclass(frozen=True, repr=False)
+class PointMap:
+    """The effect of cycles on P points.
+
+    Attributes:
+        values: (P,) what was asked for; NaN at points that were skipped.
+        ranges: (P,) largest stress range of each point [Pa].
+        share: points below this share of the largest range were skipped.
+    """
+
+    values: Array
+    ranges: Array
+    share: float
+
+    @property
+    def skipped(self) -> int:
+        """Return how many points were not counted."""
+        return int(np.isnan(self.values).sum())
+
+    __repr__ = brief
+
+
+def cycle_map(blocks: Iterable[Array], judged: Callable[[Cycles], float], share: float = SHARE) -> PointMap:
+    """Return a number for each point by its cycles, where they may matter.
+
+    A point is skipped where its largest range is below ``share`` of the largest of all points, 0 ... 1; 0 skips none.
+    Ranges say nothing of means: where means differ much from point to point, take a lower share.
+
+    Args:
+        blocks: (p, n) histories of p points at a time, each repeated without end [Pa]; made one after the other.
+        judged: of the `Cycles` of one point, as by `impact.life.damage.damage` or `margin`.
+
+    Raises `LifeError`: a share out of its range, a block of another shape, values that are not finite, no points; and
+    what ``judged`` raises.
+    """
+    if not 0 <= share <= 1:
+        raise LifeError(f"share = {share:g} of the hot spot's range must lie between 0 and 1")
+    ranges: list[float] = []
+    values: list[float] = []
+    hottest = 0.0
+    for block in blocks:
+        if block.ndim != 2 or not block.size:
+            raise LifeError(f"a block of histories must be (points, times), not {block.shape}")
+        reach = np.ptp(block, axis=1)
+        if not np.isfinite(reach).all():
+            at = len(ranges) + int(np.argmin(np.isfinite(reach)))
+            raise LifeError(f"the stresses of the map must be finite, those of point {at} are not")
+        hottest = max(hottest, float(reach.max()))
+        near = reach >= share * hottest
+        values += [judged(rainflow(row)) if hot else np.nan for row, hot in zip(block, near, strict=True)]
+        ranges += reach.tolist()
+    if not ranges:
+        raise LifeError("no points: give the map a block at least")
+    point_ranges = np.array(ranges)
+    return PointMap(np.where(point_ranges >= share * hottest, values, np.nan), point_ranges, share)
+
+
+def margin_map(blocks: Iterable[Array], criterion: Multiaxial) -> Array:
+    """Return the (P,) margins of points by a criterion of several axes; ``blocks``: (p, n, 6) stress of p points each
+    [Pa].
+
+    Raises `LifeError` as the criterion's ``value``, and for no points.
+    """
+    margins = [criterion.margin(history) for block in blocks for history in block]
+    if not margins:
+        raise LifeError("no points: give the map a block at least")
+    return np.array(margins)
+
+
+APART: Final = 10.0
+"""Degrees between normals: one half of that off loses 1 - cos^2 = 0.8 % of the stress; along the axes nothing."""
+_HELD: Final = 16  # planes at once
+
+
+def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
+    """Yield a place with the (n,) normal stress n' sigma n in time on each plane that may be critical, > 0 in tension
+    [Pa].
+
+    The normals are spread over half the sphere, from the principal axes of the stress that is furthest from the mean:
+    proportional stress is judged along its own axes, exactly. Planes are passed over on which neither the range nor
+    twice the largest tension reaches `SHARE` of the largest of all planes. ``stress``: (n, 6) of one block, xx, yy, zz,
+    yz, xz, xy [Pa]; raises `LifeError` for another shape and for values that are not finite.
+    """
+    if stress.ndim != 2 or stress.shape[1] != 6 or not len(stress):
+        raise LifeError(f"{name}: a history of stress tensors must be (n, 6), not {stress.shape}")
+    if not np.isfinite(stress).all():
+        raise LifeError(f"{name}: the stress history must be finite, {np.sum(~np.isfinite(stress))} values are not")
+    turns = stress - stress.mean(axis=0)
+    furthest = turns[int(np.argmax((turns**2) @ (1, 1, 1, 2, 2, 2)))]
+    axes = np.linalg.eigh(furthest[[[0, 5, 4], [5, 1, 3], [4, 3, 2]]])[1]
+    x, y, z = (_normals() @ axes.T).T
+    across = np.stack([x * x, y * y, z * z, 2 * y * z, 2 * x * z, 2 * x * y])
+    parts = [np.arange(first, min(first + _HELD, len(x))) for first in range(0, len(x), _HELD)]
+    tops, spans = [], []
+    for part in parts:
+        projected = stress @ across[:, part]
+        tops.append(projected.max(axis=0))
+        spans.append(tops[-1] - projected.min(axis=0))
+    reach = np.stack([np.concatenate(spans), np.maximum(2 * np.concatenate(tops), 0.0)])  # range, twice the tension
+    near = (reach >= SHARE * reach.max(axis=1, keepdims=True)).any(axis=0)
+    for plane in np.flatnonzero(near):
+        yield name, stress @ across[:, plane]
+
+
+def on_planes(histories: Iterable[tuple[str, Array]], *, tensors: bool = False) -> Iterator[tuple[str, Array]]:
+    """Yield named histories of one axis as they are, and in place of tensors, or beside them, their
+    `normal_stresses`."""
+    for name, history in histories:
+        if history.ndim == 1:
+            yield name, history
+        else:
+            yield from normal_stresses(name, history)
+            yield from [(name, history)] if tensors else []
+
+
+@cache
+def _normals() -> Array:
+    """Return the (N, 3) normals over half the sphere, the three axes among them; opposite normals are one plane."""
+    normals = [(0.0, 0.0, 1.0)]
+    for polar in np.radians(np.arange(APART, 90.0 + APART / 2, APART)):
+        turn = math.tau if polar < math.pi / 2 - 1e-9 else math.pi
+        count = 2 * math.ceil(turn / 2 * math.sin(polar) / math.radians(APART) - 1e-9)
+        for angle in turn * np.arange(count) / count:
+            normals.append((math.sin(polar) * math.cos(angle), math.sin(polar) * math.sin(angle), math.cos(polar)))
+    return np.array(normals)
 
 
 @dataclass(frozen=True)

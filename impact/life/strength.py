@@ -1,15 +1,160 @@
-"""Measured strength of a material, and criteria made of it by name. No number of strength ships with the program."""
+"""Measured strength: S-N curves with their scatter, and criteria made of a material's numbers."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import MISSING, dataclass, fields
+from collections.abc import Iterator, Sequence
+from dataclasses import MISSING, dataclass, fields, replace
 from difflib import get_close_matches
+from itertools import pairwise
 from typing import Any, TypeVar
 
-from impact.life.curves import Curve, LifeError
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import ndtri
+
+from impact.greens.base import Array
 from impact.quantities import in_units
+
+
+class LifeError(ValueError):
+    """A question of fatigue that these numbers cannot answer; the message names number, limit and remedy."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Straight pieces of log S over log N, as a fatigue test gives them: `basquin` and `tabled` make one.
+
+    log10 N at a stress is normal with the standard deviation ``scatter``, so that the share P of parts survives
+
+        log10 N_P(S) = log10 N(S) - (z(P) - z(survival)) scatter,   z = inverse of the normal distribution.
+
+    Attributes:
+        stresses: amplitudes [Pa], falling.
+        cycles: to failure at them, rising.
+        first_slope: k = -dlogN/dlogS above the first stress.
+        last_slope: below the last one; ``inf`` is an endurance limit.
+        scatter: s_logN >= 0, or ``None`` where it is not known.
+        survival: the share of parts that survives the curve as stated.
+
+    Raises:
+        LifeError: a branch that rises, numbers that are not positive and finite, a share not within 0 ... 1.
+    """
+
+    stresses: tuple[float, ...]
+    cycles: tuple[float, ...]
+    first_slope: float
+    last_slope: float
+    scatter: float | None = None
+    survival: float = 0.5
+
+    def __post_init__(self) -> None:
+        if not self.stresses or len(self.stresses) != len(self.cycles):
+            raise LifeError("an S-N curve needs points: as many stresses as cycles, at least one")
+        points = list(zip(self.stresses, self.cycles, strict=True))
+        if bad := [pair for pair in points if not (min(pair) > 0 and max(pair) < math.inf)]:
+            raise LifeError(f"S-N point {bad[0]}: stress and cycles must be positive and finite")
+        if not (self.first_slope > 0 and self.last_slope > 0 and self.first_slope < math.inf):
+            raise LifeError(f"slopes {self.first_slope:g} and {self.last_slope:g} of an S-N curve must be positive")
+        for (high, early), (low, late) in pairwise(points):
+            if not (low < high and late > early):
+                raise LifeError(
+                    f"S-N points rise: from {high:g} Pa at {early:g} cycles to {low:g} Pa at {late:g}; stress must "
+                    "fall while cycles grow: sort the points, and fit those that scatter"
+                )
+        if self.scatter is not None and not (math.isfinite(self.scatter) and self.scatter >= 0):
+            raise LifeError(f"scatter = {self.scatter:g} of log10 N must not be negative")
+        _quantile(self.survival)
+
+    def life(self, amplitude: ArrayLike, survival: float | None = None) -> Array:
+        """Return the cycles to failure of (...,) amplitudes >= 0 [Pa] for a share of survivors; 0 Pa: ``inf``.
+
+        Raises `LifeError`: a ``survival`` other than the curve's own where its scatter is not known; an amplitude that
+        is no number >= 0.
+        """
+        stress = np.asarray(amplitude, dtype=float)
+        if not np.all(stress >= 0):
+            raise LifeError(f"an amplitude of {stress.min():g} Pa is no amplitude: give halves of ranges, >= 0")
+        levels, counts = np.log(self.stresses), np.log(self.cycles)
+        with np.errstate(divide="ignore", over="ignore"):
+            level = np.log(stress)
+            above, below = np.maximum(level - levels[0], 0.0), np.maximum(levels[-1] - level, 0.0)
+            later = np.multiply(self.last_slope, below, out=np.zeros_like(below), where=below > 0)
+            logs = np.interp(level, levels[::-1], counts[::-1]) - self.first_slope * above + later
+            return np.asarray(np.exp(logs - self._shift(survival)))
+
+    def stress(self, cycles: float, survival: float | None = None) -> float:
+        """Return the amplitude [Pa] that a share of the parts endures for so many cycles > 0; raises as `life`."""
+        if not 0 < cycles < math.inf:
+            raise LifeError(f"cycles = {cycles:g} must be positive and finite")
+        levels, counts = np.log(self.stresses), np.log(self.cycles)
+        count = math.log(cycles) + self._shift(survival)
+        before, after = max(counts[0] - count, 0.0), max(count - counts[-1], 0.0)
+        level = np.interp(count, counts, levels) + before / self.first_slope - after / self.last_slope
+        return float(np.exp(level))
+
+    def _shift(self, survival: float | None) -> float:
+        """Return the shift of log N, towards the safe side."""
+        if survival is None or survival == self.survival:
+            return 0.0
+        if self.scatter is None:
+            raise LifeError(
+                f"survival = {survival:g} needs the scatter of log10 N; without it the curve holds for its own "
+                f"{self.survival:g} alone"
+            )
+        return (_quantile(survival) - _quantile(self.survival)) * self.scatter * math.log(10)
+
+
+def basquin(
+    knee_stress: float,
+    knee_cycles: float,
+    slope: float,
+    second_slope: float | None = None,
+    *,
+    scatter: float | None = None,
+    survival: float = 0.5,
+) -> Curve:
+    """Return the curve N = N_k (S/S_k)^-k, with another slope below the knee; none stated: 2k - 1, and no endurance
+    limit.
+
+    Args:
+        knee_stress: S_k, amplitude [Pa].
+        knee_cycles: N_k.
+        slope: k above the knee, 1 to 1000.
+        second_slope: below it; ``inf`` states an endurance limit.
+        scatter, survival: as in `Curve`.
+
+    Raises:
+        LifeError: as `Curve`, a slope out of its range.
+
+    Source: O. H. Basquin, ASTM Proc. 10 (1910) 625; E. Haibach, LBF TM 50 (1970), for 2k - 1.
+    """
+    if not 1 <= slope <= 1000:
+        raise LifeError(f"slope = {slope:g} of an S-N curve: k = -dlogN/dlogS lies between 1 and 1000; is it 1/k?")
+    second = 2 * slope - 1 if second_slope is None else second_slope
+    return Curve((knee_stress,), (knee_cycles,), slope, second, scatter, survival)
+
+
+def tabled(points: Sequence[tuple[float, float]], *, scatter: float | None = None, survival: float = 0.5) -> Curve:
+    """Return the curve of measured (amplitude [Pa], cycles), joined by straight lines in log-log; the end pieces go on
+    for ever.
+
+    Raises:
+        LifeError: as `Curve`, fewer than two points.
+    """
+    if len(points) < 2:
+        raise LifeError(f"a table of an S-N curve needs two points or more, not {len(points)}")
+    stresses, cycles = (tuple(map(float, column)) for column in zip(*points, strict=True))
+    joined = Curve(stresses, cycles, 1.0, 1.0, scatter, survival)
+    slopes = -np.diff(np.log(cycles)) / np.diff(np.log(stresses))
+    return replace(joined, first_slope=float(slopes[0]), last_slope=float(slopes[-1]))
+
+
+def _quantile(survival: float) -> float:
+    if not 0 < survival < 1:
+        raise LifeError(f"survival = {survival:g} must lie between 0 and 1, as in 0.999")
+    return float(ndtri(survival))
+
 
 Kind = TypeVar("Kind")
 

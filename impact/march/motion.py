@@ -14,7 +14,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from impact.bodies.body import Body, ModalState
-from impact.brief import brief
 from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel
 from impact.greens.modal import ModalGreens
@@ -22,6 +21,7 @@ from impact.march import history
 from impact.march.loop.past import FLOOR, displaced
 from impact.march.problem import ContactError
 from impact.march.replay import Replay, blocks, resting, translate
+from impact.quantities import brief
 
 _ROUND_OFF = 1e-13  # relative, of a difference of inverse masses
 

@@ -9,10 +9,9 @@ from typing import Final
 import numpy as np
 
 from impact.bodies.body import AtRest, Body, as_body
-from impact.brief import as_html, brief
 from impact.greens.base import Array, GreensFunction
-from impact.march.film import NO_FILM, SqueezeFilm
-from impact.march.laws import Law, Parameters, Signorini
+from impact.march.laws import NO_FILM, Law, Parameters, Signorini, SqueezeFilm
+from impact.quantities import as_html, brief
 
 MOST_CONTACTS: Final = 8192
 """Of a problem: what each yields to every other is kept in memory, 0.5 GB of so many."""

@@ -17,8 +17,7 @@ from impact.bodies.body import ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
-from impact.march.loop.oscillators import oscillate, padded
-from impact.march.loop.past import FLOOR
+from impact.march.loop.past import FLOOR, oscillate, padded
 
 BLOCK = 4096  # steps
 NEAR, LEAST = 2**17, 64  # coordinates of some steps that stay near the processor; steps worth a product of matrices

@@ -1,4 +1,13 @@
-"""The march over time, one step or many at a time, in the hands of the user.
+"""The march over time, one step or many at a time, with long strides through flight.
+
+Between contacts the poles swing freely (under the constant drive of a preload). Over m steps a pole that is a damped
+oscillation of amplitude A about its rest stays within min(2, (m w h)^2/8) A of the straight line between where it is
+and where it will be, as |q''| <= w^2 A; a relaxation within 1 - exp(-m rate h) of what it has; a rigid motion on it. So
+
+    gap_j >= free_j + line_j - sum_k |psi_k| A_k err_k,   j = 1..m,
+
+with the free gaps known step by step. Where that stays positive no force can act, and the m steps are one product
+with A^m. Powers and rests are found in extended precision: those of doubles would turn slow modes by eps/(w h)^2.
 
 At the end of each step
 
@@ -9,21 +18,77 @@ with N constant over the step and the convolutions exact for such N.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from impact.brief import brief
+from impact.bodies.body import Body, Load
 from impact.greens.base import Array
 from impact.march import history
-from impact.march.flight import BLOCK as FLIGHT
-from impact.march.flight import Pilot
 from impact.march.laws import PlainLaw, no_user_law
 from impact.march.loop.marches import march_many, march_one
 from impact.march.motion import LiveLoads
-from impact.march.prepared import Prepared
+from impact.march.prepared import BLOCK as FLIGHT
+from impact.march.prepared import Pilot, Prepared
 from impact.march.problem import ContactError
-from impact.march.strides import Strides
+from impact.quantities import brief
+
+SHORTEST, LONGEST = 4, 13  # powers of two, of steps; a shorter stride costs what it saves
+
+
+@dataclass(frozen=True)
+class Strides:
+    """Data of K poles for the strides of a march.
+
+    ``lengths`` (L,): steps, none where poles are no oscillations, relaxations or rigid motions; ``powers`` (L, 5, K):
+    b11, b12, b21, b22 of A^m, and err; ``swing`` (4, K): rest (q, p), and u, v with A^2 = q^2 + (v p + u q)^2 about it.
+    """
+
+    lengths: NDArray[np.int64]
+    powers: Array
+    swing: Array
+
+    __repr__ = brief
+
+    @staticmethod
+    def none() -> Strides:
+        """Return the strides of a march step by step."""
+        return Strides(np.zeros(0, dtype=np.int64), np.zeros((0, 5, 0)), np.zeros((4, 0)))
+
+    @staticmethod
+    def from_poles(steps: Array, drive: Array, most: int) -> Strides:
+        """Return the strides of poles with the (5, K) ``steps`` of `history.Poles` under a constant ``drive`` (K,), of
+        ``most`` steps."""
+        a11, a21, a22, c1, c2 = np.asarray(steps, dtype=np.longdouble)
+        half, det = (a11 - a22) / 2, a11 * a22 - a21
+        sine = det - ((a11 + a22) / 2) ** 2  # (exp(-zeta w h) sin(w_d h))^2
+        rigid = (a11 == 1) & (a22 == 1) & (a21 == 0)
+        relaxes = (a22 == 0) & (a21 == 0)
+        swings = (sine > 1e-12 * det) & ~rigid & ~relaxes
+        if not np.all(rigid | relaxes | swings):
+            return Strides.none()
+        over = np.where(swings, 1 / np.sqrt(np.where(swings, sine, 1.0)), 0.0)
+        turn = np.arctan2(np.sqrt(np.maximum(sine, 0.0)), (a11 + a22) / 2)
+        phase = np.hypot(turn, np.log(np.where(swings, det, 1.0)) / 2)  # w h
+        gap = 1 - a11 - a22 + det
+        held = np.where(gap != 0, 1 / np.where(gap != 0, gap, 1.0), 0.0) * drive
+        rest = (held * ((1 - a22) * c1 + c2), held * (a21 * c1 + (1 - a11) * c2))
+        power, powers, lengths = (a11, np.ones_like(a11), a21, a22), [], []
+        for j in range(1, LONGEST + 1):
+            b11, b12, b21, b22 = power
+            power = (b11 * b11 + b12 * b21, b12 * (b11 + b22), b21 * (b11 + b22), b21 * b12 + b22 * b22)
+            if j < SHORTEST or 2**j > most:
+                continue
+            strays = np.where(swings, np.minimum(2.0, (2**j * phase) ** 2 / 8), np.where(rigid, 0.0, 1 - power[0]))
+            powers.append(np.array([*power, strays], dtype=float))
+            lengths.append(2**j)
+        if not powers:
+            return Strides.none()
+        swing = np.array([*rest, half * over, over], dtype=float)
+        return Strides(np.array(lengths, dtype=np.int64), np.ascontiguousarray(powers), swing)
+
 
 FOLLOW = 32  # steps for which a load that depends on the opening keeps what it has in their middle
 
@@ -56,7 +121,7 @@ class ContactStepper:
 
     def __init__(self, prepared: Prepared, *, flying: bool = False) -> None:
         """Begin at t = 0; ``flying``: take flight in long strides where all is marched by poles
-        (`impact.march.strides`); the forces are the same to round-off, ``gap`` is exact at their ends and interpolated
+        (`impact.march.stepper`); the forces are the same to round-off, ``gap`` is exact at their ends and interpolated
         in between."""
         p, n = len(prepared.rest), prepared.steps
         self.prepared = prepared
@@ -172,7 +237,7 @@ class ContactStepper:
         }
 
     def checkpoint(self) -> dict[str, Array]:
-        """Return everything the future depends on, as arrays; `impact.storage.checkpoint` writes it to a file."""
+        """Return everything the future depends on, as arrays; `impact.storage.hdf5` writes it to a file."""
         states = {name: values.copy() for name, values in self._states(self.done).items()}
         return {"done": np.array(self.done), **states}
 
@@ -220,3 +285,41 @@ class ContactStepper:
         for contact in s.problem.contacts:
             if isinstance(contact.law, PlainLaw):
                 contact.law.check()
+
+
+def foreseen(opening: Array) -> tuple[NDArray[np.int64], Array]:
+    """Return the numbers of the steps after which loads follow anew, and the mean opening that they then take for
+    `FOLLOW` steps [m], as `impact.ContactStepper` foresees it; ``opening`` (n + 1,).
+    """
+    first = np.arange(0, len(opening) - 1, FOLLOW)
+    now, before = opening[first], opening[np.maximum(first - 1, 0)]
+    return first, np.asarray(now + FOLLOW / 2 * (now - before))
+
+
+def as_marched(body: Body, opening: Array, dt: float) -> Body:
+    """Return the striker of a run with steps ``dt`` [s], its loads that follow the mean ``opening`` (n + 1,) of the
+    seats [m] replaced by the courses that they had in the march.
+    """
+    if not any(load.follows for load in body.loads):
+        return body
+    first, ahead = foreseen(opening)
+    times = np.asarray(dt * first, dtype=np.float64)
+    return replace(body, loads=tuple(_as_marched(load, times, ahead, FOLLOW * dt) for load in body.loads))
+
+
+def _as_marched(load: Load, times: Array, ahead: Array, span: float) -> Load:
+    """Return the load as marched, which takes each of the openings ``ahead`` from one of the ``times`` on [s]."""
+    amplitude, factors = load.amplitude, np.ones(len(ahead))
+    if load.feedback is not None:
+        state = load.feedback.start()
+        fed = [load.feedback.advance(state, float(t), span, float(lift)) for t, lift in zip(times, ahead, strict=True)]
+        amplitude = held_course(np.array(fed), span)
+    if load.by_opening is not None:
+        factors = np.array([load.by_opening(float(lift)) for lift in ahead])
+    factor = held_course(factors, span)
+    return Load(load.shape, lambda t: np.asarray(amplitude(t)) * factor(t))
+
+
+def held_course(values: Array, span: float) -> Callable[[Array], Array]:
+    """Return the course that keeps each of the values for a span [s]."""
+    return lambda t: values[np.clip((np.asarray(t) / span).astype(np.int64), 0, len(values) - 1)]

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.bodies.time_series import Stated, TimeSeriesError
-from impact.brief import brief
 from impact.files.csv_table import CsvTable, needed_csv, normal_unit
 from impact.greens.base import Array, ComplexArray
 from impact.greens.sampled import SampledGreens
-from impact.measured.noise import deviation_by_coherence
+from impact.measured.reading import deviation_by_coherence
+from impact.quantities import brief
 
 Kind = Literal["receptance", "mobility", "accelerance"]
 HERTZ = {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6}

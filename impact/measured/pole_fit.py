@@ -9,21 +9,19 @@ import numpy as np
 
 from impact.greens.base import Array, ComplexArray, ErrorEstimate
 from impact.greens.modal import ModalGreens
+from impact.greens.oscillator import hann
 from impact.greens.poles import PoleGreens
-from impact.greens.pulse import hann
 from impact.greens.sampled import SampledGreens
-from impact.measured.amplitudes import FitData, free_residues, least_squares, modal_fit, response_of
+from impact.measured.amplitudes import FitData, free_residues, least_squares, made_passive, modal_fit, response_of
 from impact.measured.frf import (
     FrequencyResponse,
     FrequencyResponseError,
     causality_defect,
     of_impulse_response,
 )
-from impact.measured.noise import estimate_deviation
-from impact.measured.passive_residues import made_passive
 from impact.measured.pole_choice import Candidate, choose_poles, criterion, residual_terms, within
-from impact.measured.pole_passivity import pole_passivity
-from impact.measured.vector_fitting import Poles, basis, left_over, refined
+from impact.measured.reading import estimate_deviation
+from impact.measured.vector_fitting import Poles, basis, left_over, pole_passivity, refined
 
 Form = Literal["auto", "modal", "complex"]
 Fitted = ModalGreens | PoleGreens

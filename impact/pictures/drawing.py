@@ -1,21 +1,24 @@
-"""Common ground of all figures: one style, one way to a file."""
+"""Common ground of all figures: one style, one way to a file, powers of ten at axes."""
 
 from __future__ import annotations
 
 import io
 import os
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from impact.extras import how_to_mend
-from impact.files.atomic import whole_file
+from impact.files.safe_files import whole_file
+from impact.names import how_to_mend
 from impact.quantities import scaled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
 
 DPI, SCREEN_DPI = 180, 100
 # Okabe & Ito (2008), told apart with every common colour blindness
@@ -83,7 +86,6 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
-        from impact.pictures.tick_labels import label_in_unicode
     except Exception as missing:  # a broken one raises anything
         what = "a figure" if path is None else Path(path).name
         raise PictureError(f"{what} needs matplotlib: {how_to_mend('matplotlib', 'pictures', missing)}") from missing
@@ -126,3 +128,40 @@ def time_axis(axes: Axes, window: tuple[float, float]) -> float:
 def zero_line(axes: Axes) -> None:
     """Draw a thin line at zero behind the curves."""
     axes.axhline(0.0, color=GREY, linewidth=0.6, zorder=1.5)
+
+
+_RAISED: Final = str.maketrans("0123456789-−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁻")
+
+
+def label_in_unicode(figure: Figure) -> None:
+    """Make what matplotlib itself has chosen to label axes by write powers of ten in Unicode from now on."""
+    ours = _formatters()
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            for formatter in (axis.get_major_formatter(), axis.get_minor_formatter()):
+                formatter.__class__ = ours.get(type(formatter), type(formatter))  # keeps its settings
+
+
+def without_tex(told: str) -> str:
+    """Return ``"2×10⁻³"`` of ``"$\\mathdefault{2\\times10^{-3}}$"``."""
+    raised = re.sub(r"\^\{([-−\d]+)\}", lambda found: found[1].translate(_RAISED), told)
+    return re.sub(r"\\mathdefault|[${}]", "", raised.replace(r"\times", "×"))
+
+
+@cache
+def _formatters() -> dict[type, Any]:
+    """Return our formatters by matplotlib's: labels of logarithmic axes, and the factor beside linear ones."""
+    from matplotlib.ticker import LogFormatterSciNotation, ScalarFormatter
+
+    class Linear(ScalarFormatter):
+        def __call__(self, x: float, pos: int | None = None) -> str:
+            return without_tex(super().__call__(x, pos))
+
+        def get_offset(self) -> str:
+            return without_tex(super().get_offset())
+
+    class Powers(LogFormatterSciNotation):
+        def __call__(self, x: float, pos: int | None = None) -> str:
+            return without_tex(super().__call__(x, pos))
+
+    return {ScalarFormatter: Linear, LogFormatterSciNotation: Powers}

@@ -14,15 +14,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from impact.after.measures import MERGE
 from impact.bodies.body import Body
-from impact.brief import brief
 from impact.greens.base import Array
 from impact.march.history import aligned
 from impact.march.laws import PlainLaw, no_user_law
-from impact.march.loop.lanes import LANES, march_lanes
+from impact.march.loop.marches import LANES, march_lanes
 from impact.march.motion import Discrete
 from impact.march.prepared import Prepared, prepare
 from impact.march.problem import ContactError, ContactProblem
-from impact.progress import Progress, silent
+from impact.notices import Progress, silent
+from impact.quantities import brief
 
 
 @dataclass(frozen=True)

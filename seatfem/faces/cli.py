@@ -1,25 +1,31 @@
-"""The program `seatfem`: one verb per thing to do. Exit code 0: done, 1: failed or missed its target, 2: bad input."""
+"""The program `seatfem`: one verb per thing to do, errors in words. Exit code 0: done, 1: failed or missed its
+target, 2: wrong input.
+"""
 
 from __future__ import annotations
 
 import os
+import re
 import sys
 import traceback
 import warnings
 from collections.abc import Sequence
 from contextlib import suppress
+from errno import ENOENT
 from io import TextIOWrapper
-from typing import Literal
+from pathlib import Path
+from typing import Final, Literal
 
 from cyclopts import App, CycloptsError
 
-from seatfem.faces import other_verbs, result_verbs, scene_verbs, study_verbs
-from seatfem.faces.errors import MOST_LINES, WIDEST, clipped, code_of, placed
-from seatfem.faces.output import BAD_INPUT, DONE, FAILED, INTERRUPTED, lines
+from impact.files.safe_files import FULL
+from seatfem.faces import other_verbs, scene_verbs
+from seatfem.faces import other_verbs as result_verbs
+from seatfem.faces import other_verbs as study_verbs
 from seatfem.faces.scene_verbs import DEMO_SCENE, demo_scene
-from seatfem.faces.terminal import Console
+from seatfem.faces.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, Console, lines
 from seatfem.jobs.folders import sweep
-from seatfem.jobs.signals import ended_by_signals, exit_code
+from seatfem.jobs.processes import ended_by_signals, exit_code
 
 __all__ = [
     "BAD_INPUT",
@@ -33,6 +39,81 @@ __all__ = [
     "main",
     "run_command",
 ]
+
+
+WIDEST: Final = 1000  # characters of a line of a message
+MOST_LINES: Final = 40
+_KEY: Final = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+(?=: | = )")
+"""With which messages about a key of a scene begin."""
+
+
+def _is_ours(error: Exception) -> bool:
+    return type(error).__module__.partition(".")[0] in ("seatfem", "impact")
+
+
+def in_words(error: Exception) -> str:
+    """Return what a user can do about an error; an error that is no fault of the user's is called a bug."""
+    from seatfem.machine.doctor import broken_package
+
+    if isinstance(error, OSError) and error.errno in FULL:
+        return f"{error.filename or 'a file'}: {error.strerror}; free space there, or choose another folder (--output)"
+    if isinstance(error, FileNotFoundError) and error.errno == ENOENT and error.filename:
+        return f"{error.filename}: no such file; check the path"
+    if _is_ours(error) or isinstance(error, OSError):
+        return str(error)
+    if words := broken_package(error):
+        return words
+    if isinstance(error, MemoryError):
+        return f"{str(error) or 'out of memory'}; a coarser mesh (seat.mesh.size) needs less"
+    return f"unexpected {type(error).__name__}: {error}; this is a bug, --debug or SEATFEM_DEBUG=1 shows where"
+
+
+def placed(error: Exception, arguments: Sequence[str]) -> str:
+    """Return `in_words` of an error, with the scene's name before what the contact solver says, which knows no scenes,
+    and with the lines of the keys before what is wrong with the files that the scene names."""
+    scenes = [Path(word) for word in arguments if word.endswith(".toml")]
+    if scenes and type(error).__name__ == "SceneError":
+        from seatfem.study.scene import SceneError, located
+
+        assert isinstance(error, SceneError)
+        error = located(error, scenes[0])
+    text = in_words(error)
+    is_placed = type(error).__name__ == "SceneError"
+    if scenes and not is_placed and _is_ours(error) and (key := _KEY.match(text)):
+        text = _with_line(text, key[0], scenes[0])
+    if not scenes or type(error).__module__.partition(".")[0] != "impact" or str(scenes[0].absolute().parent) in text:
+        return text
+    return f"{scenes[0]}: {text}"
+
+
+def _with_line(text: str, key: str, scene: Path) -> str:
+    """Return the text with the line of the key, or of its table, that a message of one line begins with; unchanged if
+    the file has neither."""
+    from seatfem.study.scene import SceneError, located
+    from seatfem.study.scene.problems import Problem
+
+    try:
+        error = located(SceneError((Problem(None, 0, "", text, tuple(key.split("."))),)), scene)
+    except SceneError:  # of the file itself
+        return text
+    return str(error) if error.problems[0].line and "\n" not in text else text
+
+
+def clipped(text: str) -> str:
+    """Return the text cut to a readable length: a broken file's own words may be a million characters long."""
+    lines = [
+        line if len(line) <= WIDEST else f"{line[: WIDEST // 2]} ... {line[-WIDEST // 2 :]}"
+        for line in text.split("\n")
+    ]
+    more = len(lines) - MOST_LINES
+    return "\n".join(lines if more <= 0 else [*lines[:MOST_LINES], f"... and {more} more lines"])
+
+
+def code_of(error: Exception) -> int:
+    """Return the exit code of a command that ended with this error."""
+    bad_input = isinstance(error, FileNotFoundError) or (_is_ours(error) and isinstance(error, ValueError))
+    return BAD_INPUT if bad_input else FAILED
+
 
 app = App(
     name="seatfem",

@@ -9,18 +9,18 @@ from typing import Final
 import numpy as np
 
 from impact import measures
-from impact.files.table import write_csv
+from impact.files.csv_table import write_csv
 from impact.greens.base import GreensFunction
-from impact.progress import Progress, silent
+from impact.notices import Progress, silent
 from impact.storage.hdf5 import load_greens, load_results
-from seatfem.faces.output import load
 from seatfem.faces.report.asked import SCENE_COPY, changes_in
-from seatfem.faces.report.folder import run_summary, text_of
+from seatfem.faces.report.sections import run_summary, text_of
+from seatfem.faces.terminal import load
 from seatfem.pictures.moving import KEPT, SOURCES, load_moving, write_moving
 from seatfem.readings import as_number, measured
-from seatfem.structures.formats.dxf_outline import write_outline
-from seatfem.structures.formats.reduced_writing import write_reduced
+from seatfem.structures.formats.dxf import write_outline
 from seatfem.structures.formats.uff import write_modes_uff, write_receptance_uff
+from seatfem.structures.formats.writing import write_reduced
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.calculix import write_calculix

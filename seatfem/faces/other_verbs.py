@@ -1,14 +1,36 @@
-"""Verbs that take no scene: init, faces of a part, verify, doctor."""
+"""Verbs that take no scene (init, faces, verify, doctor), and those that take the folder of a run (report, view,
+export).
+"""
 
 from __future__ import annotations
 
 import shlex
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 from cyclopts import Parameter
 
-from seatfem.faces.output import COMMON, DONE, FAILED, Common, Output, console, lines, print_outcome, progress_of
+from impact.files.safe_files import OutputError, check_writable, whole_file, write_whole
+from seatfem.faces.terminal import (
+    COMMON,
+    DONE,
+    FAILED,
+    Common,
+    Output,
+    Seconds,
+    console,
+    lines,
+    print_outcome,
+    progress_of,
+)
+from seatfem.study.safety import Effort
+from seatfem.verify import verification_table_view
+
+if TYPE_CHECKING:
+    from seatfem.study.sweep.optimum import SearchAhead
+    from seatfem.study.sweep.sweep import Ahead
+
 
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
 
@@ -32,12 +54,11 @@ def faces(
     unit:
         Length unit of a BREP or mesh file, which state none [default: mm, m].
     """
-    from impact.files.atomic import OutputError, check_writable, whole_file
     from impact.pictures.drawing import gap_of
-    from seatfem.faces.faces_table import faces_csv, faces_table
+    from seatfem.faces.tables import faces_csv, faces_table
     from seatfem.machine.libraries import require_gmsh_libraries
     from seatfem.pictures.faces_picture import draw_faces
-    from seatfem.structures.inspection.parts import open_part
+    from seatfem.structures.inspection.mesh_file import open_part
     from seatfem.study.scene.files import part_of_scene
 
     require_gmsh_libraries()
@@ -91,11 +112,9 @@ def init(
     schema:
         Write a JSON schema beside it, too, by which editors complete and check its keys.
     """
-    from impact.files.atomic import check_writable, write_whole
     from seatfem.faces.tables import kinds_table
-    from seatfem.study.scene.schema import SCHEMA_FILE, scene_schema, schema_text
-    from seatfem.study.scene.template import NoTemplate, scene_template
-    from seatfem.study.sweep.study_template import STUDY, STUDY_SCHEMA_FILE, study_schema, study_template
+    from seatfem.study.scene.keys import SCHEMA_FILE, NoTemplate, scene_schema, scene_template, schema_text
+    from seatfem.study.sweep.study import STUDY, STUDY_SCHEMA_FILE, study_schema, study_template
 
     if kind is None:
         console().print(kinds_table())
@@ -121,7 +140,7 @@ def init(
 
 def verify(*, common: Common = COMMON) -> int:
     """Compare with exact solutions: case, exact value, ours, error, verdict."""
-    from seatfem.verify import verification_table, verification_table_view
+    from seatfem.verify import verification_table
 
     with progress_of(common) as progress:
         rows = verification_table(progress)
@@ -156,7 +175,7 @@ def _calibrate(common: Common) -> int:
     from seatfem.faces.tables import rates_table
     from seatfem.machine.calibration import calibrate
     from seatfem.machine.libraries import require_gmsh_libraries
-    from seatfem.machine.rates import calibration_file
+    from seatfem.machine.resources import calibration_file
 
     require_gmsh_libraries()
     with progress_of(common) as progress:
@@ -167,3 +186,193 @@ def _calibrate(common: Common) -> int:
         console().print(rates_table(machine.rates(), type(machine)().rates()))
         lines().print(f"wrote {path}")
     return DONE
+
+
+# Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
+
+
+def report(folder: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
+    """Write a run as one web page, to be opened without a network: numbers, reasons, curves to zoom into, pictures.
+
+    Parameters
+    ----------
+    folder:
+        Of a run (seatfem run -o).
+    output:
+        The file [default: report.html in that folder].
+    """
+    from seatfem.faces.report.page import write_report
+
+    path = output or folder / "report.html"
+    write_report(folder, path)
+    lines(quiet=common.quiet).print(f"wrote {path}")
+    return DONE
+
+
+def view(
+    folder: Path,
+    /,
+    *,
+    output: Output = None,
+    no_browser: Annotated[bool, Parameter(negative="", help="Write the page only.")] = False,
+    common: Common = COMMON,
+) -> int:
+    """Write a run as one web page, as report does, and open it in the browser: modes, stress waves and landings to
+    turn, scrub, cut and point at. Where no browser opens, the file is named that is to be opened elsewhere.
+
+    Parameters
+    ----------
+    folder:
+        Of a run (seatfem run -o).
+    output:
+        The file [default: report.html in that folder].
+    """
+    from seatfem.faces.report.page import open_in_browser, write_report
+
+    path = output or folder / "report.html"
+    write_report(folder, path)
+    terminal = lines(quiet=common.quiet)
+    terminal.print(f"wrote {path}")
+    if not no_browser and not open_in_browser(path):
+        terminal.print(f"no browser opens here; open {path.resolve()} in one")
+    return DONE
+
+
+def export(
+    source: Path, /, *, to: Annotated[str, Parameter(name="--to")], output: Output = None, common: Common = COMMON
+) -> int:
+    """Write a scene, or the folder of a run, in the formats of other programs (docs/exchange.md).
+
+    Parameters
+    ----------
+    source:
+        The folder of a run (seatfem run -o) or of modes; for calculix, reduced and dxf a scene (TOML), too.
+    to:
+        csv: force.csv and summary.csv for spreadsheets; uff: the seat's receptance (universal file, dataset 58) and
+        modes (55); vtk: modes, stress waves and landings for ParaView; calculix: decks for ccx on the seat's mesh, our
+        answers beside them; reduced: the seat's M, C, K and state space, .npz, .mat and .mtx; dxf: the reed's outline.
+    output:
+        Folder for the files [default: that of the run; of a scene its name + "-" + the format].
+    """
+    from seatfem.faces.exchange import export as write
+
+    terminal = lines(quiet=common.quiet)
+    with progress_of(common) as progress:
+        written = write(source, to, output, progress)
+    for each in written:
+        terminal.print(f"wrote {each}" if isinstance(each, Path) else f"note: {each}")
+    return DONE
+
+
+# Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Work(Effort):
+    """Limits on what a study may take, as options."""
+
+    workers: Annotated[
+        int | None, Parameter(help="Processes that run scenes [default: one a core, as far as the memory does].")
+    ] = Effort.workers
+    rounds: Annotated[
+        int, Parameter(help="At most so many rounds of refinement of each scene, the first included.")
+    ] = Effort.rounds
+    limit: Annotated[Seconds, Parameter(help="Time of the clock for one scene: seconds, or with a unit (10 min).")] = (
+        Effort.limit
+    )
+    retry: Annotated[bool, Parameter(negative="", help="Try scenes again that have failed before.")] = Effort.retry
+    cluster: Annotated[
+        str | None,
+        Parameter(help="Address of a scheduler of dask, whose workers run the scenes: tcp://HOST:8786 or tls://..."),
+    ] = Effort.cluster
+    no_pictures: Annotated[bool, Parameter(negative="", help="Tables only.")] = False
+
+
+USUAL: Final = Work()
+
+
+def sweep(
+    study: Annotated[Path, Parameter(help="The study file (TOML): a scene and the values of its varied keys.")],
+    /,
+    *,
+    output: Output = None,
+    work: Work = USUAL,
+    common: Common = COMMON,
+) -> int:
+    """Run a scene over many values of its keys: one table, and what follows from it; goes on where it stopped.
+
+    Parameters
+    ----------
+    output:
+        Folder for table, reports and journal [default: the study's name + "-sweep"].
+    """
+    from seatfem.study.sweep.charts import write_reports
+    from seatfem.study.sweep.study import load_study
+    from seatfem.study.sweep.sweep import PARQUET, TABLE, run_study
+
+    definition = load_study(study)
+    folder, terminal = output or Path(f"{study.stem}-sweep"), lines(quiet=common.quiet)
+    spoken = lines(stderr=True, quiet=common.quiet)
+    with progress_of(common) as progress:
+        table = run_study(definition, folder, work, file=study, progress=progress, tell=spoken.print)
+    files, gaps = write_reports(table, folder, pictures=not work.no_pictures)
+    states = list(table.columns["status"])
+    counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
+    terminal.print(f"{definition.heading}: {len(table)} scenes, {counts}")
+    sentences = (table.left_out_in_words(), *table.ranges(), *table.empty_in_words(), *table.failures())
+    print_outcome(terminal, sentences, gaps, (folder / TABLE, *filter(Path.exists, [folder / PARQUET]), *files))
+    return DONE if table.has_numbers.all() and not table.unanswered() else FAILED
+
+
+def optimise(
+    study: Annotated[Path, Parameter(help="The study file (TOML) with the table [optimise].")],
+    /,
+    *,
+    output: Output = None,
+    work: Work = USUAL,
+    common: Common = COMMON,
+) -> int:
+    """Find the values within their ranges whose scene has the least or greatest measure; goes on where it stopped.
+
+    Parameters
+    ----------
+    output:
+        Folder for tables, picture and journal [default: the study's name + "-optimum"].
+    """
+    from seatfem.study.sweep.best import draw_search
+    from seatfem.study.sweep.optimum import run_optimum
+    from seatfem.study.sweep.study import load_study
+
+    definition = load_study(study)
+    folder, terminal = output or Path(f"{study.stem}-optimum"), lines(quiet=common.quiet)
+    spoken = lines(stderr=True, quiet=common.quiet)
+    with progress_of(common) as progress:
+        optimum = run_optimum(definition, folder, work, file=study, progress=progress, tell=spoken.print)
+    numbers = optimum.as_json()
+    counts = f"{numbers['searched']} scenes searched, {numbers['failed']} failed, {numbers['confirmed']} confirmed"
+    terminal.print(f"{definition.heading}: {counts}")
+    files, picture = [folder / name for name in ("optimum.json", "optimum.csv", "search.csv")], folder / "search.png"
+    gap = "" if work.no_pictures else draw_search(optimum, picture)
+    files += [] if work.no_pictures or gap else [picture]
+    sentences = (numbers["left_out"], *optimum.table(optimum.searched).failures(), optimum.in_words())
+    print_outcome(terminal, sentences, [gap], files)
+    return DONE if optimum.is_met else FAILED
+
+
+def study_ahead(path: Path) -> Ahead | SearchAhead | None:
+    """Return what a study would take; ``None`` for other files."""
+    from seatfem.study.scene.load import has_table
+
+    if not has_table(path, "vary"):
+        return None
+    from seatfem.study.sweep.optimum import ahead_of
+    from seatfem.study.sweep.study import load_study
+    from seatfem.study.sweep.sweep import LOOKED_AT, ahead, ahead_of_many, scenes_of
+
+    study = load_study(path)
+    if study.optimise is not None:
+        return ahead_of(study, file=path)
+    if study.number_of_scenes > LOOKED_AT and study.error_bars == "every":
+        return ahead_of_many(study, file=path)
+    return ahead(study.scene, scenes_of(study, file=path)[0])

@@ -11,7 +11,7 @@ import psutil
 from rich.progress import BarColumn, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
-from impact.progress import Progress, silent
+from impact.notices import Progress, silent
 from seatfem.faces.terminal import Console
 
 Show = Callable[[str, float, float], None]

@@ -12,7 +12,8 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from seatfem.faces.output import (
+from seatfem.faces.other_verbs import study_ahead
+from seatfem.faces.terminal import (
     COMMON,
     DONE,
     FAILED,
@@ -29,7 +30,6 @@ from seatfem.faces.output import (
     progress_of,
     tell,
 )
-from seatfem.faces.study_verbs import study_ahead
 
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
 
@@ -94,12 +94,12 @@ def plan(
         return DONE
     checked = load(scene, changes)
     from seatfem.faces import plan_view
-    from seatfem.faces.read_back import read_table
+    from seatfem.faces.plan_view import read_table
     from seatfem.study.planning.planner import plan_scene
 
     planned = plan_scene(checked)
     if drawing is not None:
-        from seatfem.study.runs.drawing import draw_scene
+        from seatfem.study.impacts.layout import draw_scene
 
         draw_scene(checked, drawing, planned.method.seat.division)
     if json and not common.quiet:
@@ -124,8 +124,7 @@ def draw(scene: SceneFile, /, *, output: Output = None, changes: Changes = (), c
         File of the drawing: .png, .svg or .pdf [default: the scene's name + "-drawing.png"].
     """
     checked = load(scene, changes)
-    from seatfem.study.impacts.layout import cover_note, facts_of
-    from seatfem.study.runs.drawing import draw_scene
+    from seatfem.study.impacts.layout import cover_note, draw_scene, facts_of
 
     path = output or Path(f"{scene.stem}-drawing.png")
     layout = draw_scene(checked, path)
@@ -159,8 +158,7 @@ def trade(
     """
     load(scene)
     from impact.pictures.drawing import gap_of
-    from seatfem.study.trade.chart import draw_trade
-    from seatfem.study.trade.table import in_words, write_trade
+    from seatfem.study.trade.report import draw_trade, in_words, write_trade
     from seatfem.study.trade.trade import measure_trade
 
     folder = output or Path(f"{scene.stem}-trade")
@@ -244,12 +242,11 @@ def demo_scene() -> Path:
 def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequence[str] = ()) -> int:
     scene = load(path, changes)
     content = path.read_bytes()
-    from seatfem.faces.landings_table import landings_of, landings_table
-    from seatfem.faces.read_back import read_table
+    from seatfem.faces.plan_view import read_table
     from seatfem.faces.report.asked import keep_asked
-    from seatfem.faces.result_table import result_table
+    from seatfem.faces.tables import landings_of, landings_table, result_table
     from seatfem.faces.verdict import lasting, pressed_on, simpler, verdict
-    from seatfem.pictures.apart import drawing_apart
+    from seatfem.pictures.rendering import drawing_apart
     from seatfem.study.runs.next_round import Limits
     from seatfem.study.runs.pipeline import run_scene
 

@@ -1,19 +1,30 @@
-"""The only way to the terminal: what is printed cannot steer it, whatever titles, keys, files and names hold.
+r"""The only way to the terminal: consoles, options that the verbs share, and files written for people.
 
 Control characters (ESC and what follows from it, C0, C1), marks that turn the direction of writing round, invisible
-characters and halves of pairs are written as escapes, ``\\x1b``; square brackets are no markup.
+characters and halves of pairs are written as escapes, ``\x1b``; square brackets are no markup.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from typing import Any, Final
+import tomllib
+from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
+from cyclopts import Parameter, Token
 from rich.console import Console as RichConsole
 from rich.console import ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
+
+if TYPE_CHECKING:
+    from impact.notices import Progress
+    from seatfem.study.runs.pipeline import RunOutcome
+    from seatfem.study.scene import Scene
+
 
 _UNSEEN: Final = re.compile(
     "[\\x00-\\x08\\x0b-\\x1f\\x7f-\\x9f\\xad\\u034f\\u061c\\u115f\\u1160\\u17b4\\u17b5\\u180b-\\u180f\\u200b-\\u200f"
@@ -40,3 +51,129 @@ class Console(RichConsole):
         """Render as rich does, and make visible what rich has not made itself."""
         for text, style, control in super().render(renderable, options):
             yield Segment(text if control else visible(text), style, control)
+
+
+DONE: Final = 0
+FAILED: Final = 1
+BAD_INPUT: Final = 2
+INTERRUPTED: Final = 130
+Changes = Annotated[
+    tuple[str, ...],
+    Parameter(
+        name="--set",
+        negative="",
+        help='KEY=VALUE, any number of times: replaces the value in the file, as in --set reed.thickness="0.2 mm".',
+    ),
+]
+Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+
+
+def seconds_of(_: object, words: Sequence[Token]) -> float:
+    """Return the seconds of an option: "90", "90 s", "1 min", "2 h". Raises `UnitError`."""
+    from seatfem.units import UnitError, parse_quantity
+
+    text = words[0].value
+    with suppress(ValueError):
+        return float(text)
+    try:
+        return parse_quantity(text, "time")
+    except UnitError:
+        raise UnitError(f"{text!r} is no time; write seconds, 90, or a number with its unit, '1 min'") from None
+
+
+Seconds = Annotated[float, Parameter(converter=seconds_of)]
+
+
+class ChangeError(ValueError):
+    """A --set that is not KEY=VALUE."""
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Common:
+    """Options that every verb understands."""
+
+    quiet: Annotated[bool, Parameter(negative="", help="Print nothing but errors.")] = False
+    verbose: Annotated[bool, Parameter(negative="", help="Log each tenth of each stage: date, memory, time.")] = False
+    debug: Annotated[bool, Parameter(negative="", help="Show the traceback of an error.")] = False
+
+
+COMMON: Final = Common()
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Effort:
+    """Limits on what a run may take."""
+
+    no_pictures: Annotated[bool, Parameter(negative="", help="Numbers and files only.")] = False
+    max_time: Annotated[
+        Seconds | None,
+        Parameter(
+            help="Seconds, or a time with its unit (10 min): no further round is begun that is predicted to end "
+            "later, and one that does is stopped; the first is always finished [default: 600 for each further round]."
+        ),
+    ] = None
+    rounds: Annotated[int, Parameter(help="At most so many rounds of refinement, the first included.")] = 4
+
+
+WHOLE: Final = Effort()
+
+
+def console(*, highlight: bool = True) -> Console:
+    """Return a console for tables: as wide as the terminal; in a file or a pipe as wide as no number is cut."""
+    terminal = Console(markup=False, highlight=highlight)
+    return terminal if terminal.is_terminal else Console(width=200, markup=False, highlight=highlight)
+
+
+def lines(*, stderr: bool = False, quiet: bool = False) -> Console:
+    """Return a console for sentences, one a line, as they are: what a file says, and [uff], is no markup."""
+    return Console(stderr=stderr, quiet=quiet, soft_wrap=True, highlight=False, markup=False)
+
+
+def progress_of(common: Common, console: Console | None = None) -> AbstractContextManager[Progress]:
+    """Return progress bars on the ``console``, by default that of errors; none where the verb is to be quiet."""
+    from seatfem.faces.progress_bars import progress_bars
+
+    return progress_bars(console or lines(stderr=True), quiet=common.quiet, verbose=common.verbose)
+
+
+def load(path: Path, changes: Sequence[str] = ()) -> Scene:
+    """Return the scene with ``changes`` made to it, as --set has them."""
+    from seatfem.study.scene import load_scene
+
+    return load_scene(path, dict(changed(each) for each in changes))
+
+
+def changed(given: str) -> tuple[str, object]:
+    """Return dotted key and value of one --set; what is no TOML value is text. Raises `ChangeError` without a key."""
+    key, equals, text = given.partition("=")
+    key, text = key.strip(), text.strip()
+    if not equals or not key or not text:
+        raise ChangeError(f"--set: {given!r} must be KEY=VALUE, as in reed.thickness=0.2 mm or accuracy.target=1 %")
+    try:
+        return key, tomllib.loads(f"value = {text}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return key, text
+
+
+def tell(outcome: RunOutcome, common: Common, more: Sequence[Path] = ()) -> None:
+    """Print what is worth knowing, what was written, and where the time went."""
+    if common.quiet:
+        return
+    from seatfem.faces.tables import time_line
+
+    print_outcome(lines(), (), outcome.messages, (*outcome.files, *more))
+    lines().print(f"time: {time_line(outcome.stages)}")
+
+
+def print_outcome(
+    terminal: Console, sentences: Iterable[object], notes: Iterable[str | None], files: Iterable[Path]
+) -> None:
+    """Print the sentences and notes that say something, and what was written."""
+    for words in filter(None, sentences):
+        terminal.print(words)
+    for note in filter(None, notes):
+        terminal.print(f"note: {note}")
+    for file in files:
+        terminal.print(f"wrote {file}")

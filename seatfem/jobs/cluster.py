@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
 from uuid import uuid4
 
-from impact.files.input_files import MB, read_bytes
+from impact.files.safe_files import MB, read_bytes
 from seatfem.jobs.desk import FILES, Ask, Lost, Program
 from seatfem.machine.code import code_version
 
@@ -121,7 +121,7 @@ def _settle(client: Client, address: str) -> None:
 
 @contextmanager
 def cluster_crew(address: str, program: Program, pack: Pack) -> Iterator[Ask]:
-    """Start `seatfem.jobs.batch.crew` on the threads of the workers of the cluster whose scheduler is at ``address``.
+    """Start `seatfem.jobs.desk.crew` on the threads of the workers of the cluster whose scheduler is at ``address``.
 
     A worker that is lost costs nothing: dask gives its jobs to others, each up to three times
     (``distributed.scheduler.allowed-failures``); then the job is `Lost`. Each job runs in a process of its own beside

@@ -1,4 +1,4 @@
-"""Jobs and those who do them, wherever they are: a desk has one worker at a time, in a process of its own."""
+"""Jobs and those who do them, wherever they are: one that hangs or crashes ends as its own failure."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ import shutil
 import signal
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
+from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import LineWorker
 
 NEVER: Final = 1_000_000_000
@@ -49,7 +52,7 @@ class Lost:
 Ask = Callable[[Iterable[str], float], Iterator[tuple[int, str | Lost]]]
 """Of jobs, a line each, and the limit of time for one [s]: the number and the answer of each, as they come.
 
-`seatfem.jobs.batch.crew` and `seatfem.jobs.cluster.cluster_crew` give one; where they end, all jobs do.
+`seatfem.jobs.desk.crew` and `seatfem.jobs.cluster.cluster_crew` give one; where they end, all jobs do.
 """
 
 
@@ -118,3 +121,39 @@ class Desk:
         worker, self.worker = self.worker, None
         if worker is not None:
             worker.end()
+
+
+@contextmanager
+def crew(program: Program, *, workers: int) -> Iterator[Ask]:
+    """Start several workers, which stay from one batch of jobs to the next.
+
+    The jobs of a batch are begun in their order, and their answers come as they are there. Each worker starts when it
+    is needed, by the thread that asks.
+    """
+    purpose = program.module.rpartition(".")[0].rpartition(".")[2]
+    with private_folder(purpose) as folder, ThreadPoolExecutor(max(workers, 1)) as threads, ExitStack() as ours:
+        desks = [Desk(program, folder / str(number)) for number in range(workers)]
+        for desk in desks:
+            ours.callback(desk.end)
+
+        def ask(jobs: Iterable[str], limit: float) -> Iterator[tuple[int, str | Lost]]:
+            waiting, pending = iter(enumerate(jobs)), dict[Future[str | Lost], tuple[Desk, int]]()
+
+            def hand_out(desk: Desk) -> None:
+                for number, job in waiting:
+                    desk.start()
+                    pending[threads.submit(desk.answer, job, limit)] = desk, number
+                    return
+
+            for desk in desks:
+                hand_out(desk)
+            while pending:
+                ended, _ = wait(pending, return_when=FIRST_COMPLETED)
+                for future in ended:
+                    desk, number = pending.pop(future)
+                    answer = future.result()
+                    desk.renewed(answer)
+                    yield number, answer
+                    hand_out(desk)
+
+        yield ask

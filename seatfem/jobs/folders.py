@@ -1,4 +1,5 @@
-"""Private temporary folders that do not outlive their owner for long.
+"""Files that programs share: private folders, journals of finished work, and claims that one program at a time
+holds.
 
 The owner holds a lock on a file inside, which the system releases when the process ends, by whatever cause. A folder
 whose lock nobody holds is left over; the next program that starts removes it.
@@ -6,18 +7,23 @@ whose lock nobody holds is left over; the next program that starts removes it.
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import stat
 import sys
 import tempfile
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, TypeVar
+
+from impact.files.safe_files import MB, read_text
 
 if sys.platform != "win32":
     import fcntl
+
 
 PREFIX: Final = "seatfem-"
 LOCK: Final = "owner.lock"
@@ -97,3 +103,112 @@ def _removed(folder: Path) -> bool:
         return False
     finally:
         os.close(lock)
+
+
+PAUSE: Final = 0.02  # s between two looks at a lock that another program holds
+
+
+@contextmanager
+def claimed(path: Path, patience: float) -> Iterator[bool]:
+    """Within the block no other program has claimed ``path``, a file of a lock that is made for it and removed after.
+
+    Gives whether that is so: not where another one still holds the claim after ``patience`` seconds. Where files cannot
+    be locked (Windows, folders that cannot be written to), nothing is held and every claim is granted.
+    """
+    lock = None
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        lock = _lock_before(path, time.monotonic() + patience)
+        if lock is None:
+            yield False
+            return
+    try:
+        yield True
+    finally:
+        if lock is not None:
+            with suppress(OSError):
+                path.unlink()  # while it is held: who waits for it looks whether it is still there
+            os.close(lock)
+
+
+def _lock_before(path: Path, deadline: float) -> int | None:
+    """Return the descriptor that holds the lock; ``None`` after the deadline."""
+    if sys.platform == "win32":
+        raise OSError("no locks")
+    while True:
+        lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o600)
+        try:
+            if not stat.S_ISREG(os.fstat(lock).st_mode):
+                raise OSError("no regular file")
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.path.samestat(os.fstat(lock), os.stat(path, follow_symlinks=False)):
+                return lock
+        except (BlockingIOError, FileNotFoundError):
+            pass
+        except OSError:
+            os.close(lock)
+            raise
+        os.close(lock)
+        if time.monotonic() > deadline:
+            return None
+        time.sleep(PAUSE)
+
+
+T = TypeVar("T")
+MOST: Final = 1024 * MB
+
+
+class JournalError(ValueError):
+    """The file in a journal's place is none."""
+
+
+def append(path: Path, entry: Mapping[str, object]) -> None:
+    """Append one more line, by a single write, so that several programs may share a journal.
+
+    After a line that was cut short it begins on a new one. Raises `OSError` with the name of the file, also where that
+    is a link: what it leads to is another's.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        with open(path, "ab+", buffering=0, opener=_no_link) as file:
+            size = file.seek(0, os.SEEK_END)
+            file.seek(max(size - 1, 0))
+            whole = size == 0 or file.read(1) == b"\n"
+            line = ("" if whole else "\n") + json.dumps(dict(entry)) + "\n"
+            data = line.encode("utf-8")
+            if (written := file.write(data)) != len(data):  # a disk that has become full
+                file.write(data[written:])
+    except OSError as problem:
+        raise OSError(problem.errno, problem.strerror, str(path)) from problem
+
+
+def _no_link(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0), 0o666)
+
+
+def entries(path: Path) -> Iterator[dict[str, Any]]:
+    """Yield the lines that are whole; those that a kill cut short, or that are no JSON objects, are passed.
+
+    Raises `JournalError` of what is no regular file of up to `MOST` bytes.
+    """
+    if not path.exists():
+        return
+    for line in read_text(path, MOST, JournalError, errors="replace").splitlines():
+        with suppress(ValueError, RecursionError):
+            entry = json.loads(line)
+            if isinstance(entry, dict):
+                yield entry
+
+
+def outcomes(path: Path, key: str, made: Callable[..., T], **same: object) -> dict[str, T]:
+    """Return what a journal holds by the names under ``key``: ``made`` of the other fields of each line.
+
+    Lines in which a field of ``same`` is another (the version of the code) are passed, as are those that do not fit.
+    """
+    results: dict[str, T] = {}
+    for entry in entries(path):
+        with suppress(KeyError, TypeError):
+            name = entry.pop(key)
+            if isinstance(name, str) and all(entry.pop(field) == value for field, value in same.items()):
+                results[name] = made(**entry)
+    return results

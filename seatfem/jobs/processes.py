@@ -1,4 +1,4 @@
-"""Starting workers: processes that end with the one that started them, however that ends (`seatfem.jobs.worker`)."""
+"""Processes: started so that they end with their parent, bounded in what they take, ended by signals."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import FrameType
 from typing import Final
 
 STARTED_BY: Final = "SEATFEM_STARTED_BY"
@@ -136,3 +137,73 @@ class LineWorker:
             for line in self._process.stdout:
                 self._answers.put(line)
         self._answers.put("")
+
+
+def limit_process(*, memory: int | None = None, seconds: int | None = None, file_size: int | None = None) -> None:
+    """Bound what the rest of this process takes; without effect where the system has no such limits.
+
+    Args:
+        memory: bytes of address space beyond what is mapped already; more raises `MemoryError`.
+        seconds: of the processor; more ends the process (SIGXCPU).
+        file_size: bytes of any one file; a longer write raises `OSError`.
+    """
+    try:
+        import resource  # absent on Windows
+    except ImportError:
+        return
+    mapped = 0
+    with suppress(OSError):
+        mapped = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+    bounds = (
+        (resource.RLIMIT_AS, None if memory is None else mapped + memory),
+        (resource.RLIMIT_CPU, seconds),
+        (resource.RLIMIT_FSIZE, file_size),
+        (resource.RLIMIT_CORE, 0),  # no picture of the memory on the disk
+    )
+    for kind, most in bounds:
+        if most is not None:
+            with suppress(OSError, ValueError):
+                resource.setrlimit(kind, (most, resource.RLIM_INFINITY))
+    if file_size is not None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+
+
+ASKED: Final = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
+
+
+class Terminated(KeyboardInterrupt):
+    """The process was asked to end by the signal ``number``."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(f"asked to end by {signal.Signals(number).name}")
+        self.number = number
+
+
+@contextmanager
+def ended_by_signals() -> Iterator[None]:
+    """Within the block the first SIGTERM or SIGHUP raises `Terminated`; further ones do not disturb the tidying up.
+
+    Signals that are ignored (``nohup``) or that a caller handles are left alone, as are all outside the main thread.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    ours = [number for number in ASKED if signal.getsignal(number) is signal.SIG_DFL]
+
+    def end(number: int, frame: FrameType | None) -> None:
+        for each in ours:
+            signal.signal(each, signal.SIG_IGN)
+        raise Terminated(number)
+
+    for number in ours:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number in ours:
+            signal.signal(number, signal.SIG_DFL)
+
+
+def exit_code(stopped: KeyboardInterrupt) -> int:
+    """Return 128 + the number of the signal, as shells have it: 130 for Ctrl-C, 143 for SIGTERM, 129 for SIGHUP."""
+    return 128 + (stopped.number if isinstance(stopped, Terminated) else signal.SIGINT)

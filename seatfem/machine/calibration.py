@@ -20,12 +20,12 @@ import impact
 from impact.after.result import ImpactResult
 from impact.after.stresses import peak_bending_stress
 from impact.greens.modal import ModalGreens, Residual
+from impact.notices import Progress, silent
 from impact.pictures.drawing import PictureError
 from impact.pictures.plots import plot_force
-from impact.progress import Progress, silent
 from impact.storage.hdf5 import save_results
 from seatfem.jobs.folders import private_folder
-from seatfem.machine.rates import Machine
+from seatfem.machine.resources import Machine
 from seatfem.pictures.cell_grid import CellGrid
 from seatfem.pictures.plots import plot_modes
 from seatfem.structures.elements.assembly import assemble

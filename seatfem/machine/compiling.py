@@ -1,12 +1,14 @@
-"""Time that compiling takes on a machine where the program runs for the first time."""
+"""Compiled code on this machine: the time that compiling takes at first, and the threads that it may use."""
 
 from __future__ import annotations
 
 from typing import Final
 
+import numba
+
 from impact.march.loop.compiled import on_file
 from impact.march.loop.marches import march_many, march_one
-from seatfem.machine.rates import Machine
+from seatfem.machine.resources import Machine, cores
 
 MARCHES: Final = (march_one, march_many)
 """Both with all that they call; a run needs either, the second for its error bars. Other loops take little."""
@@ -16,3 +18,8 @@ EACH: Final = 2.7  # time of its compilation over that of the program's start: 1
 def compilation(rates: Machine) -> float:
     """Return the time to compile the marches that are not on file [s]."""
     return EACH * rates.start * sum(not on_file(march) for march in MARCHES)
+
+
+def threads() -> int:
+    """Return the number of cores that this process may use, at most as many as `NUMBA_NUM_THREADS` allows."""
+    return max(1, int(min(cores(), numba.config.NUMBA_NUM_THREADS)))  # type: ignore[attr-defined]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from impact.pictures.drawing import BLUE, ORANGE, sheet
 from seatfem.pictures.rendering import Image, aim, load_pyvista, new_plotter, shoot
-from seatfem.structures.inspection.parts import Part
+from seatfem.structures.inspection.mesh_file import Part
 
 if TYPE_CHECKING:
     from types import ModuleType

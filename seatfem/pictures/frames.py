@@ -9,12 +9,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.after.along import Pieces
+from impact.after.histories import Pieces
 from impact.greens.base import Array
 from impact.pictures.drawing import PictureError
 from impact.quantities import scaled, text
+from seatfem.pictures.cell_grid import Skin, skin_of_plate
 from seatfem.pictures.rendering import ABOVE, View
-from seatfem.pictures.skin import Skin, skin_of_plate
 from seatfem.structures.elements.mindlin import PlateMesh
 
 Integers = NDArray[np.int64]
@@ -225,7 +225,7 @@ def landing_frames(
         height: (N,) of the arcs at rest, from the undeformed plate, negative [m].
         force: (F, N) per length of each arc [N/m]; ``total``: (F,) [N].
         averaged: over what forces are, in words.
-        pieces: of the lip, as in `impact.after.along`.
+        pieces: of the lip, as in `impact.after.histories`.
 
     Raises:
         PictureError: parts that do not fit together.

@@ -1,4 +1,4 @@
-"""Layout of the drawing of a scene: bodies in their places, what moves them, and words; lengths in metres.
+"""Layout of the drawing of a scene: bodies in their places, and the places of the views on its sheet.
 
 x goes along the reed to its tip, y across it, z from the seat to the reed; the middle of the reed's contact is the
 origin in plan, the seat's struck face z = 0.
@@ -6,11 +6,15 @@ origin in plan, the seat's struck face z = 0.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
+
+import numpy as np
 
 from impact.greens.base import Array
-from seatfem.structures.outlines import BodyViews, covered_share
+from impact.quantities import in_digits
+from seatfem.structures.outlines import BodyViews, Size, View, covered_share
 
 Way = Literal[-1, 0, 1]
 """Of an arrow: towards the seat, not known or both, away from the seat."""
@@ -90,3 +94,195 @@ class Layout:
     def top_of_reed(self) -> float:
         """Return z of the reed's upper side over the contact [m]."""
         return self.gap + max((float(loop[:, 1].max()) for loop in self.reed.views.section), default=0.0)
+
+
+WIDTH: Final = 8.2  # inch, of the sheet
+LEFT, RIGHT = 1.35, 1.75  # inch beside the views, for names and heights
+DEEPEST, PLAN, TALLEST = 1.5, 3.0, 1.7  # inch: seat in section, plan, body above the seat
+KEPT: Final = 0.75  # inch next to the contact that are to scale where the rest of a deep body is shortened
+THIN: Final = 0.075  # inch: a reed is drawn at least as thick
+OPEN: Final = (0.13, 0.85)  # inch: an opening is drawn at least and at most as high
+SYMBOL: Final = 0.5  # inch: height of a symbol
+ROW: Final = 0.2  # inch between dimensions
+LOADS: Final = 0.36  # inch between loads
+LINE: Final = 0.145  # inch between lines of text
+LETTER: Final = 0.062  # inch: width of a letter of 7.5 points, on the average
+NICE: Final = (1.0, 2.0, 5.0)
+
+
+@dataclass(frozen=True)
+class Zone:
+    """A range of heights drawn by a factor of its own: its name, its ends [m] and its height on the sheet [inch]."""
+
+    name: str
+    low: float
+    high: float
+    inches: float
+
+    @property
+    def is_shortened(self) -> bool:
+        """Return whether a long body is shortened there."""
+        return self.name in ("depth", "height")
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Places of the parts of a drawing on its sheet [inch].
+
+    Attributes:
+        scale: inch per metre along x and in plan.
+        x: of the contact; plan, section: heights of the contact in both views.
+        zones: of heights, the lowest first.
+        height: of the sheet.
+        rows: dimensions below the section, and below the plan, row by row.
+        top: of what is drawn in the section.
+    """
+
+    scale: float
+    x: float
+    plan: float
+    section: float
+    zones: tuple[Zone, ...]
+    height: float
+    rows: dict[View, tuple[tuple[tuple[Placed, Size], ...], ...]]
+    top: float
+
+    @staticmethod
+    def of(layout: Layout) -> Frame:
+        low, high = extent_of(layout)
+        wide, deep = high - low
+        scale = min((WIDTH - LEFT - RIGHT) / max(wide, 1e-9), PLAN / max(deep, 1e-9))
+        reed = layout.top_of_reed() - layout.gap
+        if 0.2 * wide < reed < 2 * wide:
+            scale = min(scale, TALLEST / reed)
+        zones = tuple(_zones(layout, scale))
+        x = LEFT + ((WIDTH - LEFT - RIGHT) - scale * wide) / 2 - scale * float(low[0])
+        rows: dict[View, tuple[tuple[tuple[Placed, Size], ...], ...]] = {
+            "section": _rows(layout, "section", scale), "plan": _rows(layout, "plan", scale),
+        }  # fmt: skip
+        notes = 1 + len(layout.notes) + bool(factors_of(zones, scale)) + any(zone.is_shortened for zone in zones)
+        plan_low = 0.2 + LINE * notes + ROW * len(rows["plan"]) + 0.3
+        plan = plan_low - scale * float(low[1])
+        section_low = plan + scale * float(high[1]) + 0.42 + ROW * (len(rows["section"]) + 0.5) + 0.12
+        below = sum(zone.inches for zone in zones if zone.high <= 0)
+        section = section_low + below
+        top = section + sum(zone.inches for zone in zones if zone.low >= 0)
+        if len(layout.springs):
+            to_reed = sum(zone.inches for zone in zones if 0 <= zone.low < layout.top_of_reed())
+            own = SYMBOL if layout.reed.views.symbol else 0.0
+            top = max(top, section + to_reed + own + SYMBOL + 0.1)
+        height = top + LOADS * len(layout.actions) + 0.75
+        return Frame(scale, x, plan, section, zones, height, rows, top)
+
+    def up(self, z: float | Array) -> Array:
+        """Return the height on the sheet of a height in the section."""
+        heights = [self.zones[0].low] + [zone.high for zone in self.zones]
+        inches = np.concatenate([[0.0], np.cumsum([zone.inches for zone in self.zones])])
+        zero = float(np.interp(0.0, heights, inches))
+        return np.asarray(self.section - zero + np.interp(z, heights, inches))
+
+    def place(self, view: View, line: Array, body: Placed) -> Array:
+        """Return the (n, 2) places on the sheet of a line of a body in a view."""
+        x = self.x + self.scale * (line[:, 0] + body.at[0])
+        if view == "section":
+            return np.column_stack([x, self.up(line[:, 1] + body.height)])
+        return np.column_stack([x, self.plan + self.scale * (line[:, 1] + body.at[1])])
+
+
+def extent_of(layout: Layout) -> tuple[Array, Array]:
+    """Return the (2,) lowest and highest corner of the plan of all bodies; of symbols alone a few millimetres."""
+    ends = [np.array(body.views.extent) + body.at for body in layout.bodies]
+    low, high = np.min([each[0] for each in ends], axis=0), np.max([each[1] for each in ends], axis=0)
+    least = max(0.15 * float((high - low).max()), 1e-3) / 2
+    return np.minimum(low, -least), np.maximum(high, least)
+
+
+def _nice(factor: float) -> float:
+    """Return the least of 1, 2, 5, 10, ... that is at least ``factor``."""
+    power = 10.0 ** np.floor(np.log10(max(factor, 1.0)))
+    return float(next(each * power for each in (*NICE, 10.0) if each * power >= factor * (1 - 1e-9)))
+
+
+def _zones(layout: Layout, scale: float) -> Iterator[Zone]:
+    """Yield what is below the contact, the gap, the reed, what is above it up to the stopper, and the stopper."""
+    depth = layout.seat.views.depth
+    if depth == 0:
+        yield Zone("seat", -1e-3, 0.0, SYMBOL + 0.2)
+    elif depth * scale <= DEEPEST:
+        yield Zone("seat", -depth, 0.0, depth * scale)
+    else:
+        yield Zone("depth", -depth, -KEPT / scale, DEEPEST - KEPT)
+        yield Zone("seat", -KEPT / scale, 0.0, KEPT)
+    if layout.gap > 0:
+        yield Zone("gap", 0.0, layout.gap, _opened(layout.gap, scale))
+    base, top = layout.gap, layout.top_of_reed()
+    if top == base:
+        top = base + 1e-3
+        yield Zone("mass", base, top, SYMBOL)
+    elif (top - base) * scale > TALLEST:
+        yield Zone("reed", base, base + KEPT / scale, KEPT)
+        yield Zone("height", base + KEPT / scale, top, TALLEST - KEPT)
+    else:
+        inches = (top - base) * scale
+        yield Zone("reed", base, top, inches * _nice(THIN / inches))
+    risen = 0.0 if layout.start is None else float(layout.start[:, 1].max())
+    above = max(layout.lift or 0.0, risen)
+    if above > 0:
+        yield Zone("lift", top, top + above, _opened(above, scale))
+    if layout.stopper is not None:
+        roof = max((float(loop[:, 1].max()) for loop in layout.stopper.views.section), default=0.0)
+        over = top + (layout.lift or 0.0) + roof
+        low = top + above
+        if roof == 0:
+            yield Zone("stopper", low, low + 1e-3, SYMBOL + 0.2)
+        elif over > low:
+            yield Zone("stopper", low, over, min((over - low) * scale, DEEPEST))
+
+
+def _opened(height: float, scale: float) -> float:
+    """Return the inches of an opening, by one of the factors of `_nice`, or to fit."""
+    inches = height * scale
+    return min(inches * _nice(OPEN[0] / inches), OPEN[1])
+
+
+def factors_of(zones: Sequence[Zone], scale: float) -> str:
+    """Return in words by what factors heights are exaggerated."""
+    words = {"gap": "gap", "reed": "reed", "lift": "lift above the reed"}
+    factors = []
+    for zone in zones:
+        factor = zone.inches / ((zone.high - zone.low) * scale)
+        if zone.name in words and abs(factor - 1) > 0.02:
+            factors.append(f"{words[zone.name]} x {in_digits(factor, 2)}")
+    return ", ".join(factors)
+
+
+def _rows(layout: Layout, view: View, scale: float) -> tuple[tuple[tuple[Placed, Size], ...], ...]:
+    """Return the dimensions along x in rows, the shortest nearest to the body; in a row none meets another."""
+    sizes = [
+        (body, size)
+        for body in layout.bodies
+        for size in body.views.sizes
+        if size.axis == 0 and size.view == view and body.role in (("seat", "reed") if view == "plan" else ("seat",))
+    ]
+    rows: list[list[tuple[Placed, Size]]] = []
+    taken: list[list[tuple[float, float]]] = []
+    for body, size in sorted(sizes, key=lambda each: each[1].value):
+        low, high = _room(body, size, scale)
+        for row, ranges in zip(rows, taken, strict=True):
+            if all(high < a or low > b for a, b in ranges):
+                row.append((body, size))
+                ranges.append((low, high))
+                break
+        else:
+            rows.append([(body, size)])
+            taken.append([(low, high)])
+    return tuple(tuple(row) for row in rows)
+
+
+def _room(body: Placed, size: Size, scale: float) -> tuple[float, float]:
+    """Return the width that a dimension takes along x with its text [inch]."""
+    low, high = (scale * (end + body.at[0]) for end in (size.low, size.high))
+    text = LETTER * len(size.text) + 0.1
+    if text < high - low:
+        return low, high
+    return low - 0.22, high + 0.22 + text

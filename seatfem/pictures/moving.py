@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.files.atomic import whole_file, write_whole
+from impact.files.safe_files import whole_file, write_whole
 from impact.greens.base import Array
 from impact.pictures.drawing import PictureError
 from impact.storage.hdf5 import StorageError, finite_array, opened, written

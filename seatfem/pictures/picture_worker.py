@@ -1,4 +1,4 @@
-"""Worker that draws pictures of bodies, on which VTK may crash or hang. `seatfem.pictures.apart` starts it.
+"""Worker that draws pictures of bodies, on which VTK may crash or hang. `seatfem.pictures.rendering` starts it.
 
 The only argument names a folder of files written by the parent: what to draw, to be called with ``path``. Each line on
 the standard input is "FILE NAME", without a FILE for what all pictures need; the answer is in JSON why it could not be

@@ -14,8 +14,21 @@ import numpy as np
 
 from impact.greens.base import Array
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
-from seatfem.pictures.drawing_frame import LETTER, LINE, LOADS, ROW, SYMBOL, WIDTH, Frame, Zone, extent_of, factors_of
-from seatfem.pictures.layout import Action, Layout, Placed
+from seatfem.pictures.layout import (
+    LETTER,
+    LINE,
+    LOADS,
+    ROW,
+    SYMBOL,
+    WIDTH,
+    Action,
+    Frame,
+    Layout,
+    Placed,
+    Zone,
+    extent_of,
+    factors_of,
+)
 from seatfem.structures.outlines import Loops, View, length_text
 
 if TYPE_CHECKING:

@@ -1,26 +1,70 @@
-"""Pictures of the stress in a seat: on its surface at the instant of the largest, and over time at points."""
+"""Pictures of stress on a seat and over time at hot spots, and of margins of fatigue, on bodies and against a key."""
 
 from __future__ import annotations
 
 import math
 import os
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from impact.files.atomic import whole_file
-from impact.pictures.drawing import ORANGE, sheet
+from impact.files.safe_files import whole_file
+from impact.greens.base import Array
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, sheet, zero_line
 from impact.quantities import scaled, text
+from seatfem.pictures.cell_grid import as_triangles
 from seatfem.pictures.frame_pictures import COLOURS, UNKNOWN, draw_frames
 from seatfem.pictures.frames import Frames
 from seatfem.pictures.rendering import crop, import_pyvista
-from seatfem.pictures.skin import as_triangles
-from seatfem.structures.model import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+Curve = tuple[str, str, Array, Array | None, float]
+"""A place; its leading component's name and course (n,), von Mises' stress (n,) [Pa]; the time of its largest [s]."""
+MEGA: Final = 1e6
+WIDTH, HEIGHT = 9.6, 1.75
+
+
+def plot_stress_histories(
+    time: Array, curves: Sequence[Curve], path: str | os.PathLike[str], *, touch: float, title: str
+) -> None:
+    """Draw one axis for each place, MPa over ms, the first ``touch`` dotted [s] and the largest since it ringed.
+
+    Raises:
+        PictureError: matplotlib is missing.
+    """
+    columns = 1 if len(curves) < 4 else 2
+    rows = math.ceil(len(curves) / columns)
+    with sheet(path, WIDTH, 0.8 + HEIGHT * rows) as figure:
+        figure.suptitle(title)
+        words = "blue: the component named; grey: von Mises; dotted: first touch; ring: the largest since"
+        figure.supxlabel(words, fontsize=8)
+        grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
+        for axes, (place, component, leading, mises, at) in zip(grid.flat, curves, strict=False):
+            zero_line(axes)
+            if mises is not None:
+                axes.plot(1e3 * time, mises / MEGA, color=GREY, linewidth=0.7)
+            axes.plot(1e3 * time, leading / MEGA, color=BLUE, linewidth=0.8)
+            if math.isfinite(touch):
+                axes.axvline(1e3 * touch, color=ORANGE, linestyle=":", linewidth=1.0)
+            shown = leading if mises is None else mises
+            peak = float(shown[int(np.argmin(np.abs(time - at)))])
+            axes.plot(1e3 * at, peak / MEGA, "o", mfc="none", mec=ORANGE, ms=6)
+            axes.set_title(f"{place}: {component}")
+            axes.set_title(f"{text(abs(peak), 'Pa')} at {text(at, 's', 4)}", loc="right", color=GREY, fontsize=8)
+            axes.set_ylabel("stress [MPa]")
+        for axes in grid.flat[len(curves) :]:
+            axes.axis("off")
+        for column in range(columns):
+            last = (len(curves) - 1 - column) // columns
+            grid[last, column].set_xlabel("time [ms]")
+            grid[last, column].tick_params(labelbottom=True)
+
 
 SHOWN: Final = 400  # steps after it, and a quarter of these before
 
@@ -145,3 +189,58 @@ def _image(mesh: Any, sites: Array, values: Array) -> NDArray[np.uint8]:
         _values_at(sites, values, points)[None], "stress", high=float(values.max()),
     )  # fmt: skip
     return crop(draw_frames(surface, [(0, 1.0)]))[0]
+
+
+ROUND = (0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 7, 10, 20, 50, 100)
+FINER = tuple(round(0.1 * number, 1) for number in range(1, 50))
+"""Ticks, where fewer than three of the round ones are seen."""
+
+
+def plot_margins(
+    values: Sequence[float],
+    margins: Sequence[float],
+    bars: Sequence[float | None],
+    path: str | os.PathLike[str],
+    *,
+    label: str,
+    allowed: float | None = None,
+    title: str = "Margin on stress over the design life",
+) -> None:
+    """Draw margins, each a ratio, with their error bars on a logarithmic scale, the limit 1, and the value allowed.
+
+    Args:
+        values, margins, bars: of `MarginCurve`; a margin without end is left out, a bar that is not known is not drawn.
+        label: of the values, with their unit.
+
+    Raises:
+        PictureError: matplotlib is missing.
+    """
+    spare = np.asarray(margins, dtype=float)
+    off = np.array([0.0 if bar is None else bar for bar in bars])
+    shown = np.isfinite(spare) & (spare > 0)
+    with sheet(path, 6.0, 3.8) as figure:
+        figure.suptitle(title)
+        axes = figure.add_subplot()
+        where, height = np.asarray(values, dtype=float)[shown], spare[shown]
+        below = np.minimum(off[shown], 0.99 * height)  # none reaches 0, which has no place on the scale
+        axes.errorbar(where, height, np.vstack([below, off[shown]]), marker="o", markersize=4, capsize=2.5, color=BLUE)
+        axes.axhline(1.0, color=ORANGE, linestyle=(0, (4, 2)))
+        axes.annotate(
+            "fails", (0.01, 1.0), (0, -3), axes.get_yaxis_transform(), "offset points", color=ORANGE, va="top"
+        )
+        if allowed is not None:
+            axes.axvline(allowed, color=GREEN, linewidth=1.0)
+            axes.plot([allowed], [1.0], marker="D", color=GREEN)
+            place = (5, -4) if 2 * allowed < sum(axes.get_xlim()) else (-5, -4)
+            side, top = "left" if place[0] > 0 else "right", axes.get_xaxis_transform()
+            words = f"allowed: {allowed:.4g}"
+            axes.annotate(words, (allowed, 1.0), place, top, "offset points", color=GREEN, va="top", ha=side)
+        axes.set_yscale("log")
+        low, high = axes.get_ylim()
+        rounded = ([tick for tick in each if low <= tick <= high] for each in (ROUND, FINER))
+        ticks = next((each for each in rounded if len(each) > 2), [1.0])
+        axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+        axes.minorticks_off()
+        axes.tick_params(colors="black", grid_color=GREY, grid_alpha=0.3)
+        axes.set_xlabel(label)
+        axes.set_ylabel("margin")

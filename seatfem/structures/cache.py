@@ -17,14 +17,13 @@ from pathlib import Path
 from typing import Final
 
 from impact.greens.base import GreensFunction
-from impact.progress import Progress, silent
-from seatfem.jobs.claims import claimed
+from impact.notices import Progress, silent
+from seatfem.jobs.folders import claimed
 from seatfem.machine.code import sources_from_elsewhere
-from seatfem.machine.stopwatch import Stopwatch
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.method import AUTO, Method
+from seatfem.structures.method import AUTO, Method, Solved
 from seatfem.structures.rings import Division, divided_less
-from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, StoreError, Tell, content_hash, content_key
 
 PATIENCE: Final = 3600.0  # s for which another program that computes the same function is waited for

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.after.along import Pieces
+from impact.after.histories import Pieces
 from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
 from seatfem.structures.lip import AnyLip, widening

@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from impact.after.along import Pieces
+from impact.after.histories import Pieces
 from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
 from seatfem.structures.rings import MOST_PORTS, Division, ring_borders, ring_names

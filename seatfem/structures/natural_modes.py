@@ -14,16 +14,16 @@ from typing import Final
 
 import numpy as np
 
-from impact.progress import Progress, silent
-from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.counts.memory_need import check_elastic
-from seatfem.structures.discretise import draw, matrices
+from impact.notices import Progress, silent
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures.estimates.costs import modes_of_volume
+from seatfem.structures.estimates.sizes import check_elastic
+from seatfem.structures.finite_elements import draw, matrices
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.turned import Turned
-from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.meshing import SeatMesh
+from seatfem.structures.mesh.plane_meshes import MeridianMesh
 from seatfem.structures.method import Level, Method
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize

@@ -15,7 +15,7 @@ from typing import TypeVar
 import numpy as np
 
 import impact
-from impact.files.atomic import FULL, write_whole
+from impact.files.safe_files import FULL, write_whole
 from impact.greens.base import GreensFunction
 from seatfem.machine.code import VARIABLE, cache_folder, numerics_version
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
-from seatfem.structures.inspection.shape import Integers, Shape
+from seatfem.structures.inspection.cad import Integers, Shape
 from seatfem.structures.lands import axes_along
 from seatfem.structures.outlines import BESIDE, BodyViews, Loops, Size, length_text
 from seatfem.structures.shapes.loops import inside

@@ -13,8 +13,8 @@ from typing import Any, Final
 
 from impact.quantities import percent
 from seatfem.structures.rings import MOST_RINGS
-from seatfem.study.impacts.measures import Source
-from seatfem.study.impacts.simpler import ONE_PORT
+from seatfem.study.impacts.touches import Source
+from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,

@@ -1,10 +1,13 @@
-"""All safety factors and margins of plans and error bars, each with its reason.
+"""Safety factors and margins of plans and error bars, each with its reason; sources of error in words; limits of a
+study's effort.
 
-Those of the error budget itself, on the sum of its sources, are `impact.runs.budget.SAFETY` and `STRESS_SAFETY`.
+Those of the error budget itself, on the sum of its sources, are `impact.runs.variations.SAFETY` and `STRESS_SAFETY`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Final
 
 # What a plan aims at.
@@ -87,3 +90,50 @@ MEMORY: Final = 0.8  # part of the available memory that is used: predictions ar
 MOST_OFF: Final = 30.0  # by which a predicted time is corrected at most, from the rounds before
 TELLING: Final = 1.0  # [s]: what was predicted to take less tells of one-off costs, such as compiling
 LOOSER: Final = (0.02, 0.05, 0.1)  # tolerances, where none was stated and the one planned cannot be had
+
+
+SOURCES: Final[Mapping[str, str]] = {
+    "mesh": "mesh error",
+    "reduction": "reduced model of the seat",
+    "time_step": "time step",
+    "model": "simplified model of seat or reed",
+    "patch": "division of the contact face",
+    "striker": "model of the reed",
+    "stopper": "stopper",
+    "record": "noise of the measured record",
+    "lip": "single contact point instead of the lip",
+}
+OF_A_BODY: Final[Mapping[str, str]] = {"mesh": "mesh error", "reduction": "reduced model"}
+STAGES: Final[Mapping[str, str]] = {"striker": "reed", "patch error": "contact face error"}
+"""Stages of a run whose names are shown in other words."""
+BODIES: Final[Mapping[str, str]] = {"striker": "reed", "stopper": "stopper", "seat": "seat"}
+
+
+def in_words(source: str) -> str:
+    """Return a source of error of the budget in words; one that is new by its name."""
+    body, _, its = source.partition("'s ")
+    if its and body in BODIES:
+        return f"{OF_A_BODY.get(its, its.replace('_', ' '))} of the {BODIES[body]}"
+    return SOURCES.get(source, source.replace("_", " "))
+
+
+@dataclass(frozen=True)
+class Effort:
+    """Limits on what a study may take.
+
+    Attributes:
+        workers: processes; ``None``: one a core, as far as the memory does.
+        rounds: of refinement of each scene, at most.
+        limit: seconds of the clock for one scene.
+        retry: whether scenes that have no numbers in the journal are tried again.
+        cluster: address of a scheduler of dask, whose workers take the place of processes here.
+    """
+
+    workers: int | None = None
+    rounds: int = MOST_ROUNDS
+    limit: float = 3600.0
+    retry: bool = False
+    cluster: str | None = None
+
+
+USUAL = Effort()

@@ -12,8 +12,7 @@ from rooms import rooms_svg
 from scene_pictures import PYTHON
 from scenes_page import index_page, scenes_page
 
-from impact.runs.budget import SAFETY, STRESS_SAFETY
-from impact.runs.variations import NARROWER
+from impact.runs.variations import NARROWER, SAFETY, STRESS_SAFETY
 from seatfem.structures.finite_elements import MESH_SAFETY
 from seatfem.structures.method import COARSENING
 from seatfem.study.safety import AIM, FEWER, FREE, LEVEL_SHARE, MANY, SPARE

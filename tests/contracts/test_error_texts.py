@@ -37,9 +37,9 @@ REFUSED = re.compile(r"\bmust (?:be|lie)\b|\bnot finite\b|\bunknown\b")
 EXEMPT = {
     ("seatfem/fields.py", "str(error).removeprefix(drop)"): "the text of an error, as a problem of a key",
     ("seatfem/fields.py", "words"): "what tables yield, of which the same is asked where they do",
-    ("faces/errors.py", "text"): "the whole text of an error, which gets its line",
+    ("faces/cli.py", "text"): "the whole text of an error, which gets its line",
     ("jobs/cluster.py", "reason"): "the words of a worker, whose errors are of the same packages",
-    ("structures/inspection/parts.py", "found.problems"): "what the process of gmsh found wrong, in its words",
+    ("structures/inspection/mesh_file.py", "found.problems"): "what the process of gmsh found wrong, in its words",
     ("structures/inspection/outline.py", "inspected.problems"): "the same",
     ("structures/kinds/from_files.py", "inspected.problems"): "the same",
     ("structures/kinds/from_files.py", "naming(self.file, text)"): "the same",

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.exchange import FORMATS, OF_SCENES
-from seatfem.structures.formats.mesh_writing import WRITTEN
+from seatfem.structures.formats.writing import WRITTEN
 from seatfem.structures.kinds.measured import UNIVERSAL
 from seatfem.structures.shapes.cad import BREP_SUFFIXES, STEP_SUFFIXES
 

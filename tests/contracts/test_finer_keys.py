@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from seatfem.structures.kinds import kinds_of
 from seatfem.structures.method import Method
-from seatfem.study.impacts.measures import SOURCES
+from seatfem.study.impacts.touches import SOURCES
 from seatfem.study.ladders import BEHIND, LADDERS, LEFT_OUT, not_finer
 from seatfem.study.method import FIELDS, REED_BAND, RINGS, STEP, RunMethod
 

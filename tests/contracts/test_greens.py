@@ -10,7 +10,7 @@ import pytest
 import impact
 from impact import measures
 from impact.exact.closed_form import PowerLaw
-from impact.exact.damped_rods import BareFixedRod
+from impact.exact.rods import BareFixedRod
 from impact.greens.base import ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
 from impact.greens.sums import ScaledGreens, SumGreens
 from impact.storage.hdf5 import load_greens, save_greens

@@ -14,7 +14,7 @@ import pytest
 import impact
 from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
-from impact.storage.checkpoint import save_checkpoint
+from impact.storage.hdf5 import save_checkpoint
 from seatfem.pictures.frames import Frames
 from seatfem.pictures.moving import load_moving, save_moving
 from seatfem.study.runs.stress_spots import History, Spot, Spots, write_spots

@@ -20,7 +20,7 @@ ROOMS_OF_IMPACT = (
     "pictures",
 )  # fmt: skip
 """From the ground up: a room imports from those before it, and from the small modules below all rooms."""
-BELOW = ("progress", "brief", "advice", "quantities", "extras", "names")
+BELOW = ("notices", "quantities", "names")
 NOT_FOR_IMPACT = ("gmsh", "skfem", "meshio", "pyvista", "pydantic", "pint", "seatfem")
 
 

@@ -10,7 +10,7 @@ from seatfem.fields import kind_of
 from seatfem.structures.kinds import kinds_of
 from seatfem.structures.reduction.greens import reducers
 from seatfem.structures.shapes import families
-from seatfem.study.scene.laws import laws
+from seatfem.study.scene.contact import laws
 
 ROOT = Path(__file__).parents[2] / "seatfem"
 KINDS = ROOT / "structures" / "kinds"
@@ -78,8 +78,6 @@ ALSO_WORDS = {
 QUOTED = {
     ("structures/shapes", "*"): "a family of shapes has the name of the kind that it is drawn for",
     ("pictures", "lanczos"): "matplotlib's way to scale pictures",
-    ("study/scene/contact.py", "signorini"): "the law of a scene that states none",
-    ("study/scene/stopper.py", "signorini"): "the law of a stopper that states none",
     ("study/scene/life.py", "block"): "what repeats, a key of [life]",
     ("study/planning/reasons.py", "krylov"): "a sentence that counts its vectors",
 }
@@ -113,7 +111,7 @@ def quoted(tree: ast.AST, names: set[str]) -> Iterator[tuple[int, str, bool]]:
 
 
 def test_no_kind_law_or_reduction_is_named_outside_its_own_file() -> None:
-    own = (ROOT / "structures" / "reduction", ROOT / "study" / "scene" / "laws.py")
+    own = (ROOT / "structures" / "reduction", ROOT / "study" / "scene" / "contact.py")
     names, found, used = all_names(), [], set()
     for path in FILES:
         if any(path.is_relative_to(each) for each in own):

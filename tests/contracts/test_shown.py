@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import impact
-from impact.after.frame import FrameError, frame_of
-from impact.brief import as_html
-from seatfem.study.runs.outcome import RunOutcome
+from impact.names import FrameError, frame_of
+from impact.quantities import as_html
+from seatfem.study.runs.kept import RunOutcome
 from tests.rod_model import rod_model
 
 

@@ -9,10 +9,9 @@ from scipy import linalg
 
 import seatfem
 from impact.greens.base import ErrorEstimate
-from impact.progress import Progress, silent
-from seatfem.structures.damping import Damping
+from impact.notices import Progress, silent
 from seatfem.structures.method import Aims
-from seatfem.structures.model import ModelError, SecondOrderModel
+from seatfem.structures.model import Damping, ModelError, SecondOrderModel
 from seatfem.structures.reduction import greens as registry
 from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
 from seatfem.structures.reduction.residual import truncate

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from impact.files.atomic import OutputError
+from impact.files.safe_files import OutputError
 from impact.pictures.drawing import gap_of
 
 from . import battery, draw_map, in_words, random_cells, run_battery, subset, write_counts, write_table

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from impact.files.atomic import check_writable
-from impact.progress import Progress, silent
-from seatfem.jobs import journal
-from seatfem.jobs.batch import crew
+from impact.files.safe_files import check_writable
+from impact.notices import Progress, silent
+from seatfem.jobs import folders
 from seatfem.jobs.cluster import Parcel, cluster_crew
-from seatfem.jobs.desk import Lost, Program
+from seatfem.jobs.desk import Lost, Program, crew
 from seatfem.machine.code import code_version, hash_of
 from tests.extremes.cell import Cell, Outcome
 
@@ -35,13 +34,13 @@ def run_battery(
     """
     check_writable(log)
     version = battery_version()
-    known = journal.outcomes(log, "cell", Outcome, version=version)
+    known = folders.outcomes(log, "cell", Outcome, version=version)
     todo = [cell.name for cell in cells if cell.name not in known]
     with crew(PROGRAM, workers=workers) if cluster is None else cluster_crew(cluster, PROGRAM, Parcel) as ask:
         for done, (number, answer) in enumerate(ask(todo, time_limit), start=1):
             name = todo[number]
             known[name] = _lost(answer, time_limit) if isinstance(answer, Lost) else Outcome(**json.loads(answer))
-            journal.append(log, {"cell": name, "version": version, **asdict(known[name])})
+            folders.append(log, {"cell": name, "version": version, **asdict(known[name])})
             progress(f"extremes, {name.partition(' = ')[0]}", done / len(todo))
     return {cell.name: known[cell.name] for cell in cells if cell.name in known}
 

@@ -7,7 +7,7 @@ from impact import Body, ContactProblem, ImpactResult, ModalGreens, ModalState, 
 from impact.bodies.body import Load
 from impact.exact.rods import DelayRod
 from impact.greens.base import Array
-from impact.march.engines import Engine
+from impact.march.history import Engine
 from impact.march.laws import Law
 
 FIXED_ROD = DelayRod(1.0, 2.0, -1.0)  # Z = 1, transit l/c = 1, hence stiffness 1 and mass 1

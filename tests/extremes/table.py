@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from impact.files.atomic import whole_file, write_whole
+from impact.files.safe_files import whole_file, write_whole
 from tests.extremes.cell import Cell, Outcome, Verdict
 
 VERDICTS: tuple[Verdict, ...] = ("right", "advised", "barred", "warned", "refused", "slow", "wrong")

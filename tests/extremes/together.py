@@ -29,7 +29,7 @@ from impact import (
     Signorini,
     solve,
 )
-from impact.march.engines import Engine
+from impact.march.history import Engine
 from impact.march.laws import Law
 from tests.extremes import balances, scenes
 from tests.extremes.cell import Cell, Finding

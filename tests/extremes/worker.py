@@ -5,7 +5,7 @@ import os
 from dataclasses import asdict
 
 from seatfem.jobs.folders import private_folder
-from seatfem.jobs.limits import limit_process
+from seatfem.jobs.processes import limit_process
 from seatfem.jobs.worker import answer_lines
 from seatfem.structures.store import VARIABLE
 from tests.extremes.battery import battery

@@ -19,7 +19,7 @@ from seatfem.study.impacts.contact import check_length
 from seatfem.study.runs import pipeline, rounds
 from seatfem.study.runs.pipeline import RunError, run_scene
 from seatfem.study.scene import load_scene
-from seatfem.study.scene.template import scene_template
+from seatfem.study.scene.keys import scene_template
 
 MESHES = Path(__file__).parents[2] / "meshes"
 STEEL = 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'

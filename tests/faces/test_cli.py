@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.table import Table
 
 from seatfem import verify
-from seatfem.faces import cli, output, scene_verbs
+from seatfem.faces import cli, scene_verbs, terminal
 from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, INTERRUPTED, run_command
 from seatfem.faces.progress_bars import StageClock, progress_bars
 from seatfem.machine import doctor
@@ -397,9 +397,9 @@ def test_set_changes_keys(pipeline: Pipeline, tmp_path: Path, capfd: pytest.Capt
 
 
 def test_set_values_are_toml_or_text() -> None:
-    assert output.changed("reed.thickness = 0.2 mm") == ("reed.thickness", "0.2 mm")
-    assert output.changed("contact.ports=16") == ("contact.ports", 16)
-    assert output.changed('reed.release={ mode = 1, velocity = "-2 m/s" }')[1] == {"mode": 1, "velocity": "-2 m/s"}
+    assert terminal.changed("reed.thickness = 0.2 mm") == ("reed.thickness", "0.2 mm")
+    assert terminal.changed("contact.ports=16") == ("contact.ports", 16)
+    assert terminal.changed('reed.release={ mode = 1, velocity = "-2 m/s" }')[1] == {"mode": 1, "velocity": "-2 m/s"}
 
 
 def test_init_writes_a_scene_once(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -526,5 +526,5 @@ def test_brackets_are_no_markup_wherever_text_is_printed(
     assert "seat[uff]" in text.getvalue()
     choices = Table("key")
     choices.add_row("a [uff] choice")
-    output.console().print(choices)
+    terminal.console().print(choices)
     assert "[uff]" in capsys.readouterr().out

@@ -18,9 +18,9 @@ from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
+from seatfem.pictures.cell_grid import skin_of
 from seatfem.pictures.frames import mode_frames
 from seatfem.pictures.moving import load_moving, save_moving
-from seatfem.pictures.skin import skin_of
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.uff import UffError, read_frf_uff, read_modes_uff, write_receptance_uff

@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 from rich.table import Table
 
-from seatfem.faces.landings_table import landings_of, landings_table
-from seatfem.faces.result_table import result_table
+from seatfem.faces.tables import landings_of, landings_table, result_table
 from seatfem.faces.terminal import Console
 from seatfem.faces.verdict import judged_words, pressed_on, verdict
 from seatfem.study.runs.pipeline import write_landings

@@ -79,6 +79,6 @@ def test_init_without_a_kind_lists_them_by_groups(capsys: pytest.CaptureFixture[
 def test_times_of_options_take_units(text: str, seconds: float) -> None:
     from cyclopts import Token
 
-    from seatfem.faces.output import seconds_of
+    from seatfem.faces.terminal import seconds_of
 
     assert seconds_of(float, [Token(value=text)]) == pytest.approx(seconds, rel=1e-15)

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.cli import DONE, run_command
-from seatfem.faces.plan_view import plan_json
-from seatfem.faces.read_back import read_back
+from seatfem.faces.plan_view import plan_json, read_back
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
 

@@ -6,11 +6,10 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from seatfem.faces.report.omissions import omissions
-from seatfem.faces.report.provenance import provenance
-from seatfem.faces.result_table import result_table
+from seatfem.faces.report.sections import omissions, provenance
+from seatfem.faces.tables import result_table
 from seatfem.faces.verdict import difference, lasting, simpler, verdict
-from seatfem.study.accuracy.source_words import in_words
+from seatfem.study.safety import in_words
 
 ABSENT = ...  # of a key that is not there
 PEAK, IMPULSE = "filtered_peak_force_N", "impulse_Ns"

@@ -8,9 +8,8 @@ import pytest
 
 from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, run_command
 from seatfem.study.sweep import outcome as one
-from seatfem.study.sweep.goal import Optimise
 from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.sweep.study import Design, Outputs, Study, load_study
+from seatfem.study.sweep.study import Design, Optimise, Outputs, Study, load_study
 from seatfem.study.sweep.variations import Variation, kinds_below
 from tests.study.crew_at_hand import answer_here
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import impact
-from impact.files.atomic import OutputError, check_writable, whole_file, write_whole
 from impact.files.hdf5_structure import USER_BLOCK, seal_of
+from impact.files.safe_files import OutputError, check_writable, whole_file, write_whole
 from impact.storage.hdf5 import OtherKeyError, load_greens, load_results, save_greens, written
 from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, run_command
 from seatfem.machine.code import NOT_NUMERICS, hash_of
@@ -350,12 +350,12 @@ def test_a_writer_that_is_stopped_leaves_the_old_file(name: str, tmp_path: Path)
 def test_no_writer_goes_round_whole_file() -> None:
     """What a user finds on the disk is written by `files.atomic`; the exceptions are private folders and journals."""
     allowed = {
-        "impact/files/atomic.py",
-        "seatfem/jobs/journal.py",
+        "impact/files/safe_files.py",
+        "seatfem/jobs/folders.py",
         "seatfem/jobs/processes.py",
         "seatfem/jobs/remote.py",
         "seatfem/structures/reduction/slepc.py",
-        "seatfem/study/trade/runner.py",
+        "seatfem/study/trade/trade.py",
     }
     allowed |= {
         "seatfem/structures/mesh/_gmsh_worker.py",

@@ -16,7 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from impact.files.atomic import write_whole
+from impact.files.safe_files import write_whole
 from tests.frozen.recorded import FILE, HELP, ROOT, help_of_verbs, moved, numbers_of, scenes, versions
 
 

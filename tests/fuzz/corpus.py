@@ -20,9 +20,8 @@ from scipy.io import mmwrite
 import impact
 from impact.march.prepared import prepare
 from impact.march.stepper import ContactStepper
-from impact.storage.checkpoint import save_checkpoint
-from impact.storage.hdf5 import save_greens, save_results
-from seatfem.machine.rates import Machine
+from impact.storage.hdf5 import save_checkpoint, save_greens, save_results
+from seatfem.machine.resources import Machine
 from seatfem.pictures.moving import save_moving
 from seatfem.structures.store import Store
 from seatfem.study.sweep.outcome import Outcome
@@ -327,7 +326,7 @@ def _mesh_file(folder: Path, source: Path, share: float) -> Specimen:
 
 def _write_vtu(source: Path, path: Path) -> None:
     """The mesh of another file as ASCII .vtu, its surfaces as triangles with arrays of 0 and 1."""
-    from seatfem.structures.formats.abaqus_mesh import read_abaqus
+    from seatfem.structures.formats.abaqus import read_abaqus
 
     mesh = read_abaqus(source)
     faces = [mesh.surfaces[name] for name in ("contact", "fixed")]

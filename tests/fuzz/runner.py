@@ -9,9 +9,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Final
 
-from seatfem.jobs import journal
-from seatfem.jobs.batch import crew
-from seatfem.jobs.desk import Lost, Program
+from seatfem.jobs import folders
+from seatfem.jobs.desk import Lost, Program, crew
 
 from .trial import Case, Verdict
 
@@ -23,7 +22,7 @@ def run_cases(
     cases: Sequence[Case], corpus: Path, folder: Path, log: Path, tell: Callable[[str], None], limit: float = TIME
 ) -> dict[str, Verdict]:
     """Verdicts by the name of the case; each is appended to ``log`` at once, and what that holds is not done again."""
-    known = journal.outcomes(log, "case", Verdict)
+    known = folders.outcomes(log, "case", Verdict)
     todo = [case for case in cases if case.name not in known]
     start = time.monotonic()
     folder.mkdir(parents=True, exist_ok=True)
@@ -33,7 +32,7 @@ def run_cases(
         for number, answer in ask([json.dumps(asdict(case)) for case in todo], limit):
             case = todo[number]
             known[case.name] = _lost(answer) if isinstance(answer, Lost) else Verdict(**json.loads(answer))
-            journal.append(log, {"case": case.name, **asdict(known[case.name])})
+            folders.append(log, {"case": case.name, **asdict(known[case.name])})
             if number % 250 == 249 or number + 1 == len(todo):
                 tell(f"{number + 1} of {len(todo)} cases, {time.monotonic() - start:.0f} s")
     return {case.name: known[case.name] for case in cases}

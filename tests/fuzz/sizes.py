@@ -29,14 +29,13 @@ from impact.bodies.time_series import read_time_series
 from impact.measured.frf import read_frf
 from impact.measured.reading import read_impulse_response
 from impact.storage.hdf5 import load_greens, load_results, save_greens
-from seatfem.machine.memory import peak_memory
-from seatfem.machine.rates import Machine
+from seatfem.machine.resources import Machine, peak_memory
 from seatfem.pictures.moving import load_moving
-from seatfem.structures.formats.columns import read_columns
-from seatfem.structures.formats.dxf_outline import read_outline
+from seatfem.structures.formats.dxf import read_outline
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.formats.uff import read_impulse_response_uff, read_modes_uff
+from seatfem.structures.kinds.record_columns import read_columns
 from seatfem.structures.shapes.cad import check_readable, stated_unit, step_face_names
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.strength import load_strength

@@ -7,7 +7,7 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from impact.files.atomic import whole_file
+from impact.files.safe_files import whole_file
 
 from .trial import PASSED, Case, Verdict
 

@@ -21,14 +21,20 @@ from impact.march.prepared import prepare
 from impact.march.problem import ContactError
 from impact.march.stepper import ContactStepper
 from impact.pictures.greens_plots import plot_greens
-from impact.storage.checkpoint import restore_checkpoint, save_checkpoint
-from impact.storage.hdf5 import StorageError, load_greens, load_results, save_greens, save_results
+from impact.storage.hdf5 import (
+    StorageError,
+    load_greens,
+    load_results,
+    restore_checkpoint,
+    save_checkpoint,
+    save_greens,
+    save_results,
+)
 from seatfem.faces.cli import BAD_INPUT, FAILED, MOST_LINES, WIDEST, run_command
-from seatfem.faces.report.bodies import body_figure
-from seatfem.machine.rates import Machine, MachineError
+from seatfem.faces.report.figures import body_figure
+from seatfem.machine.resources import Machine, MachineError
 from seatfem.pictures.moving import load_moving, save_moving
-from seatfem.structures.counts.element_counts import check_before_meshing
-from seatfem.structures.counts.memory_need import MemoryNeedError
+from seatfem.structures.estimates.sizes import MemoryNeedError, check_before_meshing
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.kinds.drawn import Drawn

@@ -23,11 +23,10 @@ import numpy as np
 from impact.bodies.time_series import read_time_series
 from impact.files.hdf5_structure import seal_holds
 from impact.measured.reading import read_impulse_response
-from impact.storage.checkpoint import restore_checkpoint
-from impact.storage.hdf5 import load_results
+from impact.storage.hdf5 import load_results, restore_checkpoint
 from seatfem.faces.cli import run_command
-from seatfem.faces.report.bodies import body_figure
-from seatfem.machine.rates import Machine
+from seatfem.faces.report.figures import body_figure
+from seatfem.machine.resources import Machine
 from seatfem.pictures.moving import load_moving
 from seatfem.structures.formats.uff import read_impulse_response_uff
 from seatfem.structures.mesh.gmsh_process import GmshSession, MeshingError

@@ -14,7 +14,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Final
 
-from seatfem.jobs.limits import limit_process
+from seatfem.jobs.processes import limit_process
 from seatfem.jobs.worker import answer_lines
 
 from .corpus import Specimen

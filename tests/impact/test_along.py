@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from impact.after.along import line_force_peak, line_impulse_peak, over_arcs
+from impact.after.histories import line_force_peak, line_impulse_peak, over_arcs
 
 LENGTH, DT = 0.03, 1e-7
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import impact
-from impact.bodies.base_motion import Kind
+from impact.bodies.loads import Kind
 from impact.bodies.time_series import TimeSeriesError
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual

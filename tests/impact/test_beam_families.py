@@ -5,11 +5,9 @@ import pytest
 from numpy.polynomial import legendre
 from scipy.linalg import eigh
 
-from impact.beams.cantilever import Cantilever
-from impact.beams.clamped import ClampedClamped
+from impact.beams.euler_bernoulli import Cantilever, ClampedClamped, TipMassCantilever
 from impact.beams.modes import RectangularBeam, gauss
 from impact.beams.timoshenko import TimoshenkoCantilever
-from impact.beams.tip_mass import TipMassCantilever
 from impact.greens.base import GreensFunctionError
 
 REED = {"young": 2e11, "density": 7850.0, "length": 25.4e-3, "width": 10e-3, "thickness": 0.305e-3}

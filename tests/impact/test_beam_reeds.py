@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 import impact
-from impact.beams.cantilever import Cantilever
-from impact.beams.clamped import ClampedClamped
+from impact.beams.euler_bernoulli import Cantilever, ClampedClamped, TipMassCantilever
 from impact.beams.modes import RectangularBeam
 from impact.beams.timoshenko import TimoshenkoCantilever
-from impact.beams.tip_mass import TipMassCantilever
 from impact.bodies.reeds import GivenShape, ModeShape, StaticShape, cantilever_reed, reed
 from impact.greens.base import GreensFunctionError
 from impact.greens.modal import ModalGreens

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from impact.after.along import best_plane, line_impulse, line_impulse_peak, per_length
+from impact.after.histories import best_plane, line_impulse, line_impulse_peak, per_length
 
 ARCS, LENGTH, DT = 16, 0.04, 1e-7
 

@@ -11,8 +11,7 @@ import impact
 from impact import Body, Contact, ContactError, ContactProblem, ErrorEstimate, ModalGreens, Residual, measures
 from impact.after.measures import MeasureError
 from impact.march.laws import Law
-from impact.runs.budget import Budget
-from impact.runs.variations import Variation, budget_of, with_body
+from impact.runs.variations import Budget, Variation, budget_of, with_body
 
 TRANSIT = 1e-5  # l/c of the rod; its impedance is 1 N s/m, its stiffness 1/TRANSIT
 EXACT = impact.fixed_rod(young=1 / TRANSIT, density=TRANSIT, area=1.0, length=1.0)

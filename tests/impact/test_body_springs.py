@@ -9,9 +9,9 @@ import pytest
 from scipy.optimize import brentq
 
 import impact
-from impact.after.springs import spring_displacements, without_springs
+from impact.after.loads import spring_displacements, without_springs
 from impact.bodies.body import Body, Load
-from impact.bodies.springs import SprungBody, on_springs
+from impact.bodies.loads import SprungBody, on_springs
 from impact.greens.base import GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
 from impact.march.motion import modal_coordinates

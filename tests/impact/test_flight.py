@@ -18,8 +18,7 @@ from impact import (
     prepare,
 )
 from impact.bodies.body import Load, ModalState
-from impact.march.flight import BLOCK
-from impact.march.prepared import Prepared
+from impact.march.prepared import BLOCK, Prepared
 
 
 def ball(*, ports: int = 1, modes: int = 0, mass: float = 2.0) -> Body:

@@ -11,24 +11,30 @@ from scipy.integrate import solve_ivp
 
 import impact
 from impact.gas.compressor import Compressor, GasHistory, Prescribed, angles, drop, gas_history
-from impact.gas.cylinder import (
+from impact.gas.flow import (
     BACK,
     ENTHALPY,
     FORWARD,
+    GASES,
     MASS,
     OTHER,
     PRESSURE,
     STATE,
     WORK,
+    AreaTable,
+    GasError,
+    PerfectGas,
     Plenum,
+    ReedValve,
     SliderCrank,
     let_in,
+    of_molar_mass,
+    port_flow,
+    port_force,
     squeeze,
 )
-from impact.gas.nozzle import GASES, GasError, PerfectGas, of_molar_mass
-from impact.gas.valve import AreaTable, ReedValve, port_flow, port_force
 from impact.greens.base import Array
-from impact.march.followed import as_marched
+from impact.march.stepper import as_marched
 
 AIR = GASES["air"]
 CRANK = SliderCrank(bore=50e-3, stroke=40e-3, rod=80e-3, clearance=4e-6, rpm=3000.0)

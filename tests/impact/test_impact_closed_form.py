@@ -8,8 +8,7 @@ import pytest
 import impact
 from impact import GreensFunctionError, ModalGreens, Residual
 from impact.exact.closed_form import PowerLaw
-from impact.exact.damped_rods import BareFixedRod, DampedFixedRod, DampedFreeRod
-from impact.exact.rods import DelayRod, damped_start, dilogarithm
+from impact.exact.rods import BareFixedRod, DampedFixedRod, DampedFreeRod, DelayRod, damped_start, dilogarithm
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1
 

@@ -10,10 +10,9 @@ from scipy.optimize import nnls
 import impact
 from impact import Body, Contact, ContactError, ContactProblem, ContactStepper, Load, ModalGreens, Residual, measures
 from impact.march.laws import Law, no_user_law
-from impact.march.loop.complementarity import active_set
 from impact.march.loop.marches import march_many, march_one
-from impact.march.loop.sweeps import by_sweeps, linear_laws
-from impact.march.strides import Strides
+from impact.march.loop.several import active_set, by_sweeps, linear_laws
+from impact.march.stepper import Strides
 
 SEAT = ModalGreens(
     np.array([30.0, 80.0]), np.array([0.1, 0.2]), np.array([[0.7], [0.5]]), Residual.exponential(5e-3, 0.3)

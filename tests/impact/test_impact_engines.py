@@ -8,10 +8,10 @@ import pytest
 import impact
 from impact import Body, Contact, ContactError, ContactProblem, ContactStepper, Load, ModalGreens, Residual
 from impact.greens.base import Array
-from impact.march import engines
+from impact.march import history
 from impact.march.history import BlockedSum, Poles
 from impact.march.loop.past import advance_many
-from impact.storage import checkpoint as files
+from impact.storage import hdf5 as files
 from impact.storage.hdf5 import StorageError
 
 
@@ -133,25 +133,25 @@ def kernel(poles: int) -> impact.StepKernel:
 def test_the_cost_model_chooses() -> None:
     sampled = impact.StepKernel(None, np.ones((1, 1, 10)), "samples")
     few, many = kernel(40), kernel(20_000)
-    assert engines.choose([few, few], 1, 1_000_000).by_poles == (True, True)
+    assert history.choose([few, few], 1, 1_000_000).by_poles == (True, True)
     # 20,000 poles cost more than forming their weights once and the FFT
-    assert not engines.choose([few, many], 1, 1_000_000).by_poles[1]
-    assert "20000 poles; FFT in blocks" in engines.choose([few, many], 1, 1_000_000).words
-    short, long = engines.choose([few, sampled], 1, 300), engines.choose([few, sampled], 1, 1_000_000)
+    assert not history.choose([few, many], 1, 1_000_000).by_poles[1]
+    assert "20000 poles; FFT in blocks" in history.choose([few, many], 1, 1_000_000).words
+    short, long = history.choose([few, sampled], 1, 300), history.choose([few, sampled], 1, 1_000_000)
     assert short.block == 300
     assert "direct sum; chosen by the cost model" in short.words
     assert long.block < 10_000
     assert long.seconds == pytest.approx(
-        engines.MEASURED.poles(1_000_000, 40, 1) + engines.MEASURED.fft(1_000_000, 1, long.block)
+        history.MEASURED.poles(1_000_000, 40, 1) + history.MEASURED.fft(1_000_000, 1, long.block)
     )
-    assert engines.choose([few, sampled], 1, 10_000, block=77).block == 77
-    assert engines.choose([few, few], 1, 1000, "direct").by_poles == (False, False)
+    assert history.choose([few, sampled], 1, 10_000, block=77).block == 77
+    assert history.choose([few, few], 1, 1000, "direct").by_poles == (False, False)
 
 
 @pytest.mark.parametrize("engine", ["poles", "fft"])
 @pytest.mark.parametrize("count", [1, 3])
 def test_split_runs_are_single_runs_bit_for_bit_through_a_file(
-    engine: engines.Engine, count: int, tmp_path: Path
+    engine: history.Engine, count: int, tmp_path: Path
 ) -> None:
     def fresh() -> ContactStepper:
         return ContactStepper(impact.prepare(contacts(count), 0.01, 9.0, engine=engine, block=64))
@@ -209,7 +209,7 @@ def loaded_reed(course: object) -> ContactProblem:
 
 
 @pytest.mark.parametrize("engine", ["poles", "fft"])
-def test_loads_given_step_by_step_are_the_loads_given_in_advance(engine: engines.Engine, tmp_path: Path) -> None:
+def test_loads_given_step_by_step_are_the_loads_given_in_advance(engine: history.Engine, tmp_path: Path) -> None:
     def course(t: np.ndarray) -> np.ndarray:
         return 0.3 * np.sin(4000.0 * t)
 

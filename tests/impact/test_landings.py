@@ -17,9 +17,9 @@ from impact.after.landings import (
     hardest,
     pair_landings,
     pressed_on,
+    restitutions,
 )
-from impact.after.rebound import restitutions
-from impact.after.static_load import SOFT, static_load
+from impact.after.loads import SOFT, static_load
 
 MASS, STIFFNESS, SPEED = 5e-3, 2e6, 0.8
 WEIGHT = 3.0  # N

@@ -7,11 +7,9 @@ import pytest
 from scipy.integrate import quad
 
 import impact
-from impact.beams.cantilever import Cantilever
-from impact.beams.clamped import ClampedClamped
+from impact.beams.euler_bernoulli import Cantilever, ClampedClamped, TipMassCantilever
 from impact.beams.modes import RectangularBeam
 from impact.beams.timoshenko import TimoshenkoCantilever
-from impact.beams.tip_mass import TipMassCantilever
 from impact.bodies.loads import Gravity, PointForce, Pressure, PressureField, ReedLoad
 from impact.bodies.reeds import cantilever_reed, reed
 from impact.bodies.time_series import TimeSeries

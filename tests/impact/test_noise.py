@@ -5,7 +5,7 @@ import pytest
 
 import impact
 from impact.greens.base import Array
-from impact.measured.noise import deviation_by_coherence, estimate_deviation
+from impact.measured.reading import deviation_by_coherence, estimate_deviation
 
 BODY = impact.ModalGreens(
     2 * np.pi * np.array([2.3e3, 6.1e3, 11.8e3]),

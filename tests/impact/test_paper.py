@@ -6,15 +6,15 @@ from paper_case import CASES, Numbers, comparison, markdown, strike, strike_spri
 
 import impact
 from impact import GreensFunctionError
-from impact.after.rods import (
+from impact.after.stresses import (
     displacement_response,
     fixed_rod_modes,
     force_response,
     modal_displacement,
     rod_axial_force,
     rod_displacement,
+    rod_stress,
 )
-from impact.after.stresses import rod_stress
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1, EA = 12
 TIME = np.linspace(0.0, 9.0, 181)

@@ -8,6 +8,7 @@ from scipy.linalg import eig
 
 import impact
 from impact.greens.base import Array
+from impact.measured.amplitudes import Residues, made_passive, takagi
 from impact.measured.frf import (
     FrequencyResponse,
     FrequencyResponseError,
@@ -15,10 +16,8 @@ from impact.measured.frf import (
     of_impulse_response,
     receptance,
 )
-from impact.measured.passive_residues import Residues, made_passive, takagi
 from impact.measured.pole_fit import fit_impulse_response, fit_poles, fit_response
-from impact.measured.pole_passivity import pole_passivity
-from impact.measured.vector_fitting import Poles
+from impact.measured.vector_fitting import Poles, pole_passivity
 
 F = 10.0 * np.arange(5, 1201)  # 50 Hz ... 12 kHz
 S = 2j * np.pi * F

@@ -9,9 +9,8 @@ from scipy.linalg import eig, expm
 
 import impact
 from impact.greens.base import GreensFunction, GreensFunctionError
-from impact.measured.pole_passivity import pole_passivity, real_mobility
-from impact.storage.checkpoint import restore_checkpoint, save_checkpoint
-from impact.storage.hdf5 import load_greens, save_greens
+from impact.measured.vector_fitting import pole_passivity, real_mobility
+from impact.storage.hdf5 import load_greens, restore_checkpoint, save_checkpoint, save_greens
 
 MODAL = impact.ModalGreens(
     2 * np.pi * np.array([0.0, 1e3, 2.3e3, 5e3, 8e3]),

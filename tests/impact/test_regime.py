@@ -12,8 +12,8 @@ from regime_map import fill_map, plot_map, reed_point, rigid_point
 
 import impact
 from impact.after.regime import MAPS, regime, regime_card
-from impact.after.rods import fixed_rod_modes
-from impact.files.table import read_rows
+from impact.after.stresses import fixed_rod_modes
+from impact.files.csv_table import read_rows
 
 
 def mass_on_rod(alpha: float, end: float = math.inf):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from impact import Body, Load, ModalGreens, ModalState, Residual
-from impact.exact.damped_rods import BareFixedRod
+from impact.exact.rods import BareFixedRod
 from impact.march import motion, replay
 from impact.march.motion import Discrete, mean_displacement, modal_coordinates
 

@@ -12,8 +12,8 @@ import impact
 from impact import measures
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
-from impact.march.film import FAR
-from impact.storage.checkpoint import restore_checkpoint, save_checkpoint
+from impact.march.laws import FAR
+from impact.storage.hdf5 import restore_checkpoint, save_checkpoint
 
 MASS, FLOOR, GAP = 1e-3, 1e-6, 5e-6
 STRIP = {"viscosity": 18e-6, "length": 2 * np.pi * 5.5e-3, "width": 1e-3, "floor": FLOOR}

@@ -15,7 +15,7 @@ import pytest
 
 import impact
 from impact.exact.closed_form import PowerLaw
-from impact.files.atomic import whole_file
+from impact.files.safe_files import whole_file
 from impact.greens.base import ErrorEstimate, GreensFunction
 from impact.greens.sampled import SampledGreens
 from impact.storage.hdf5 import SCHEMA, StorageError, load_greens, load_results, save_greens, save_results
@@ -260,7 +260,7 @@ def umask() -> int:
 
 WRITER = """
 import sys, time
-from impact.files.atomic import whole_file
+from impact.files.safe_files import whole_file
 with whole_file(sys.argv[1]) as temporary:
     temporary.write_text("half")
     print("writing", flush=True)

@@ -13,7 +13,7 @@ from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
 from impact.march.history import Poles
 from impact.march.prepared import Prepared
-from impact.march.strides import Strides
+from impact.march.stepper import Strides
 
 SEAT = ModalGreens(
     2 * np.pi * np.array([8e3, 31e3, 9e4]),

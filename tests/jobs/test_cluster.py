@@ -16,13 +16,13 @@ import impact
 from seatfem.jobs import cluster
 from seatfem.jobs.cluster import ClusterError, Parcel, cluster_crew, threads_of
 from seatfem.jobs.desk import Lost, Program
-from seatfem.study.sweep.effort import Effort
+from seatfem.study.safety import Effort
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import JOURNAL, StudyError
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
 from seatfem.study.trade.point import COSTS, Point, carry_out
-from seatfem.study.trade.runner import run_points
+from seatfem.study.trade.trade import run_points
 from tests.extremes import battery
 from tests.extremes import carry_out as cells_here
 from tests.extremes.runner import run_battery

@@ -12,9 +12,9 @@ from pathlib import Path
 import psutil
 import pytest
 
-from seatfem.jobs import journal
+from seatfem.jobs import folders
 from seatfem.jobs.folders import LOCK, private_folder, sweep
-from seatfem.jobs.signals import Terminated, ended_by_signals, exit_code
+from seatfem.jobs.processes import Terminated, ended_by_signals, exit_code
 
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
@@ -338,25 +338,25 @@ def test_a_second_signal_does_not_disturb_the_tidying_up() -> None:
 
 def test_a_journal_keeps_whole_lines_and_passes_the_rest(tmp_path: Path) -> None:
     path = tmp_path / "new" / "log.jsonl"
-    assert list(journal.entries(path)) == []
-    journal.append(path, {"a": 1})
+    assert list(folders.entries(path)) == []
+    folders.append(path, {"a": 1})
     with path.open("a", encoding="utf-8") as file:
         file.write('{"a": 2')  # a kill
-    journal.append(path, {"a": "3\n\u2028"})
+    folders.append(path, {"a": "3\n\u2028"})
     with path.open("a", encoding="utf-8") as file:
         file.write("[1]\nnull\n" + "[" * 5000 + "\n")
-    journal.append(path, {"a": 4})
-    assert [entry["a"] for entry in journal.entries(path)] == [1, "3\n\u2028", 4]
+    folders.append(path, {"a": 4})
+    assert [entry["a"] for entry in folders.entries(path)] == [1, "3\n\u2028", 4]
 
 
 def test_two_programs_share_a_journal(tmp_path: Path) -> None:
-    code = "import sys; from pathlib import Path; from seatfem.jobs.journal import append\n"
+    code = "import sys; from pathlib import Path; from seatfem.jobs.folders import append\n"
     code += "for k in range(300): append(Path('log'), {'who': sys.argv[1], 'k': k, 'much': 'x' * 5000})"
     command = [sys.executable, "-c", code]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     both = [subprocess.Popen([*command, who], cwd=tmp_path, env=environment) for who in ("a", "b")]
     assert [process.wait(60) for process in both] == [0, 0]
-    found = list(journal.entries(tmp_path / "log"))
+    found = list(folders.entries(tmp_path / "log"))
     for who in ("a", "b"):
         assert [entry["k"] for entry in found if entry["who"] == who] == list(range(300))
 
@@ -364,7 +364,7 @@ def test_two_programs_share_a_journal(tmp_path: Path) -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is Linux's")
 def test_a_journal_on_a_full_disk_is_named() -> None:
     with pytest.raises(OSError, match=r"No space left on device: '/dev/full'"):
-        journal.append(Path("/dev/full"), {"a": 1})
+        folders.append(Path("/dev/full"), {"a": 1})
 
 
 @pytest.mark.parametrize("python_path", ["{root}", "{root}:", ":{root}"])

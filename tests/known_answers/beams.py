@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 import impact
-from impact.beams.cantilever import Cantilever
+from impact.beams.euler_bernoulli import Cantilever
 from impact.exact.rods import ExactRod
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.verify import Case

@@ -9,15 +9,15 @@ from functools import cache
 
 import numpy as np
 
-from impact.greens.pulse import hann
+from impact.greens.oscillator import hann
 from impact.greens.sampled import SampledGreens
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.method import spring_of
 from seatfem.structures.model import Array, Material, SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.transient import march
 from seatfem.structures.rings import face_compliance, ring_borders, ring_names, with_fewer_rings
-from seatfem.structures.solved import spring_of
 from seatfem.verify import Case, Estimate
 
 from .grids import box, section, split

@@ -8,7 +8,7 @@ import pytest
 
 from impact.march.loop.compiled import on_file
 from seatfem.machine import compiling
-from seatfem.machine.rates import Machine
+from seatfem.machine.resources import Machine
 from seatfem.study.planning import planner
 from seatfem.study.scene import load_scene
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.machine import doctor, petsc
+from seatfem.machine import doctor
+from seatfem.machine import libraries as petsc
 from seatfem.machine import libraries as system
-from seatfem.machine.doctor import doctor_report
-from seatfem.machine.packages import requirements
+from seatfem.machine.doctor import doctor_report, requirements
 
 ROOT = Path(__file__).parents[2]
 

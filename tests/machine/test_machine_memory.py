@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.machine import memory
-from seatfem.machine.memory import available_memory
+from seatfem.machine import resources
+from seatfem.machine.resources import available_memory
 
 MB = 1 << 20
 WITHOUT_LIMIT = 9223372036854771712  # as version 1 writes it
@@ -72,7 +72,7 @@ def test_version_1(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("limit", ["max", str(WITHOUT_LIMIT), "none of ours", "", "é"])
 def test_without_a_limit_the_machine_tells(limit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(memory.psutil, "virtual_memory", lambda: type("", (), {"available": 7 * MB}))
+    monkeypatch.setattr(resources.psutil, "virtual_memory", lambda: type("", (), {"available": 7 * MB}))
     root = system(tmp_path, "0::/\n5:memory:/\n", {"sys/fs/cgroup/memory.current": "5"})
     for name in ("memory.max", "memory/memory.limit_in_bytes"):
         (root / "sys/fs/cgroup" / name).parent.mkdir(exist_ok=True)
@@ -85,12 +85,12 @@ def test_a_system_that_tells_nothing_is_trusted(tmp_path: Path, monkeypatch: pyt
     def silent() -> None:
         raise OSError("no /proc")
 
-    monkeypatch.setattr(memory.psutil, "virtual_memory", silent)
+    monkeypatch.setattr(resources.psutil, "virtual_memory", silent)
     assert available_memory(tmp_path) == math.inf
 
 
 def test_this_machine_has_less_than_it_has_in_all() -> None:
-    assert 0 < available_memory() < memory.psutil.virtual_memory().total
+    assert 0 < available_memory() < resources.psutil.virtual_memory().total
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of the address space, as Linux keeps them")
@@ -99,7 +99,7 @@ def test_the_limit_of_the_address_space(tmp_path: Path) -> None:
     program = """
 import resource, sys
 import numpy as np
-from seatfem.machine.memory import available_memory
+from seatfem.machine.resources import available_memory
 mapped = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (mapped + (200 << 20), resource.RLIM_INFINITY))
 left = available_memory()

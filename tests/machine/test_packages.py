@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from impact.extras import how_to_mend
+from impact.names import how_to_mend
 
 ROOT = Path(__file__).parents[2]
 RUN = "import sys; from seatfem.faces.cli import run_command; sys.exit(run_command(sys.argv[1:]))"

@@ -7,8 +7,8 @@ import pytest
 
 from impact.measured.frf import FrequencyResponse
 from impact.measured.pole_fit import fit_poles
-from seatfem.pictures.fit_plot import _degrees, plot_fit
-from seatfem.structures.solved import Solved
+from seatfem.pictures.fit_plots import _degrees, plot_fit
+from seatfem.structures.method import Solved
 from seatfem.study.runs.pictures import _seat_pictures
 from seatfem.study.scene import load_scene
 

@@ -6,9 +6,8 @@ import pytest
 
 import impact
 from seatfem.structures.kinds import Spring
-from seatfem.structures.method import Method
+from seatfem.structures.method import Method, Solved, bed
 from seatfem.structures.rings import Division
-from seatfem.structures.solved import Solved, bed
 from seatfem.structures.store import Store, content_key
 from seatfem.study.method import RunMethod
 from seatfem.study.runs import pictures

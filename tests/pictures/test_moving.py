@@ -14,9 +14,9 @@ import pytest
 from impact.pictures.drawing import PictureError
 from impact.storage.hdf5 import StorageError
 from seatfem.pictures import moving
+from seatfem.pictures.cell_grid import Skin
 from seatfem.pictures.frames import mode_frames
 from seatfem.pictures.moving import FINEST, UNTOLD, load_moving, moving_bodies, save_moving
-from seatfem.pictures.skin import Skin
 from tests.moving_block import END, SIDES, block_modes, block_wave
 
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from impact.files.atomic import whole_file
+from impact.files.safe_files import whole_file
 from seatfem.jobs import desk
-from seatfem.pictures import apart
-from seatfem.pictures.apart import Picture, drawing_apart
+from seatfem.pictures import rendering
+from seatfem.pictures.rendering import Picture, drawing_apart
 
 WORKER = """
 import os, signal, time
@@ -73,7 +73,7 @@ def test_a_crash_costs_the_picture_it_happened_at(drawers, tmp_path: Path) -> No
 
 
 def test_what_hangs_is_ended(drawers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(apart, "PATIENCE", 0.5)
+    monkeypatch.setattr(rendering, "PATIENCE", 0.5)
     with drawn_apart([("a.png", drawers.hanging)], tmp_path) as drawn:
         assert drawn("a.png") == "a.png: no answer within 0.5 s"
 

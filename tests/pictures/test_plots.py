@@ -13,11 +13,11 @@ import skfem
 import impact
 from impact.after import measures
 from impact.greens.modal import ModalGreens, Residual
-from impact.greens.receptance import receptance
+from impact.greens.transforms import receptance
 from impact.pictures import plots
 from impact.pictures.drawing import PictureError, sheet
 from impact.pictures.greens_plots import error_text, lowest_excited, plot_greens, sampled_filter
-from impact.pictures.landing_marks import draw_marks, landing_marks
+from impact.pictures.lip_plots import draw_marks, landing_marks
 from impact.quantities import percent, scaled, text
 from seatfem.pictures import plots as seat_plots
 from seatfem.pictures import rendering

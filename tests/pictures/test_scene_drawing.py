@@ -18,8 +18,7 @@ from seatfem.structures.outlines import BodyViews, Size, covered_share, crossing
 from seatfem.structures.rings import Division
 from seatfem.structures.shapes.loops import inside
 from seatfem.structures.surface_outlines import chained
-from seatfem.study.impacts.layout import cover_note, facts_of, layout_of
-from seatfem.study.runs.drawing import draw_scene
+from seatfem.study.impacts.layout import cover_note, draw_scene, facts_of, layout_of
 from seatfem.study.scene import Scene, SceneError, load_scene
 
 ROOT = Path(__file__).parents[2]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import skfem
 
-from seatfem.pictures.skin import OPENED, SLICES, Skin, skin_of, skin_of_plate
+from seatfem.pictures.cell_grid import OPENED, SLICES, Skin, skin_of, skin_of_plate
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.mindlin import PlateMesh

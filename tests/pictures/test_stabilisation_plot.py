@@ -6,8 +6,8 @@ import numpy as np
 
 from impact.measured.pole_choice import Candidate
 from impact.measured.vector_fitting import Poles
-from seatfem.pictures.stabilisation_plot import plot_stabilisation, rows_of
-from seatfem.structures.solved import Solved
+from seatfem.pictures.fit_plots import plot_stabilisation, rows_of
+from seatfem.structures.method import Solved
 from seatfem.study.runs.pictures import _seat_pictures
 from seatfem.study.scene import load_scene
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import skfem
 
-from seatfem.pictures.skin import skin_of_section, wound_outward
+from seatfem.pictures.cell_grid import skin_of_section, wound_outward
 from tests.moving_block import SIDES, block
 
 

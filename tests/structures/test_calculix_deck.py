@@ -262,7 +262,7 @@ def test_landings_that_no_deck_holds(tmp_path: Path, old: str, new: str, told: s
 
 
 def test_a_whole_seat_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("seatfem.study.runs.calculix_seat.MOST", 1000)
+    monkeypatch.setattr("seatfem.study.runs.calculix_contact.MOST", 1000)
     told = (exported(LANDING, tmp_path) / "README.txt").read_text(encoding="utf-8")
     assert "unknowns in space (limit 1000)" in told
     assert not (tmp_path / "deck" / "contact.inp").exists()

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from seatfem.structures.reduction.growth import History
+from seatfem.structures.reduction.reducer import History
 
 SIZES = [*range(10, 90, 10), *(int(80 * 1.125**k) for k in range(1, 14))]
 WAVE = np.sin(np.linspace(0, 30, 400))

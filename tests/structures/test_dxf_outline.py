@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.formats.dxf_outline import read_outline
+from seatfem.structures.formats.dxf import read_outline
 from seatfem.structures.shapes import loops
 
 HEAD = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n{}\n0\nENDSEC\n"

@@ -10,7 +10,7 @@ import pytest
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.formats.dxf_outline import MM, UNITS, read_outline, write_outline
+from seatfem.structures.formats.dxf import MM, UNITS, read_outline, write_outline
 from seatfem.structures.materials import Material
 from seatfem.structures.shapes import Flat, loops
 from seatfem.structures.shapes.flat import Disc, Flapper, RingPlate
@@ -87,7 +87,7 @@ def test_none_and_too_much(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     write_outline([], tmp_path / "none.dxf")
     with pytest.raises(GeometryError, match=r"none\.dxf: no LINE, ARC"):
         read_outline(tmp_path / "none.dxf")
-    monkeypatch.setattr("seatfem.structures.formats.dxf_outline.LARGEST", 1000)
+    monkeypatch.setattr("seatfem.structures.formats.dxf.LARGEST", 1000)
     write_outline([loops.whole((0, 0), 1e-3)] * 10, tmp_path / "large.dxf")
     with pytest.raises(GeometryError, match=r"large\.dxf"):
         read_outline(tmp_path / "large.dxf")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from seatfem.structures.errors import ModelError
-from seatfem.structures.estimates.arcs import arc_compliance
+from seatfem.structures.estimates.surrogate import arc_compliance
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.inspection.mesh_file import land_of_mesh
 from seatfem.structures.lands import FaceLip, Land, land_of
@@ -315,5 +315,5 @@ def test_far_parts_of_a_half_space_need_few_cells(monkeypatch: pytest.MonkeyPatc
     """Of a slot in 24 arcs and two rings: quarters of an arc, two arcs away: (1/8)^2/12 = 1.3e-3 of 1/r at most."""
     lip = FaceLip(SLOT, 24, 2)
     few = arc_compliance(lip, 200e9, 0.3)
-    monkeypatch.setattr("seatfem.structures.estimates.arcs.APART", math.inf)
+    monkeypatch.setattr("seatfem.structures.estimates.surrogate.APART", math.inf)
     np.testing.assert_allclose(few, arc_compliance(lip, 200e9, 0.3), rtol=1.3e-3)

@@ -18,9 +18,8 @@ from seatfem.structures.lip import Lip
 from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.reduction import face_modes
-from seatfem.structures.reduction.face_modes import face_greens
-from seatfem.structures.reduction.lip_modes import lip_greens
+from seatfem.structures.reduction import lip_modes
+from seatfem.structures.reduction.lip_modes import face_greens, lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.ring_patches import RingPatch
 from seatfem.structures.rings import Division, as_a_whole, divided_less
@@ -155,7 +154,7 @@ def test_damping_that_couples_modes_is_refused() -> None:
 
 def test_too_many_modes_are_refused_before_they_are_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """The band that is named has few enough."""
-    monkeypatch.setattr(face_modes, "MOST_MODES", 20)
+    monkeypatch.setattr(lip_modes, "MOST_MODES", 20)
     with pytest.raises(ConvergenceError, match=r"has \d+ modes below 3 times .* \(limit 20\)") as caught:
         face_greens(model(8), Aims(4 * BAND, DURATION, 0.01))
     lower = parse_quantity(str(caught.value).rpartition("lower it to ")[2], "frequency")

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from impact.greens.base import Array
-from seatfem.structures.counts.element_counts import predicted_sizes
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.estimates.sizes import predicted_sizes
 from seatfem.structures.fields.corners import near, singular_points
 from seatfem.structures.fields.recovery import von_mises
 from seatfem.structures.fields.sites import on_surface
 from seatfem.structures.fields.solids import elements_of, solid_stress
 from seatfem.structures.materials import Material
-from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
+from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.shapes import AnnularSeat

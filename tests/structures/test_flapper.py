@@ -12,7 +12,7 @@ from seatfem.structures.materials import Material
 from seatfem.structures.mesh.gmsh_process import GmshSession
 from seatfem.structures.mesh.io import MeshError
 from seatfem.structures.mesh.meshing import make_mesh
-from seatfem.structures.mesh.sheet import mesh_sheet
+from seatfem.structures.mesh.plane_meshes import mesh_sheet
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes

@@ -15,7 +15,7 @@ from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.errors import ModelError
 from seatfem.structures.lip import Lip
 from seatfem.structures.materials import Material
-from seatfem.structures.mesh.meridian import make_meridian
+from seatfem.structures.mesh.plane_meshes import make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import BEYOND, Aims
 from seatfem.structures.model import SecondOrderModel

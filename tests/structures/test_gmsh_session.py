@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from seatfem.structures.mesh.gmsh_process import GmshSession, MeshingError
-from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
 from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
+from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import AnnularSeat, Stopper
 

@@ -14,7 +14,7 @@ import pytest
 from impact.bodies.time_series import TimeSeriesError, read_time_series
 from impact.measured.frf import FrequencyResponseError, read_frf
 from impact.measured.reading import read_impulse_response
-from seatfem.structures.formats.abaqus_mesh import Budget, with_included
+from seatfem.structures.formats.abaqus import Budget, with_included
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.formats.uff import UffError, read_modes_uff
@@ -86,7 +86,7 @@ def test_a_deck_as_large_as_its_files_together(tmp_path, monkeypatch):
     ],
 )
 def test_sets_of_more_than_there_is(tmp_path, monkeypatch, lines, message):
-    monkeypatch.setattr("seatfem.structures.formats.abaqus_mesh.MOST_MEMBERS", 200_000)
+    monkeypatch.setattr("seatfem.structures.formats.abaqus.MOST_MEMBERS", 200_000)
     refused(tmp_path / "a.inp", DECK + lines, message)
 
 

@@ -9,10 +9,9 @@ import scipy.linalg
 import skfem
 
 from impact.exact.closed_form import fixed_rod
-from seatfem.structures.damping import Damping
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.method import Aims
-from seatfem.structures.model import ModelError
+from seatfem.structures.model import Damping, ModelError
 from seatfem.structures.reduction.eigen_search import rigid_shapes
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.lanczos import Lanczos, nodes

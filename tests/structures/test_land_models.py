@@ -14,7 +14,7 @@ from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.lands import FaceLip, land_of
 from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
-from seatfem.structures.reduction.face_modes import face_greens
+from seatfem.structures.reduction.lip_modes import face_greens
 from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.impacts.contact import seat_of
 from seatfem.study.scene import Scene, load_scene

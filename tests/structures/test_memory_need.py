@@ -13,9 +13,9 @@ import pytest
 from skfem import MeshHex, MeshHex2, MeshTet, MeshTet2
 
 from seatfem.faces.cli import BAD_INPUT, run_command
-from seatfem.structures.counts import memory_need as needs
-from seatfem.structures.counts.memory_need import Counts, MemoryNeedError, check_memory, counts_of, memory_need
 from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.estimates import sizes as needs
+from seatfem.structures.estimates.sizes import Counts, MemoryNeedError, check_memory, counts_of, memory_need
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.checks import MeshQuality
 from seatfem.structures.mesh.meshing import MeshProvenance, SeatMesh

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from seatfem.structures.mesh.meshing import content_hash, make_mesh
-from seatfem.structures.mesh.plan_grid import boundary_lines, graded
-from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.mesh.spec import MeshSpec, boundary_lines, graded
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, GeometryError, Stopper, ValvePlate
 
 CONE = ConicalSeat(contact_width=1e-3)

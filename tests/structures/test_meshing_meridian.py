@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from seatfem.structures.mesh.meridian import make_meridian
+from seatfem.structures.mesh.plane_meshes import make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import AnnularSeat, Bar, ConicalSeat, Edge, GeometryError, Profile, Stopper
 

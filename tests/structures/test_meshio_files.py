@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.structures.formats.mesh_files import read_file, read_mesh
-from seatfem.structures.formats.mesh_writing import WRITTEN, write_mesh
+from seatfem.structures.formats.writing import WRITTEN, write_mesh
 from seatfem.structures.mesh.io import MeshError
 
 UNIT = 1e-2  # metres; the files of `write_mesh_files` are in centimetres

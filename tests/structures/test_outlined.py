@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from seatfem.structures.materials import Material
-from seatfem.structures.mesh.sheet import mesh_sheet
+from seatfem.structures.mesh.plane_meshes import mesh_sheet
 from seatfem.structures.shapes import Flapper, GeometryError, Outlined, decode, encode
 from seatfem.structures.sheets import Sheet, plate_modes
 

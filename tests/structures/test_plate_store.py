@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from seatfem.machine.code import cache_folder
-from seatfem.structures import plate_store
+from seatfem.structures import sheets
 from seatfem.structures.cache import CacheWarning
 from seatfem.structures.materials import Material
 from seatfem.structures.shapes.outlined import Outlined
@@ -86,6 +86,6 @@ def test_a_folder_that_cannot_be_written_to_costs_a_warning(monkeypatch, tmp_pat
 
 def test_all_plates_together_are_bounded(monkeypatch):
     plate_modes(ASKED)
-    monkeypatch.setattr(plate_store, "MOST", files()[0].stat().st_size * 1.5)
+    monkeypatch.setattr(sheets, "MOST", files()[0].stat().st_size * 1.5)
     plate_modes(ASKED, 1.4)
     assert len(files()) == 1

@@ -10,10 +10,9 @@ from scipy import sparse
 
 import impact
 from impact.greens.modal import ModalGreens, Residual
-from seatfem.structures.damping import Damping
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.method import Aims, memory
-from seatfem.structures.model import ModelError, Port, SecondOrderModel, as_csr
+from seatfem.structures.model import Damping, ModelError, Port, SecondOrderModel, as_csr
 from seatfem.structures.reduction.greens import greens_function, reduce_model
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modal import Modal
@@ -423,7 +422,7 @@ def test_numbers_beyond_all_measure_are_refused(rod, method, mass, weight, messa
 
 def test_modal_truncation_goes_on_from_the_modes_it_has(block, monkeypatch):
     """A cutoff that rises asks for the new modes alone, instead of all of them again."""
-    import seatfem.structures.reduction.krylov_basis as module
+    import seatfem.structures.reduction.krylov as module
 
     made = []
 

@@ -14,13 +14,11 @@ from impact.greens.base import Array
 from impact.life.multiaxial import deviators
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.fields import peaks, response, solids
-from seatfem.structures.fields.around import Harmonic, RingField, felt, mixing_of
+from seatfem.structures.fields import peaks, recovery, solids
 from seatfem.structures.fields.peaks import largest, principal, von_mises
-from seatfem.structures.fields.recovery import at_time, field_of, histories, mises_range, recover
-from seatfem.structures.fields.response import Response
+from seatfem.structures.fields.recovery import Response, at_time, field_of, histories, mises_range, recover
 from seatfem.structures.fields.sites import at_points, on_surface
-from seatfem.structures.fields.solids import elements_of, solid_stress
+from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, felt, mixing_of, solid_stress
 from seatfem.structures.materials import Material
 from seatfem.structures.reduction.ring_patches import RingPatch
 from tests.ring_mesh import around
@@ -183,7 +181,7 @@ def test_many_ports_answer_by_modes_as_few_by_krylov_vectors(monkeypatch: pytest
     functional = solid_stress(made, STEEL, model, at_points(made, POINTS))
     found = []
     for most in (8, 0):
-        monkeypatch.setattr(response, "MOST_PORTS", most)
+        monkeypatch.setattr(recovery, "MOST_PORTS", most)
         answers = Response.of(model, bandwidth=2 * BAND, dt=STEP, damping_ratio=ZETA)
         found += [histories(field_of(answers, functional, POINTS, fewer=k), PULSE, STEP) for k in (False, True)]
     krylov, _, modes, fewer = found

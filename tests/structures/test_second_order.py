@@ -17,7 +17,7 @@ from seatfem.structures.model import ModelError, Port, SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.structures.reduction.second_order_krylov import Coupled, SecondOrderBasis, SecondOrderKrylov, poles
+from seatfem.structures.reduction.second_order import Coupled, SecondOrderBasis, SecondOrderKrylov, poles
 from tests.rod_model import rod_model
 
 ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}

@@ -12,10 +12,10 @@ import pytest
 import scipy.linalg
 
 from seatfem.jobs.folders import PREFIX
-from seatfem.machine.petsc import MPIEXEC, PYTHON, RANKS, SECONDS, petsc_setting
+from seatfem.machine.libraries import MPIEXEC, PYTHON, RANKS, SECONDS, petsc_setting
 from seatfem.structures.cache import key_of
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.mesh.meridian import make_meridian
+from seatfem.structures.mesh.plane_meshes import make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.model import Material, ModelError
 from seatfem.structures.reduction import slepc

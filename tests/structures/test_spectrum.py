@@ -10,8 +10,7 @@ import skfem
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction import eigen_search, spectrum
-from seatfem.structures.reduction.block_lanczos import BlockLanczos
-from seatfem.structures.reduction.eigen_search import ConvergenceError, Shift, counting_shift
+from seatfem.structures.reduction.eigen_search import BlockLanczos, ConvergenceError, Shift, counting_shift
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.reduction.spectrum import Spectrum

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from seatfem.machine.stopwatch import Stopwatch
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures.natural_modes import Wanted
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.scene import Scene

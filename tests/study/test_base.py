@@ -9,9 +9,9 @@ import impact
 from impact.after.result import ImpactResult
 from impact.bodies.time_series import TimeSeriesError
 from impact.greens.base import GreensFunctionError
-from seatfem.faces.read_back import read_back
-from seatfem.study.impacts.base import check_base, on_its_base
+from seatfem.faces.plan_view import read_back
 from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, striker_of
+from seatfem.study.impacts.drives import check_base, on_its_base
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene
 from tests.gallery import load_text, refusal

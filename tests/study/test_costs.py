@@ -11,13 +11,12 @@ import pytest
 
 from seatfem.faces.cli import DONE, run_command
 from seatfem.machine import calibration
-from seatfem.machine.rates import Machine, MachineError, calibration_file
-from seatfem.structures.counts.bodies import body_of, section_of, solid_of
-from seatfem.structures.counts.element_counts import predicted_sizes
-from seatfem.structures.counts.memory_need import counts_of, memory_need
+from seatfem.machine.resources import Machine, MachineError, calibration_file
 from seatfem.structures.estimates import costs as seat_costs
-from seatfem.structures.mesh.meridian import make_meridian
+from seatfem.structures.estimates.samples import body_of, section_of, solid_of
+from seatfem.structures.estimates.sizes import counts_of, memory_need, predicted_sizes
 from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.plane_meshes import make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction import modal
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Stopper, ValvePlate

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from impact.progress import silent
-from seatfem.machine.stopwatch import Stopwatch
+from impact.notices import silent
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures.store import VARIABLE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.ended import NOTE, ended_plan, remember
+from seatfem.study.runs.kept import NOTE, ended_plan, remember
 from seatfem.study.runs.rounds import Round, rounds
 from tests.gallery import load_text
 

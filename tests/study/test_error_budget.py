@@ -10,13 +10,11 @@ import pytest
 import impact
 from impact.greens.base import ErrorEstimate
 from impact.greens.modal import ModalGreens, Residual
-from impact.runs.budget import SAFETY, Budget, safety
-from impact.runs.variations import narrowed
-from seatfem.structures.solved import Solved
+from impact.runs.variations import SAFETY, Budget, narrowed, safety
+from seatfem.structures.method import Solved
 from seatfem.study.accuracy.error_budget import error_budget, with_floors, with_jumps
 from seatfem.study.impacts.contact import run_contacts, striker_of
-from seatfem.study.impacts.measures import SOURCES, bar_keys, measured
-from seatfem.study.impacts.touches import Touches
+from seatfem.study.impacts.touches import SOURCES, Touches, bar_keys, measured
 from seatfem.study.method import stated_method
 from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS
 from seatfem.study.scene import Scene

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact.after.along import best_plane
+from impact.after.histories import best_plane
 from impact.pictures.lip_plots import plot_lip
 from seatfem.structures.errors import ModelError
 from seatfem.structures.lands import FaceLip
@@ -16,7 +16,7 @@ from seatfem.structures.lip import Lip
 from seatfem.structures.rings import Division
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contacts, seat_of, solved_striker, striker_of
-from seatfem.study.impacts.measures import measured
+from seatfem.study.impacts.touches import measured
 from seatfem.study.method import as_stated, stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.seen import PER_ARC

@@ -9,12 +9,11 @@ import pytest
 import impact
 from impact import measures
 from seatfem.faces.verdict import simpler, verdict
+from seatfem.structures.method import bed
 from seatfem.structures.rings import Division
-from seatfem.structures.solved import bed
 from seatfem.study.impacts.contact import problem_of, run_contacts, striker_of
-from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.impacts.validity import film_notes
+from seatfem.study.impacts.validity import film_notes, simpler_keys, simpler_models
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.summary import summarise
 from seatfem.study.scene import Scene

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.machine.stopwatch import Stopwatch
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures.cache import build, key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.model import ModelError

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact.progress import silent
-from seatfem.machine.stopwatch import Stopwatch
+from impact.notices import silent
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures.fields.recovery import largest
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.life_curves import again
+from seatfem.study.runs.lives import again
 from seatfem.study.runs.reed_stress import plate_field, plate_pushes, struck_in
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import rounds

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from seatfem.faces.cli import DONE, FAILED, run_command
-from seatfem.study.impacts.landed import needs_landing
+from seatfem.study.impacts.landings import needs_landing
 from seatfem.study.sweep import effects
 from seatfem.study.sweep import outcome as one
 from seatfem.study.sweep.optimum import run_optimum

@@ -2,7 +2,7 @@
 
 import pytest
 
-from seatfem.study.sweep import ahead, cases
+from seatfem.study.sweep import cases, sweep
 from seatfem.study.sweep.study import load_study
 from tests.bounded import assert_refused, run_bounded
 
@@ -52,10 +52,10 @@ def test_a_plan_of_many_scenes_is_a_price_at_once(folder):
 
 def test_the_price_by_some_is_that_by_all(folder, monkeypatch):
     """All scenes cost alike, and both seats are among those that are drawn."""
-    monkeypatch.setattr(ahead, "LOOKED_AT", 20)
+    monkeypatch.setattr(sweep, "LOOKED_AT", 20)
     (folder / "study.toml").write_text(GRID)
     study = load_study(folder / "study.toml")
-    some, every = ahead.ahead_of_many(study), ahead.ahead(study.scene, cases.cases_of(study))
+    some, every = sweep.ahead_of_many(study), sweep.ahead(study.scene, cases.cases_of(study))
     assert (some.scenes, some.seats, some.looked_at) == (every.scenes, every.seats, 20)
     assert some.seconds(2) == pytest.approx(every.seconds(2), rel=0.3)
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.method import LevelError
-from seatfem.structures.solved import Solved
+from seatfem.structures.method import LevelError, Solved
 from seatfem.study.impacts.contact import seat_of
 from seatfem.study.scene import load_scene
 from tests.gallery import load_text

@@ -10,7 +10,7 @@ import pytest
 
 import impact
 from impact.exact.contact_stress import hertz_circular, hertz_impact
-from impact.life.curves import basquin
+from impact.life.strength import basquin
 from seatfem.faces.verdict import lasting as in_words
 from seatfem.study.impacts.contact import run_contacts, striker_of
 from seatfem.study.impacts.life import block_from, lasting, life_keys, of_beam

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact.life.curves import basquin
 from impact.life.places import left_of
+from impact.life.strength import basquin
 from seatfem.faces.verdict import lasting as in_words
 from seatfem.structures.fields.recovery import histories, hottest, largest, mises_range, von_mises
 from seatfem.study.runs import pipeline

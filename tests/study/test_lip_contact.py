@@ -13,16 +13,16 @@ import numpy as np
 import pytest
 
 import impact
-from impact.after.spectrum import largest_average
-from impact.progress import silent
-from impact.storage.checkpoint import restore_checkpoint, save_checkpoint
-from seatfem.machine.stopwatch import Stopwatch
+from impact.after.histories import largest_average
+from impact.notices import silent
+from impact.storage.hdf5 import restore_checkpoint, save_checkpoint
+from seatfem.machine.resources import Stopwatch
+from seatfem.structures.method import Solved
 from seatfem.structures.rings import OF_TWICE, Division, as_a_whole, divided_less
-from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.accuracy.seat_waves import method_beside
+from seatfem.study.accuracy.part_errors import method_beside
 from seatfem.study.impacts.contact import problem_of, run_contacts, seat_of, striker_of
-from seatfem.study.impacts.measures import measured
+from seatfem.study.impacts.touches import measured
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import rounds

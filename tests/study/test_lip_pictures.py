@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from impact.after.along import best_plane
+from impact.after.histories import best_plane
 from impact.pictures.drawing import PictureError
 from impact.pictures.lip_plots import plot_lip
 from impact.quantities import text
@@ -18,10 +18,10 @@ from seatfem.pictures.frame_pictures import animate_frames
 from seatfem.pictures.frames import LANDING, landing_frames
 from seatfem.pictures.moving import load_moving
 from seatfem.structures.lip import Lip
+from seatfem.structures.method import Solved, bed
 from seatfem.structures.rings import Division
-from seatfem.structures.solved import Solved, bed
 from seatfem.study.impacts.contact import run_contacts, solved_striker, striker_of
-from seatfem.study.runs.lip_pictures import by_arc, landing_of, lip_pictures
+from seatfem.study.runs.stress_wave import by_arc, landing_of, lip_pictures
 from seatfem.study.scene import load_scene
 from tests.gallery import FLAPPER, LIP
 

@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 import impact
-from seatfem.faces.result_table import result_table
+from seatfem.faces.tables import result_table
 from seatfem.study.impacts.validity import fit_of, validity_advice
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene

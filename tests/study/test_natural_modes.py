@@ -9,8 +9,8 @@ import scipy.linalg
 from scipy import sparse
 from scipy.io import mmwrite
 
-from impact.progress import silent
-from seatfem.machine.stopwatch import Stopwatch
+from impact.notices import silent
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
 from seatfem.structures.model import ModelError

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 import impact
-from impact.progress import silent
-from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.estimates.arcs import on_its_patch
+from impact.notices import silent
+from seatfem.machine.resources import Stopwatch
+from seatfem.structures.estimates.surrogate import on_its_patch
 from seatfem.structures.rings import Division, divided_less
 from seatfem.study.impacts.contact import measures_of, problem_of, solved_striker, striker_of
-from seatfem.study.impacts.simpler import ONE_PORT
+from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import PORTS, chooses_one_port, stated_method
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene

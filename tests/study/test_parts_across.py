@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import impact
-from impact.runs.budget import safety
+from impact.runs.variations import safety
 from seatfem.structures.rings import Division, across_behind, ring_borders
 from seatfem.study.accuracy.error_budget import of_rings_across
 from seatfem.study.impacts import contact

@@ -14,12 +14,12 @@ import pytest
 
 import impact
 from impact import measures
-from impact.progress import Progress, silent
+from impact.notices import Progress, silent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.cli import main
 from seatfem.structures.cache import CacheWarning
 from seatfem.study.impacts.contact import striker_of, time_step
-from seatfem.study.impacts.measures import SOURCES
+from seatfem.study.impacts.touches import SOURCES
 from seatfem.study.runs import pictures, pipeline
 from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
 from seatfem.study.runs.stress_spots import load_histories

@@ -13,26 +13,26 @@ import pytest
 
 import impact
 from impact.greens.modal import ModalGreens, Residual
-from impact.runs.budget import SAFETY
+from impact.runs.variations import SAFETY
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
-from seatfem.machine.rates import Machine
+from seatfem.machine.resources import Machine
 from seatfem.structures import cache
 from seatfem.structures.errors import ModelError
-from seatfem.structures.estimates.mesh_size import Sizes, mesh_error, sizes_for
+from seatfem.structures.estimates.surrogate import Sizes, mesh_error, sizes_for
 from seatfem.structures.method import LevelError
 from seatfem.structures.store import Store
 from seatfem.study.accuracy.prerun import Bench, advanced, first_look
 from seatfem.study.accuracy.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.study.impacts.contact import RunError, measures_of, problem_of, seat_of, striker_of
-from seatfem.study.impacts.measures import SOURCES
+from seatfem.study.impacts.touches import SOURCES
 from seatfem.study.ladders import BANDS
 from seatfem.study.method import BAND, STEP, RunMethod, as_stated, is_given, stated_method
-from seatfem.study.planning import coarse_seat
-from seatfem.study.planning.coarse_seat import changes_on, coarse_method, without_waves
+from seatfem.study.planning import seat_options
 from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
+from seatfem.study.planning.seat_options import changes_on, coarse_method, without_waves
 from seatfem.study.planning.seen import Seen
 from seatfem.study.safety import AIM, DOUBT_OF_COARSE, FREE
 from seatfem.study.scene import Scene
@@ -547,7 +547,7 @@ class TestWithoutWaves:
         def impossible(*args: object, **more: object) -> None:
             raise ModelError("no mesh")
 
-        monkeypatch.setattr(coarse_seat, "seat_of", impossible)
+        monkeypatch.setattr(seat_options, "seat_of", impossible)
         found = without_waves(self.seen(BENT))
         assert not found.measured
 

@@ -9,12 +9,12 @@ import pytest
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
-from impact.beams.cantilever import Cantilever
+from impact.beams.euler_bernoulli import Cantilever
 from impact.greens.base import Array
-from impact.progress import Progress
+from impact.notices import Progress
 from seatfem.structures.elements.mindlin import average
-from seatfem.structures.fields.plates import plate_nodes, plate_stress
 from seatfem.structures.fields.recovery import histories, von_mises
+from seatfem.structures.fields.sites import plate_nodes, plate_stress
 from seatfem.structures.lip import Lip
 from seatfem.structures.sheets import PlateModes
 from seatfem.study.runs import afterwards, pipeline

@@ -8,7 +8,7 @@ import pytest
 from impact.greens.base import GreensFunction
 from impact.measured.frf import receptance
 from impact.measured.pole_fit import fit_response
-from impact.runs.budget import SAFETY
+from impact.runs.variations import SAFETY
 from seatfem.study.impacts.contact import seat_of
 from seatfem.study.safety import OF_DRAWS
 from seatfem.study.scene import load_scene

@@ -17,9 +17,10 @@ from impact.greens.poles import PoleGreens
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
-from seatfem.structures.mesh.meridian import make_meridian
 from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.plane_meshes import make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.method import Solved
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import (
@@ -33,7 +34,6 @@ from seatfem.structures.rings import (
     with_fewer_rings,
 )
 from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
-from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contacts, striker_of
 from seatfem.study.impacts.touches import Touches

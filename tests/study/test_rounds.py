@@ -13,11 +13,11 @@ import pytest
 
 from impact import measures
 from impact.greens.base import GreensFunctionError
-from impact.progress import silent
+from impact.notices import silent
 from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.cli import run_command
-from seatfem.machine.stopwatch import Stopwatch
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures import cache
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.reduction.factorization import FactorizationError

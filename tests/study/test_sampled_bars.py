@@ -7,15 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.faces.study_verbs import study_ahead
+from seatfem.faces.other_verbs import study_ahead
 from seatfem.study.sweep import side_by_side
-from seatfem.study.sweep.ahead import Ahead
 from seatfem.study.sweep.outcome import Outcome, carry_out
 from seatfem.study.sweep.runner import JOURNAL
-from seatfem.study.sweep.sampled import SAFETY, TIGHTER, judged
 from seatfem.study.sweep.study import load_study
-from seatfem.study.sweep.sweep import run_study, scenes_of
-from seatfem.study.sweep.table import BAR, StudyTable
+from seatfem.study.sweep.sweep import Ahead, run_study, scenes_of
+from seatfem.study.sweep.table import BAR, SAFETY, TIGHTER, StudyTable, judged
 from tests.gallery import refusal
 from tests.study.crew_at_hand import answer_here
 from tests.study.test_studies import SPRING, rows, study_file

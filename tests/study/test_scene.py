@@ -12,7 +12,7 @@ from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Annular, Cantilever
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, SceneError, load_scene
-from seatfem.study.scene.locate import key_lines
+from seatfem.study.scene.problems import key_lines
 from tests.gallery import load_text
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -9,8 +9,8 @@ import pytest
 
 from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.structures.cache import key_of
-from seatfem.structures.discretise import draw, matrices, supports_of
 from seatfem.structures.elements.supports import Absorbing
+from seatfem.structures.finite_elements import draw, matrices, supports_of
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.kinds import Cad, MeshFile
 from seatfem.structures.mesh.meshing import make_mesh

@@ -11,12 +11,9 @@ from jsonschema import Draft202012Validator
 from seatfem.fields import kind_of
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.scene import Scene
+from seatfem.study.scene.keys import scene_schema, scene_template, schema_text
 from seatfem.study.scene.problems import own_keys
-from seatfem.study.scene.schema import scene_schema, schema_text
-from seatfem.study.scene.template import scene_template
-from seatfem.study.sweep.goal import Optimise
-from seatfem.study.sweep.study import Outputs, Study, load_study
-from seatfem.study.sweep.study_template import study_schema, study_template
+from seatfem.study.sweep.study import Optimise, Outputs, Study, load_study, study_schema, study_template
 
 FOLDER = Path(__file__).parents[2] / "examples"
 EXAMPLES = sorted({*FOLDER.glob("*.toml")} - {*FOLDER.glob("*_study.toml")})

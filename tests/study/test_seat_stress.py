@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact.progress import silent
-from seatfem.machine.stopwatch import Stopwatch
+from impact.notices import silent
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures.fields.recovery import von_mises
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import afterwards, pipeline

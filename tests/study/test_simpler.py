@@ -9,10 +9,10 @@ import pytest
 import impact
 from impact import measures
 from seatfem.structures.lip import Lip
+from seatfem.structures.method import bed
 from seatfem.structures.rings import Division
-from seatfem.structures.solved import bed
 from seatfem.study.impacts.contact import striker_of
-from seatfem.study.impacts.simpler import simpler_keys, simpler_models
+from seatfem.study.impacts.validity import simpler_keys, simpler_models
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
 from tests.gallery import FLAPPER, load_text

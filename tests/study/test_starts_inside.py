@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import impact
+from seatfem.structures.method import bed
 from seatfem.structures.rings import Division
-from seatfem.structures.solved import bed
 from seatfem.study.impacts.contact import problem_of, striker_of
-from seatfem.study.impacts.start import check_start
+from seatfem.study.impacts.drives import check_start
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.lips import gaps_of
 from tests.gallery import FLAPPER, LIP

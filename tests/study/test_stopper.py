@@ -11,22 +11,21 @@ import pytest
 import impact
 from impact import measures
 from impact.greens.base import ErrorEstimate
-from impact.runs.budget import SAFETY, Budget
+from impact.runs.variations import SAFETY, Budget
 from impact.storage.hdf5 import load_results, save_greens
 from seatfem.faces.plan_view import plan_json
 from seatfem.structures.kinds import kinds_of
+from seatfem.structures.method import Solved, bed
 from seatfem.structures.rings import Division
-from seatfem.structures.solved import Solved, bed
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.accuracy.prerun import Bench, Window, first_look, window_of
 from seatfem.study.impacts.contact import measures_of, problem_of, run_contacts, stopper_of, striker_of
-from seatfem.study.impacts.measures import stopper_values
-from seatfem.study.impacts.touches import Touches
+from seatfem.study.impacts.touches import Touches, stopper_values
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError
-from seatfem.study.scene.stopper import Stopper
+from seatfem.study.scene.contact import Stopper
 from tests.gallery import load_text
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'

@@ -9,15 +9,14 @@ import pytest
 import impact
 from impact import measures
 from impact.march.motion import modal_coordinates
-from impact.runs.budget import SAFETY
+from impact.runs.variations import SAFETY
 from seatfem.structures.errors import ModelError
 from seatfem.structures.lip import Lip
+from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division, as_a_whole
-from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import problem_of, run_contacts, solved_striker, stopper_of, striker_of
-from seatfem.study.impacts.measures import stopper_values
-from seatfem.study.impacts.touches import Touches, on_the_ports
+from seatfem.study.impacts.touches import Touches, on_the_ports, stopper_values
 from seatfem.study.method import stated_method
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel
 
-from impact.life.curves import Curve
-from impact.life.strength import Strength
+from impact.life.strength import Curve, Strength
 from seatfem.study.scene import SceneError
 from seatfem.study.scene.problems import tables_in
 from seatfem.study.scene.strength import CurveTable, StrengthTable, load_strength

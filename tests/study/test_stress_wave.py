@@ -7,22 +7,20 @@ from typing import Any
 import numpy as np
 import pytest
 
+from impact.notices import silent
 from impact.pictures.drawing import PictureError
-from impact.progress import silent
-from seatfem.machine.stopwatch import Stopwatch
+from seatfem.machine.resources import Stopwatch
+from seatfem.pictures.cell_grid import skin_of
 from seatfem.pictures.frame_pictures import plot_margin_map
 from seatfem.pictures.frames import wave_frames
 from seatfem.pictures.moving import load_moving
-from seatfem.pictures.skin import skin_of
-from seatfem.structures.fields.around import turned
-from seatfem.structures.fields.recovery import histories, in_frames, recover, response_in_frames, von_mises
-from seatfem.structures.fields.response import Response
+from seatfem.structures.fields.recovery import Response, histories, in_frames, recover, response_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes
-from seatfem.structures.fields.solids import elements_of, solid_stress
+from seatfem.structures.fields.solids import elements_of, solid_stress, turned
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs import margin_map
+from seatfem.study.runs import afterwards
+from seatfem.study.runs.afterwards import margin_pictures, margins
 from seatfem.study.runs.lives import Stressed
-from seatfem.study.runs.margin_map import margin_pictures, margins
 from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.runs.seat_fields import force_by_port
 from seatfem.study.runs.seat_stress import seat_stress
@@ -325,7 +323,7 @@ def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monke
     assert exact.max() > 0
     np.testing.assert_allclose(wave.values[:, some].T, exact[:, now], atol=1e-9 * exact.max())
     # in place of margins the distance from a place: each point is drawn with its own
-    monkeypatch.setattr(margin_map, "margins", lambda field, *_, **__: np.linalg.norm(field.points - PLACE, axis=1))
+    monkeypatch.setattr(afterwards, "margins", lambda field, *_, **__: np.linalg.norm(field.points - PLACE, axis=1))
     (drawn,) = dict(margin_pictures(done, Stressed.of(done, stress, None)))["margin_map.png"].args[0]  # type: ignore[attr-defined]
     told = np.isfinite(drawn.colours[0])
     assert told.sum() >= len(stress.sites)

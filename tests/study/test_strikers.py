@@ -10,8 +10,8 @@ import impact
 from impact.bodies.loads import Gravity, PointForce, Pressure
 from impact.bodies.reeds import ModeShape, reed
 from impact.greens.base import ErrorEstimate
-from impact.progress import silent
-from seatfem.machine.stopwatch import Stopwatch
+from impact.notices import silent
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import kinds_of
 from seatfem.structures.kinds.structure import in_words_of

@@ -15,16 +15,15 @@ from pathlib import Path
 import pytest
 
 import seatfem
-from impact.files.atomic import OutputError
-from seatfem.jobs.claims import claimed
-from seatfem.jobs.journal import JournalError
+from impact.files.safe_files import OutputError
+from seatfem.jobs.folders import JournalError, claimed
 from seatfem.structures.errors import ModelError
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.safety import Effort
 from seatfem.study.scene import Scene, SceneError, load_scene
-from seatfem.study.sweep import ahead
 from seatfem.study.sweep import outcome as one
-from seatfem.study.sweep.effort import Effort
+from seatfem.study.sweep import sweep
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import JOURNAL, StudyError, read_journal
 from seatfem.study.sweep.study import load_study
@@ -210,7 +209,7 @@ def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pyt
 def test_a_scene_that_cannot_be_planned_is_told_when_it_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The prediction does without it; but not without any."""
     answer_here(monkeypatch)
-    real = ahead.plan_scene
+    real = sweep.plan_scene
 
     def planned(scene: Scene, *given: object, **named: object) -> Plan:
         if scene.run.duration > longest:
@@ -218,7 +217,7 @@ def test_a_scene_that_cannot_be_planned_is_told_when_it_is_run(tmp_path: Path, m
         return real(scene, *given, **named)
 
     longest = 0.5e-3
-    monkeypatch.setattr(ahead, "plan_scene", planned)
+    monkeypatch.setattr(sweep, "plan_scene", planned)
     path = study_file(tmp_path, '[vary]\nrun.duration = ["0.2 ms", "1 ms"]')
     assert run_study(load_study(path), tmp_path / "out").has_numbers.all()
     longest = 0.0
@@ -306,7 +305,7 @@ def test_two_sweeps_in_one_folder(tmp_path: Path) -> None:
 def test_a_claim_is_one_programs(tmp_path: Path) -> None:
     """Two processes that take it in turn never hold it at once; a killed one holds nothing."""
     code = (
-        "import sys, time\nfrom pathlib import Path\nfrom seatfem.jobs.claims import claimed\n"
+        "import sys, time\nfrom pathlib import Path\nfrom seatfem.jobs.folders import claimed\n"
         "place = Path(sys.argv[1])\n"
         "for _ in range(40):\n"
         "    with claimed(place / 'lock', 60) as ours:\n"

@@ -8,8 +8,7 @@ import pytest
 from scipy import stats
 
 from seatfem.study.scene import SceneError
-from seatfem.study.sweep.cases import cases_of
-from seatfem.study.sweep.design import changes_of, shares_of
+from seatfem.study.sweep.cases import cases_of, changes_of, shares_of
 from seatfem.study.sweep.study import Study, load_study
 from seatfem.units import number_and_unit
 from tests.gallery import refusal

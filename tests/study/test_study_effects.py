@@ -7,8 +7,8 @@ import pytest
 from scipy import stats
 
 from seatfem.study.sweep import effects
-from seatfem.study.sweep.design import shares_of
-from seatfem.study.sweep.reports import reports_of, write_reports
+from seatfem.study.sweep.cases import shares_of
+from seatfem.study.sweep.charts import reports_of, write_reports
 from seatfem.study.sweep.study import Study
 from seatfem.study.sweep.table import StudyTable
 

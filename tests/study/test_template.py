@@ -9,7 +9,7 @@ from seatfem.fields import kind_of
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
-from seatfem.study.scene.template import NoTemplate, scene_template
+from seatfem.study.scene.keys import NoTemplate, scene_template
 
 NAMES = [kind_of(kind) for kind in kinds_of() if kind.__module__.startswith("seatfem.")]
 ABSENT = re.compile(r"no such file")

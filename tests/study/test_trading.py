@@ -16,17 +16,16 @@ from impact import measures
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.jobs.desk import Ask
 from seatfem.study.impacts.contact import seat_of, striker_of
-from seatfem.study.impacts.simpler import BEAM, ONE_PORT, simpler_models
+from seatfem.study.impacts.validity import BEAM, ONE_PORT, simpler_models
 from seatfem.study.method import stated_method
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.sweep.effects import pareto_front
 from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.trade import runner
+from seatfem.study.trade import trade
 from seatfem.study.trade.ladder import BY_HAND, RATIO, Ladder, centre_of
 from seatfem.study.trade.point import ALL_OPEN, Point, carry_out
-from seatfem.study.trade.runner import run_points
-from seatfem.study.trade.table import in_words, summary_of
-from seatfem.study.trade.trade import PLANNED, Trade, cost_excess
+from seatfem.study.trade.report import in_words, summary_of
+from seatfem.study.trade.trade import PLANNED, Trade, cost_excess, run_points
 from tests.gallery import FLAPPER
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -254,7 +253,7 @@ def carry_out_by(monkeypatch: pytest.MonkeyPatch, carry: Callable[[Path, Point, 
     def crew(*_: object, **__: object) -> Iterator[Ask]:
         yield ask
 
-    monkeypatch.setattr(runner, "crew", crew)
+    monkeypatch.setattr(trade, "crew", crew)
 
 
 def test_a_point_in_a_process_of_its_own(small: Path, monkeypatch: pytest.MonkeyPatch):
@@ -276,7 +275,7 @@ def test_what_fails_or_hangs_is_an_outcome(small: Path, monkeypatch: pytest.Monk
     assert failed.state == "failed"
     assert "RunError: run.time_step" in failed.message
     assert "processor_s" not in failed.summary
-    monkeypatch.setattr(runner, "PATIENCE", 5e-4)
+    monkeypatch.setattr(trade, "PATIENCE", 5e-4)
     stopped = run_point(small, Point("slow", "as given", "diagonal"), 20.0)
     assert (stopped.state, stopped.message) == ("stopped", "no end within 0.01 s")
 
@@ -305,7 +304,7 @@ def test_a_stopped_ladder_goes_on_after_a_line_that_was_cut_short(small: Path, m
         return Outcome("done", "", 1.0, {"impulse": float(len(ran))})
 
     carry_out_by(monkeypatch, pretend)
-    monkeypatch.setattr(runner, "code_version", lambda: "one")
+    monkeypatch.setattr(trade, "code_version", lambda: "one")
     points = [Point(name, "rod", "diagonal") for name in "abc"]
     journal = small.parent / "deep" / "trade.jsonl"
     first = run_points(small, points, journal)
@@ -319,7 +318,7 @@ def test_a_stopped_ladder_goes_on_after_a_line_that_was_cut_short(small: Path, m
     run_points(small, [replace(points[0], engine="fft")], journal)  # another point of the same name
     small.write_text(SMALL.replace("20 g", "21 g"), encoding="utf-8")  # another scene
     run_points(small, points[:1], journal)
-    monkeypatch.setattr(runner, "code_version", lambda: "two")  # another program
+    monkeypatch.setattr(trade, "code_version", lambda: "two")  # another program
     run_points(small, points[:1], journal)
     assert ran[4:] == ["a", "a", "a"]
 
@@ -444,7 +443,7 @@ def in_this_process(scene: Path, point: Point, limit: float) -> Outcome:
 def test_the_program_end_to_end(small: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     """A rod: the spring is far off, every step converges, tables and picture agree, and a second call runs nothing."""
     carry_out_by(monkeypatch, in_this_process)
-    monkeypatch.setattr(runner, "code_version", lambda: "this")
+    monkeypatch.setattr(trade, "code_version", lambda: "this")
     folder = small.parent / "out"
     assert run_command(["trade", str(small), "-o", str(folder), "--quick"]) == 0
     told = capsys.readouterr().out

@@ -10,11 +10,10 @@ import pytest
 import impact
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.faces.cli import BAD_INPUT, run_command
-from seatfem.structures.solved import Solved
+from seatfem.structures.method import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, striker_of
-from seatfem.study.impacts.measures import bar_keys
-from seatfem.study.impacts.touches import Touches
+from seatfem.study.impacts.touches import Touches, bar_keys
 from seatfem.study.impacts.validity import dishing_notes, validity_advice
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, load_scene

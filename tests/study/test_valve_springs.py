@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import impact
-from impact.bodies.springs import SprungBody
-from seatfem.study.accuracy.other_bodies import with_other_modes
+from impact.bodies.loads import SprungBody
+from seatfem.study.accuracy.part_errors import with_other_modes
 from seatfem.study.impacts.contact import problem_of, run_contacts, stress_of, striker_of
+from seatfem.study.impacts.drives import valve_spring_keys
 from seatfem.study.impacts.layout import layout_of
-from seatfem.study.impacts.springs import valve_spring_keys
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene
 from tests.gallery import load_text, refusal

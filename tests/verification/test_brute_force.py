@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from impact.after.spectrum import largest_average
+from impact.after.histories import largest_average
 from impact.storage.hdf5 import load_results
 from seatfem.structures.elements.mindlin import average
 from seatfem.structures.lip import AnyLip, Patch

@@ -7,8 +7,8 @@ import numpy as np
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
-from seatfem.structures.mesh.meridian import make_meridian
 from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.plane_meshes import make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.shapes import AnnularSeat

@@ -8,18 +8,17 @@ import numpy as np
 import pytest
 
 import impact
-from impact.after.spectrum import largest_average
+from impact.after.histories import largest_average
 from impact.beams.timoshenko import TimoshenkoCantilever
 from impact.greens.modal import ModalGreens
 from seatfem.structures.elements.mindlin import assemble_plate
 from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.materials import Material
-from seatfem.structures.method import Aims
+from seatfem.structures.method import Aims, bed
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.modal import with_modes
 from seatfem.structures.reduction.modes import Modes, solve_modes
 from seatfem.structures.rings import Division
-from seatfem.structures.solved import bed
 from tests.brute_force import marched
 from tests.plate_model import grid
 

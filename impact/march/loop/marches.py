@@ -1,17 +1,162 @@
-"""The loops over steps, of one contact and of several."""
+"""The loops over steps: of one contact and of several, strides of flight, and many scenes side by side."""
 
 from __future__ import annotations
 
-import numpy as np
+import math
+from typing import Any
 
-from impact.march.film import FAR
+import numpy as np
+from llvmlite import ir  # type: ignore[import-untyped]
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from impact.march.laws import FAR, PASSIVE
 from impact.march.loop.compiled import compiled
-from impact.march.loop.complementarity import active_set_from
-from impact.march.loop.films import filmed_force
-from impact.march.loop.forces import contact_force
-from impact.march.loop.past import advance, advance_many, past
-from impact.march.loop.strides import flight
-from impact.march.loop.sweeps import alone, by_sweeps, linear_laws
+from impact.march.loop.forces import contact_force, filmed_force
+from impact.march.loop.past import FLOOR, Vectors, advance, advance_many, past
+from impact.march.loop.several import active_set_from, alone, by_sweeps, linear_laws
+
+
+@compiled()
+def flight(n, stop, strides, level, psi, q, p, ahead, line, free, carried, clear, gap):
+    """Fly one stride from step ``n`` on, of ``level`` or shorter; return (steps flown, level for the next one).
+
+    gap (n + 1, p) is filled, on the way by the line.
+    """
+    lengths, powers, swing = strides
+    while level >= 0:
+        m = lengths[level]
+        if n + m <= stop:
+            _stride(powers[level], swing, psi, q, p, ahead, line)
+            if _least(n, m, line, free, carried, clear) > 0.0:
+                for k in range(q.size):
+                    q[k], p[k] = ahead[0, k], ahead[1, k]
+                for j in range(m):
+                    share = (j + 1) / m
+                    for c in range(carried.size):
+                        part = line[0, c] + share * (line[1, c] - line[0, c])
+                        gap[n + j + 1, c] = free[n + j, c] + part - carried[c]
+                return m, min(level + 1, lengths.size - 1)
+        level -= 1
+    return 0, 0
+
+
+@compiled(fastmath={"reassoc", "contract", "nsz"})
+def _stride(power, swing, psi, q, p, ahead, line):
+    """Write where one stride of `impact.march.stepper` would take all poles, in ``ahead`` (2, K); of each contact in
+    ``line`` (3, p) their part of the gap now and then, and how far it may stray from the line between; psi (p, K)."""
+    b11, b12, b21, b22, err = power[0], power[1], power[2], power[3], power[4]
+    q0, p0, u, v = swing[0], swing[1], swing[2], swing[3]
+    far, near = ahead[0], ahead[1]
+    for k in range(q.size):
+        x, y = q[k] - q0[k], p[k] - p0[k]
+        z = v[k] * y + u[k] * x
+        far[k] = err[k] * math.sqrt(x * x + z * z)
+    for c in range(psi.shape[0]):
+        seen, now, strays = psi[c], 0.0, 0.0
+        for k in range(q.size):
+            now += seen[k] * q[k]
+            strays += abs(seen[k]) * far[k]
+        line[0, c], line[2, c] = now, strays
+    for k in range(q.size):
+        x, y = q[k] - q0[k], p[k] - p0[k]
+        far[k] = q0[k] + b11[k] * x + b12[k] * y
+        near[k] = p0[k] + b21[k] * x + b22[k] * y
+    for c in range(psi.shape[0]):
+        seen, then = psi[c], 0.0
+        for k in range(q.size):
+            then += seen[k] * far[k]
+        line[1, c] = then
+
+
+@compiled(fastmath={"reassoc", "contract", "nsz", "nnan"})
+def _least(n, m, line, free, carried, clear):
+    """Return by how much any contact may be open at least, beyond the gap ``clear`` (p,), in ``m`` steps from ``n`` on;
+    free (n, p)."""
+    contacts, least = carried.size, np.inf
+    slope, base = np.empty(contacts), np.empty(contacts)
+    for c in range(contacts):
+        slope[c], base[c] = (line[1, c] - line[0, c]) / m, line[0, c] - line[2, c] - carried[c] - clear[c]
+    for j in range(m):
+        for c in range(contacts):
+            least = min(least, free[n + j, c] + base[c] + slope[c] * (j + 1))
+    return least
+
+
+LANES = 16  # scenes marched side by side
+
+
+@intrinsic
+def _advance_lanes(typing: Any, rows: Any, state: Any, force: Any, total: Any) -> Any:
+    """Do `advance` for LANES scenes at once, in vector instructions: rows (K, 5), state (K, 2, LANES), force and total
+    (LANES,). Written as LLVM vectors: the loop vectoriser does not find this form, as the arrays might overlap."""
+
+    def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        arrays = [context.make_array(t)(context, builder, a) for t, a in zip(signature.args, arguments, strict=True)]
+        poles = builder.extract_value(arrays[0].shape, 0)
+        number, lane = poles.type, ir.IntType(32)
+        vectors, first = Vectors(builder, LANES), ir.Constant(ir.VectorType(lane, LANES), [0] * LANES)
+        empty = ir.Constant(ir.VectorType(ir.DoubleType(), LANES), ir.Undefined)
+        at, load, fused = vectors.address, vectors.load, vectors.fused
+
+        def everywhere(index: Any) -> Any:
+            value = builder.load(builder.gep(arrays[0].data, [index]))
+            return builder.shuffle_vector(builder.insert_element(empty, value, lane(0)), empty, first)
+
+        f = load(arrays[2], number(0))
+        floor = vectors.full(FLOOR)
+        u = cgutils.alloca_once_value(builder, vectors.full(0.0))
+        with cgutils.for_range(builder, poles) as loop:
+            row = builder.mul(loop.index, number(5))
+            a11, a21, a22, c1, c2 = (everywhere(builder.add(row, number(i))) for i in range(5))
+            q_index = builder.mul(loop.index, number(2 * LANES))
+            p_index = builder.add(q_index, number(LANES))
+            q, p = load(arrays[1], q_index), load(arrays[1], p_index)
+            r = fused(a11, q, fused(c1, f, p))
+            builder.store(r, at(arrays[1], q_index), align=8)
+            builder.store(fused(a21, q, fused(a22, p, fused(c2, f, floor))), at(arrays[1], p_index), align=8)
+            builder.store(builder.fadd(builder.load(u), r), u)
+        builder.store(builder.load(u), at(arrays[3], number(0)), align=8)
+        return context.get_dummy_value()
+
+    return types.void(rows, state, force, total), build
+
+
+@compiled(nogil=True)
+def march_lanes(rows, state, free, scales, w0, law, user, dt, force, opening, approach):
+    """March LANES scenes of one contact; state (K + 1, 2, LANES) zero, its last row is scratch; force (n, LANES) and
+    opening (n + 1, LANES) are filled.
+
+    free (3, n + 1): gap without contact, per unit of the scales (3, LANES) after the first row, which all share with
+    scales[0] as their initial gap. approach (LANES,): closing speed over the step before the first contact.
+    """
+    code, rule, a, b, c = law
+    last, total = state[-1, 0], state[-1, 1]
+    gap, before = np.empty(LANES), np.empty(LANES)
+    met = np.zeros(LANES, dtype=np.bool_)
+    for i in range(LANES):
+        gap[i] = scales[0, i] + free[0, 0] + free[1, 0] * scales[1, i] + free[2, 0] * scales[2, i]
+    before[:] = gap
+    opening[0] = gap
+    for n in range(force.shape[0]):
+        _advance_lanes(rows, state, last, total)  # type: ignore[call-arg]
+        base, moved, released = free[0, n + 1], free[1, n + 1], free[2, n + 1]
+        for i in range(LANES):
+            free_gap = scales[0, i] + base + moved * scales[1, i] + released * scales[2, i] + total[i]
+            f = 0.0
+            if free_gap < 0.0 or rule != PASSIVE:
+                f = contact_force(code, rule, a, b, c, user, -free_gap, -gap[i], w0, w0, dt)
+            if f > 0.0 and not met[i]:
+                met[i] = True
+                if n > 0:
+                    approach[i] = (before[i] - gap[i]) / dt
+            before[i] = gap[i]
+            gap[i] = free_gap + w0 * f
+            opening[n + 1, i] = gap[i]
+            last[i] = f
+            force[n, i] = f
+
 
 WAIT = 32  # steps before a stride is tried again that was too long
 

@@ -9,7 +9,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from impact.files.atomic import write_whole
+from impact.files.safe_files import write_whole
 from seatfem.faces.plan_view import plan_json
 from seatfem.study.scene.parcel import files_of
 

@@ -4,36 +4,48 @@ from __future__ import annotations
 
 import html
 import json
+import os
+import sys
+import webbrowser
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any, Final
 
-from impact.extras import how_to_mend
-from impact.files.atomic import write_whole
+from impact.files.safe_files import write_whole
+from impact.names import how_to_mend
 from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
-from seatfem.faces.landings_table import landings_of, landings_table
+from seatfem.faces.report import figures as draw
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
-from seatfem.faces.report.bodies import MOST_OF_BODIES, body_figure, part_of_page
-from seatfem.faces.report.checked import who_checked
-from seatfem.faces.report.folder import ReportError, run_summary, text_of
-from seatfem.faces.report.html_tables import html_rows, html_table
-from seatfem.faces.report.kept_pictures import first_picture, kept_pictures
-from seatfem.faces.report.omissions import omissions
-from seatfem.faces.report.provenance import provenance, versions
-from seatfem.faces.report.stressed import hot_spots, life_table
-from seatfem.faces.result_table import result_table
+from seatfem.faces.report.figures import MOST_OF_BODIES, body_figure, part_of_page
+from seatfem.faces.report.sections import (
+    ReportError,
+    first_picture,
+    hot_spots,
+    html_rows,
+    html_table,
+    kept_pictures,
+    life_table,
+    omissions,
+    provenance,
+    run_summary,
+    text_of,
+    versions,
+    who_checked,
+)
+from seatfem.faces.tables import landings_of, landings_table, result_table
 from seatfem.faces.verdict import LANDED, judged_words, lasting, pressed_on, simpler, verdict
 from seatfem.pictures.moving import KEPT, moving_bodies
 from seatfem.readings import as_number
 from seatfem.results import LANDING, asked, name_of
-from seatfem.study.accuracy.source_words import in_words
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
+from seatfem.study.safety import in_words
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
+
 
 GUARD: Final = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'"
@@ -125,8 +137,6 @@ def _landings(summary: Mapping[str, Any]) -> str:
 
 
 def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, Figure]]:
-    from seatfem.faces.report import figures as draw
-
     figures: dict[str, tuple[str, Figure]] = {}
     width = as_number(summary.get("filter_width_s")) or 1e-6
     if (folder / RESULT_FILE).is_file():
@@ -218,3 +228,17 @@ def _plotly() -> str:
     except ImportError as missing:
         raise ReportError(f"reports are drawn by plotly: {how_to_mend('plotly', 'report', missing)}") from None
     return str(get_plotlyjs()).replace("</script", "<\\/script")
+
+
+SCREENS: Final = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+"""Variables of the environment, one of which is set where a browser of its own window, or one of choice, can open."""
+
+
+def open_in_browser(page: Path) -> bool:
+    """Open a page in the user's browser; return whether there is one."""
+    if sys.platform not in ("win32", "darwin") and not any(os.environ.get(name) for name in SCREENS):
+        return False  # else a browser in letters would take the terminal
+    try:
+        return webbrowser.open(page.resolve().as_uri())
+    except (webbrowser.Error, OSError, ValueError):  # of a variable BROWSER that cannot be read
+        return False

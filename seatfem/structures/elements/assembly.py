@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from impact.progress import Progress, silent
+from impact.notices import Progress, silent
 from seatfem.structures.elements.element_kernels import add_elements, expand_pattern, expand_scalar, nodal_mass
 from seatfem.structures.elements.ports import places_across, ports_on
 from seatfem.structures.elements.shape_functions import (

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from impact.progress import Progress, silent
+from impact.notices import Progress, silent
 from impact.quantities import percent
 from seatfem.structures.elements.assembly import check_ports, names, solids_by_region
 from seatfem.structures.elements.ports import ONE_RADIUS, ports_on

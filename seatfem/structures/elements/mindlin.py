@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from impact.brief import brief
+from impact.quantities import brief
 from seatfem.structures.elements.supports import whole_model
 from seatfem.structures.errors import ModelError
 from seatfem.structures.lip import Patch

@@ -18,12 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from seatfem.structures.damping import Damping
 from seatfem.structures.elements.ports import of_solids
 from seatfem.structures.elements.shape_functions import Array, Discretization, Surface, surface
 from seatfem.structures.errors import ModelError
 from seatfem.structures.materials import Solid
-from seatfem.structures.model import DofMap, Port, SecondOrderModel
+from seatfem.structures.model import Damping, DofMap, Port, SecondOrderModel
 
 Constraint = tuple[NDArray[np.integer], Array]
 """Nodes, and the (3,) direction in which none of them may move."""

@@ -8,9 +8,15 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from seatfem.machine.rates import Machine
-from seatfem.structures.counts.element_counts import Sizes, predicted_sizes
-from seatfem.structures.counts.memory_need import KRYLOV_VECTORS, MATRIX_ENTRY, counts_of, memory_need
+from seatfem.machine.resources import Machine
+from seatfem.structures.estimates.sizes import (
+    KRYLOV_VECTORS,
+    MATRIX_ENTRY,
+    Sizes,
+    counts_of,
+    memory_need,
+    predicted_sizes,
+)
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import BEYOND, COARSENING, Method

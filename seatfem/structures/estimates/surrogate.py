@@ -1,6 +1,12 @@
-"""A body that is known without finite elements, for pre-runs.
+"""What is known of a body before any mesh: struck patch, element sizes for an error of g, surrogates for pre-runs,
+arcs of a lip.
 
-    g(t) = rod of the patch's area and impedance, as long as its static compliance asks for + the plate's first mode
+error of g = PATCH (contact_size/width)^1.5 + size (WAVE band/c_s + BODY/depth)
+
+width: of the struck face, c_s/band: the shear wavelength at the band edge, depth: of the body behind the face; elements
+of order 2. The constants bound what was measured on seats of every kind but the finest plates.
+
+g(t) = rod of the patch's area and impedance, as long as its static compliance asks for + the plate's first mode
 
 so that g(0+) = 1/(rho c_p A) is exact, and the static compliance is estimated. Waves come back undiminished from the
 end of a rod, which a bulky body's do not: the surrogate asks for more of the band than the body will.
@@ -9,15 +15,201 @@ end of a rod, which a bulky body's do not: the surrogate asks for more of the ba
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from impact.exact.half_space import disk_compliance
-from impact.greens.base import GreensFunction
+from impact.exact.half_space import disk_compliance, square_compliance
+from impact.greens.base import Array, GreensFunction
 from impact.greens.modal import ModalGreens, Residual
-from seatfem.structures.estimates.patch import Patch
+from seatfem.structures.inspection.cad import Shape
+from seatfem.structures.lip import AnyLip
+from seatfem.structures.materials import Material
+from seatfem.structures.rings import ring_shares
+
+if TYPE_CHECKING:
+    from seatfem.structures.kinds.parts import Support
+
+
+OFF_CENTRE: Final = 1.5  # (R + r)/R of a force half way between a clamped plate's centre and its rim
+_BENDING_LOAD: Final = 1 / (16 * math.pi)  # centre of a clamped round plate under a central force: w = F R^2/(16 pi D)
+_FUNDAMENTAL: Final = 10.22  # of a clamped round plate: w_1 = 10.22/R^2 sqrt(D/(rho t)). Leissa, Vibration of Plates
+
+
+@dataclass(frozen=True)
+class Patch:
+    """The struck patch and the body behind it.
+
+    Attributes:
+        area: struck [m^2].
+        width: the narrowest extent of the struck faces [m].
+        depth: of the body behind the patch [m].
+        compliance: static, of the body without bending, estimated [m/N].
+        density, c_p, c_s: of the material [kg/m^3, m/s].
+        bending: static compliance of the plate that the patch lies on; 0 for a bulky body [m/N].
+        bending_frequency: of the plate's first mode [rad/s]; 0 for a bulky body.
+        one_dimensional: whether waves go along a line and come back undiminished.
+    """
+
+    area: float
+    width: float
+    depth: float
+    compliance: float
+    density: float
+    c_p: float
+    c_s: float
+    bending: float = 0.0
+    bending_frequency: float = 0.0
+    one_dimensional: bool = False
+
+    @property
+    def impedance(self) -> float:
+        """Return the force per velocity of the patch at the very first instant, rho c_p A [N s/m]."""
+        return self.density * self.c_p * self.area
+
+    @property
+    def evened(self) -> float:
+        """Return the compliance by which a patch that moves as its mean is softer than under a rigid face [m/N].
+
+        Of a strip 2 (3/2 - ln 4) (1 - nu^2)/(pi E) over its length, which is area over width; a disk's is of the same
+        size, (16/(3 pi^2) - 1/2) (1 - nu^2)/(E a). The end of a bar stays plane.
+        Source: Johnson, Contact Mechanics, 2.8 and 3.4.
+        """
+        if self.one_dimensional:
+            return 0.0
+        squared = (self.c_p / self.c_s) ** 2
+        poisson = (squared - 2) / (2 * (squared - 1))
+        plane = 2 * self.density * self.c_s**2 / (1 - poisson)  # E/(1 - nu^2)
+        return 2 / math.pi * (1.5 - math.log(4)) * self.width / (plane * self.area)
+
+
+def bulky(solid: Material, area: float, width: float, depth: float) -> Patch:
+    """Return a half-space under a disk of the same area; a column of the patch's width at most, for what is thinner."""
+    radius = math.sqrt(area / math.pi)
+    local = disk_compliance(young=solid.young, poisson=abs(solid.poisson), radius=radius)  # even in nu
+    column = depth / (solid.density * solid.c_p**2 * area)
+    return Patch(area, width, depth, min(local, column), solid.density, solid.c_p, solid.c_s)
+
+
+def column_end(solid: Material, area: float, width: float, length: float) -> Patch:
+    """Return the end of a straight bar."""
+    compliance = length / (solid.young * area)
+    return Patch(area, width, length, compliance, solid.density, solid.c_p, solid.c_s, one_dimensional=True)
+
+
+def on_plate(patch: Patch, solid: Material, radius: float, solidity: float) -> Patch:
+    """Return the patch on a clamped round plate of this radius [m], thinned by its holes to a part ``solidity`` of
+    it."""
+    stiffness = solidity * solid.young * patch.depth**3 / (12 * (1 - solid.poisson**2))
+    bending = _BENDING_LOAD * radius**2 / stiffness
+    frequency = _FUNDAMENTAL / radius**2 * math.sqrt(stiffness / (solidity * solid.density * patch.depth))
+    return replace(patch, bending=bending, bending_frequency=frequency)
+
+
+def of_shape(shape: Shape, supports: Sequence[Support], solid: Material) -> Patch:
+    """Return a bulky body; where what holds it lies beside the struck faces, on a plate in bending, thinned by its
+    holes.
+
+    The plate's compliance is that of a clamped round one under a force off its centre,
+    w = F (R^2 - r^2)^2/(16 pi D R^2) with the span R - r (Timoshenko and Woinowsky-Krieger,
+    Theory of Plates and Shells, 1959, article 64). Springs that hold a body without clamped faces add their own
+    compliance.
+    """
+    depth, mass = shape.depth("contact"), solid.density * shape.volume
+    local = bulky(solid, shape.area("contact"), shape.width("contact"), depth)
+    held = ["fixed", *(support.on for support in supports if support.holds)]
+    bending = frequency = 0.0
+    if (span := shape.span("contact", held)) > 0:
+        filled = min(1.0, shape.volume / float(shape.extent.prod()))
+        plate = on_plate(local, solid, OFF_CENTRE * span, filled)
+        radius = float(np.sort(shape.extent)[1]) / 2
+        bending = plate.bending
+        frequency = plate.bending_frequency * (OFF_CENTRE * span / radius) ** 2
+    springs = {support.on: support.stiffness for support in supports if support.stiffness > 0}
+    stiffness = sum(each * shape.area(on) for on, each in _there(springs, shape.groups).items())
+    if "fixed" not in shape.groups and stiffness > 0:
+        bending += 1 / stiffness
+        own = math.sqrt(stiffness / mass)
+        frequency = own if frequency == 0 else 1 / math.hypot(1 / own, 1 / frequency)
+    return replace(local, bending=bending, bending_frequency=frequency)
+
+
+def _there(springs: dict[str, float], groups: Collection[str]) -> dict[str, float]:
+    return {on: each for on, each in springs.items() if on in groups}
+
+
+@dataclass(frozen=True)
+class Column:
+    """A straight column: area [m^2] of the struck face, height [m] down to the clamp, narrowest width [m] of the face.
+
+    Its stiffness E A/h is the usual guess at a seat's.
+    """
+
+    area: float
+    height: float
+    width: float
+    young: float
+    density: float
+
+    @property
+    def stiffness(self) -> float:
+        """Return E A/h [N/m]."""
+        return self.young * self.area / self.height
+
+
+PATCH: Final = 0.03
+PATCH_ORDER: Final = 1.5
+WAVE: Final = 0.03
+BODY: Final = 0.02
+BENT: Final = 0.12  # in its place for a plate that bends on a clamped rim
+ACROSS: Final = 0.5  # elements of order 2 across the struck face, at least: one, twice as long along it
+FIRST_ORDER: Final = 6.0  # how much larger the error is with elements of order 1
+ERRORS: Final = (0.5, 0.3, 0.2, 0.13, 0.09, 0.06, 0.04, 0.025, 0.016, 0.01, 0.006, 0.004, 0.0025, 0.0016, 0.001)
+"""Errors of g that meshes are chosen for, so that different contact scenes share a seat."""
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Element sizes [m]: in the bulk and on the struck face."""
+
+    size: float
+    contact_size: float
+
+
+def sizes_for(patch: Patch, band: float, error: float, order: int = 2) -> Sizes:
+    """Return the coarsest sizes with an error of g of at most ``error``, half of it at the patch, half in the bulk."""
+    half = error / 2 / _order(order)
+    contact = patch.width * min(1 / ACROSS, (half / PATCH) ** (1 / PATCH_ORDER))
+    size = min(patch.depth, patch.c_s / band, half / _per_size(patch, band))
+    return Sizes(_rounded(max(size, contact)), _rounded(contact))
+
+
+def mesh_error(patch: Patch, band: float, sizes: Sizes, order: int = 2) -> float:
+    """Return the relative error of g."""
+    local = PATCH * (min(sizes.contact_size, 2 * patch.width) / patch.width) ** PATCH_ORDER
+    return float(_order(order) * (local + sizes.size * _per_size(patch, band)))
+
+
+def per_wavelength(patch: Patch, band: float, sizes: Sizes) -> float:
+    """Return the elements per shear wavelength at the band edge."""
+    return patch.c_s / (band * sizes.size)
+
+
+def _per_size(patch: Patch, band: float) -> float:
+    return WAVE * band / patch.c_s + (BENT if patch.bending > 0 else BODY) / patch.depth
+
+
+def _order(order: int) -> float:
+    return FIRST_ORDER if order == 1 else 1.0
+
+
+def _rounded(size: float) -> float:
+    """Return the number rounded down to two digits."""
+    unit = 10.0 ** (math.floor(math.log10(size)) - 1)
+    return float(f"{math.floor(size / unit * (1 + 1e-9)) * unit:.3g}")
+
 
 MODES: Final = 40  # of the surrogate's rod
 SPREADING: Final = 0.2  # damping ratio that stands for waves which spread in three dimensions
@@ -94,3 +286,87 @@ def _rod_behind(patch: Patch, ratio: float, bending_ratio: float) -> ModalGreens
         shapes = np.append(shapes, patch.bending_frequency * math.sqrt(patch.bending))
         zeta = np.append(zeta, bending_ratio)
     return ModalGreens(np.asarray(omega, dtype=np.float64), zeta, shapes[:, None], rest)
+
+
+CELLS: Final = 4  # across each ring; as many along each arc, or more: that those of the narrowest are about square
+MOST_CELLS: Final = 64  # along an arc
+OF_A_FAR_PART: Final = 4  # cells along the longer side of a part, for parts that lie apart
+APART: Final = 2.0  # longer sides of a part between two parts that lie apart: such means of 1/r are right to 2e-3
+
+
+def arc_compliance(lip: AnyLip, young: float, poisson: float) -> Array:
+    """Return the (ports, ports) mean displacement of each part of a lip on a half-space under a load on each [m/N].
+
+    Boussinesq: (1 - nu^2)/(pi E r) between cells, a square's mean on each cell itself; parts that lie apart have few
+    cells. On a circle the parts of one arc stand for those of all. Source: Johnson, Contact Mechanics, 3.2.
+    """
+    narrowest = lip.area / lip.length * float(ring_shares(lip.rings).min())
+    along = int(np.clip(round(CELLS * lip.length / (lip.arcs * narrowest)), 1, MOST_CELLS))
+    cells, areas = lip.cells(along, CELLS)
+    fine = cells.reshape(lip.arcs * lip.rings, -1, 2)
+    coarse, reach = _far_parts(lip)
+    own = [square_compliance(young=young, poisson=poisson, side=float(np.sqrt(a))) / (along * CELLS) for a in areas]
+    compliance = np.empty((len(fine), len(fine)))
+    for part in range(lip.rings if lip.is_round else len(fine)):
+        away = _between(coarse[part], coarse)
+        near = np.flatnonzero(away.min(axis=(0, 2)) < reach)
+        compliance[part] = _inverse(away).mean(axis=(0, 2))
+        for other in near:
+            compliance[part, other] = _inverse(_between(fine[part], fine[other])).mean()
+        compliance[part] *= (1 - poisson**2) / (np.pi * young)
+        compliance[part, part] += own[part % lip.rings]
+    if lip.is_round:
+        for arc in range(1, lip.arcs):
+            rows = slice(arc * lip.rings, (arc + 1) * lip.rings)
+            compliance[rows] = np.roll(compliance[: lip.rings], arc * lip.rings, axis=1)
+    return np.asarray((compliance + compliance.T) / 2)
+
+
+def _far_parts(lip: AnyLip) -> tuple[Array, float]:
+    """Return (ports, cells, 2) places of the few cells of each part, and how near [m] two parts need many."""
+    length, width = lip.length / lip.arcs, lip.area / lip.length / lip.rings
+    longer = max(length, width)
+    few = [math.ceil(OF_A_FAR_PART * side / longer) for side in (length, width)]
+    return lip.cells(*few)[0].reshape(lip.arcs * lip.rings, -1, 2), APART * longer
+
+
+def _inverse(distances: Array) -> Array:
+    """Return 1/r, and 0 of a cell to itself."""
+    return np.divide(1, distances, out=np.zeros_like(distances), where=distances > 0)
+
+
+def _between(places: Array, others: Array) -> Array:
+    """Return the (n, ...) distances of ``n`` places from each of others."""
+    x, y = (np.subtract.outer(places[:, axis], others[..., axis]) for axis in (0, 1))
+    return np.asarray(np.sqrt(x * x + y * y))
+
+
+def on_its_patch(whole: ModalGreens, lip: AnyLip, patch: Patch) -> ModalGreens:
+    """Return `in_arcs` of the material under a struck ``patch``."""
+    squared = (patch.c_p / patch.c_s) ** 2
+    poisson = (squared - 2) / (2 * (squared - 1))
+    young = 2 * patch.density * patch.c_s**2 * (1 + poisson)
+    return in_arcs(whole, lip, young, poisson, patch.impedance)
+
+
+def in_arcs(whole: ModalGreens, lip: AnyLip, young: float, poisson: float, impedance: float) -> ModalGreens:
+    """Return a body whose patch is known as a whole, g_1(t), with a half-space under the parts of the lip:
+
+        g_ij(t) = g_1(t) + h_ij(t),   h the exponential from 1/Z_i of each part to the half-space's compliance
+
+    without what both have in common: a pressure on all of the lip moves it as g_1 says.
+
+    Args:
+        whole: of one port.
+        lip: in parts.
+        young, poisson: of the half-space [Pa].
+        impedance: rho c_p A of the lip [N s/m].
+    """
+    shares = lip.division.shares
+    away = np.eye(len(shares)) - np.outer(np.ones(len(shares)), shares)
+    local = away @ arc_compliance(lip, young, poisson) @ away.T
+    values, vectors = np.linalg.eigh((local + local.T) / 2)
+    local = vectors * np.maximum(values, 0.0) @ vectors.T
+    alike = whole.combined(np.ones((1, len(shares))), lip.division.names)
+    rest = Residual.exponential(local, np.diag(1 / (shares * impedance)))
+    return replace(alike, residual=Residual.together([alike.residual, rest]))

@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from impact.after.spans import Spans
-from seatfem.machine.threads import threads
+from impact.after.histories import Spans
+from seatfem.machine.compiling import threads
 from seatfem.structures.model import Array
 
 TIMES_PER_RADIAN: Final = 2  # of the highest frequency retained: when peaks are looked for

@@ -1,24 +1,34 @@
-"""The way from the unknowns of a solid, in three dimensions or a harmonic of a body of revolution, to its stress.
+"""Stress of solids in three dimensions and of bodies of revolution, harmonic by harmonic or in arcs of a ring.
 
 Stress is evaluated where it is asked for, by the element's own shape functions, and averaged over the elements that
 meet there. Of elements of order p its error falls at least as h^p where the displacement is smooth.
+
+sigma(r, th, z) = sum_n A_n cos n th + B_n sin n th     rr, tt, zz, rz
+                      sum_n A_n sin n th - B_n cos n th     tz, rt
+
+with A_n the amplitudes under the ring forces sum_i s_ni cos(n th_i) F_i, B_n under those by sin(n th_i) (`RingPatch`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
 from seatfem.structures.elements.assembly import PROJECT_ABOVE, solids_by_region
 from seatfem.structures.elements.revolved_elements import Section, nearly_incompressible, revolved_strains
 from seatfem.structures.elements.shape_functions import Discretization, discretize, gradients, values
+from seatfem.structures.fields.peaks import Integers, norms
+from seatfem.structures.fields.recovery import StressField
 from seatfem.structures.fields.sites import Array, Sites
 from seatfem.structures.materials import Solid
 from seatfem.structures.model import DofMap, ModelError, SecondOrderModel
+from seatfem.structures.reduction.ring_patches import RingPatch
 
 COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
 """Of stress; in a body of revolution rr, tt, zz, tz, rz, rt at the angle 0, the shear tz and rt at a quarter wave."""
@@ -137,3 +147,143 @@ def _around(harmonic: int) -> Callable[[Discretization, Sites], Array]:
         return out
 
     return strain
+
+
+LEFT: Final = 0.05  # of the pressure, root of its mean square around the ring, that harmonics left out may have
+UNFELT: Final = 1e-9  # of all forces: amplitude of a harmonic that nothing excites
+_BY_COS: Final = [0, 1, 2, 4]
+_BY_SIN: Final = [3, 5]
+
+
+@dataclass(frozen=True)
+class Harmonic:
+    """One of them.
+
+    Attributes:
+        number: n.
+        field: its amplitudes at G places of the half section, by its rings' forces.
+        mixing: (ports, rings, 2) what the ports' forces are on the rings, by cos and by sin.
+    """
+
+    number: int
+    field: StressField
+    mixing: Array
+
+
+@dataclass(frozen=True)
+class RingField:
+    """Stress at G places of a half section, each at A angles; its components rr, tt, zz, tz, rz, rt.
+
+    Attributes:
+        section: (G, 2) r and z of the places [m].
+        angles: (G, A) [rad].
+        harmonics: what it is the sum of.
+    """
+
+    section: Array
+    angles: Array
+    harmonics: tuple[Harmonic, ...]
+
+    @property
+    def points(self) -> Array:
+        r, z = (np.broadcast_to(x[:, None], self.angles.shape) for x in self.section.T)
+        return np.stack([r * np.cos(self.angles), r * np.sin(self.angles), z], axis=-1).reshape(-1, 3)
+
+    @property
+    def radians(self) -> Array:
+        return np.concatenate([harmonic.field.radians for harmonic, _ in self._waves])
+
+    @property
+    def bounds(self) -> Array:
+        bounds = []
+        for harmonic, _ in self._waves:
+            fields = np.swapaxes(harmonic.field.fields, 1, 2)
+            parts = [norms(np.where(np.isin(np.arange(6), of), fields, 0.0)) for of in (_BY_COS, _BY_SIN)]
+            bounds.append(np.maximum(*parts))  # the root of cos^2 |one|^2 + sin^2 |other|^2 is no larger
+        return np.concatenate(bounds, axis=1)
+
+    @cached_property
+    def _waves(self) -> list[tuple[Harmonic, int]]:
+        """Return the harmonics by cos (0) and by sin (1) that forces may excite."""
+        return [(harmonic, k) for harmonic in self.harmonics for k in (0, 1) if np.any(harmonic.mixing[:, :, k])]
+
+    @cached_property
+    def _ends(self) -> Integers:
+        """Return where the coordinates of each of these begin, and their number."""
+        return np.cumsum([0, *(len(harmonic.field.radians) for harmonic, _ in self._waves)])
+
+    @cached_property
+    def _turns(self) -> Array:
+        """Return the (2, G, A, W) factors of each of these in rr, tt, zz, rz and in tz, rt."""
+        out = np.empty((2, *self.angles.shape, len(self._waves)))
+        for w, (harmonic, by_sin) in enumerate(self._waves):
+            phase = harmonic.number * self.angles
+            out[..., w] = (np.sin(phase), -np.cos(phase)) if by_sin else (np.cos(phase), np.sin(phase))
+        return out
+
+    def at(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> RingField:
+        """Return the field of some of its points, each at its own angle."""
+        place, angle = np.divmod(np.arange(self.angles.size)[which], self.angles.shape[1])
+        some = tuple(replace(harmonic, field=harmonic.field.at(place)) for harmonic in self.harmonics)
+        return RingField(self.section[place], self.angles[place, angle][:, None], some)
+
+    def coordinates(self, force: Array, dt: float, stride: int) -> Iterator[Array]:
+        pushes = np.asarray(force, dtype=float).reshape(len(force), -1)
+        parts = [wave.field.coordinates(pushes @ wave.mixing[:, :, k], dt, stride) for wave, k in self._waves]
+        return (np.concatenate(blocks, axis=1) for blocks in zip(*parts, strict=True))
+
+    def stress(self, which: Integers, values: Array, kept: Integers) -> Iterator[Array]:
+        borders = np.searchsorted(kept, self._ends)
+        heard = np.flatnonzero(np.diff(borders))
+        amplitudes = np.empty((len(which), len(heard), 6, values.shape[1]))
+        for row, w in enumerate(heard):
+            own = slice(borders[w], borders[w + 1])
+            (stress,) = self._waves[w][0].field.stress(which, values[own], kept[own] - self._ends[w])
+            amplitudes[:, row] = stress[:, 0]
+        out = np.empty((self.angles.shape[1], 6, values.shape[1]))
+        for place, waves in zip(which, amplitudes, strict=True):
+            cos, sin = self._turns[:, place][:, :, heard]
+            for of, turn in ((slice(0, 3), cos), (slice(3, 4), sin), (slice(4, 5), cos), (slice(5, 6), sin)):
+                size = (of.stop - of.start) * values.shape[1]
+                np.matmul(turn, waves[:, of].reshape(-1, size), out=out[:, of].reshape(-1, size))
+            yield out[None]
+
+
+AnyField = StressField | RingField
+
+
+def turned(amplitudes: Array, angles: Array, harmonic: int, *, by_sin: bool) -> Array:
+    """Return (..., n, 3 or 6) values of amplitudes u_r, u_th, u_z, or rr, tt, zz, tz, rz, rt, of one harmonic at n
+    angles (n,), by cos, or ``by_sin``, of the forces."""
+    odd = [1] if amplitudes.shape[-1] == 3 else _BY_SIN
+    phase = harmonic * angles[:, None]
+    even_turn, odd_turn = (np.sin(phase), -np.cos(phase)) if by_sin else (np.cos(phase), np.sin(phase))
+    return np.asarray(amplitudes * np.where(np.isin(np.arange(amplitudes.shape[-1]), odd), odd_turn, even_turn))
+
+
+def mixing_of(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int) -> Array:
+    """Return the (ports, rings, 2) `Harmonic.mixing` of the patches, in the order of the rings' boundaries."""
+    out = np.zeros((len(patches), len(rings), 2))
+    for i, patch in enumerate(patches.values()):
+        turn = harmonic * patch.angle
+        wave = np.array([np.cos(turn), np.sin(turn) if harmonic else 0.0])
+        out[i, rings.index(patch.boundary)] = patch.coefficients(harmonic) * wave
+    return out
+
+
+def felt(patches: Mapping[str, RingPatch], force: Array, most: int) -> list[int]:
+    """Return the numbers of the harmonics, up to ``most``, that leave out `LEFT` of the pressure of forces (n + 1,
+    ports), without those that nothing excites."""
+    rings = list(dict.fromkeys(patch.boundary for patch in patches.values()))
+    pushes = np.asarray(force, dtype=float).reshape(len(force), -1)
+    far = max(4 * most, 4 * len(patches) // len(rings))
+    sizes = np.array(
+        [
+            np.abs(np.tensordot(pushes, mixing_of(patches, rings, n), axes=1)).max(axis=0, initial=0.0).max()
+            for n in range(far + 1)
+        ]
+    )
+    squares = np.where(np.arange(far + 1) > 0, 2.0, 1.0) * sizes**2  # Parseval's
+    beyond = np.cumsum(squares[::-1])[::-1]  # of this one and all further ones
+    last = min(most, int(np.flatnonzero(beyond > LEFT**2 * beyond[0]).max(initial=0)))
+    return [n for n in range(last + 1) if n == 0 or sizes[n] > UNFELT * sizes.max()]

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from impact.files.hdf5_structure import check_structure
-from seatfem.jobs.limits import limit_process
+from seatfem.jobs.processes import limit_process
 from seatfem.jobs.worker import answer_lines
 
 MEMORY: Final = 1 << 30  # bytes that any file may take

@@ -26,7 +26,7 @@ from skfem import (
 )
 from skfem.assembly import Dofs
 
-from impact.greens.pulse import hann
+from impact.greens.oscillator import hann
 from seatfem.structures.elements.assembly import solids_by_region
 from seatfem.structures.materials import Material, Solid
 from seatfem.structures.model import Array, ModelError, SecondOrderModel

@@ -15,8 +15,8 @@ from scipy import sparse
 from scipy.io import mminfo, mmread
 
 from impact.files.csv_table import read_csv
-from impact.files.input_files import MB, check_file
-from seatfem.machine.memory import available_memory
+from impact.files.safe_files import MB, check_file
+from seatfem.machine.resources import available_memory
 from seatfem.structures.model import Array, ModelError, Port, SecondOrderModel
 
 LIMIT: Final = 8192 * MB

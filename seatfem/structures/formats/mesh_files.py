@@ -11,13 +11,12 @@ from types import MappingProxyType
 
 import numpy as np
 
-from impact.files.input_files import MB, check_file
-from impact.progress import Progress, silent
-from seatfem.structures.formats.abaqus_mesh import read_abaqus
+from impact.files.safe_files import MB, check_file
+from impact.notices import Progress, silent
+from seatfem.structures.formats.abaqus import read_abaqus
 from seatfem.structures.formats.file_mesh import FileMesh, merged, to_arrays
 from seatfem.structures.formats.meshio_files import FORMATS, SURFACES_ONLY, read_by_meshio
-from seatfem.structures.formats.nastran_mesh import read_nastran
-from seatfem.structures.formats.unv_mesh import read_unv
+from seatfem.structures.formats.nastran_mesh import read_nastran, read_unv
 from seatfem.structures.mesh.checks import check_coincident
 from seatfem.structures.mesh.gmsh_process import STAGE, MeshingError, run_gmsh
 from seatfem.structures.mesh.io import MeshArrays, MeshError, distinct, groups

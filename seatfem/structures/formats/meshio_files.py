@@ -13,10 +13,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.files.input_files import MB, check_file, read_text
+from impact.files.safe_files import MB, check_file, read_text
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import LineWorker
-from seatfem.structures.formats.abaqus_mesh import with_included
+from seatfem.structures.formats.abaqus import with_included
 from seatfem.structures.formats.file_mesh import VTK, FileMesh, face_width, one_kind, stacked, to_gmsh
 from seatfem.structures.mesh.io import Integers, MeshError
 

@@ -12,13 +12,12 @@ from typing import Any, Final, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.extras import how_to_mend
-from impact.files.atomic import whole_file
-from impact.files.input_files import MB, check_file
+from impact.files.safe_files import MB, check_file, whole_file
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.sampled import SampledGreens, Tail
 from impact.measured.frf import FrequencyResponse, Kind, receptance
+from impact.names import how_to_mend
 
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 Place = tuple[int, Direction]

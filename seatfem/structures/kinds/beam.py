@@ -10,9 +10,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from impact.advice import Advice
+from impact.bodies import loads
 from impact.bodies.body import Body
+from impact.bodies.loads import Gravity
+from impact.bodies.reeds import ModeShape, StaticShape, reed
 from impact.greens.base import Array, GreensFunction
+from impact.notices import Advice
+from impact.quantities import text
 from seatfem.fields import (
     Acceleration,
     Approach,
@@ -166,7 +170,7 @@ class Beam(Structure):
         return self._body(n_modes, at)
 
     def _body(self, n_modes: int | None, at: At, *, moved: bool = True) -> Body:
-        from impact.bodies.reeds import reed  # scenes are read without it
+        # scenes are read without it
 
         return reed(
             self.beam(),
@@ -184,7 +188,7 @@ class Beam(Structure):
         return self.beam().modes(len(modal.omega)).deflection(place)[:, None]
 
     def weight(self, body: Body) -> tuple[Array, float]:
-        from impact.bodies.loads import Gravity  # as above
+        # as above
 
         modal = body.greens.modal
         assert modal is not None
@@ -193,7 +197,7 @@ class Beam(Structure):
         return load.shape, modes.line_density * modes.length
 
     def _release(self) -> reeds.Release | None:
-        from impact.bodies.reeds import ModeShape, StaticShape  # as above
+        # as above
 
         if self.release is None:
             return None
@@ -203,7 +207,7 @@ class Beam(Structure):
         return ModeShape(self.release.mode, self.release.deflection or 0.0, velocity=self.release.velocity or 0.0)
 
     def _loads(self) -> list[ReedLoad]:
-        from impact.bodies import loads  # as above
+        # as above
 
         reed_loads: list[ReedLoad] = []
         if self.pressure is not None:
@@ -263,7 +267,7 @@ class Beam(Structure):
 
     def assumed(self) -> tuple[str, ...]:
         """Return the keys that were not given, with the values that stand for them, as far as a reader must know."""
-        from impact.quantities import text  # of runs only
+        # of runs only
 
         values = {
             "width": text(self.mean_width, "m"),

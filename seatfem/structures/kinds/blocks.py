@@ -11,15 +11,14 @@ from pydantic import Field, model_validator
 import impact
 from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
-from impact.progress import Progress
+from impact.notices import Progress
 from seatfem.fields import KeyProblem, of_same_names
-from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.estimates.patch import Patch, column_end, on_plate
+from seatfem.machine.resources import Stopwatch
+from seatfem.structures.estimates.surrogate import Patch, column_end, on_plate
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.method import NAMES, QUARTERS, AnyLevel, Applicability, Method
+from seatfem.structures.method import NAMES, QUARTERS, AnyLevel, Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews, arc, box, of_ported_plate
 from seatfem.structures.shapes import Bar, Block, Geometry, ValvePlate
-from seatfem.structures.solved import Solved
 
 MODES: Final = 200  # of Love's rod; the last has a wavelength of a hundredth of the length
 

@@ -13,7 +13,7 @@ from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.quantities import in_units
 from seatfem.fields import Approach, Area, DampingRatio, Density, KeyProblem, Length, Mass, Pressure, Stiffness
-from seatfem.structures.estimates.patch import Column
+from seatfem.structures.estimates.surrogate import Column
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import SampleScene, Structure, Traits

@@ -9,25 +9,35 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 from pydantic import Field, model_validator
 
 from impact.greens.base import GreensFunction
-from impact.progress import Progress
+from impact.notices import Progress
 from seatfem.fields import default, of_same_names
-from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.estimates.patch import Column, Patch, bulky
+from seatfem.machine.resources import Stopwatch
+from seatfem.structures.estimates.surrogate import Column, Patch, bulky
+from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.parts import Mesh
 from seatfem.structures.kinds.selectors import in_scene_words
 from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.method import DISCRETE, PER_WAVELENGTH, AnyLevel, Applicability, Level, Method, choose_level
+from seatfem.structures.method import (
+    DISCRETE,
+    PER_WAVELENGTH,
+    AnyLevel,
+    Applicability,
+    Level,
+    Method,
+    Solved,
+    choose_level,
+)
 from seatfem.structures.outlines import BodyViews, of_prism
 from seatfem.structures.shapes import Geometry
 from seatfem.structures.shapes.faces import Vector
-from seatfem.structures.solved import Solved
+from seatfem.structures.surface_outlines import Surface, of_surface
 
 if TYPE_CHECKING:
-    from seatfem.structures.discretise import AnyMesh
     from seatfem.structures.estimates.costs import Numbers
-    from seatfem.structures.inspection.parts import Part
+    from seatfem.structures.finite_elements import AnyMesh
+    from seatfem.structures.inspection.mesh_file import Part
     from seatfem.structures.lands import Land
     from seatfem.structures.natural_modes import NaturalModes, Wanted
 
@@ -65,7 +75,7 @@ class Drawn(Elastic):
         return super().no_lip or (struck_as_a_whole(self.model) if self.model in WHOLE else "")
 
     def land(self) -> Land:
-        from seatfem.structures.inspection.cad import inspect_geometry  # as it is drawn, without the mesh of a run
+        # as it is drawn, without the mesh of a run
 
         return inspect_geometry(self.geometry()).land(self.struck_face, self.own_axis)
 
@@ -103,7 +113,7 @@ class Drawn(Elastic):
         yield from self.unknown_names(self.geometry().patches, ("seat",))
 
     def part(self) -> Part:
-        from seatfem.structures.inspection.parts import of_geometry  # of `seatfem faces` only
+        from seatfem.structures.inspection.mesh_file import of_geometry  # of `seatfem faces` only
 
         return of_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
 
@@ -113,8 +123,7 @@ class Drawn(Elastic):
         if shape.rectangle is not None and shape.plan is not None:
             views = of_prism(name, shape.rectangle.sides, shape.rectangle.patch, shape.plan.height)
             return views if self.clamped else replace(views, held=())
-        from seatfem.structures.inspection.cad import inspect_geometry  # of bodies in files only
-        from seatfem.structures.surface_outlines import Surface, of_surface
+        # of bodies in files only
 
         inspected, struck = inspect_geometry(shape, picture=not coarse), self.struck_face
         normals = [face.normal for face in inspected.faces if struck in face.groups]
@@ -197,7 +206,7 @@ class Drawn(Elastic):
 
     def measures_inside(self, level: Level) -> float:
         """Return the volume of what is modelled [m^3], or area of a half section [m^2]."""
-        from seatfem.structures.counts.element_counts import body_in_numbers  # of plans only
+        from seatfem.structures.estimates.sizes import body_in_numbers  # of plans only
 
         copies = self.copies.get(level, 1)
         return body_in_numbers(self.geometry()).inner.total / copies
@@ -224,7 +233,7 @@ class Drawn(Elastic):
         return from_geometry(self, method, duration, watch, progress, mesh_error=mesh_error)
 
     def meshes(self, method: Method, progress: Progress) -> tuple[AnyMesh, AnyMesh | None]:
-        from seatfem.structures.discretise import draw_both  # as above
+        from seatfem.structures.finite_elements import draw_both  # as above
 
         spec, level = self.mesh_spec(method), self.elements_of(method)
         return draw_both(self, spec, level, Stopwatch(), progress, method=method, coarser=True)

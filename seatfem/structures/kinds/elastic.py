@@ -9,21 +9,23 @@ from typing import TYPE_CHECKING, ClassVar, Self
 from pydantic import Field, model_validator
 
 from impact.greens.base import GreensFunction
-from impact.progress import Progress
+from impact.notices import Progress
 from seatfem.fields import DampingRatio, KeyProblem, default
 from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.surrogate import Face, Surrogate, freed, of_patch, ringing
-from seatfem.structures.inspection.opened import listed
+from seatfem.structures.inspection.cad import listed
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.parts import AnyMaterial, AnySupport, GreensSettings, Rayleigh
 from seatfem.structures.kinds.structure import Finding, Traits
+from seatfem.structures.lands import face_lip
 from seatfem.structures.method import AUTO, AnyLevel, Applicability, Level, Method
 from seatfem.structures.reduction.memory import memory as forgotten_after
+from seatfem.structures.reduction.registry import named
 
 if TYPE_CHECKING:
-    from seatfem.structures.discretise import AnyMesh
     from seatfem.structures.estimates.costs import Numbers
-    from seatfem.structures.inspection.parts import Part
+    from seatfem.structures.finite_elements import AnyMesh
+    from seatfem.structures.inspection.mesh_file import Part
     from seatfem.structures.lands import Land
     from seatfem.structures.lip import AnyLip
     from seatfem.structures.materials import Material, Orthotropic
@@ -60,7 +62,7 @@ class Reduced(Moving):
     def is_convolved(self) -> bool:
         if self.greens.method == AUTO:
             return self.couples
-        from seatfem.structures.reduction.registry import named  # for load time: most scenes name none
+        # for load time: most scenes name none
 
         return not named(self.greens.method).oscillators
 
@@ -132,7 +134,7 @@ class Elastic(Reduced):
         raise NotImplementedError
 
     def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
-        from seatfem.structures.lands import face_lip  # scenes without lips need none
+        # scenes without lips need none
 
         return None if self.no_lip else face_lip(self.land(), arcs, rings)
 

@@ -12,26 +12,27 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from impact.progress import Progress, silent
+from impact.notices import Progress, silent
 from seatfem.fields import ExistingFile, Gap, KeyProblem, default
-from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.estimates.patch import Column, Patch, of_shape
-from seatfem.structures.inspection.opened import FileState, naming, state_of
+from seatfem.machine.resources import Stopwatch
+from seatfem.structures.estimates.surrogate import Column, Patch, of_shape
+from seatfem.structures.inspection.cad import FileState, inspect_geometry, naming, state_of
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelector, Direction, FaceSelector, Region
 from seatfem.structures.kinds.structure import Finding, Traits
-from seatfem.structures.method import Method
+from seatfem.structures.mesh.gmsh_process import MeshingError
+from seatfem.structures.method import Method, Solved
 from seatfem.structures.outlines import BodyViews
 from seatfem.structures.shapes import CadPart, GeometryError, Group
 from seatfem.structures.shapes.faces import Vector
-from seatfem.structures.solved import Solved
+from seatfem.structures.surface_outlines import Surface, of_surface, struck_side_problem
 
 if TYPE_CHECKING:
-    from seatfem.structures.discretise import AnyMesh
     from seatfem.structures.estimates.costs import Numbers
-    from seatfem.structures.inspection.parts import Part
+    from seatfem.structures.finite_elements import AnyMesh
+    from seatfem.structures.inspection.mesh_file import Part
     from seatfem.structures.lands import Land
     from seatfem.structures.mesh.meshing import SeatMesh
     from seatfem.structures.natural_modes import NaturalModes, Wanted
@@ -94,9 +95,7 @@ file = "seat.step"
         return self.along
 
     def problems(self) -> Iterator[Finding]:
-        from seatfem.structures.inspection.cad import inspect_geometry  # of drawings in files only
-        from seatfem.structures.mesh.gmsh_process import MeshingError
-        from seatfem.structures.surface_outlines import struck_side_problem
+        # of drawings in files only
 
         try:
             inspected = inspect_geometry(self.geometry())
@@ -123,13 +122,13 @@ file = "seat.step"
                 yield ("contact",), naming(self.file, why)
 
     def part(self) -> Part:
-        from seatfem.structures.inspection.parts import of_geometry  # of `seatfem faces` only
+        from seatfem.structures.inspection.mesh_file import of_geometry  # of `seatfem faces` only
 
         return of_geometry(self.geometry(), self.file.name)
 
     def patch(self) -> Patch | None:
         """Return the patch as the faces in the file are; raises `GeometryError` without any."""
-        from seatfem.structures.inspection.cad import inspect_geometry  # of drawings in files only
+        # of drawings in files only
 
         inspected = inspect_geometry(self.geometry())
         if "contact" not in inspected.shape.groups:
@@ -181,9 +180,7 @@ file = "seat.msh"
 
     def problems(self) -> Iterator[Finding]:
         from seatfem.structures.inspection.mesh_file import regions_of
-        from seatfem.structures.mesh.gmsh_process import MeshingError
         from seatfem.structures.mesh.io import MeshError
-        from seatfem.structures.surface_outlines import struck_side_problem
 
         try:
             mesh = self.read()
@@ -202,7 +199,7 @@ file = "seat.msh"
                 yield ("contact",), naming(self.file, why)
 
     def part(self) -> Part:
-        from seatfem.structures.inspection.parts import of_mesh
+        from seatfem.structures.inspection.mesh_file import of_mesh
 
         return of_mesh(self.file.name, self.read(), ())
 
@@ -213,7 +210,6 @@ file = "seat.msh"
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         from seatfem.structures.inspection.mesh_file import faces_of, shape_of
-        from seatfem.structures.surface_outlines import Surface, of_surface
 
         shape = shape_of(self.read())
         normals = shape.normals[shape.groups[self.struck_face]]

@@ -13,17 +13,18 @@ from pydantic import Field
 
 from impact.greens.base import GreensFunction, GreensFunctionError
 from impact.greens.modal import ModalGreens
-from impact.progress import Progress
+from impact.measured.frf import FrequencyResponseError, read_frf
+from impact.notices import Progress
 from seatfem.fields import ExistingFile, Tolerance, default
-from seatfem.machine.stopwatch import Stopwatch
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
-from seatfem.structures.inspection.opened import FileState, opened, state_of
+from seatfem.structures.formats.uff import read_frf_uff, read_modes_uff
+from seatfem.structures.inspection.cad import FileState, opened, state_of
 from seatfem.structures.kinds.elastic import Reduced
 from seatfem.structures.kinds.motion import Moving, ResponseColumns, ResponseUnits, stated_in
 from seatfem.structures.kinds.structure import Finding, Traits
-from seatfem.structures.method import Method
+from seatfem.structures.method import Method, Solved
 from seatfem.structures.rings import with_fewer_rings
-from seatfem.structures.solved import Solved
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
@@ -247,8 +248,6 @@ damping_ratio = 0.02
 def _record(
     file: Path, node: int | None, direction: Direction, averages: int | None, quantity: Any, columns: Any, units: Any
 ) -> FrequencyResponse:
-    from impact.measured.frf import FrequencyResponseError, read_frf
-    from seatfem.structures.formats.uff import read_frf_uff
 
     if file.suffix.lower() not in UNIVERSAL:
         return read_frf(file, columns=dict(columns), units=dict(units), quantity=quantity, averages=averages)
@@ -258,7 +257,6 @@ def _record(
 
 
 def _fitted(asked: tuple[Any, ...], tolerance: float, free: bool | None) -> PoleFit:
-    from impact.measured.frf import FrequencyResponseError
     from impact.measured.pole_fit import fit_response
 
     file = asked[0]
@@ -274,8 +272,6 @@ def _fitted(asked: tuple[Any, ...], tolerance: float, free: bool | None) -> Pole
 
 
 def _modes(file: Path, node: int, direction: Direction, units: Any) -> ModalGreens:
-    from seatfem.structures.formats.uff import read_modes_uff
-
     return read_modes_uff(file, ports={"contact": (node, direction)}, units=units)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from impact.bodies.body import Body, Load, ModalState
+from impact.bodies.time_series import read_time_series
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from seatfem.fields import (
     Acceleration,
@@ -167,7 +168,7 @@ class _Course(Table):
         """Return the course of the file, ``None`` of a constant. Raises `TimeSeriesError`."""
         if self.file is None:
             return None
-        from impact.bodies.time_series import read_time_series  # of scenes with records only
+        # of scenes with records only
 
         start = math.degrees(self.angle or 0.0)
         columns, units = stated_in(self.columns), stated_in(self.units)

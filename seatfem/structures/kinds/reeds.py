@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from impact.beams.cantilever import Cantilever as CantileverBeam
-from impact.beams.clamped import ClampedClamped as ClampedClampedBeam
+from impact.beams.euler_bernoulli import Cantilever as CantileverBeam
+from impact.beams.euler_bernoulli import ClampedClamped as ClampedClampedBeam
+from impact.beams.euler_bernoulli import TipMassCantilever
 from impact.beams.stepped import SteppedCantilever
 from impact.beams.timoshenko import TimoshenkoCantilever
-from impact.beams.tip_mass import TipMassCantilever
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunctionError
 from seatfem.fields import Gap, KeyProblem, Length, Mass, of_same_names

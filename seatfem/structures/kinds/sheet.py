@@ -14,6 +14,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from seatfem.fields import ExistingFile, KeyProblem, Length, Position, Table
 from seatfem.structures.errors import GeometryError, ModelError
+from seatfem.structures.inspection.outline import outline_in, straight_side
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.plate_loads import ClampedPlate
 from seatfem.structures.kinds.selectors import (
@@ -220,7 +221,7 @@ thickness = "0.3 mm"
             return self.clamped.segment
         if self.file is None or (frame := self._from_file.frame) is None:
             raise KeyProblem("clamped", "faces are those of a STEP file; give both ends of a straight part")
-        from seatfem.structures.inspection.outline import straight_side  # of outlines in files only
+        # of outlines in files only
 
         return straight_side(self.file, self.clamped.selectors(), frame)
 
@@ -242,6 +243,6 @@ thickness = "0.3 mm"
 
 def _drawn(file: Path, unit: float | None, *, oblique: bool = False) -> DrawnOutline:
     """Return what a file holds; raises `KeyProblem`."""
-    from seatfem.structures.inspection.outline import outline_in  # of outlines in files only
+    # of outlines in files only
 
     return in_scene_words(lambda: outline_in(file, unit, oblique=oblique))

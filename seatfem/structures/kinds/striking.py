@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from impact.advice import Advice
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunctionError
+from impact.notices import Advice
 from seatfem.fields import KeyProblem, Table
 from seatfem.structures.estimates.surrogate import Face
 from seatfem.units import write_quantity

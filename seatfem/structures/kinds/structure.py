@@ -15,15 +15,14 @@ from pydantic.fields import FieldInfo
 
 from impact.bodies.body import Body
 from impact.greens.base import GreensFunction
-from impact.progress import Progress
+from impact.notices import Progress
 from seatfem.fields import Angle, Gap, Length, kind_of, kinds_below
-from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.estimates.patch import Column, Patch
-from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
+from seatfem.machine.resources import Stopwatch
+from seatfem.structures.estimates.surrogate import Column, Face, Patch, Surrogate, unknown
 from seatfem.structures.kinds.striking import At, Striking
-from seatfem.structures.method import Applicability, Method
+from seatfem.structures.lip import Lip
+from seatfem.structures.method import Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews
-from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
@@ -188,7 +187,7 @@ class Structure(Striking):
         Raises:
             ModelError: a face of a file that is no lip.
         """
-        from seatfem.structures.lip import Lip  # scenes without lips need none
+        # scenes without lips need none
 
         return None if self.struck_ring is None else Lip(*self.struck_ring, arcs, rings)
 

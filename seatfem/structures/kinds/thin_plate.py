@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, ClassVar, Final, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from impact.advice import Advice
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
-from impact.progress import Progress
+from impact.notices import Advice, Progress
 from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
-from seatfem.machine.stopwatch import Stopwatch
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures.estimates.surrogate import Face, Surrogate
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.parts import Material
@@ -21,10 +20,9 @@ from seatfem.structures.kinds.selectors import in_scene_words
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Traits
 from seatfem.structures.lip import AnyLip, Lip, Patch
-from seatfem.structures.method import Applicability, Method
+from seatfem.structures.method import Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews, arc, of_sheet
 from seatfem.structures.shapes import Flat
-from seatfem.structures.solved import Solved
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:

@@ -10,15 +10,18 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from impact.after.histories import Spans
 from impact.bodies.body import Body
 from impact.greens.base import Array
-from impact.progress import Progress
+from impact.notices import Progress
 from seatfem.fields import Angle, KeyProblem, Length, of_same_names
-from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.estimates.patch import Column
+from seatfem.machine.resources import Stopwatch
+from seatfem.structures.estimates.samples import section_of
+from seatfem.structures.estimates.surrogate import Column
 from seatfem.structures.kinds.drawn import Drawn, struck_as_a_whole
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import NO_RING, SampleScene, Traits
+from seatfem.structures.lip import Lip
 from seatfem.structures.method import QUARTERS, Level, Method
 from seatfem.structures.outlines import BodyViews, Size, length_text, of_profile
 from seatfem.structures.shapes import AnnularSeat, ConicalSeat, Stopper, Turning
@@ -27,7 +30,7 @@ from seatfem.structures.shapes import Ball as Sphere
 if TYPE_CHECKING:
     from impact.after.stresses import ReedStress
     from impact.exact.contact_stress import ShearMaximum
-    from seatfem.structures.lip import AnyLip, Lip
+    from seatfem.structures.lip import AnyLip
     from seatfem.structures.natural_modes import NaturalModes, Wanted
 
 MOST_HARMONICS: Final = 1000  # that are taken of a part of a ring (`seatfem.structures.reduction.harmonics`)
@@ -95,7 +98,7 @@ class Turned(Drawn):
 
     def _flat_face(self) -> Lip | None:
         """Return the flat ring or disc that is struck all around; ``None`` where another face is."""
-        from seatfem.structures.lip import Lip  # scenes without lips need none
+        # scenes without lips need none
 
         if self.arc is not None or self.model in UNDIVIDED or not self.isotropic:
             return None
@@ -121,7 +124,7 @@ class Turned(Drawn):
         }
 
     def measures_inside(self, level: Level) -> float:
-        from seatfem.structures.counts.bodies import section_of  # of plans only
+        # of plans only
 
         if level in ("axisymmetric", "harmonics"):
             return section_of(self.geometry().profile).inner.total
@@ -262,7 +265,6 @@ damping_ratio = 0.005
 
         Source: Timoshenko and Goodier, load over part of the boundary of a semi-infinite solid.
         """
-        from impact.after.spans import Spans
         from impact.after.stresses import NO_STRESS, PeakStress, stress_by_spans
 
         spans, facet = Spans.of_run(force, dt, since), self.geometry().contact_radius

@@ -20,7 +20,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.files.input_files import MB, opened_file
+from impact.files.safe_files import MB, opened_file
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import GeometryError
 from seatfem.structures.shapes.profile import PER_ARC

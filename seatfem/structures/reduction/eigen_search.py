@@ -1,4 +1,11 @@
-"""What is known of a spectrum before it is computed: rigid motions, round-off, where to shift, counts by inertia."""
+"""Where to shift: factorizations whose inertia counts, and block shift-invert Lanczos nearest to a shift.
+
+OP = (K - sigma M)^-1 M is self-adjoint in the M-inner product, with eigenvalues theta = 1/(lambda - sigma). A block
+Krylov space of it is grown from random vectors, many right-hand sides at a time; where the space is full it is
+restarted from its best Ritz vectors.
+Sources: R. Grimes, J. Lewis and H. Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228; K. Wu and H. Simon, the same,
+22 (2000) 602.
+"""
 
 from __future__ import annotations
 
@@ -184,3 +191,196 @@ def _power(counts: Sequence[Counted], usual: float) -> float:
 
 def _count_of(counted: Counted) -> float:
     return max(counted.count, _FEWEST)
+
+
+_DEPENDENT: Final = 1e-24  # squared length, of that before orthogonalisation, of a vector that lies in the space
+_ILL: Final = 1e-4  # of the Gram matrix of a block: below it, orthonormalising once leaves more than round-off
+_CHUNK: Final = 4096  # rows rotated at a time
+
+
+@dataclass(frozen=True)
+class RitzValues:
+    """Approximate eigenpairs, nearest to the shift first.
+
+    Attributes:
+        values: (m,) lambda [1/s^2].
+        theta: (m,) 1/(lambda - sigma).
+        errors: (m,) ||OP y - theta y|| / |theta| in the M-norm.
+        coefficients: (m, m) of their vectors in the basis.
+    """
+
+    values: Array
+    theta: Array
+    errors: Array
+    coefficients: Array
+
+
+class BlockLanczos:
+    """V with V'MV = I and OP V = V T + Q E, grown block by block in the complement of known eigenvectors.
+
+    Args:
+        factor: factorization of K - sigma M, definite or not.
+        known: (n, k) M-orthonormal eigenvectors not to be found again; (n, 0) without.
+        block: columns solved for at once.
+        limit: largest number of vectors.
+        below: eigenvalues below the shift, which restarts keep even where more of those above are nearer.
+        seed: of the random start; the same one gives the same vectors.
+    """
+
+    def __init__(
+        self,
+        model: SecondOrderModel,
+        factor: Factorization,
+        sigma: float,
+        known: Array,
+        *,
+        block: int,
+        limit: int,
+        below: int = 0,
+        seed: int = 0,
+    ) -> None:
+        n = model.size
+        self.model, self.factor, self.sigma, self.known = model, factor, sigma, known
+        self.block = min(block, n - known.shape[1])
+        self.below = below
+        self.limit = min(max(limit, 2 * self.block), n - known.shape[1])
+        self.size = 0  # vectors whose image is known
+        self.solves = 0  # right-hand sides so far
+        self.restarts = 0
+        self._rng = np.random.default_rng(seed)
+        self._vectors = np.empty((n, self.limit + 2 * self.block), order="F")
+        self._projected = np.zeros((self.limit + 2 * self.block,) * 2)
+        self._coupled = 0  # the first vector that the newest block is coupled to
+        self._mass_block = np.empty((n, 0))  # M Q of the newest block Q
+        self._link = np.zeros((0, 0))
+        self.renew()
+
+    @property
+    def width(self) -> int:
+        """Return the number of columns of the newest block, whose image is not known yet."""
+        return int(self._mass_block.shape[1])
+
+    @property
+    def unseen(self) -> int:
+        """Return the directions that are in no block yet."""
+        return self.model.size - int(self.known.shape[1]) - self.size - self.width
+
+    @property
+    def exhausted(self) -> bool:
+        """Return whether the space holds every vector there is, and its image."""
+        return self.width == 0 and self.unseen == 0
+
+    @property
+    def full(self) -> bool:
+        """Return whether a restart is due before the next block."""
+        return self.size + self.width > self.limit and self.unseen > 0
+
+    def expand(self) -> None:
+        """Solve for the newest block and append the next."""
+        first, last = self.size, self.size + self.width
+        image = self.factor.solve(self._mass_block)
+        self.solves += last - first
+        before = np.sum(image * (self.model.M @ image), axis=0)
+        overlap = np.zeros((last, last - first))
+        for start in (self._coupled, 0):  # what the recurrence says, then all that round-off leaves
+            V = self._vectors[:, start:last]
+            part = V.T @ (self.model.M @ image)
+            image -= V @ part
+            overlap[start:] += part
+        image -= self.known @ (self.known.T @ (self.model.M @ image))
+        own = overlap[first:]
+        self._projected[:last, first:last] = overlap
+        self._projected[first:last, :last] = overlap.T
+        self._projected[first:last, first:last] = (own + own.T) / 2
+        self._coupled, self.size = first, last
+        following, mass, self._link = _orthonormal(self.model, image, _DEPENDENT * before)
+        self._mass_block = mass
+        self._vectors[:, self.size : self.size + following.shape[1]] = following
+        if self.width == 0 and self.unseen > 0:  # an invariant space: beside it there are others
+            self.renew()
+
+    def renew(self) -> None:
+        """Widen the newest block by random directions, for eigenvalues repeated more often than the block is wide."""
+        width = self.width + self.block
+        if self.full:
+            self.restart(self.limit // 2)
+        if (more := self.limit + 2 * width - self._vectors.shape[1]) > 0:
+            room = np.empty((len(self._vectors), more))
+            self._vectors = np.asfortranarray(np.concatenate([self._vectors, room], axis=1))
+            self._projected = np.pad(self._projected, (0, more))
+        new, mass = self._fresh()
+        first = self.size + self.width
+        self._vectors[:, first : first + new.shape[1]] = new
+        self._mass_block = np.concatenate([self._mass_block, mass], axis=1)
+        self._link = np.concatenate([self._link, np.zeros((new.shape[1], self._link.shape[1]))])
+
+    def ritz(self) -> RitzValues:
+        """Return Ritz pairs of the space."""
+        theta, coefficients = np.linalg.eigh(self._projected[: self.size, : self.size])
+        order = np.argsort(-np.abs(theta))
+        theta, coefficients = theta[order], coefficients[:, order]
+        safe = np.where(np.abs(theta) < 1e-300, 1e-300, theta)
+        errors = np.linalg.norm(self._residual(coefficients), axis=0) / np.abs(safe)
+        return RitzValues(self.sigma + 1 / safe, theta, errors, coefficients)
+
+    def vectors(self, ritz: RitzValues, chosen: Array) -> Array:
+        """Return (n, len(chosen)) M-normalised OP y/theta of chosen Ritz vectors y: inverse iteration at no cost."""
+        coefficients = ritz.coefficients[:, chosen]
+        residual = self._residual(coefficients) / ritz.theta[chosen]
+        together = np.concatenate([coefficients, residual]) / np.sqrt(1 + np.sum(residual**2, axis=0))
+        return np.asarray(self._vectors[:, : len(together)] @ together)
+
+    def restart(self, kept: int) -> None:
+        """Keep ``kept`` Ritz vectors, those below the shift and then the nearest to it, and the newest block."""
+        ritz, width = self.ritz(), self.width
+        lower = np.flatnonzero(ritz.theta < 0)[: self.below + self.block]
+        first = np.concatenate([lower, np.setdiff1d(np.arange(len(ritz.theta)), lower)])[:kept]
+        theta, coefficients = ritz.theta[first], ritz.coefficients[:, first]
+        self._link = self._residual(coefficients)
+        for row in range(0, self.model.size, _CHUNK):
+            rows = slice(row, row + _CHUNK)
+            newest = self._vectors[rows, self.size : self.size + width].copy()
+            self._vectors[rows, :kept] = self._vectors[rows, : self.size] @ coefficients
+            self._vectors[rows, kept : kept + width] = newest
+        self._projected[:] = 0.0
+        self._projected[range(kept), range(kept)] = theta
+        self.size, self._coupled = kept, 0
+        self.restarts += 1
+
+    def _residual(self, coefficients: Array) -> Array:
+        """Return Q' M (OP y - theta y) of vectors y in the basis."""
+        return np.asarray(self._link @ coefficients[self.size - self._link.shape[1] : self.size])
+
+    def _fresh(self) -> tuple[Array, Array]:
+        """Return random vectors, M-orthonormal to all there are."""
+        count = min(self.block, self.unseen)
+        new = self.factor.solve(self.model.M @ self._rng.standard_normal((self.model.size, count)))
+        self.solves += count
+        for _ in range(2):
+            for basis in (self.known, self._vectors[:, : self.size + self.width]):
+                new -= basis @ (basis.T @ (self.model.M @ new))
+            new, mass, _ = _orthonormal(self.model, new, np.zeros(new.shape[1]))
+        return new, mass
+
+
+def _orthonormal(model: SecondOrderModel, block: Array, least: Array) -> tuple[Array, Array, Array]:
+    """Return (Q, M Q, R) with block = Q R and Q'MQ = I, without the directions shorter than the root of ``least``.
+
+    By eigenvectors of the scaled Gram matrix. Source: A. Stathopoulos and K. Wu, SIAM J. Sci. Comput. 23 (2002) 2165.
+    """
+    upper = np.eye(block.shape[1])
+    for _ in range(3):
+        mass = model.M @ block
+        gram = block.T @ mass
+        lengths = np.sqrt(np.maximum(np.diag(gram), 0.0))
+        scale = np.where(lengths**2 > least, lengths, np.inf)
+        squares, turns = np.linalg.eigh(gram / np.outer(scale, scale))
+        kept = squares > 1e-14
+        turns, roots = turns[:, kept], np.sqrt(squares[kept])
+        change = turns / roots / scale[:, None]
+        block, mass = block @ change, mass @ change
+        upper = (roots[:, None] * turns.T * np.where(np.isfinite(scale), scale, 0.0)) @ upper
+        least = np.zeros(block.shape[1])
+        if squares[kept].min(initial=1.0) > _ILL:
+            break
+    return block, mass, upper

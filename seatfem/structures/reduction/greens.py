@@ -9,18 +9,17 @@ from importlib.metadata import version
 from typing import Final, Literal
 
 from impact.greens.base import GreensFunction
-from impact.progress import Progress, silent
+from impact.notices import Progress, silent
 from impact.quantities import in_time
-from seatfem.structures.damping import Damping
 from seatfem.structures.errors import ModelError
 from seatfem.structures.method import AUTO, Aims, memory
-from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.model import Damping, SecondOrderModel
 from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.lanczos import Lanczos
 from seatfem.structures.reduction.modal import Modal
 from seatfem.structures.reduction.reducer import Reducer, Reduction, defined
-from seatfem.structures.reduction.second_order_krylov import SecondOrderKrylov
+from seatfem.structures.reduction.second_order import SecondOrderKrylov
 from seatfem.structures.reduction.transient import Transient
 
 _OURS: Final[tuple[type[Reducer], ...]] = (Krylov, Modal, Transient, Lanczos, SecondOrderKrylov)

@@ -1,25 +1,156 @@
-"""A Krylov space of (K + s^2 M)^-1 M: one factorization, and far fewer vectors than modes in the band."""
+"""A Krylov space of (K + s^2 M)^-1 M: its growing M-orthonormal basis, and far fewer vectors than modes in the band.
+
+Rigid-body shapes, where they are known, are its first vectors with a stiffness of exactly zero.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from impact.greens.base import ErrorEstimate
-from impact.progress import Progress, silent
-from seatfem.structures.damping import Damping
+from impact.notices import Progress, silent
 from seatfem.structures.method import Aims
-from seatfem.structures.model import Array, SecondOrderModel
-from seatfem.structures.reduction.growth import Grown, History, RitzSpace
-from seatfem.structures.reduction.krylov_basis import Here, KrylovBasis, backend_of
+from seatfem.structures.model import Array, Damping, ModelError, SecondOrderModel
+from seatfem.structures.reduction.eigen_search import rigid_shapes
+from seatfem.structures.reduction.factorization import Backend, Factorization, factorize
 from seatfem.structures.reduction.modes import ConvergenceError, Modes, eigen_residuals
-from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
+from seatfem.structures.reduction.reducer import USUAL, Cost, Grown, History, Reducer, Reduction, RitzSpace, factorized
 from seatfem.structures.reduction.residual import passivity
+from seatfem.structures.reduction.spectrum import Spectrum
 
 if TYPE_CHECKING:
-    from seatfem.structures.reduction.slepc import Ranks
+    from seatfem.structures.reduction.slepc import Ranks, RanksSpectrum
+
+
+class KrylovBasis:
+    """V with V'MV = I, grown block by block, and the projections V'KV and V'B.
+
+    Args:
+        model: M, K and the ports B.
+        factor: factorization of K + s^2 M.
+        shift: s > 0 [rad/s].
+        limit: largest number of vectors.
+        rigid: (n, r) M-orthonormal with K rigid = 0.
+    """
+
+    def __init__(
+        self, model: SecondOrderModel, factor: Factorization, shift: float, limit: int, rigid: Array | None = None
+    ) -> None:
+        self.model, self.factor, self.shift, self.limit = model, factor, shift, limit
+        self.rigid = 0 if rigid is None else rigid.shape[1]
+        self.size = self.rigid
+        self._vectors = np.empty((model.size, 0), order="F") if rigid is None else np.asfortranarray(rigid)
+        self._stiffness = np.zeros((limit, limit))
+        self._ports = np.zeros((limit, model.port_matrix.shape[1]))
+        self._ports[: self.rigid] = self._vectors.T @ model.port_matrix
+        self._next = factor.solve(model.port_matrix)  # candidates
+        compliance = model.port_matrix.T @ self._next
+        self.reciprocity = float(np.abs(compliance - compliance.T).max() / np.abs(compliance).max())
+
+    @property
+    def V(self) -> Array:
+        """Return the (n, size) basis."""
+        return self._vectors[:, : self.size]
+
+    @property
+    def complete(self) -> bool:
+        """Return whether V spans an invariant subspace: nothing more can be found."""
+        return self.size == self.model.size or self._next.shape[1] == 0
+
+    def grow(self, size: int) -> None:
+        """Append whole blocks until there are at least ``size`` vectors, or the limit or the end is reached."""
+        while self.size < min(size, self.limit) and not self.complete:
+            first = self.size
+            for column in self._next.T:
+                if self.size < self.limit:
+                    self._append(column)
+            self._next = self.factor.solve(self.model.M @ self._vectors[:, first : self.size])
+
+    def _append(self, w: Array) -> None:
+        """Orthonormalise ``w`` against V and append it, unless it lies in the span of V."""
+        k, M, K = self.size, self.model.M, self.model.K
+        before = square = 0.0
+        for again in range(2):  # twice is enough (Kahan, Parlett)
+            momentum = M @ w
+            parts = self.V.T @ momentum
+            square = float(w @ momentum)
+            before = before if again else math.sqrt(square)
+            w = w - self.V @ parts
+        norm = math.sqrt(max(square - float(parts @ parts), 0.0))  # little is taken away the second time
+        if not norm > 1e-11 * before:
+            return
+        if k == self._vectors.shape[1]:
+            grown = np.empty((len(w), max(2 * k, 32)), order="F")
+            grown[:, :k] = self._vectors
+            self._vectors = grown
+        self._vectors[:, k] = w / norm
+        self.size = k + 1
+        first = self.rigid
+        column = self._vectors[:, first : k + 1].T @ (K @ self._vectors[:, k])
+        self._stiffness[first : k + 1, k] = self._stiffness[k, first : k + 1] = column
+        self._ports[k] = self._vectors[:, k] @ self.model.port_matrix
+
+    def ritz(self, size: int | None = None) -> tuple[Array, Array, Array]:
+        """Return (omega (k,), shapes at the ports (k, p), coefficients (k, k)) of the Ritz pairs of (K, M) on V.
+
+        ``size``: on so many of its first vectors.
+        """
+        first, k = self.rigid, self.size if size is None else size
+        values, vectors = np.linalg.eigh(self._stiffness[first:k, first:k])
+        if values[0] < -1e-8 * self.shift**2:
+            raise ModelError(f"K is indefinite, check its constraints: Ritz value {values[0]:.2e} 1/s^2 relative to M")
+        zero = 0.0 if first else 1e-10 * self.shift**2  # free bodies whose rigid shapes are not known
+        square = np.concatenate([np.zeros(first), np.where(values < zero, 0.0, values)])
+        coefficients = np.eye(k)
+        coefficients[first:, first:] = vectors
+        return np.sqrt(square), coefficients.T @ self._ports[:k], coefficients
+
+    def combined(self, coefficients: Array) -> Array:
+        """Return the (n, m) product of V and ``coefficients`` (size, m)."""
+        return np.asarray(self.V @ coefficients)
+
+    def orthogonality_error(self) -> float:
+        """Return the largest entry of V'MV - I."""
+        return float(np.abs(self.V.T @ (self.model.M @ self.V) - np.eye(self.size)).max())
+
+
+@dataclass(frozen=True)
+class Here:
+    """This process; `slepc.Ranks` answers the same."""
+
+    model: SecondOrderModel
+    backend: Backend
+
+    def factorize(self, square: float) -> Factorization:
+        """Return the factorization of K + ``square`` M, positive definite."""
+        return factorize(self.model.K + square * self.model.M, backend=self.backend, name="K + s^2 M")
+
+    def basis(self, shift: float, limit: int) -> KrylovBasis:
+        """Return a basis that is empty but for the rigid motions, about -``shift``^2."""
+        return KrylovBasis(self.model, self.factorize(shift**2), shift, limit, rigid_shapes(self.model))
+
+    def spectrum(self, progress: Progress) -> Spectrum | RanksSpectrum:
+        """Return a spectrum of which nothing is known yet."""
+        return Spectrum(self.model, backend=self.backend, progress=progress)
+
+
+@contextmanager
+def backend_of(model: SecondOrderModel, aims: Aims) -> Iterator[Here | Ranks]:
+    """Yield what the aims ask for, while it is needed."""
+    if not aims.distributed:
+        yield Here(model, aims.backend)
+        return
+    from seatfem.structures.reduction.slepc import on_ranks  # of such reductions only
+
+    with on_ranks(model) as ranks:
+        yield ranks
+
 
 _BLOCK = 10  # fewest vectors between two checks
 _CRAWLS = 60  # vectors for each port, damped bodies take 30 to 50: beyond, a higher shift takes half as many

@@ -25,13 +25,11 @@ import numpy as np
 import scipy.linalg
 
 from impact.greens.base import ErrorEstimate
-from impact.progress import Progress, silent
-from seatfem.structures.damping import Damping
+from impact.notices import Progress, silent
 from seatfem.structures.method import Aims
-from seatfem.structures.model import Array, ModelError, SecondOrderModel
-from seatfem.structures.reduction.growth import Grown, RitzSpace
+from seatfem.structures.model import Array, Damping, ModelError, SecondOrderModel
 from seatfem.structures.reduction.lanczos_recursion import Recursion
-from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
+from seatfem.structures.reduction.reducer import Cost, Grown, Reducer, Reduction, RitzSpace
 from seatfem.structures.reduction.residual import passivity
 
 _CEILING = 12.0  # bandwidths; nodes above follow the pulse as a spring, to 1/144

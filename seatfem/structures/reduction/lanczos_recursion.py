@@ -10,7 +10,7 @@ import numba
 import numpy as np
 import scipy.linalg
 
-from impact.progress import silent
+from impact.notices import silent
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 from seatfem.structures.reduction.eigen_search import rigid_shapes
 

@@ -10,13 +10,12 @@ import numpy as np
 
 from impact.greens.base import ErrorEstimate
 from impact.greens.modal import ModalGreens, Residual
-from impact.greens.pulse import error_times
-from impact.progress import Progress, silent
-from seatfem.structures.damping import Damping
+from impact.greens.oscillator import error_times
+from impact.notices import Progress, silent
 from seatfem.structures.method import Aims
-from seatfem.structures.model import Array, SecondOrderModel
+from seatfem.structures.model import Array, Damping, SecondOrderModel
 from seatfem.structures.reduction.eigen_search import ConvergenceError, CountError, default_shift
-from seatfem.structures.reduction.krylov_basis import Here, backend_of
+from seatfem.structures.reduction.krylov import Here, backend_of
 from seatfem.structures.reduction.modes import DENSE, Modes, dense_modes, modes_of
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
 from seatfem.structures.reduction.residual import passivity, semidefinite, truncate

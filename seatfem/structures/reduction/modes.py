@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import scipy.linalg
 
-from impact.after.frame import frame_of
-from impact.brief import brief
-from impact.progress import Progress, silent
+from impact.names import frame_of
+from impact.notices import Progress, silent
+from impact.quantities import brief
 from seatfem.structures.model import Array, DofMap, ModelError, SecondOrderModel
 from seatfem.structures.reduction.eigen_search import (
     ConvergenceError,
@@ -65,7 +65,7 @@ class Modes:
         return f"Modes, {f.size}, {span}, {count}, residuals up to {worst:.1e} ({self.backend})"
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Return frequency and residual, a row a mode; raises `impact.after.frame.FrameError` without pandas."""
+        """Return frequency and residual, a row a mode; raises `impact.names.FrameError` without pandas."""
         return frame_of({"frequency_hz": self.frequencies_hz, "residual": self.residuals})
 
     @property

@@ -6,9 +6,8 @@ import numpy as np
 
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.poles import PoleGreens
-from impact.measured.pole_passivity import pole_passivity
-from seatfem.structures.damping import Damping
-from seatfem.structures.model import Array, SecondOrderModel
+from impact.measured.vector_fitting import pole_passivity
+from seatfem.structures.model import Array, Damping, SecondOrderModel
 from seatfem.structures.reduction.eigen_search import ConvergenceError
 
 

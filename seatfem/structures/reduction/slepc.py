@@ -22,14 +22,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from impact.progress import Progress
+from impact.notices import Progress
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import LineWorker
-from seatfem.machine.petsc import SCRIPT, PetscSetting, petsc_setting
+from seatfem.machine.libraries import SCRIPT, PetscSetting, petsc_setting
 from seatfem.structures.model import Array, SecondOrderModel
 from seatfem.structures.reduction.eigen_search import ConvergenceError, rigid_shapes
 from seatfem.structures.reduction.factorization import Factorization, FactorizationError
-from seatfem.structures.reduction.krylov_basis import KrylovBasis
+from seatfem.structures.reduction.krylov import KrylovBasis
 from seatfem.units import write_quantity
 
 TAIL: Final = 12  # lines of what the ranks wrote, in messages

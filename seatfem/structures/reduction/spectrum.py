@@ -13,14 +13,15 @@ from typing import Final
 
 import numpy as np
 
-from impact.progress import Progress, silent
+from impact.notices import Progress, silent
 from seatfem.structures.model import Array, SecondOrderModel
-from seatfem.structures.reduction.block_lanczos import BlockLanczos, RitzValues
 from seatfem.structures.reduction.eigen_search import (
+    BlockLanczos,
     ConvergenceError,
     Counted,
     CountError,
     CrowdedError,
+    RitzValues,
     Shift,
     between,
     counting_shift,

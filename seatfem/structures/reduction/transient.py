@@ -19,12 +19,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from impact.greens.base import ErrorEstimate
-from impact.greens.pulse import error_times
+from impact.greens.oscillator import error_times
 from impact.greens.sampled import SampledGreens
-from impact.progress import Progress, silent
-from seatfem.structures.damping import Damping
+from impact.notices import Progress, silent
 from seatfem.structures.method import Aims
-from seatfem.structures.model import Array, ModelError, SecondOrderModel, as_csr
+from seatfem.structures.model import Array, Damping, ModelError, SecondOrderModel, as_csr
 from seatfem.structures.reduction.eigen_search import default_shift
 from seatfem.structures.reduction.factorization import Backend, FactorizationError, factorize
 from seatfem.structures.reduction.modes import ConvergenceError

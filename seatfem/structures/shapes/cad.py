@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
-from impact.files.input_files import MB, read_text
+from impact.files.safe_files import MB, read_text
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.faces import Colour
 from seatfem.structures.shapes.selectors import CONTACT_COLOUR, FIXED_COLOUR, ColourFace, Patches, Selector

@@ -16,13 +16,26 @@ from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
 from impact.march.motion import Discrete
 from impact.march.problem import ContactProblem
-from impact.progress import Progress, silent
-from impact.runs.budget import Budget, Values, changes, times, total
-from impact.runs.variations import AT_ONCE, NARROWER, Terms, Variation, budget_of, narrowed, ringing_on
+from impact.notices import Progress, silent
+from impact.runs.variations import (
+    AT_ONCE,
+    NARROWER,
+    Budget,
+    Terms,
+    Values,
+    Variation,
+    budget_of,
+    changes,
+    narrowed,
+    ringing_on,
+    times,
+    total,
+)
 from impact.runs.variations import of_g as of_body
-from seatfem.machine.memory import available_memory
-from seatfem.machine.threads import threads
-from seatfem.structures.estimates.arcs import on_its_patch
+from seatfem.machine.compiling import threads
+from seatfem.machine.resources import available_memory
+from seatfem.structures.estimates.surrogate import on_its_patch
+from seatfem.structures.method import with_start
 from seatfem.structures.rings import (
     OF_TWICE,
     Division,
@@ -34,11 +47,18 @@ from seatfem.structures.rings import (
     parts_joined,
     with_fewer_rings,
 )
-from seatfem.structures.solved import with_start
-from seatfem.study.accuracy.other_bodies import of_stopper, of_striker, other_modes
+from seatfem.study.accuracy.part_errors import (
+    CLOCK,
+    LastTouch,
+    clock_off,
+    of_stopper,
+    of_striker,
+    other_modes,
+    waves_beside,
+    with_end,
+    without_clock,
+)
 from seatfem.study.accuracy.prerun import Bench, window_of
-from seatfem.study.accuracy.record_end import CLOCK, LastTouch, clock_off, with_end, without_clock
-from seatfem.study.accuracy.seat_waves import waves_beside
 from seatfem.study.impacts.contact import (
     STEP_BYTES,
     in_flight,
@@ -49,19 +69,20 @@ from seatfem.study.impacts.contact import (
     striker_of,
 )
 from seatfem.study.impacts.landings import Face, Landings
-from seatfem.study.impacts.measures import (
+from seatfem.study.impacts.touches import (
     LIP,
     RECORD,
     SOURCES,
     STOPPER,
     STRIKER,
     RunRecord,
+    Touches,
     blow_of,
     is_time,
     landing_name,
+    stopper_in,
     values_of_record,
 )
-from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.impacts.validity import fit_of
 from seatfem.study.method import RunMethod, chooses_one_port
 from seatfem.study.safety import (
@@ -85,7 +106,7 @@ from seatfem.study.scene.measures import (
 )
 
 if TYPE_CHECKING:
-    from seatfem.structures.solved import Solved
+    from seatfem.structures.method import Solved
     from seatfem.study.impacts.plate_stress import PlateLook
 
 STEPS_A_TRANSIT: Final = 16  # of a rod: 1/16 of a step is left

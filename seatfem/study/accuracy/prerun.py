@@ -15,19 +15,18 @@ import numpy as np
 
 import impact
 from impact import measures
+from impact.after.histories import MOVING_AVERAGE, averaged
 from impact.after.landings import Landing
-from impact.after.spectrum import MOVING_AVERAGE, averaged
-from impact.after.static_load import StaticLoad
+from impact.after.loads import StaticLoad
 from impact.bodies.body import Body, ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.march.motion import Discrete
 from impact.march.prepared import Prepared, step_count
-from impact.progress import Progress, silent
-from impact.runs.budget import Values
+from impact.notices import Progress, silent
+from impact.runs.variations import Values
 from seatfem.structures.kinds.structure import in_role
 from seatfem.structures.rings import Division, divided_less, parts_joined
-from seatfem.study.impacts.base import on_its_base
 from seatfem.study.impacts.contact import (
     StressLook,
     bending_look,
@@ -36,6 +35,7 @@ from seatfem.study.impacts.contact import (
     solved_striker,
     striker_of,
 )
+from seatfem.study.impacts.drives import on_its_base
 from seatfem.study.impacts.landings import landings_of_march, static_load_of_march
 from seatfem.study.impacts.touches import force_of, stopper_force_of
 from seatfem.study.method import MODES, has_key, value_of

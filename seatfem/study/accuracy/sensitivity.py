@@ -16,11 +16,10 @@ from typing import Final
 import numpy as np
 
 import impact
-from impact.runs.budget import Values, larger, times
-from impact.runs.variations import NARROWER, left_by_step, narrowed
+from impact.runs.variations import NARROWER, Values, larger, left_by_step, narrowed, times
+from seatfem.structures.method import at_once, bed
 from seatfem.structures.rings import Division, face_compliance
-from seatfem.structures.solved import at_once, bed
-from seatfem.study.accuracy.other_bodies import other_modes
+from seatfem.study.accuracy.part_errors import other_modes
 from seatfem.study.accuracy.prerun import Bench, relative_changes
 from seatfem.study.method import MODES as REED_MODES
 from seatfem.study.method import has_key, is_given, value_of

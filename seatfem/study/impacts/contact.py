@@ -9,31 +9,25 @@ from functools import lru_cache
 
 import impact
 from impact.after.landings import Landing
-from impact.after.springs import without_springs
+from impact.after.loads import without_springs
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
-from impact.march.engines import Engine
-from impact.march.followed import as_marched
+from impact.march.history import Engine
 from impact.march.motion import Discrete
 from impact.march.prepared import step_count
-from impact.march.stepper import FOLLOW
-from impact.progress import Progress, silent
-from impact.runs.budget import Values
-from impact.runs.variations import with_body
-from seatfem.machine.memory import available_memory
-from seatfem.machine.stopwatch import Stopwatch
+from impact.march.stepper import FOLLOW, as_marched
+from impact.notices import Progress, silent
+from impact.runs.variations import Values, with_body
+from seatfem.machine.resources import Stopwatch, available_memory
 from seatfem.structures.cache import Cache, build, key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import in_role, in_words_of
-from seatfem.structures.method import Method
+from seatfem.structures.method import Method, Solved, bed
 from seatfem.structures.rings import Division
-from seatfem.structures.solved import Solved, bed
-from seatfem.study.impacts.base import check_base, on_its_base
-from seatfem.study.impacts.external import loaded
+from seatfem.study.impacts.drives import check_base, check_start, loaded, on_its_base
 from seatfem.study.impacts.landings import Landings, landings_of_march
-from seatfem.study.impacts.measures import RunRecord, values_of_record
-from seatfem.study.impacts.start import check_start
 from seatfem.study.impacts.touches import (
+    RunRecord,
     Touches,
     displacement_of,
     facing,
@@ -43,6 +37,7 @@ from seatfem.study.impacts.touches import (
     pushes,
     stopper_force_of,
     taken_apart,
+    values_of_record,
 )
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene

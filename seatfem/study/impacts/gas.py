@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 
 from impact.after.measures import contact_groups
 from impact.bodies.body import Body, Load
-from impact.brief import brief
-from impact.files.table import write_csv
+from impact.files.csv_table import write_csv
 from impact.gas.compressor import Compressor, GasHistory, Prescribed, angles, drop, gas_history
-from impact.gas.cylinder import BACK, FORWARD, OTHER, PRESSURE
-from impact.gas.valve import NOT_MEASURED, AreaTable
+from impact.gas.flow import BACK, FORWARD, NOT_MEASURED, OTHER, PRESSURE, AreaTable
 from impact.greens.base import Array
+from impact.quantities import brief
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import Scene
 

@@ -1,10 +1,11 @@
-"""The layout of a scene's drawing: bodies in their places, loads and motions in words, facts in a sentence."""
+"""The drawing of a scene: its layout, bodies in their places, loads and motions in words, and the file."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -12,12 +13,15 @@ import numpy as np
 from impact.greens.base import Array
 from impact.quantities import percent
 from seatfem.pictures.layout import Action, Layout, Placed, Way
+from seatfem.pictures.rendering import Picture
+from seatfem.pictures.scene_drawing import draw_layout
 from seatfem.structures.errors import ModelError
 from seatfem.structures.outlines import BodyViews, length_text, round_sizes
 from seatfem.structures.rings import Division
 from seatfem.study.scene import Scene
+from seatfem.study.scene.drives import ValveSpring
+from seatfem.study.scene.files import check_files
 from seatfem.study.scene.lips import stopper_lip
-from seatfem.study.scene.spring import ValveSpring
 from seatfem.units import write_quantity
 
 START_POINTS: Final = 60
@@ -272,3 +276,30 @@ def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planne
         if known:
             leans = f", tilted {math.degrees(stopper.tilt):.3g}°" if stopper.tilt else ""
             yield f"stopper contact in {stopper.parts.arcs} segments{leans}"
+
+
+DRAWING: Final = "drawing.png"
+
+
+def draw_scene(scene: Scene, path: Path, division: Division | None = None) -> Layout:
+    """Draw a scene in section and plan to a file, .png, .svg or .pdf; return what the drawing shows.
+
+    Args:
+        scene: as it is asked.
+        path: of the drawing, written whole or not at all.
+        division: of the lip into arcs, as planned; ``None``: as the scene states it.
+
+    Raises:
+        SceneError: a file that cannot be read, bodies that cannot meet as they lie.
+        PictureError: matplotlib is missing, or cannot write this format.
+        Also what `layout_of` raises.
+    """
+    check_files(scene)
+    layout = layout_of(scene, division)
+    draw_layout(layout, path)
+    return layout
+
+
+def drawing_picture(scene: Scene, division: Division) -> Picture:
+    """Return the drawing as a picture of a run, whose lip is divided so."""
+    return DRAWING, lambda path: draw_layout(layout_of(scene, division), path)

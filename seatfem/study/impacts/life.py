@@ -1,22 +1,23 @@
-"""Life of the bodies of a run: histories of stress, judged as [life] asks, whatever they were computed by."""
+"""Life of the bodies of a run: histories of stress, judged as [life] asks, and as JSON holds it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import asdict, dataclass
+from typing import Any, Final
 
 import impact
+from impact.after.loads import without_springs
 from impact.after.measures import largest_impact_velocity
-from impact.after.springs import without_springs
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array
-from impact.life.critical_plane import on_planes
-from impact.life.places import Judged, judged, left_of
-from impact.life.pressed import hertz_path
+from impact.life.damage import Life
+from impact.life.multiaxial import hertz_path
+from impact.life.places import Judged, judged, left_of, on_planes
 from impact.life.strength import SpeedMargin, Strength, speed_margin
-from impact.march.followed import as_marched
+from impact.march.stepper import as_marched
+from impact.notices import Advice
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.touches import Touches, pushes
 from seatfem.study.scene import Scene
@@ -187,3 +188,39 @@ def life_notes(scene: Scene, lasting: Lasting) -> tuple[str, ...]:
 
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
+
+
+def as_json(lasting: Lasting) -> dict[str, Any]:
+    """Return a life as mappings, lists and numbers; the strengths are those of the scene."""
+    return {
+        "bodies": [asdict(judged) for judged, _ in lasting.bodies],
+        "below": None if lasting.below is None else asdict(lasting.below[0]),
+        "speed": None if lasting.speed is None else asdict(lasting.speed),
+    }
+
+
+def from_json(scene: Scene, numbers: Mapping[str, Any]) -> Lasting:
+    """Return the life that `as_json` told of a run of this scene.
+
+    Raises:
+        ValueError, TypeError, LookupError: numbers that no such life has.
+    """
+    life = scene.life
+    if life is None:
+        return Lasting()
+    demands = [life.demand(), life.demand("seat")] if life.of_bending else []
+    strengths = [demand.strength for demand in demands if demand is not None]
+    bodies = tuple(zip(map(_judged, numbers["bodies"]), strengths, strict=True))
+    contact, below, speed = life.demand("contact"), numbers["below"], numbers["speed"]
+    return Lasting(
+        bodies,
+        None if below is None or contact is None else (_judged(below), contact.strength),
+        None if speed is None else SpeedMargin(**speed),
+    )
+
+
+def _judged(numbers: Mapping[str, Any]) -> Judged:
+    life = numbers["life"]
+    if life is not None:
+        life = Life(**{**life, "advice": tuple(Advice(**each) for each in life["advice"])})
+    return Judged(**{**numbers, "life": life})

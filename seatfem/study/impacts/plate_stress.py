@@ -11,19 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 import impact
-from impact.after.springs import without_springs
+from impact.after.loads import without_springs
 from impact.after.stresses import PeakStress, ReedStress, stress_by_spans
 from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array, GreensFunction
-from impact.march.followed import as_marched
+from impact.march.stepper import as_marched
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.fields.corners import near, sharp_nodes
 from seatfem.structures.fields.peaks import Integers
-from seatfem.structures.fields.plates import plate_nodes, plate_stress
 from seatfem.structures.fields.recovery import Largest, LargestStress, StressField, largest
+from seatfem.structures.fields.sites import plate_nodes, plate_stress
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import AnyLip
-from seatfem.structures.mesh.sheet import CLAMPED
+from seatfem.structures.mesh.plane_meshes import CLAMPED
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import Division, ring_borders
 from seatfem.structures.sheets import PlateModes, patches_of

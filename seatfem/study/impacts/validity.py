@@ -1,19 +1,25 @@
-"""Limits of the theory or the data behind a scene: large deflections, filters beyond a measured band, stoppers."""
+"""Limits of the theory or the data behind a scene, and simpler models of its contact."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
-from impact.advice import Advice
+import impact
+from impact import measures
 from impact.after.measures import film_force_peak
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
+from impact.notices import Advice
 from impact.quantities import percent, text
+from seatfem.structures.kinds.structure import in_role
+from seatfem.structures.rings import Division, as_a_whole
+from seatfem.study.impacts.contact import run_contacts
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
 
@@ -165,3 +171,52 @@ def _misfits(scene: Scene, seat: GreensFunction | None, reed: GreensFunction | N
         elif fit.ranges:
             what = f"largest misfit of the {role}'s poles over the noise of the record"
             yield Advice(what, fit.worst, math.sqrt(BLOCK_LIMIT), f"{reason} {in_words(list(fit.ranges))}", remedy)
+
+
+ONE_PORT: Final = "one_port"
+BEAM: Final = "beam"
+WITHOUT_FILM: Final = "without_film"
+
+
+def simpler_models(scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float) -> dict[str, Touches]:
+    """Return the same impact by simpler models, by name; none where the contact is not along a lip and has no film.
+
+    `WITHOUT_FILM`: the same without the film in the gap. The others are of one contact: both strike the mean of the
+    seat's lip, over the mean of the gap along it. `ONE_PORT`: the same plate, by the mean of its motion along the lip.
+    `BEAM`: what stands for the plate as a beam, where it knows one; none under the loads and with the stopper of a
+    scene.
+    """
+    division, results = Division.of(seat), {}
+    if scene.contact.film is not None:
+        contact = scene.contact.model_copy(update={"film": None})
+        results[WITHOUT_FILM] = run_contacts(scene.model_copy(update={"contact": contact}), striker, seat, dt)
+    if division.arcs > 1:
+        for name, body in simpler_bodies(scene, striker, division):
+            results[name] = run_contacts(scene, body, as_a_whole(seat), dt)
+    return results
+
+
+def simpler_keys(found: Mapping[str, Touches], filter_width: float) -> dict[str, object]:
+    """Return for summary.json, of each model: NAME_impulse_Ns and NAME_filtered_peak_force_N."""
+    keys: dict[str, object] = {}
+    for name, touches in found.items():
+        keys[f"{name}_impulse_Ns"] = measures.impulse(touches.seat)
+        keys[f"{name}_filtered_peak_force_N"] = measures.filtered_peak_force(touches.seat, filter_width)
+    return keys
+
+
+def simpler_bodies(scene: Scene, striker: impact.Body, division: Division) -> Iterator[tuple[str, impact.Body]]:
+    """Yield by name what strikes in place of ``striker``, whose lip is divided."""
+    greens = striker.greens
+    if set(division.names) <= set(greens.ports):
+        weights = np.zeros((len(greens.ports), 1))
+        for name, share in zip(division.names, division.shares, strict=True):
+            weights[greens.port_index(name)] = share
+        yield ONE_PORT, replace(striker, greens=greens.combined(weights, ("contact",)))
+    if scene.load or scene.base or scene.spring or scene.gas is not None or scene.stopper is not None:
+        return
+    with in_role("reed", scene.reed):
+        plate = scene.reed.thin_plate
+        beam = None if plate is None else plate.as_a_beam(greens)
+    if beam is not None:
+        yield BEAM, beam

@@ -1,5 +1,4 @@
-"""Numbers of arcs and of rings across in which a lip is divided: pre-runs with ever fewer arcs and more rings, of the
-striker itself on a half-space."""
+"""Numbers that pre-runs choose: arcs and rings of a lip, and modes of a plate that strikes."""
 
 from __future__ import annotations
 
@@ -8,10 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from impact.bodies.body import Body
-from impact.progress import Progress
-from impact.runs.budget import larger, safety, times, total
-from seatfem.structures.estimates.arcs import on_its_patch
-from seatfem.structures.estimates.surrogate import Surrogate
+from impact.greens.base import GreensFunction
+from impact.notices import Progress
+from impact.runs.variations import SAFETY, larger, safety, times, total
+from seatfem.structures.estimates.surrogate import Surrogate, on_its_patch
 from seatfem.structures.rings import (
     ACROSS,
     FEWEST_ARCS,
@@ -22,18 +21,19 @@ from seatfem.structures.rings import (
     as_a_whole,
     parts_behind,
 )
+from seatfem.study.accuracy.part_errors import with_other_modes
 from seatfem.study.accuracy.prerun import MOST as MOST_STEPS
 from seatfem.study.accuracy.prerun import Bench, first_look, relative_changes, stand_in_of
 from seatfem.study.accuracy.sensitivity import COARSE, Changes
 from seatfem.study.impacts.contact import striker_of
-from seatfem.study.impacts.simpler import ONE_PORT, simpler_bodies
-from seatfem.study.method import PORTS, RINGS, as_stated, is_given, stated_method
-from seatfem.study.safety import ACROSS_SHARE, AIM, ARCS_SHARE, DOUBT_OF_ONE_PORT, LIP_SHARE, STIFFER
+from seatfem.study.impacts.validity import ONE_PORT, simpler_bodies
+from seatfem.study.method import PORTS, REED_BAND, RINGS, as_stated, is_given, stated_method
+from seatfem.study.safety import ACROSS_SHARE, AIM, ARCS_SHARE, DOUBT_OF_ONE_PORT, LIP_SHARE, MODES_SHARE, STIFFER
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import arcs_behind_rings, lip_of
 from seatfem.study.scene.measures import all_measures
 
-MOST: Final = 64  # arcs that are chosen without being asked for
+MOST_ARCS: Final = 64  # arcs that are chosen without being asked for
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
         return None
     assert usual is not None
     stated = is_given(scene, PORTS)
-    most = usual if stated else min(MOST, MOST_CHOSEN // scene.contact.rings)
+    most = usual if stated else min(MOST_ARCS, MOST_CHOSEN // scene.contact.rings)
     lip = lip_of(scene, most)
     assert lip is not None
     most = most if stated else lip.whole(most)
@@ -232,3 +232,57 @@ def with_ports(scene: Scene, arcs: int) -> Scene:
 def with_parts(scene: Scene, division: Division) -> Scene:
     """Return the scene with its lip in these parts, stated."""
     return as_stated(scene, stated_method(scene).along(scene, division.arcs, division.rings))
+
+
+LEAST: Final = 1.3  # factor by which a band is widened at a time, at least ...
+MOST_BAND: Final = 3.0  # ... and at most
+MARGIN: Final = 1.3  # on what an error of second order asks for
+LOOKS: Final = 3  # bands looked at
+
+
+@dataclass(frozen=True)
+class PlateBand:
+    """A scene whose striker is a plate, with its band stated.
+
+    Attributes:
+        scene: with it.
+        left: relative, measure by measure, what its highest modes leave, as the budget states it.
+    """
+
+    scene: Scene
+    left: Changes
+
+
+def in_a_band(scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress) -> PlateBand | None:
+    """Return the band that the accuracy asks for, or the file states, or the plate's theory ends with; ``None`` for a
+    striker that is no plate.
+
+    ``seat``: what stands for it, undivided or in the scene's arcs.
+    """
+    if (reed := scene.reed.thin_plate) is None:
+        return None
+    stated = is_given(scene, REED_BAND)
+    aim, most = MODES_SHARE * scene.accuracy.target / SAFETY, reed.widest_band
+    for _ in range(LOOKS):
+        band = stated_method(scene).reed.bandwidth
+        assert band is not None
+        errors = _left(scene, seat, stopper, progress)
+        worst = max((errors[name] for name in scene.accuracy.judged), default=0.0)
+        if stated or worst <= aim or band >= most * (1 - 1e-9):
+            break
+        factor = min(max(MARGIN * (worst / aim) ** 0.5, LEAST), MOST_BAND)
+        wider = stated_method(scene).replaced({REED_BAND: float(f"{min(factor * band, most):.2g}")})
+        scene = as_stated(scene, replace(wider, time_step=None))
+    return PlateBand(scene, errors)
+
+
+def _left(scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress) -> Changes:
+    striker = stand_in_of(scene, progress)
+    bench = Bench(scene, seat, first_look(scene, seat, striker, stopper), striker, stopper)
+    dt = bench.affordable(scene.run.filter_width / COARSE)
+    own = bench.measures(dt=dt)
+    errors: Changes = {}
+    for other, share in with_other_modes(striker_of(scene, greens=striker)):
+        change = times(share, relative_changes(own, replace(bench, other=other).measures(dt=dt)))
+        errors = larger(change, errors or change)
+    return errors

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from seatfem.structures.method import AnyLevel
-from seatfem.study.impacts.measures import Source
+from seatfem.study.impacts.touches import Source
 from seatfem.study.method import RunMethod
 from seatfem.study.scene import Scene
 

@@ -8,17 +8,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from impact.progress import Progress, silent
+from impact.notices import Progress, silent
 from impact.quantities import in_digits, in_time, percent
-from impact.runs.budget import safety
+from impact.runs.variations import safety
 from seatfem.machine.compiling import compilation
-from seatfem.machine.rates import Machine
+from seatfem.machine.resources import Machine
 from seatfem.structures import cache
-from seatfem.structures.estimates.mesh_size import ERRORS
+from seatfem.structures.estimates.surrogate import ERRORS
 from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import check_length, check_step
-from seatfem.study.impacts.simpler import ONE_PORT
-from seatfem.study.impacts.validity import covered_notes, dishing_notes, stopper_notes, validity_advice
+from seatfem.study.impacts.validity import ONE_PORT, covered_notes, dishing_notes, stopper_notes, validity_advice
 from seatfem.study.ladders import BANDS, TOLERANCES
 from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given
 from seatfem.study.planning.costs import predict_cost

@@ -9,14 +9,14 @@ import numpy as np
 
 from impact.greens.base import StepKernel
 from impact.greens.modal import ModalGreens, Residual
-from impact.march import engines
+from impact.march import history
 from impact.quantities import percent
 from seatfem.structures.estimates.costs import ALL_MODES
-from seatfem.structures.estimates.mesh_size import Sizes, per_wavelength
+from seatfem.structures.estimates.surrogate import Sizes, per_wavelength
 from seatfem.structures.method import BEYOND
 from seatfem.structures.rings import across_behind
 from seatfem.study.accuracy.sensitivity import Changes
-from seatfem.study.impacts.simpler import BEAM, ONE_PORT
+from seatfem.study.impacts.validity import BEAM, ONE_PORT
 from seatfem.study.ladders import described, large_percent
 from seatfem.study.method import (
     BAND,
@@ -91,7 +91,7 @@ def _history(decision: Decision, method: RunMethod) -> Choice:
     known_reed = decision.seen.sensitivity.bench.striker
     marched_by_reed = striker_poles(decision.seen.scene, method, dt, count, known_reed)
     reed = None if marched_by_reed is None else max(1, round(marched_by_reed))
-    plan = engines.choose([_stand_in(reed), _stand_in(poles)], 1, max(1, round(count)))
+    plan = history.choose([_stand_in(reed), _stand_in(poles)], 1, max(1, round(count)))
     if poles is not None and reed is None:
         poles, why = None, "general method, because the reed has no uncoupled modes"
     if poles is None:

@@ -7,19 +7,18 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from impact.quantities import in_digits
-from impact.runs.budget import safety, times
-from seatfem.machine.rates import Machine
+from impact.runs.variations import safety, times
+from seatfem.machine.resources import Machine
 from seatfem.structures.rings import ACROSS, MOST_PORTS, Division
-from seatfem.study.accuracy.source_words import in_words
-from seatfem.study.impacts.measures import LIP
-from seatfem.study.impacts.simpler import ONE_PORT
+from seatfem.study.impacts.touches import LIP
+from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders import LADDERS, described
 from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, PORTS, REED_BAND, RINGS, SIZE, chooses_one_port
 from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
 from seatfem.study.planning.lips import rings_refused
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.safety import LEAST_FINER, LONGEST, MOST_FINER, MOST_ROUNDS
+from seatfem.study.safety import LEAST_FINER, LONGEST, MOST_FINER, MOST_ROUNDS, in_words
 
 LEAST_WIDER: Final = 1.1  # factor by which the band of a plate must still have room
 AGAIN: Final = (*OF_THE_SEAT, "contact", "reed stress", "error budget")

@@ -8,23 +8,29 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from impact.bodies.body import Body
-from impact.progress import Progress, silent
-from impact.runs.budget import SAFETY
-from seatfem.machine.rates import Machine
-from seatfem.structures.estimates.mesh_size import Sizes, sizes_for
-from seatfem.structures.estimates.patch import Patch
-from seatfem.structures.estimates.surrogate import Surrogate
+from impact.notices import Progress, silent
+from impact.runs.variations import SAFETY
+from seatfem.machine.resources import Machine
+from seatfem.structures.estimates.surrogate import Patch, Sizes, Surrogate, sizes_for
 from seatfem.structures.method import Applicability, Method
 from seatfem.structures.rings import Division, share_left
 from seatfem.structures.store import Store
+from seatfem.study.accuracy.part_errors import lowest_band
 from seatfem.study.accuracy.prerun import Bench, first_look, stand_in_of
-from seatfem.study.accuracy.seat_waves import lowest_band
 from seatfem.study.accuracy.sensitivity import Changes, Sensitivity
-from seatfem.study.impacts.simpler import ONE_PORT
+from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders import BANDS, TOLERANCES
 from seatfem.study.method import BAND, PORTS, TOLERANCE, RunMethod, is_given, stated_method
-from seatfem.study.planning.lips import Arcs, in_more_arcs, in_some_arcs, of_simpler, one_port_in_place, with_parts
-from seatfem.study.planning.plate_band import PlateBand, in_a_band
+from seatfem.study.planning.lips import (
+    Arcs,
+    PlateBand,
+    in_a_band,
+    in_more_arcs,
+    in_some_arcs,
+    of_simpler,
+    one_port_in_place,
+    with_parts,
+)
 from seatfem.study.safety import FINEST, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
 

@@ -1,35 +1,258 @@
-"""Looks at a run once its last round is done: gas masses, stress in both bodies, their life, curves."""
+"""Looks at a run once its last round is done: baselines, gas masses, stress in both bodies, their life."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import Any, Final
 
+import numpy as np
+
+import impact
+from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
-from impact.progress import Progress, Tell
+from impact.gas.compressor import Compressor, gas_history
+from impact.greens.base import Array, GreensFunction
+from impact.life.places import Demand, judged, on_planes
+from impact.march.problem import ContactProblem
+from impact.notices import Progress, Tell
 from impact.quantities import percent
-from seatfem.machine.stopwatch import Stopwatch
-from seatfem.pictures.apart import Picture
-from seatfem.study.impacts.gas import gas_notes
-from seatfem.study.impacts.life import Lasting, life_notes
+from impact.runs.variations import SAFETY, Budget, Values, Variation, budget_of
+from seatfem.machine.resources import Stopwatch
+from seatfem.pictures.cell_grid import skin_of, skin_of_plate, skin_of_section
+from seatfem.pictures.frame_pictures import plot_margin_map
+from seatfem.pictures.frames import Frames, margin_frames
+from seatfem.pictures.moving import write_surface
+from seatfem.pictures.rendering import Picture
+from seatfem.structures.fields.recovery import mises_range, tensor_histories
+from seatfem.structures.fields.solids import AnyField, RingField, elements_of
+from seatfem.structures.method import bed
+from seatfem.structures.rings import Division, face_compliance
+from seatfem.study.impacts.contact import RunError, problem_of, record_of, run_contacts, stress_of
+from seatfem.study.impacts.gas import cycle_masses, gas_notes, gas_of, lift_of
+from seatfem.study.impacts.life import Lasting, block_from, life_notes
+from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, blow_of, stress_since, values_of_record
+from seatfem.study.impacts.validity import simpler_models
 from seatfem.study.planning.plan import Plan
-from seatfem.study.runs.baseline import Baseline
-from seatfem.study.runs.gas_bars import gas_bars
-from seatfem.study.runs.left_in import contact_margin_bar
-from seatfem.study.runs.life_curves import MarginCurve, curve_keys, curve_pictures, life_curves, write_curves
-from seatfem.study.runs.lives import Stressed, lives, run_keys
-from seatfem.study.runs.margin_map import margin_pictures
-from seatfem.study.runs.reed_stress import PlateReedStress
+from seatfem.study.runs.lives import (
+    MarginCurve,
+    Stressed,
+    curve_keys,
+    curve_pictures,
+    life_curves,
+    lives,
+    run_keys,
+    write_curves,
+)
+from seatfem.study.runs.reed_stress import PlateReedStress, plate_pushes, stress_on_another_seat
 from seatfem.study.runs.round import Round
+from seatfem.study.runs.seat_fields import force_by_port
 from seatfem.study.runs.seat_stress import SeatStress, stress_keys, stress_pictures
 from seatfem.study.runs.stress_spots import Spots, spot_keys, spot_pictures, write_spots
-from seatfem.study.runs.stress_wave import after_touch, wave_pictures
-from seatfem.study.runs.stresses import stress_notes, stresses
+from seatfem.study.runs.stress_wave import after_touch, raising, rows_of, wave_pictures
+from seatfem.study.runs.stresses import contact_margin_bar, left_in, stress_notes, stresses
 from seatfem.study.runs.summary import front_of, reed_stress_keys
+from seatfem.study.safety import OF_DRAWS
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import LifeMargin
+
+PICTURE: Final = "margin_map.png"
+SHARE: Final = 0.3
+"""Of the largest range of von Mises stress: points below it, with some three times the least margin, are not judged."""
+
+
+def margin_pictures(done: Round, stressed: Stressed | None) -> list[Picture]:
+    """Return margin_map.png, seat_margin.vtu and reed_margin.vtu, of what has a strength and stress in finite elements,
+    where [stress] is asked for, too."""
+    life = done.plan.scene.life
+    if stressed is None or life is None or done.plan.scene.stress is None:
+        return []
+    try:
+        maps = [one for one in (_of_seat(done, stressed), _of_reed(done, stressed)) if one is not None]
+    except Exception as problem:  # numbers are known already, as in `gap_of`
+        return [(PICTURE, partial(raising, problem))]
+    if not maps:
+        return []
+    several = f" ({life.multiaxial})" if life.multiaxial else f" ({life.criterion}, critical plane)"
+    title = f"{done.plan.scene.title or 'Fatigue'}: margin on stress{several}\n"
+    files: list[Picture] = [
+        (f"{each.title}_margin.vtu", partial(write_surface, each, {"margin": each.colours[0]})) for each in maps
+    ]
+    return [(PICTURE, partial(plot_margin_map, maps, title=title)), *files]
+
+
+def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: int = 0, faces: bool = False) -> Array:
+    """Return factors (P,) on all stresses at which each point of a field uses up its design life, or reaches the limit
+    of the criterion of several axes where one is asked for; nan where the range is below `SHARE` of the largest.
+
+    Args:
+        field, force, dt: as in `seatfem.structures.fields.recovery.histories`.
+        demand: what has to be endured.
+        since: step from which on the block repeats.
+        faces: of both faces of a plate the smaller.
+
+    Raises:
+        LifeError: as `impact.life.places.judged`.
+    """
+    ranges = mises_range(field, force, dt, since=since)
+    near = np.flatnonzero(ranges >= SHARE * ranges.max())
+    factors = np.full(len(ranges), np.nan)
+    for number, history in zip(near, tensor_histories(field.at(near), force, dt), strict=True):
+        block = history[since:]
+        factors[number] = min(_margin([each], demand) for each in ((block, -block) if faces else (block,)))
+    return factors
+
+
+def _margin(blocks: Iterable[Array], demand: Demand) -> float:
+    named = (("", block) for block in blocks)
+    if demand.several_axes is not None:
+        return judged(named, demand).tensor_margin or 0.0
+    life = judged(on_planes(named), demand).life
+    return math.inf if life is None else life.margin
+
+
+def _of_seat(done: Round, stressed: Stressed) -> Frames | None:
+    life, seat = done.plan.scene.life, stressed.seat
+    demand = None if life is None else life.demand("seat")
+    if seat is None or demand is None:
+        return None
+    first, force = block_from(done.plan.scene, done.touches), force_by_port(done, done.touches)
+    factors = margins(seat.field, force, done.result.dt, demand, since=first)
+    nodes = elements_of(seat.mesh).nodes
+    if isinstance(seat.field, RingField):
+        return _of_ring(seat.field, factors, seat.mesh, nodes)
+    assert seat.model is not None
+    skin = skin_of(seat.model)
+    values = np.full(len(skin.nodes), np.nan)
+    values[rows_of(seat.field.points, nodes.T[skin.nodes])] = factors
+    return margin_frames("seat", skin, values)
+
+
+def _of_ring(field: RingField, found: Array, mesh: Any, nodes: Array) -> Frames:
+    """Return the map of margins (P,) at a field's points: all around, as what fails first may be anywhere."""
+    around = field.angles[0]
+    skin = skin_of_section(mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)).spread()
+    assert skin.angles is not None
+    values = np.full((nodes.shape[1], len(around)), np.nan)
+    values[rows_of(field.section, nodes.T)] = found.reshape(field.angles.shape)
+    turns = np.round((skin.angles - around[0]) / (2 * np.pi) * len(around)).astype(np.int64) % len(around)
+    return margin_frames("seat", skin, values[skin.nodes, turns])
+
+
+def _of_reed(done: Round, stressed: Stressed) -> Frames | None:
+    life, field, reed = done.plan.scene.life, stressed.reed, done.plan.scene.reed.thin_plate
+    demand = None if life is None else life.demand()
+    if field is None or demand is None or reed is None:
+        return None
+    mesh, first = reed.plate(done.striker.greens).mesh, block_from(done.plan.scene, done.touches)
+    force = plate_pushes(done, done.touches)
+    factors = margins(field, force, done.result.dt, demand, since=first, faces=True)
+    skin = skin_of_plate(mesh)
+    values = np.full(len(skin.nodes), np.nan)
+    values[rows_of(field.points, mesh.points[skin.nodes])] = factors
+    return margin_frames("reed", skin, values)
+
+
+def gas_bars(done: Round) -> dict[str, list[float | None]]:
+    """Return for summary.json error_bar_KEY of each mass: what the step, with which the gas follows the reed, and the
+    bodies leave in it; it knows nothing of the effective areas' own. Empty without gas."""
+    scene = done.plan.scene
+    if scene.gas is None:
+        return {}
+    drive = gas_of(scene)
+
+    def look(stepper: impact.ContactStepper) -> Values:
+        history = gas_history(drive, stepper.opening, stepper.prepared.dt)
+        masses = cycle_masses(scene, history, of_other=isinstance(drive, Compressor))
+        return {f"{key} {cycle}": mass for key, each in masses.items() for cycle, mass in enumerate(each)}
+
+    bars: dict[str, list[float | None]] = {}
+    for name, bar in left_in(done, look).items():
+        bars.setdefault(f"error_bar_{name.partition(' ')[0]}", []).append(bar if math.isfinite(bar) else None)
+    return bars
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """The spring of equal static stiffness, struck as the seat was in ``beside``; and ``simpler`` models of the seat
+    itself. ``left``, ``stiffness_bar``: the errors in it and in the stiffness [N/m], where a record is what it is from;
+    ``None`` where they are not known."""
+
+    beside: ImpactResult
+    stiffness: float
+    touches: Touches
+    stress: ReedStress | None
+    simpler: Mapping[str, Touches]
+    left: Budget | None = None
+    stiffness_bar: float | None = None
+
+    @property
+    def result(self) -> ImpactResult:
+        """Return the impact on the spring."""
+        return self.touches.seat
+
+
+def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
+    """Return the baseline of a round. Raises as `static_stiffness`."""
+    stiffness, scene = static_stiffness(done.seat.greens), done.plan.scene
+    with watch("spring baseline"):
+        division = Division.of(done.seat.greens)
+        spring = bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
+        touches = run_contacts(scene, done.striker, spring, done.result.dt)
+    stress = None
+    if done.plate is not None:
+        with watch("reed stress"):
+            stress = stress_on_another_seat(done, touches)
+    elif done.stress is not None:
+        with watch("reed stress"):
+            coarsely = not scene.needs_stress
+            force, dt, lift, met = touches.seat.force, touches.seat.dt, lift_of(touches), touches.stopper_force
+            since = stress_since(touches, scene.accuracy.landing)
+            stress = stress_of(scene, done.striker, force, dt, lift, coarsely=coarsely, stopper=met, since=since)
+    simpler: Mapping[str, Touches] = {}
+    if done.touches.line is not None or scene.contact.film is not None:
+        with watch("simpler models"):
+            simpler = simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
+    errors, bar = None, None
+    if (fit := scene.seat.fit()) is not None and fit.draws:
+        with watch("spring baseline"):
+            others = [static_stiffness(draw) for draw in fit.draws]
+            errors = _left_by_record(done, touches, stress, stiffness, others)
+            bar = SAFETY * OF_DRAWS * max(abs(other - stiffness) for other in others)
+    return Baseline(done.result, stiffness, touches, stress, simpler, errors, bar)
+
+
+def _left_by_record(
+    done: Round, touches: Touches, stress: ReedStress | None, stiffness: float, others: Sequence[float]
+) -> Budget:
+    """Return what the step and the noise of the record, by the stiffnesses of its draws, leave in the baseline."""
+    scene, width = done.plan.scene, done.plan.scene.run.filter_width
+
+    def problem(value: float) -> ContactProblem:
+        return problem_of(scene, done.striker, impact.Body(impact.spring(stiffness=value)))
+
+    def run(varied: ContactProblem, dt: float) -> Values:
+        return values_of_record(record_of(scene, varied, dt, like=touches.landings, look=done.look), touches.landings)
+
+    own = problem(stiffness)
+    blow = blow_of(touches, width, stress, scene.accuracy.landing)
+    values = values_of_record(RunRecord(blow, touches.landings, touches.stopper_force), touches.landings)
+    draws = tuple(Variation(problem(other), OF_DRAWS) for other in others)
+    return budget_of(run, own, values, touches.seat.dt, {RECORD: (draws,)}, filter_width=width)
+
+
+def static_stiffness(greens: GreensFunction) -> float:
+    """Return the static stiffness of the struck patch [N/m]. Raises `RunError` for a seat that is free to move."""
+    compliance = face_compliance(greens)
+    if not np.isfinite(compliance) or compliance <= 0:
+        raise RunError(
+            "the seat has no static stiffness (it is free to move, or sampled without a rest), so there is no spring "
+            "to compare with; hold the seat somewhere, or state seat.free = false for a record"
+        )
+    return 1.0 / compliance
 
 
 @dataclass(frozen=True)

@@ -8,17 +8,26 @@ from typing import Final
 
 import numpy as np
 
-from impact.files.atomic import write_whole
-from impact.files.table import write_csv
+from impact.files.csv_table import write_csv
+from impact.files.safe_files import write_whole
 from impact.greens.base import GreensFunction
-from impact.progress import Progress, silent
+from impact.notices import Progress, silent
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.model import ModelError
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
 from seatfem.study.planning.plan import Plan
-from seatfem.study.runs.calculix_contact import MOST_STEPS, TOLERANCE, check_landing, of_mass, of_plate
-from seatfem.study.runs.calculix_seat import DeckError, DeckSeat, deck_seat, whole_seat
+from seatfem.study.runs.calculix_contact import (
+    MOST_STEPS,
+    TOLERANCE,
+    DeckError,
+    DeckSeat,
+    check_landing,
+    deck_seat,
+    of_mass,
+    of_plate,
+    whole_seat,
+)
 
 MODES: Final = 20
 PER_PULSE: Final = 40  # steps of direct dynamics

@@ -1,24 +1,119 @@
-"""Numbers that follow from a run and take long to find: on file by the hash of all they depend on, and found again."""
+"""What is kept of runs: plans that they ended with, and numbers that take long to find, by the hash of all they
+depend on.
+
+A plan is data: the values of its keys, and what it tells. It is kept where a run met its target by refining.
+"""
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, get_args
 
-from impact.files.atomic import write_whole
-from impact.files.input_files import read_text
+from impact.files.safe_files import read_text, write_whole
+from impact.names import frame_of
+from impact.quantities import as_html, brief
 from seatfem.machine.code import cache_folder, code_version
+from seatfem.readings import Measured, measured
+from seatfem.structures.method import AnyLevel
 from seatfem.structures.store import content_key
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.method import FIELDS
-from seatfem.study.runs.ended import UNSOUND
+from seatfem.study.method import FIELDS, MODEL, PORTS, REDUCTION, RINGS, RunMethod, stated_method
+from seatfem.study.planning.plan import Alternative, Choice, Cost, Plan
 from seatfem.study.runs.round import Round
+from seatfem.study.scene import Scene
 from seatfem.study.scene.parcel import by_content
 
-MOST: Final = 100_000  # bytes of a file
+if TYPE_CHECKING:
+    import pandas
+
+    from seatfem.structures.natural_modes import Mode
+
+
+MOST_PLANS: Final = 100_000  # bytes of the file
+NOTE: Final = "plan of the last run of this scene, which reached its target"
+UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
+
+
+def ended_plan(scene: Scene) -> Plan | None:
+    """Return the plan of this scene's last run that met its target; ``None``: there was none, or it is not sound."""
+    try:
+        return plan_told(scene, json.loads(read_text(_plan_file(scene), MOST_PLANS, ValueError)), NOTE)
+    except UNSOUND:
+        return None
+
+
+def plan_told(scene: Scene, found: Mapping[str, Any], note: str) -> Plan | None:
+    """Return a plan of ``scene`` as `told` has it, with a ``note`` of where it is from; ``None``: it is not sound."""
+    try:
+        method = _method(scene, found["values"])
+        cost = Cost(**found["cost"])
+        alternatives = tuple(Alternative(**{**each, "cost": Cost(**each["cost"])}) for each in found["alternatives"])
+        choices = tuple(Choice(**choice) for choice in found["choices"])
+        error, shares, parts = (dict(found[name]) for name in ("error", "shares", "parts"))
+        if not all(set(scene.accuracy.judged) <= set(each) for each in (error, *shares.values(), *parts.values())):
+            return None
+        notes, without = map(str, found["notes"]), tuple(found["without"])
+    except UNSOUND:
+        return None
+    return Plan(scene, method, choices, cost, error, alternatives, shares, False, (*notes, note), without, parts)
+
+
+def told(plan: Plan) -> dict[str, Any]:
+    """Return a plan without its scene, as JSON can hold it."""
+    return {
+        "values": {key: plan.method.value(key) for key in FIELDS},
+        "cost": asdict(plan.cost),
+        "alternatives": [asdict(each) for each in plan.alternatives],
+        "choices": [asdict(each) for each in plan.choices],
+        "error": dict(plan.error),
+        "shares": {str(source): dict(part) for source, part in plan.shares.items()},
+        "notes": [note for note in plan.notes if note != NOTE],
+        "without": list(plan.without),
+        "parts": {key: dict(errors) for key, errors in plan.parts.items()},
+    }
+
+
+def remember(done: Round) -> None:
+    """Keep the plan of a round that met the target and was not the first, where the store can be written to."""
+    plan = done.plan
+    if done.met is not True or done.number == 1:
+        return
+    with suppress(OSError, TypeError):
+        path = _plan_file(plan.scene)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, json.dumps(told(plan)).encode())
+
+
+def _method(scene: Scene, values: Mapping[str, object]) -> RunMethod:
+    """Return the method with these values of `FIELDS`; raises `ValueError` for what no plan has."""
+    stated = stated_method(scene)
+    if values[MODEL] not in get_args(AnyLevel) or values[REDUCTION] != stated.value(REDUCTION):
+        raise ValueError(f"{values[MODEL]}, {values[REDUCTION]} must be the stated ones")
+    numbers = {key: values[key] for key in FIELDS if key not in (MODEL, REDUCTION)}
+    for value in numbers.values():
+        if value is not None and (isinstance(value, bool) or not isinstance(value, int | float) or not _sound(value)):
+            raise ValueError(f"{value!r} must be a positive number")
+    ports, rings = numbers.pop(PORTS), numbers[RINGS]
+    along = stated.along(scene, ports, rings) if isinstance(ports, int) and isinstance(rings, int) else stated
+    return along.replaced({MODEL: values[MODEL], **numbers})
+
+
+def _sound(value: float) -> bool:
+    return math.isfinite(value) and value > 0
+
+
+def _plan_file(scene: Scene) -> Path:
+    """Return the file of a scene's plan, named by what the scene asks for, its files' content, and the code."""
+    key = content_key({"scene": by_content(scene), "program": code_version()})
+    return cache_folder() / "ended" / f"{key}.json"
+
+
+MOST_KEPT: Final = 100_000  # bytes of a file
 OLDEST: Final = 2000  # files that are kept, the last written first
 
 
@@ -36,9 +131,9 @@ def kept_numbers(
         what: they are called.
         compute: them, as JSON holds them: mappings, lists, texts, numbers.
     """
-    path = _file(done, touches, what)
+    path = _number_file(done, touches, what)
     with suppress(*UNSOUND):
-        numbers = json.loads(read_text(path, MOST, ValueError))
+        numbers = json.loads(read_text(path, MOST_KEPT, ValueError))
         if isinstance(numbers, dict):
             return numbers
     numbers = dict(compute())
@@ -49,7 +144,7 @@ def kept_numbers(
     return numbers
 
 
-def _file(done: Round, touches: Touches, what: str) -> Path:
+def _number_file(done: Round, touches: Touches, what: str) -> Path:
     parts = None if touches.parts is None else touches.parts.force
     key = content_key(
         {
@@ -70,3 +165,51 @@ def _prune(folder: Path) -> None:
     files = sorted(folder.glob("*.json"), key=lambda file: -file.stat().st_mtime)
     for file in files[OLDEST:]:
         file.unlink(missing_ok=True)
+
+
+@dataclass(frozen=True)
+class RunOutcome:
+    """Results, files and notes of a run.
+
+    Attributes:
+        summary: the content of summary.json.
+        messages: warnings and notes, a sentence each.
+        files: that were written.
+        stages: seconds that each stage took.
+        met: whether the target of accuracy was met; ``None`` where nothing landed that it could be asked of.
+        modes: natural modes, where they were asked for.
+        plan: of the last round.
+    """
+
+    summary: Mapping[str, object]
+    messages: tuple[str, ...]
+    files: tuple[Path, ...]
+    stages: Mapping[str, float] = field(default_factory=dict)
+    met: bool | None = True
+    modes: tuple[Mode, ...] = ()
+    plan: Plan | None = None
+
+    __repr__ = brief
+    _repr_html_ = as_html
+
+    def __str__(self) -> str:
+        lines = []
+        for row in measured(self.summary):
+            if row.known is None:
+                continue
+            bar = "?" if row.error_bar is None else f"{row.error_bar:.2g}"
+            number = f"{row.value:.5g} +- {bar}" if row.known else f"not known ({row.value:.5g} +- {bar})"
+            spring = "" if row.spring is None else f", spring baseline {row.spring:.5g}"
+            lines.append(f"{row.key}: {number}{spring}")
+        target = "target reached" if self.met else "target missed"
+        if self.met is None:
+            target = f"{self.summary.get('landing_status') or 'nothing to judge'}: no target judged"
+        elif judged := str(self.summary.get("accuracy_judged_keys") or self.summary.get("accuracy_measures") or ""):
+            target = f"{target} ({judged})"
+        return "\n  ".join([f"RunOutcome, {target}, {len(self.files)} files", *lines])
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return key, value, error_bar, spring and known of every number [SI], the key as index; ``known`` is False
+        where the bar is above half of the value. Raises `FrameError` without pandas."""
+        rows = list(measured(self.summary))
+        return frame_of({name: [getattr(row, name) for row in rows] for name in Measured._fields}, "key")

@@ -1,28 +1,50 @@
-"""The life of the bodies of a run: beams, plates and finite elements give histories of stress in the same form."""
+"""The life of the bodies of a run, and margins of a life over values of one quantity."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impact.after.stresses import ReedStress
-from impact.progress import Progress, silent
+from impact.files.csv_table import write_csv
+from impact.life.places import left_of
+from impact.notices import Progress, Tell, silent
+from impact.quantities import in_time
+from seatfem.pictures.rendering import Picture
+from seatfem.pictures.stress_plot import plot_margins
 from seatfem.structures.fields.recovery import StressField, hottest, mises_range, tensor_histories
-from seatfem.study.impacts.life import STRESS, Histories, Lasting, asked_keys, block_from, lasting, life_keys, of_beam
-from seatfem.study.impacts.life_json import as_json, from_json
+from seatfem.study.impacts.contact import run_contacts, stress_of, striker_of
+from seatfem.study.impacts.gas import lift_of
+from seatfem.study.impacts.life import (
+    STRESS,
+    Histories,
+    Lasting,
+    as_json,
+    asked_keys,
+    block_from,
+    body_of,
+    from_json,
+    lasting,
+    life_keys,
+    of_beam,
+)
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.runs.ended import UNSOUND
-from seatfem.study.runs.kept import kept_numbers
+from seatfem.study.runs.kept import UNSOUND, kept_numbers
 from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress, parts_of_plate, plate_pushes, struck_in
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_fields import force_by_port
 from seatfem.study.runs.seat_stress import SeatStress
+from seatfem.study.scene.life import OF_A_CURVE, UNITS, varied
 
 OF_SEAT = 12  # points of its surface that are judged
 
@@ -140,3 +162,168 @@ def _of_seat(done: Round, seat: SeatStress, touches: Touches) -> Histories:
 
 def _millimetres(point: NDArray[np.float64]) -> str:
     return "(" + ", ".join(f"{1e3 * x:.3g}" for x in point) + ") mm"
+
+
+MARGIN: Final = "life_margin"
+NEAR: Final = 1e-3  # of the allowed value, relative
+MOST: Final = 20  # runs that look for it
+FARTHEST: Final = 20.0  # |log margin|: further out it is as good as none, or infinite
+
+
+@dataclass(frozen=True)
+class MarginCurve:
+    """Margins by the values of one key, in the order of the values.
+
+    Attributes:
+        key, unit: dotted; "" of pure numbers.
+        values: in that unit.
+        margins: factors on stress, ``inf`` where nothing fails; of the key ``margin`` in summary.json.
+        bars: their error bars; ``None``: not known.
+        allowed: the value at which the margin is 1, the first one; ``None`` where no two values enclose one.
+        margin: which one.
+    """
+
+    key: str
+    unit: str
+    values: tuple[float, ...]
+    margins: tuple[float, ...]
+    bars: tuple[float | None, ...]
+    allowed: float | None
+    margin: str = MARGIN
+
+    @property
+    def label(self) -> str:
+        """Return the label of an axis."""
+        return f"{self.key} [{self.unit}]" if self.unit else self.key
+
+
+def traced(
+    key: str,
+    unit: str,
+    values: Sequence[float],
+    run: Callable[[float], tuple[float, float | None]],
+    *,
+    margin: str = MARGIN,
+    most: int = MOST,
+) -> MarginCurve:
+    """Run at rising values, and where two of them enclose a margin of 1, look for the value there.
+
+    By Brent's method, to `NEAR` of it or in ``most`` runs, which are on the curve, too; between the two that then are
+    next to it log(margin) is taken for straight.
+
+    Args:
+        run: margin and error bar at a value.
+    """
+    from scipy.optimize import brentq  # takes long to load, and few runs trace a curve
+
+    known: dict[float, tuple[float, float | None]] = {}
+
+    def excess(value: float) -> float:
+        """Return log(margin)."""
+        if value not in known:
+            known[value] = run(value)
+        spare = known[value][0]
+        return min(max(math.log(spare), -FARTHEST), FARTHEST) if spare > 0 else -FARTHEST
+
+    for low, high in pairwise(values):
+        if excess(low) * excess(high) < 0:
+            near = NEAR * max(abs(low), abs(high)) / 2
+            brentq(excess, low, high, xtol=near, rtol=NEAR / 2, maxiter=most, disp=False)
+            break
+    points = sorted(known)
+    margins, bars = zip(*(known[value] for value in points), strict=True)
+    around = ((low, high) for low, high in pairwise(points) if excess(low) * excess(high) <= 0)
+    allowed = next((low + (high - low) * _share(excess(low), excess(high)) for low, high in around), None)
+    return MarginCurve(key, unit, tuple(points), margins, bars, allowed, margin)
+
+
+def _share(low: float, high: float) -> float:
+    """Return the share of the way from one to the other at which a line through both is zero."""
+    return low / (low - high) if low != high else 0.0
+
+
+def life_curves(done: Round, stressed: Stressed, *, price: float, tell: Tell) -> tuple[MarginCurve, ...]:
+    """Return the curves that [life] asks for, each value a contact by the run's own method; none if not asked.
+
+    Args:
+        stressed: of the run.
+        price: of one contact and its life, as the run took it [s].
+        tell: hears of the price before, and of every value.
+    """
+    life = done.plan.scene.life
+    if life is None or life.curves is None:
+        return ()
+    count = life.curves.runs[0]
+    least, most = (price * number for number in life.curves.runs)
+    tell(f"life.curves: {count} contacts and their lives, more where 1 is crossed: {least:.2g} to {in_time(most)}")
+    curves = []
+    for name, values in life.curves.asked():
+        unit, factor = UNITS[name]
+        run = partial(_margin_at, done, stressed, tell, name)
+        curves.append(traced(name, unit, [factor * value for value in values], run, most=OF_A_CURVE))
+    return tuple(curves)
+
+
+def again(done: Round, name: str, value: float) -> Round:
+    """Return a round with another speed [m/s], tilt [rad] or lift [m] by its own method, with the round's errors.
+
+    Raises:
+        KeyProblem: a value that the scene cannot have.
+    """
+    scene = varied(done.plan.scene, name, value)
+    reed = None if done.reed is None else done.reed.greens
+    striker = striker_of(scene, done.plan.method.reed.n_modes, reed)
+    touches = run_contacts(scene, striker, done.seat.greens, done.result.dt)
+    force, met = touches.seat.force, touches.stopper_force
+    stress = stress_of(scene, striker, force, touches.seat.dt, lift_of(touches), coarsely=True, stopper=met)
+    return replace(done, plan=replace(done.plan, scene=scene), striker=striker, touches=touches, stress=stress)
+
+
+def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: float) -> tuple[float, float | None]:
+    start, (unit, factor) = time.perf_counter(), UNITS[name]
+    other = again(done, name, value / factor)
+    worst = lives(other, stressed, other.touches, other.stress).of_one_axis
+    margin, bar, at = math.inf, math.inf, "no place"
+    if worst is not None and worst[0].life is not None:
+        margin, at = worst[0].life.margin, worst[0].at or at
+        bar = left_of(margin, bars_of(done, stressed).get(body_of(at), math.inf))
+    seconds = time.perf_counter() - start
+    tell(f"{name} = {value:.4g} {unit}: margin {margin:.4g}, {at}; {in_time(seconds)}")
+    return margin, bar if math.isfinite(bar) else None
+
+
+def curve_keys(curves: Sequence[MarginCurve]) -> Mapping[str, object]:
+    """Return for summary.json the value that each curve allows; ``None`` where it does not reach a margin of 1."""
+    named = {"speed": ("speed_m_per_s", 1.0), "tilt": ("tilt_deg", 1.0), "lift": ("lift_m", 1e-3)}
+    limits = ((*named[curve.key], curve.allowed) for curve in curves)
+    return {f"life_allowed_{name}": None if value is None else scale * value for name, scale, value in limits}
+
+
+def write_curves(curves: Sequence[MarginCurve], folder: Path) -> tuple[Path, ...]:
+    """Write margin_over_speed.csv, ...; return the files."""
+    return tuple(write_curve(curve, folder / f"margin_over_{curve.key}.csv") for curve in curves)
+
+
+def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[Picture]:
+    """Yield margin_over_speed.png, ..."""
+    for curve in curves:
+        draw = partial(_draw, curve)
+        yield f"margin_over_{curve.key}.png", draw
+
+
+def _draw(curve: MarginCurve, path: Path) -> None:
+    plot_margins(
+        curve.values,
+        curve.margins,
+        curve.bars,
+        path,
+        label=curve.label,
+        allowed=curve.allowed,
+        title=f"Margin on stress over {curve.key}",
+    )
+
+
+def write_curve(curve: MarginCurve, path: Path) -> Path:
+    """Write a curve as CSV: value, margin, error bar."""
+    rows = zip(curve.values, curve.margins, curve.bars, strict=True)
+    return write_csv(path, (curve.label, curve.margin, "error_bar"), rows, digits=9)

@@ -8,16 +8,25 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from impact.quantities import in_time
-from impact.runs.budget import safety
-from seatfem.machine.memory import available_memory
-from seatfem.study.accuracy.source_words import in_words
+from impact.runs.variations import safety
+from seatfem.machine.resources import available_memory
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
-from seatfem.study.impacts.measures import RECORD, STOPPER, STRIKER
+from seatfem.study.impacts.touches import RECORD, STOPPER, STRIKER
 from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.refining import refine
 from seatfem.study.runs.round import Round
-from seatfem.study.safety import LEAST_FINER, LONGEST, MEMORY, MOST_FINER, MOST_OFF, MOST_ROUNDS, RESERVE, TELLING
+from seatfem.study.safety import (
+    LEAST_FINER,
+    LONGEST,
+    MEMORY,
+    MOST_FINER,
+    MOST_OFF,
+    MOST_ROUNDS,
+    RESERVE,
+    TELLING,
+    in_words,
+)
 from seatfem.study.scene.measures import key_of
 from seatfem.units import write_quantity
 

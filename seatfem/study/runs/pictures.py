@@ -12,39 +12,36 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from impact.after.result import ImpactResult
-from impact.files.table import write_csv
+from impact.files.csv_table import write_csv
+from impact.notices import Progress
 from impact.pictures.drawing import gap_of
-from impact.pictures.gas_plot import plot_gas
 from impact.pictures.greens_plots import plot_greens
-from impact.pictures.plots import plot_energy, plot_force, plot_motion
-from impact.progress import Progress
+from impact.pictures.plots import plot_energy, plot_force, plot_gas, plot_motion
 from impact.quantities import text
 from seatfem.machine.libraries import picture_library_gap
-from seatfem.pictures.apart import Painter, Picture, drawing_apart
-from seatfem.pictures.cell_grid import CellGrid, revolve
-from seatfem.pictures.fit_plot import plot_fit
+from seatfem.pictures.cell_grid import CellGrid, revolve, skin_of
+from seatfem.pictures.fit_plots import plot_fit, plot_stabilisation
 from seatfem.pictures.frames import mode_frames
 from seatfem.pictures.moving import save_moving
-from seatfem.pictures.plots import animate_mode, plot_mesh, plot_modes, write_vtu
-from seatfem.pictures.section_plot import plot_section
-from seatfem.pictures.skin import skin_of
-from seatfem.pictures.stabilisation_plot import plot_stabilisation
+from seatfem.pictures.plots import animate_mode, plot_mesh, plot_modes, plot_section, write_vtu
+from seatfem.pictures.rendering import Painter, Picture, drawing_apart
 from seatfem.structures.cache import key_of
-from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.meshing import SeatMesh
+from seatfem.structures.mesh.plane_meshes import MeridianMesh
+from seatfem.structures.method import Solved
 from seatfem.structures.model import Array
+from seatfem.structures.natural_modes import Mode
 from seatfem.structures.rings import as_a_whole
-from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, StoreError
-from seatfem.study.impacts.external import crank_of
+from seatfem.study.impacts.drives import crank_of
 from seatfem.study.impacts.gas import GasRun
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
-from seatfem.study.runs.lip_pictures import raising
+from seatfem.study.runs.stress_wave import raising
 from seatfem.study.scene import Scene
 
 if TYPE_CHECKING:
-    from seatfem.structures.natural_modes import Mode, NaturalModes
+    from seatfem.structures.natural_modes import NaturalModes
 
 SHOWN_MODES = 6
 MODES_FILE: Final = "modes.h5"
@@ -173,7 +170,7 @@ def _mode_pictures(numbered: list[tuple[int, Mode]], title: str, *, cut: bool) -
 
 def _kept_modes(seat: Solved) -> list[tuple[int, Mode]]:
     """Return the first modes behind a Green's function, numbered."""
-    from seatfem.structures.natural_modes import Mode  # a run whose seat is known loads no elements
+    # a run whose seat is known loads no elements
 
     assert seat.modes is not None
     diameters = 0 if isinstance(seat.mesh, MeridianMesh) else None

@@ -1,4 +1,6 @@
-"""A scene, carried out: plan, seat, contact, spring baseline, measures, error bars, files and pictures."""
+"""A scene, carried out: plan, seat, contact, spring baseline, measures, error bars, files; and a life's margin
+against one key.
+"""
 
 from __future__ import annotations
 
@@ -9,33 +11,32 @@ from pathlib import Path
 from typing import Any, Final
 
 from impact.after.stresses import ReedStress
-from impact.files.atomic import check_writable
-from impact.files.table import write_csv
-from impact.progress import Progress, Tell, silent, untold
+from impact.files.csv_table import write_csv
+from impact.files.safe_files import check_writable
+from impact.notices import Progress, Tell, silent, untold
 from impact.storage.hdf5 import save_results
-from seatfem.machine.stopwatch import Stopwatch
-from seatfem.pictures.apart import Painter
+from seatfem.machine.resources import Stopwatch
+from seatfem.pictures.rendering import Painter
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures.cache import Cache
+from seatfem.structures.natural_modes import Wanted
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.impacts.contact import RunError, check_step, seat_of
+from seatfem.study.impacts.drives import valve_spring_keys
 from seatfem.study.impacts.gas import GasRun, gas_keys, write_gas
-from seatfem.study.impacts.measures import bar_keys
-from seatfem.study.impacts.simpler import simpler_keys
-from seatfem.study.impacts.springs import valve_spring_keys
-from seatfem.study.impacts.touches import Touches
+from seatfem.study.impacts.layout import drawing_picture
+from seatfem.study.impacts.touches import Touches, bar_keys
+from seatfem.study.impacts.validity import simpler_keys
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.afterwards import afterwards
-from seatfem.study.runs.baseline import Baseline, baseline_of, static_stiffness
-from seatfem.study.runs.drawing import drawing_picture
-from seatfem.study.runs.ended import ended_plan, remember
-from seatfem.study.runs.lip_pictures import lip_pictures
-from seatfem.study.runs.outcome import RunOutcome
+from seatfem.study.runs.afterwards import Baseline, afterwards, baseline_of, static_stiffness
+from seatfem.study.runs.kept import RunOutcome, ended_plan, remember
+from seatfem.study.runs.lives import MARGIN, MarginCurve, traced, write_curve
 from seatfem.study.runs.pictures import ahead, draw_modes, draw_run, gas_pictures
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.study.runs.seat_fields import check_stress
+from seatfem.study.runs.stress_wave import lip_pictures
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
@@ -51,8 +52,9 @@ from seatfem.study.runs.summary import (
     timing_keys,
     write_json,
 )
-from seatfem.study.scene import Scene
+from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.files import check_files
+from seatfem.units import UnitError, number_and_unit
 
 __all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes"]
 
@@ -235,7 +237,7 @@ def write_modes(
     up_to_hz: float | None = None,
 ) -> RunOutcome:
     """Compute all modes of the seat [the 20 lowest]; write modes.csv, pictures, an animation, modes.vtu (ParaView)."""
-    from seatfem.structures.natural_modes import Wanted  # of no run
+    # of no run
 
     check_writable(folder / "modes.csv")
     watch = Stopwatch()
@@ -256,3 +258,65 @@ def write_modes(
         "seat_dof": natural.dof,
     }
     return RunOutcome(summary, (note, *gaps), files, watch.stages, modes=natural.modes)
+
+
+def margin_curve(
+    scene: Path | str,
+    key: str,
+    values: Sequence[str | float],
+    folder: Path | str,
+    *,
+    margin: str = MARGIN,
+    tell: Tell = untold,
+) -> MarginCurve:
+    """Run a scene over values of one key, and where two of them enclose a margin of 1, look for the value there.
+
+    Each run is a whole one, with its error bars and without pictures, in a folder of its own; those that look for the
+    allowed value, by Brent's method to `NEAR` of it, are on the curve, too. The table is in margin.csv.
+
+    Args:
+        scene: file with [life].
+        key: dotted, as "reed.release.velocity" or "load.0.gravity".
+        values: as the file would have them, all in one unit, such as "2 m/s" or, of a ratio, 0.1; at least two.
+        folder: of the runs.
+        margin: "life_margin", or "life_speed_margin".
+        tell: hears of every run.
+
+    Raises:
+        RunError: fewer than two values, several units, a scene that tells no such margin.
+        SceneError: a key or a value that the scene cannot have. Also what runs raise.
+    """
+    numbers, unit = _in_one_unit(key, values)
+
+    def run(value: float) -> tuple[float, float | None]:
+        written: object = f"{value!r} {unit}" if unit else value
+        result = _one_run(scene, key, written, Path(folder) / f"{value:.9g}", margin)
+        tell(f"{key} = {written}: {margin} {result[0]:.4g}")
+        return result
+
+    curve = traced(key, unit, numbers, run, margin=margin)
+    write_curve(curve, Path(folder) / "margin.csv")
+    return curve
+
+
+def _one_run(scene: Path | str, key: str, value: object, folder: Path, margin: str) -> tuple[float, float | None]:
+    summary = run_scene(load_scene(scene, {key: value}), folder, pictures=False).summary
+    if margin not in summary:
+        raise RunError(f"{scene}: a run with {key} = {value} has no {margin}; ask for it in [life]")
+    result, bar = summary[margin], summary.get(f"error_bar_{margin}")
+    return math.inf if result is None else float(str(result)), None if bar is None else float(str(bar))
+
+
+def _in_one_unit(key: str, values: Sequence[str | float]) -> tuple[list[float], str]:
+    """Return the values sorted, each once, and their unit."""
+    try:
+        quantities = [number_and_unit(value) for value in values]
+    except UnitError as error:
+        raise RunError(f"{key}: {error}") from error
+    units = list(dict.fromkeys(unit for _, unit in quantities))
+    numbers = sorted({number for number, _ in quantities})
+    if len(units) > 1:
+        raise RunError(f"{key}: values in {' and '.join(units)}; give all of them in one unit")
+    if len(numbers) < 2:
+        raise RunError(f"{key}: a curve needs two values or more, not {len(numbers)}")
+    return numbers, units[0]

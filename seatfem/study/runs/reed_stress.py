@@ -21,9 +21,8 @@ from seatfem.structures.sheets import ORDER, plate_modes, refinement
 from seatfem.study.impacts import plate_stress
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.gas import lift_of
-from seatfem.study.impacts.measures import stress_since
 from seatfem.study.impacts.plate_stress import has_plate_stress, in_some_modes, lips_of_plate, pushes_of, struck_by
-from seatfem.study.impacts.touches import Touches
+from seatfem.study.impacts.touches import Touches, stress_since
 from seatfem.study.runs.round import Round
 
 FEWER: Final = 0.75  # of the modes, for the error bar

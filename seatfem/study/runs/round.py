@@ -14,17 +14,16 @@ import impact
 from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.quantities import in_time, percent
-from impact.runs.budget import Budget
+from impact.runs.variations import Budget
+from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division
-from seatfem.structures.solved import Solved
-from seatfem.study.accuracy.seat_waves import tells_waves
-from seatfem.study.accuracy.source_words import in_words as source_in_words
-from seatfem.study.impacts.measures import LIP, RECORD, STOPPER, STRIKER, is_of_a_landing
+from seatfem.study.accuracy.part_errors import tells_waves
 from seatfem.study.impacts.plate_stress import PlateLook
-from seatfem.study.impacts.touches import Touches
+from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Touches, is_of_a_landing
 from seatfem.study.impacts.validity import covered_notes, dishing_notes, film_notes, stopper_notes, validity_advice
 from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP
 from seatfem.study.planning.plan import Plan
+from seatfem.study.safety import in_words as source_in_words
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.study.scene.measures import in_words as spoken

@@ -9,12 +9,11 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from impact.progress import Progress, Tell, untold
+from impact.notices import Progress, Tell, untold
 from impact.quantities import in_time
-from impact.runs.budget import Budget, Values, total
+from impact.runs.variations import Budget, Values, total
 from impact.storage.hdf5 import save_greens
-from seatfem.machine.memory import peak_memory
-from seatfem.machine.stopwatch import Stopwatch
+from seatfem.machine.resources import Stopwatch, peak_memory
 from seatfem.structures.cache import Cache, key_of
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.study.accuracy.error_budget import error_budget, with_bars_of_measures
@@ -29,8 +28,8 @@ from seatfem.study.impacts.contact import (
     time_step,
 )
 from seatfem.study.impacts.gas import lift_of
-from seatfem.study.impacts.measures import LIP, STRIKER, Source, stress_since
 from seatfem.study.impacts.plate_stress import has_plate_stress
+from seatfem.study.impacts.touches import LIP, STRIKER, Source, stress_since
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price

@@ -12,19 +12,17 @@ from typing import Any, Final
 import numpy as np
 
 from impact.greens.base import Array
-from impact.progress import Progress
-from seatfem.structures.discretise import AnyMesh, draw, matrices
-from seatfem.structures.fields.around import AnyField, Harmonic, RingField, felt, mixing_of
+from impact.notices import Progress
 from seatfem.structures.fields.corners import near, singular_points
-from seatfem.structures.fields.recovery import StressField, field_of
-from seatfem.structures.fields.response import MORE, VECTORS, Response
+from seatfem.structures.fields.recovery import MORE, VECTORS, Response, StressField, field_of
 from seatfem.structures.fields.sites import Sites, at_points, on_surface
-from seatfem.structures.fields.solids import elements_of, solid_stress
+from seatfem.structures.fields.solids import AnyField, Harmonic, RingField, elements_of, felt, mixing_of, solid_stress
+from seatfem.structures.finite_elements import AnyMesh, draw, matrices
 from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.lands import FaceLip
 from seatfem.structures.lip import Lip
-from seatfem.structures.mesh.meridian import MeridianMesh
+from seatfem.structures.mesh.plane_meshes import MeridianMesh
 from seatfem.structures.method import BEYOND, COARSENING
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction.ring_patches import RingPatch

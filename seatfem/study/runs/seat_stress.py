@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.greens.base import Array
-from impact.progress import Progress, silent
-from seatfem.pictures.apart import Picture
+from impact.notices import Progress, silent
+from seatfem.pictures.rendering import Picture
 from seatfem.pictures.stress_plot import plot_stress, write_stress_vtu
-from seatfem.structures.fields.around import AnyField, RingField
 from seatfem.structures.fields.corners import edge_distances, left_by_mesh, local_maxima, near
 from seatfem.structures.fields.peaks import Largest
 from seatfem.structures.fields.recovery import at_time, histories, largest, von_mises
-from seatfem.structures.fields.solids import elements_of
+from seatfem.structures.fields.solids import AnyField, RingField, elements_of
 from seatfem.structures.finite_elements import MESH_SAFETY, refinement_of
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.rings import Division

@@ -12,11 +12,11 @@ from typing import Final
 
 import numpy as np
 
-from impact.files.table import write_csv
+from impact.files.csv_table import write_csv
 from impact.greens.base import Array
 from impact.storage.hdf5 import StorageError, finite_array, opened, written
-from seatfem.pictures.apart import Picture
-from seatfem.pictures.stress_histories import plot_stress_histories
+from seatfem.pictures.rendering import Picture
+from seatfem.pictures.stress_plot import plot_stress_histories
 from seatfem.structures.fields.corners import edge_distances
 from seatfem.structures.fields.recovery import at_own_times, histories, von_mises
 from seatfem.study.impacts.life import beam_histories

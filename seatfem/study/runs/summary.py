@@ -13,25 +13,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact import measures
-from impact.after.along import line_force_peak, line_impulse_peak
+from impact.after.histories import line_force_peak, line_impulse_peak
 from impact.after.landings import Landing
 from impact.after.regime import in_words, regime
 from impact.after.result import ImpactResult
 from impact.after.stresses import PeakStress, ReedStress
 from impact.bodies.body import Body
-from impact.files.atomic import whole_file
+from impact.files.safe_files import whole_file
 from impact.greens.base import GreensFunction
-from impact.runs.budget import Budget
-from seatfem.machine.stopwatch import Stopwatch
+from impact.runs.variations import Budget
+from seatfem.machine.resources import Stopwatch
+from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division
-from seatfem.structures.solved import Solved
 from seatfem.study.impacts.landings import Face, Landings
-from seatfem.study.impacts.measures import OF_A_LANDING, is_of_a_landing, landing_name, measured, stopper_values
-from seatfem.study.impacts.touches import Touches
+from seatfem.study.impacts.touches import OF_A_LANDING, Touches, is_of_a_landing, landing_name, measured, stopper_values
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
+from seatfem.study.scene.contact import Stopper
 from seatfem.study.scene.measures import FIRST, HARDEST, LandingChoice, Line, all_measures, asked_name, key_of
-from seatfem.study.scene.stopper import Stopper
 
 JUDGED: Final[Mapping[str, str]] = {
     "filtered_peak_force_N": HARDEST + "filtered_peak",

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from seatfem.study.scene.contact import Contact
     from seatfem.study.scene.gas import CompressorGas
     from seatfem.study.scene.models import Scene
-    from seatfem.study.scene.stress import Stress as StressTable
+    from seatfem.study.scene.run import Stress as StressTable
 
 
 def contradictions_of(scene: Scene) -> Contradictions:

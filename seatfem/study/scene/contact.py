@@ -1,18 +1,253 @@
-"""[contact] of a scene: where and how the two bodies touch."""
+"""[contact] of a scene, its law and film: where and how the bodies touch; [stopper]. A new law is a subclass of
+`ContactLaw`.
+"""
 
 from __future__ import annotations
 
 import itertools
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
-from pydantic import model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, create_model, model_serializer, model_validator
 
-from seatfem.fields import Angle, Contradictions, Length, Opening, Position, Table, absent, default, one_of
-from seatfem.structures.rings import MOST_CHOSEN, MOST_PORTS, MOST_RINGS
-from seatfem.study.scene.film import Film
-from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
-from seatfem.study.scene.stopper import STEEPEST
+from impact.march.laws import Hertz, HuntCrossley, Law, LinearSpring, Signorini, SqueezeFilm
+from seatfem.fields import (
+    Angle,
+    Contradictions,
+    Gap,
+    HertzStiffness,
+    Length,
+    Opening,
+    Position,
+    Pressure,
+    Slowness,
+    Stiffness,
+    Table,
+    Viscosity,
+    absent,
+    default,
+    kinds_below,
+    one_of,
+)
+from seatfem.structures.kinds import Structure, kinds_of
+from seatfem.structures.rings import MOST_CHOSEN, MOST_PORTS, MOST_RINGS, Division
+
+
+class ContactLaw(Table):
+    """A law of contact: the keys that a scene states it by, ``kind: Literal["name"]`` among them."""
+
+    kind: str
+
+    def law(self, share: float = 1.0) -> Law:
+        """Return the law itself, of a ``share`` of the patch's area."""
+        raise NotImplementedError
+
+    @property
+    def of_a_sphere(self) -> float | None:
+        """Return Hertz's stiffness (4/3) E* sqrt(R) [N/m^1.5]; ``None`` where the contact is none of a sphere."""
+        return None
+
+
+def laws() -> tuple[type[ContactLaw], ...]:
+    """Return every law that is defined by now, ours first."""
+    return kinds_below(ContactLaw)
+
+
+class SignoriniLaw(ContactLaw):
+    """Rigid unilateral contact: no penetration, no adhesion."""
+
+    kind: Literal["signorini"]
+
+    def law(self, share: float = 1.0) -> Law:
+        return Signorini()
+
+
+class SpringLaw(ContactLaw):
+    """A linear spring between the bodies while they touch."""
+
+    kind: Literal["spring"]
+    stiffness: Stiffness = Field(description="force per penetration")
+
+    def law(self, share: float = 1.0) -> Law:
+        return LinearSpring(share * self.stiffness)
+
+
+class HertzLaw(ContactLaw):
+    """Hertz's contact of a sphere: force = stiffness * penetration^1.5."""
+
+    sample: ClassVar[str] = """
+kind = "hertz"
+stiffness = "5 GN/m^1.5"
+"""
+
+    kind: Literal["hertz"]
+    stiffness: HertzStiffness = Field(description="(4/3) E* sqrt(R)")
+
+    def law(self, share: float = 1.0) -> Law:
+        return Hertz(share * self.stiffness)
+
+    @property
+    def of_a_sphere(self) -> float | None:
+        return self.stiffness
+
+
+class HuntCrossleyLaw(HertzLaw):
+    """Hertz's contact with a loss: force = stiffness * penetration^1.5 * (1 + damping * rate of penetration)."""
+
+    kind: Literal["hunt_crossley"]  # type: ignore[assignment]
+    damping: Slowness = default("0 s/m", "3 (1 - e)/(2 v) for the coefficient of restitution e, near 1, at the speed v")
+
+    def law(self, share: float = 1.0) -> Law:
+        return HuntCrossley(share * self.stiffness, self.damping)
+
+
+def law_as_text(given: object) -> object:
+    """Return law = "signorini" as law = { kind = "signorini" }, in the table ``given``."""
+    if isinstance(given, Mapping) and isinstance(given.get("law"), str):
+        return {**given, "law": {"kind": given["law"]}}
+    return given
+
+
+class Film(Table):
+    """A fluid in the open gap between reed and seat, beside the law of the contact, as under a long strip: its force on
+    a length l of it is viscosity * l * width^3/(gap + floor)^3 times the closing speed, against it, and as much against
+    the opening one, up to tension_limit on its area. It rests while the gap is closed. Forces and impulses of a run
+    are those of film and bodies together; contacts, their number, duration and restitution those of the bodies alone.
+    summary.json has film_force_peak_N, stiction_force_peak_N (the largest pull), film_loss_J, and what there would be
+    without_film. The fluid does not give way: of a gas the force is an upper bound where the film's pressure exceeds
+    the ambient one.
+    """
+
+    sample: ClassVar[str] = """
+viscosity = "18 uPa s"
+floor = "2 um"
+"""
+
+    viscosity: Viscosity = Field(description="mu, dynamic")
+    floor: Length = Field(
+        description="fluid gap that roughness leaves where the bodies touch; half the height difference within a lip "
+        "segment, by tilt or waviness, is added"
+    )
+    width: Length | None = absent("of the strip, across the flow; that of the seat's lip where absent")
+    length: Length | None = absent("of the strip; the circumference of the seat's lip where absent")
+    tension_limit: Pressure = default(
+        "1 bar", "pressure by which the film pulls before it breaks: the ambient one less that of cavitation"
+    )
+
+    def check(self, ring: tuple[float, float] | None, seat: str, rings: int) -> Contradictions:
+        """Yield what is wrong with the film on the seat's lip, a ``ring`` of mean radius and width [m]."""
+        if rings > 1:
+            yield "film", f"the film is known across the whole lip, not in {rings} rings: remove either"
+        for key in ("width", "length"):
+            if ring is None and getattr(self, key) is None:
+                words = f"required key is missing: of a seat of kind {seat!r}, as it is given here, no lip is known"
+                yield f"film.{key}", f"{words}; give width and length of the strip that closes"
+
+    def of(self, ring: tuple[float, float] | None) -> SqueezeFilm:
+        """Return the film on the whole lip."""
+        radius, across = ring or (0.0, 0.0)
+        return SqueezeFilm.strip(
+            viscosity=self.viscosity,
+            length=self.length or 2 * math.pi * radius,
+            width=self.width or across,
+            floor=self.floor,
+            underpressure=self.tension_limit,
+        )
+
+
+if TYPE_CHECKING:
+    _Body = Structure
+    _Law = ContactLaw
+else:
+    _Body = one_of(kinds_of())
+    _Law = one_of(laws())
+
+
+USUAL_ARCS: Final = 32
+STEEPEST: Final = math.radians(30)  # tilt, of a face that still lands flat
+
+
+class Stopper(Table):
+    """A second body, at rest, that limits the lift: of any kind, with the keys of that kind beside these. Its Green's
+    function is computed as its own keys state; what it is off by stands in the error bars of a run, not of its plan.
+    """
+
+    inlined: ClassVar[str] = "body"
+
+    sample: ClassVar[str] = """
+kind = "spring"
+stiffness = "20 N/um"
+gap = "1.5 mm"
+"""
+
+    gap: Gap | None = absent("distance from the undeformed reed to the stopper, on the side away from the seat")
+    lift: Position | None = absent(
+        "instead of gap: travel of the reed from the seat to the stopper; the reed on its seat lies "
+        "contact.gap below its undeformed place, so that gap = lift - contact.gap"
+    )
+    at: Length | None = absent("position on the reed, from its root; that of the contact where absent")
+    arcs: int | None = absent(
+        "segments of its face, each with its own contact, for a reed that is a plate: of the flat ring or "
+        "disc that is struck, of the faces of cad and mesh, or, of a stopper without a face such as a spring, of the "
+        "reed's contact face; 32 where rings or a tilt are given, else the stopper is struck as a whole",
+        strict=True,
+        ge=1,
+        le=MOST_PORTS,
+    )
+    rings: int = default(1, "parts across each of its segments", strict=True, ge=1, le=MOST_RINGS)
+    tilt: Angle = default("0 deg", "between the stopper's plane and the undeformed reed; gap is then the smallest")
+    tilt_axis: Angle = default("0 deg", "direction about which it is tilted, as contact.tilt_axis")
+    law: _Law = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
+    body: _Body = Field(description="the stopping body")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _apart(cls, given: object) -> object:
+        """Return the keys of the role, and those of the body."""
+        if not isinstance(given, Mapping) or isinstance(given.get("body"), Structure):
+            return given
+        own = {key: value for key, value in given.items() if key in set(cls.model_fields) - {"body"}}
+        return law_as_text({**own, "body": {key: value for key, value in given.items() if key not in own}})
+
+    @model_serializer(mode="wrap")
+    def _together(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Return the stopper as it is written in a file: one table."""
+        own: dict[str, Any] = dict(handler(self))
+        return {**own.pop("body", {}), **own}
+
+    def contradictions(self) -> Contradictions:
+        if self.gap is None and self.lift is None:
+            words = type(self).model_fields["gap"].description
+            yield "gap", f"required key is missing: {words}; or give lift, from the seat"
+        if self.gap is not None and self.lift is not None:
+            yield "lift", "gap is given too; keep one of the two"
+        if self.lift is not None and self.lift <= 0:
+            yield "lift", f"{1e3 * self.lift:g} mm: the stopper would lie below the seat; it must be more than 0 mm"
+        if (self.arcs or 1) * self.rings > MOST_PORTS:
+            yield "arcs", f"{self.arcs} segments in {self.rings} rings are more than {MOST_PORTS}: take fewer"
+        if abs(self.tilt) > STEEPEST:
+            yield "tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg"
+        if self.tilt and self.arcs == 1:
+            yield "arcs", "a single contact point has only a mean gap, tilt needs several: remove one key"
+        if self.body.motion:
+            yield self.body.motion, "a stopper is at rest; remove the key, or strike with the body"
+
+    @property
+    def parts(self) -> Division:
+        """Return the parts into which its face is divided."""
+        many = self.arcs or (USUAL_ARCS if self.tilt or self.rings > 1 else 1)
+        return Division(min(many, MOST_PORTS // self.rings), self.rings)
+
+
+def stopper_of(kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...]) -> type[Stopper]:
+    """Return a stopper whose body may be of these kinds, met by these laws."""
+    fields: Any = {
+        "body": (one_of(kinds), Stopper.model_fields["body"]),
+        "law": (one_of(laws), Stopper.model_fields["law"]),
+    }
+    return create_model("Stopper", __base__=Stopper, **fields)
+
 
 if TYPE_CHECKING:
     AnyLaw = ContactLaw

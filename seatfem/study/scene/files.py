@@ -1,25 +1,89 @@
-"""The files that a scene names, opened and checked before anything is planned: all that is wrong at once."""
+"""The files that a scene names, opened and checked before anything is planned; bodies that can meet as they lie."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
+from impact.greens.base import Array
+from impact.quantities import in_digits, percent
 from seatfem.structures.errors import ModelError
-from seatfem.structures.inspection.opened import naming
+from seatfem.structures.inspection.cad import naming
+from seatfem.structures.outlines import covered_share
 from seatfem.structures.rings import Division
 from seatfem.structures.shapes import GeometryError
 from seatfem.study.scene.lips import NO_ANGLES
 from seatfem.study.scene.load import load_scene
 from seatfem.study.scene.models import Scene
-from seatfem.study.scene.places import misplaced
 from seatfem.study.scene.problems import Problem, SceneError
 
 if TYPE_CHECKING:
-    from seatfem.structures.inspection.parts import Part
+    from seatfem.structures.inspection.mesh_file import Part
     from seatfem.structures.kinds.structure import Finding, Structure
     from seatfem.study.scene.contact import Contact
+
+
+PLATE: Final = 0.97
+"""Least share of a struck face that a plate covers: all of it, but for what chords of arcs and sampled points leave."""
+BEAM: Final = 0.1
+"""The same of a beam, or of a plate with a contact face of its own, which strikes with one rigid face: with its tip
+over the middle of a lip a beam covers a half or a third; less than a tenth of a ring is not over the port."""
+
+
+def misplaced(scene: Scene) -> Iterator[Finding]:
+    """Yield that the reed lies beside the face that it is to strike, in plan, or does not reach across it."""
+    contact, reed, seat = scene.contact, scene.reed, scene.seat
+    if reed.reach is None and reed.thin_plate is None:  # solids strike with a face of their own, as it is stated
+        return
+    at = reed.free_point if contact.at is None else contact.at
+    try:
+        over, face = reed.views(at, coarse=True).turned_over(), seat.views(coarse=True)
+    except ModelError:  # of faces that cannot be found, which are told where they are needed
+        return
+    by_the_lip = (plate := reed.thin_plate) is not None and (bool(contact.along_a_lip) or not plate.states_contact)
+    share, least = covered_share(face, over, contact.offset), PLATE if by_the_lip else BEAM
+    if share is None or share >= least:
+        return
+    part = f"{percent(share)} of the seat's struck face"
+    reach = 1e3 * max(float(np.hypot(*loop.T).max()) for loop in face.contact)
+    if by_the_lip:
+        room = 1e3 * min(float(np.hypot(*_fine(loop).T).min()) for loop in over.plan)
+        x, y = (1e3 * each for each in contact.offset)
+        if scene.assembly is not None:
+            text = (
+                f"in plan the reed, as drawn, covers {part} (limit: all of it), which reaches {reach:.4g} mm from its "
+                f"middle; the reed has {in_digits(room, 2)} mm about it: move one of the parts in the CAD program, or "
+                "take a wider reed or a smaller lip"
+            )
+            yield ("assembly", "placed"), text
+            return
+        text = (
+            f"[{x:.4g} mm, {y:.4g} mm]: in plan the reed covers {part} (limit: all of it); this face reaches "
+            f"{reach:.4g} mm from its middle; the reed has {in_digits(room, 2)} mm about the middle of its contact: "
+            "change the offset, or reed and seat, until the reed covers the lip"
+        )
+        yield ("contact", "offset"), text
+        return
+    low, high = over.extent
+    length, width = (1e3 * float(side) for side in high - low)
+    words = (
+        f"in plan the reed, {length:.4g} x {width:.4g} mm, covers {part} (limit: {percent(least)}); this face reaches "
+        f"{reach:.4g} mm from its middle: the reed lies beside the port;"
+    )
+    if contact.at is not None:
+        text = f"{1e3 * contact.at:.4g} mm: {words} move the contact, or take a wider reed or a smaller port"
+        yield ("contact", "at"), text
+    else:
+        yield ("reed",), f"{words} take a wider reed or a smaller port, or state contact.at"
+
+
+def _fine(loop: Array) -> Array:
+    """Return a loop with points between its corners."""
+    shares = np.arange(8)[:, None] / 8
+    return np.asarray((loop[:, None] + shares * (np.roll(loop, -1, axis=0) - loop)[:, None]).reshape(-1, 2))
 
 
 def check_files(scene: Scene) -> None:

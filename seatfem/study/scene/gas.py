@@ -10,9 +10,19 @@ from pydantic import BeforeValidator, Field
 
 from impact.bodies.time_series import TimeSeries, TimeSeriesError, read_time_series
 from impact.files.csv_table import read_csv
-from impact.gas.cylinder import Plenum, SliderCrank
-from impact.gas.nozzle import GASES, GasError, PerfectGas, of_molar_mass
-from impact.gas.valve import NOT_MEASURED, AreaTable, ReedValve, port_flow, port_force
+from impact.gas.flow import (
+    GASES,
+    NOT_MEASURED,
+    AreaTable,
+    GasError,
+    PerfectGas,
+    Plenum,
+    ReedValve,
+    SliderCrank,
+    of_molar_mass,
+    port_flow,
+    port_force,
+)
 from seatfem.fields import (
     Angle,
     Area,

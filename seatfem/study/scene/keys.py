@@ -1,17 +1,28 @@
-"""Descriptions of what a key of a scene may hold, in words and by an example: for documents and templates."""
+"""What a key of a scene may hold: in words and by an example, and the JSON schema by which editors complete scenes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import json
+import re
+import textwrap
+import tomllib
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final, Literal, get_args, get_origin
 
-from pydantic import AfterValidator, BaseModel
+from pydantic import AfterValidator, BaseModel, ValidationError
 from pydantic.fields import FieldInfo
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import core_schema
 
-from seatfem.fields import ReadQuantity, read_temperature
+from seatfem.fields import ReadQuantity, kind_of, kinds_in_words, read_number, read_temperature
+from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.parts import Registered
-from seatfem.study.scene.problems import leaves, notes_of, reader_of, tables_in
+from seatfem.study.scene.contact import Stopper, laws
+from seatfem.study.scene.load import scene_of
+from seatfem.study.scene.measures import all_measures
+from seatfem.study.scene.models import Scene
+from seatfem.study.scene.problems import did_you_mean, leaves, notes_of, own_keys, reader_of, tables_in
 from seatfem.units import DIMENSIONS
 
 _PLAIN: Final = {bool: "`true` or `false`", str: "text", int: "whole number", float: "number", Path: "file name"}
@@ -114,3 +125,230 @@ def as_toml(value: object) -> str:
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{key} = {as_toml(part)}" for key, part in value.items()) + " }"
     return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+SCHEMA_FILE: Final = "seatfem.schema.json"
+_NOT_FOR_EDITORS: Final = ("title", "ge", "gt", "le", "lt")
+"""Keywords of pydantic's that editors have no use for."""
+
+
+class _AsWritten(GenerateJsonSchema):
+    """Generator of schemas of values as a file has them: quantities are text, tables with a short form text, too."""
+
+    def function_before_schema(self, schema: core_schema.BeforeValidatorFunctionSchema) -> JsonSchemaValue:
+        function: Any = schema["function"]["function"]
+        if isinstance(function, ReadQuantity):
+            return {"type": "string", "examples": [DIMENSIONS[function.dimension].example]}
+        if function is read_temperature:
+            return {"type": "string", "examples": ["20 degC"]}
+        if function is read_number:
+            return {"type": ["number", "string"], "examples": [0.1, "10 %"]}
+        inner = super().function_before_schema(schema)
+        if inner.get("type") in ("object", ["object", "string"]) and "allOf" not in inner:
+            return {**inner, "type": ["object", "string"]}
+        return {"anyOf": [inner, {"type": ["string", "array"]}]}
+
+    def tagged_union_schema(self, schema: core_schema.TaggedUnionSchema) -> JsonSchemaValue:
+        """Return a union's schema by its kind, where one is written; a name of several is checked against any."""
+        kinds = {str(name): self.generate_inner(each) for name, each in schema["choices"].items()}
+        if not isinstance(schema["discriminator"], str):
+            return {"anyOf": list(kinds.values())}
+        also = {kind_of(each): each.also for each in kinds_of()}
+        rules = []
+        for name in kinds:
+            meant = [kinds[name], *(kinds[other] for other in kinds if name in also.get(other, ()))]
+            condition = {"properties": {"kind": {"const": name}}, "required": ["kind"]}
+            rules.append({"if": condition, "then": {"anyOf": meant}})
+        return {"type": ["object", "string"], "properties": {"kind": {"enum": list(kinds)}}, "allOf": rules}
+
+
+def scene_schema() -> dict[str, Any]:
+    """Return the schema of a scene file, JSON Schema draft 2020-12.
+
+    Editors check the names of keys, options and kinds of values by it; what is missing, units, ranges and what depends
+    on several keys are checked by the program alone. A [stopper] is checked for nothing: its keys are those of a body.
+    """
+    schema = schema_of(Scene, "seatfem scene")
+    for name, table in schema["$defs"].items():
+        schema["$defs"][name] = {**table, "additionalProperties": True} if name == Stopper.__name__ else table
+    for table in kinds_of():
+        if table.also and table.__name__ in schema["$defs"]:
+            schema["$defs"][table.__name__]["properties"]["kind"] = {"enum": [kind_of(table), *table.also]}
+    return schema
+
+
+def schema_of(table: type[BaseModel], title: str) -> dict[str, Any]:
+    """Return the schema of a file that holds ``table``, as its values are written there."""
+    schema = _as_in_a_file(table.model_json_schema(schema_generator=_AsWritten))
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": title, **schema}
+
+
+def schema_text(schema: Mapping[str, Any]) -> str:
+    """Return a schema as JSON."""
+    return json.dumps(schema, separators=(",", ":")) + "\n"
+
+
+def _as_in_a_file(value: Any, *, keys: bool = False) -> Any:
+    """Return the schema without null, which TOML has not, what only pydantic reads, and what tables require, which
+    their short forms leave out; ``keys``: the names in this mapping are the file's own."""
+    if isinstance(value, list):
+        return [_as_in_a_file(each) for each in value if each != {"type": "null"}]
+    if not isinstance(value, Mapping):
+        return value
+    dropped = (*_NOT_FOR_EDITORS, *(["required"] if "additionalProperties" in value else []))
+    kept = {
+        key: each for key, each in value.items() if keys or not (key in dropped or (key, each) == ("default", None))
+    }
+    return {key: _as_in_a_file(each, keys=key in ("properties", "$defs")) for key, each in kept.items()}
+
+
+WIDE: Final = 118  # characters
+AT: Final = 40  # where comments begin
+_HEAD: Final = """\
+# seatfem plan {file}    what it would take, and how accurate it will be
+# seatfem run {file}     force, motion, stress, error bars, pictures
+# A key behind a # has this default, or is absent: then the value shows how one is written. A table behind # works as
+# it stands once its # are taken away, where the files that it names are there. docs/scene.md has all keys.
+"""
+DURATION: Final = "2 ms"
+TARGET: Final = "5 %"
+STEEL: Final = {"material": "steel", "damping_ratio": 0.02}
+"""Of a kind with these keys, unless its sample says otherwise."""
+Stated = dict[str, Mapping[str, Any]]
+"""Tables of a scene, and what stands in them without #."""
+_SPOKEN: Final = {"number": "0.1", "whole number": "1", "text": '"..."', "file name": '"file.csv"'}
+
+
+class NoTemplate(ValueError):
+    """There is no such kind of body."""
+
+
+def scene_template(name: str, *, file: str = "scene.toml") -> str:
+    """Return the text of a scene in which a body of the kind ``name`` meets one of a kind that suits it.
+
+    Args:
+        name: of any kind that `[seat]` and `[reed]` take; it stands where it usually does.
+        file: what the comments call the scene.
+
+    Raises `NoTemplate`: there is no such kind.
+    """
+    kinds = {kind_of(each): each for each in kinds_of()}
+    if name not in kinds:
+        hint = did_you_mean(name, kinds)
+        raise NoTemplate(f"kind: {name!r} is no kind; choose: {kinds_in_words(kinds_of())}{hint}")
+    kind, other = kinds[name], kinds[kinds[name].sample_scene.opposite]
+    seat, reed = (other, kind) if kind.sample_scene.motion else (kind, other)
+    title = f"{kind_of(reed)} on {kind_of(seat)}".replace("_", " ")
+    around = reed.sample_scene
+    width = {"filter_width": around.filter_width} if around.filter_width else {}
+    stated: Stated = {"seat": _begun(seat), "reed": _begun(reed, around.motion), "contact": {}}
+    stated |= {"run": {"duration": DURATION} | width, "accuracy": {"target": TARGET}}
+    lines = [_HEAD.format(file=file), f"title = {as_toml(title)}", ""]
+    for key, field in Scene.model_fields.items():
+        if key in ("seat", "reed"):
+            lines += _body(key, seat if key == "seat" else reed, stated)
+        elif key in stated:
+            lines += [f"[{key}]", *table_lines(tables_in(field.annotation)[0], stated[key], of=key, beside=stated), ""]
+        elif tables_in(field.annotation):
+            lines += [*_block(key, field, stated), ""]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _begun(kind: type[Structure], motion: str = "") -> Mapping[str, Any]:
+    usual = STEEL if "material" in kind.model_fields else {}
+    return {"kind": kind_of(kind), **usual, **tomllib.loads(kind.sample + motion)}
+
+
+def _body(role: str, kind: type[Structure], stated: Stated) -> list[str]:
+    words = textwrap.wrap((kind.__doc__ or "").replace("`", ""), WIDE - 2)
+    values = {key: value for key, value in stated[role].items() if key != "kind"}
+    moving = kind.model_construct().moved_by if role == "seat" else ()
+    head = [f"[{role}]", *(f"# {line}" for line in words), f'kind = "{kind_of(kind)}"']
+    return [*head, *table_lines(kind, values, leave=("kind", *moving), of=role, beside=stated), ""]
+
+
+def table_lines(
+    table: type[BaseModel],
+    given: Mapping[str, Any],
+    *,
+    leave: tuple[str, ...] = (),
+    of: str = "",
+    beside: Stated | None = None,
+) -> list[str]:
+    """Return the keys of a table: those that are given, then the others as comments, then its own tables.
+
+    ``beside``: what the scene states, of which the table is ``of``; its own tables are filled as far as they fit that.
+    """
+    keys = {key: field for key, field in own_keys(table).items() if key not in leave}
+    lines = [line for key in given for line in _key(key, given[key], keys[key])]
+    blocks = []
+    for key, field in keys.items():
+        if key not in given and tables_in(field.annotation) and not isinstance(field.default, str):
+            blocks += _block(f"{of}.{key}" if of else key, field, beside)
+        elif key not in given:
+            lines += _key(key, None, field)
+    return lines + blocks
+
+
+def _block(name: str, field: FieldInfo, beside: Stated | None) -> list[str]:
+    """Return a table behind #, as its class has it, where a scene with it is one; else what it would be, in words."""
+    words = " ".join((field.description or "").split()).replace("`", "")
+    several = get_origin(field.annotation) is tuple
+    header = f"[[{name}]]" if several else f"[{name}]"
+    table = next((each for each in tables_in(field.annotation) if getattr(each, "sample", "")), None)
+    if table is None or beside is None or get_origin(field.annotation) is dict:
+        return _comment(f"{header}: {words}")
+    sample, keys = tomllib.loads(str(table.sample)), own_keys(table)  # type: ignore[attr-defined]
+    if not _is_scene(beside, name, [sample] if several else sample):
+        return _comment(f"{header}, not together with the keys above: {words}")
+    lines = _commented(f"# {header}", words)
+    for key, value in sample.items():
+        lines += _commented(f"# {key} = {as_toml(value)}", (keys[key].description or "") if key in keys else "")
+    if more := ", ".join(key for key in keys if key not in sample and key != "kind"):
+        lines += _comment(f"other keys: {more}")
+    return [f"# # {line[4:]}" if line.startswith("#   ") else line for line in lines]  # comments once # are taken away
+
+
+def _is_scene(stated: Stated, name: str, table: object) -> bool:
+    """Return whether the scene may have this table, if its files are there."""
+    # with what is defined by now
+
+    model, key = scene_of(kinds_of(), laws(), tuple(all_measures())), name.partition(".")
+    part = {**stated[key[0]], key[2]: table} if key[2] else table
+    data: dict[str, Any] = {**stated, key[0]: part}
+    try:
+        model.model_validate(data, context={"folder": Path(), "unread": True})
+    except ValidationError:
+        return False
+    return True
+
+
+def _key(key: str, value: object, field: FieldInfo) -> list[str]:
+    written = f"# {key} = {_example(field)}" if value is None else f"{key} = {as_toml(value)}"
+    return _commented(written, field.description or "")
+
+
+def _example(field: FieldInfo) -> str:
+    """Return the default, or a value that shows how one is written."""
+    if (default := default_of(field)).startswith("`"):
+        return default.strip("`")
+    if field.examples and isinstance(field.examples[0], str):
+        return as_toml(field.examples[0])
+    words = holds(field)
+    if examples := re.findall("`([^`]+)`", words):
+        return str(examples[0])
+    return _SPOKEN.get(words, f"[{_SPOKEN.get(words.removeprefix('list of ').rstrip('s'), '')}]")
+
+
+def _commented(text: str, words: str) -> list[str]:
+    """Return a line with what it means behind it, on lines of their own where that is long."""
+    words = " ".join(words.split()).replace("`", "")
+    if not words:
+        return [text]
+    if len(text) <= AT - 2 and AT + 2 + len(words) <= WIDE:
+        return [f"{text:<{AT}}# {words}"]
+    return [*_comment(words), text]
+
+
+def _comment(words: str) -> list[str]:
+    return [f"#   {line}" for line in textwrap.wrap(words, WIDE - 4)]

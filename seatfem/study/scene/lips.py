@@ -9,9 +9,9 @@ from typing import Final
 
 import numpy as np
 
-from impact.after.along import ClosedLine
+from impact.after.histories import ClosedLine
 from impact.greens.base import Array
-from impact.march.film import SqueezeFilm
+from impact.march.laws import SqueezeFilm
 from impact.march.problem import ContactProblem
 from seatfem.fields import KeyProblem
 from seatfem.structures.lip import AnyLip, tilted

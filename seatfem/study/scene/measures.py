@@ -11,9 +11,8 @@ from typing import ClassVar, Final, Literal
 import numpy as np
 
 from impact import measures
-from impact.after.along import Pieces, lengths_of, line_force_peak, line_impulse_peak
+from impact.after.histories import Pieces, largest_average, lengths_of, line_force_peak, line_impulse_peak
 from impact.after.landings import Landing, hardest, pair_landings
-from impact.after.spectrum import largest_average
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array
 from seatfem.results import ResultSource
@@ -37,7 +36,7 @@ class Line:
         share: of it over which forces are averaged.
         edges: (arcs + 1,) angles at which the arcs begin and end [rad]; ``None``: angles do not tell places.
         film: (n + 1, arcs) what of the force a film bears [N]; ``None``: nothing.
-        pieces: of the line, as in `impact.after.along`.
+        pieces: of the line, as in `impact.after.histories`.
     """
 
     force: Array

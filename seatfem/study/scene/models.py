@@ -1,29 +1,161 @@
-"""A scene: its tables, and what follows from several of them."""
+"""A scene: its tables, what follows from several of them, and [assembly], where its bodies lie as their CAD files
+have them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
-from seatfem.fields import Contradictions, Table, absent, default, one_of, read_rpm
+from seatfem.fields import Contradictions, KeyProblem, Table, absent, default, kind_of, one_of, read_rpm
 from seatfem.structures.kinds import Structure, kinds_of
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.rings import MOST_RINGS
+from seatfem.structures.shapes.cad import STEP_SUFFIXES
 from seatfem.study.scene.agreement import contradictions_of
-from seatfem.study.scene.assembly import Assembly, with_places
-from seatfem.study.scene.base import Base
-from seatfem.study.scene.contact import Contact
-from seatfem.study.scene.external import ExternalLoad
+from seatfem.study.scene.contact import Contact, Stopper
+from seatfem.study.scene.drives import Base, ExternalLoad, ValveSpring
 from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.life import LifeTable
 from seatfem.study.scene.measures import any_needs_stress
-from seatfem.study.scene.run import Accuracy, Run
-from seatfem.study.scene.spring import ValveSpring
-from seatfem.study.scene.stopper import Stopper
-from seatfem.study.scene.stress import Stress
+from seatfem.study.scene.problems import explain
+from seatfem.study.scene.run import Accuracy, Run, Stress
 from seatfem.units import UnitError
+
+if TYPE_CHECKING:
+    from seatfem.study.scene.parts_as_drawn import PartsAsDrawn
+
+
+KEY: Final = "assembly.placed"
+FOLLOWING: Final = (("contact", ("offset", "tilt", "tilt_axis", "gap")), ("seat", ("along",)), ("reed", ("frame",)))
+"""Keys that follow from the files."""
+SMALLEST: Final = 1e-9  # [m], [rad]; less is written as nothing
+
+
+class Assembly(Table):
+    """Reed and seat lie as they are drawn, in the one coordinate system of both files: a seat of kind "cad", and a flat
+    reed of kind "sheet" with a STEP file, in any position.
+
+    From the files follow `reed.frame`, `seat.along`, `contact.offset`, `contact.gap` (the smallest opening between the
+    lip and the side of the reed that faces it), `contact.tilt` and `contact.tilt_axis`, so that none of them may be
+    stated. `reed.contact_at` is over the centre of the lip, unless it is stated in coordinates of the file. The struck
+    face is the one that `seat.contact` selects. What is clamped is best selected as a face, as in { number = 1 }. A
+    STEP file with a face alone holds the side of the reed that faces the seat.
+    """
+
+    sample: ClassVar[str] = 'placed = "as drawn"'
+
+    placed: Literal["as drawn"] = Field(description="how reed and seat come together")
+
+
+def with_places(given: Mapping[str, Any], folder: Path, *, unread: bool = False) -> Mapping[str, Any]:
+    """Return a scene's tables with the keys that follow from its files, which are not opened if ``unread``.
+
+    Raises:
+        KeyProblem: a key that is stated although it follows, bodies of other kinds, parts that do not fit together.
+    """
+    seat_table, reed_table, contact = (given.get(name, {}) for name in ("seat", "reed", "contact"))
+    if not all(isinstance(each, Mapping) for each in (seat_table, reed_table, contact)):
+        return given
+    for key in [f"{table}.{key}" for table, keys in FOLLOWING for key in keys if key in given.get(table, {})]:
+        raise KeyProblem(key, 'it follows from the files (assembly.placed = "as drawn"); remove it')
+    kind, file = _seat_kind(seat_table), _file_of_reed(reed_table, folder)
+    if file is None or unread:
+        return {**given, "reed": _unplaced(reed_table)}
+    try:
+        seat = kind.model_validate(seat_table, context={"folder": folder})
+    except ValidationError as error:
+        problem = explain(error, kind, seat_table, folder, {})[0]
+        raise KeyProblem(f"seat.{problem.key}", problem.message) from None
+    from seatfem.study.scene.parts_as_drawn import open_parts  # of scenes with this table only
+
+    parts = open_parts(seat, file)
+    return {**given, **_keys(parts, seat_table, reed_table, contact)}
+
+
+def _seat_kind(seat: Mapping[str, Any]) -> type[Drawn]:
+    """Return the kind of the seat. Raises `KeyProblem` of one whose face has no place in a file."""
+    kind = _kind(seat)
+    if kind is None or not kind.traits.face_as_drawn or not issubclass(kind, Drawn):
+        names = _names(each for each in kinds_of() if each.traits.face_as_drawn)
+        words = f"seat.kind = {seat.get('kind')!r} has no CAD file; take kind = {names}, or remove [assembly]"
+        raise KeyProblem(KEY, words)
+    return kind
+
+
+def _file_of_reed(reed: Mapping[str, Any], folder: Path) -> Path | None:
+    """Return the reed's STEP file, ``None`` of one that is not there. Raises `KeyProblem` of another kind of reed."""
+    table, kind, file = _kind(reed), reed.get("kind"), reed.get("file")
+    step = isinstance(file, str) and Path(file).suffix.lower() in STEP_SUFFIXES
+    if table is None or not table.traits.reed_as_drawn or not step:
+        what = f"reed.kind = {kind!r}" if file is None else f"reed.kind = {kind!r} with reed.file = {file!r}"
+        names = _names(each for each in kinds_of() if each.traits.reed_as_drawn)
+        words = f"{what} is no flat reed from a STEP file; take kind = {names} with one, or remove [assembly]"
+        raise KeyProblem(KEY, words)
+    path = (folder / str(file)).resolve()
+    return path if path.is_file() else None
+
+
+def _kind(table: Mapping[str, Any]) -> type[Structure] | None:
+    """Return the kind of body that a table means."""
+    kind = table.get("kind")
+    meant = (each for each in kinds_of() if table.keys() & set(each.also.get(str(kind), ())))
+    return next(meant, None) or next((each for each in kinds_of() if kind_of(each) == kind), None)
+
+
+def _names(kinds: Iterable[type[Structure]]) -> str:
+    return " or ".join(f'"{kind_of(each)}"' for each in kinds)
+
+
+def _keys(
+    parts: PartsAsDrawn, seat: Mapping[str, Any], reed: Mapping[str, Any], contact: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return [seat], [reed] and [contact] with what follows; a reed whose clamp cannot be read stays as it is."""
+    try:
+        clamp = parts.clamp(reed.get("clamped"))
+    except ValidationError:
+        return {"reed": _unplaced(reed)}
+    placement = parts.placement(clamp)
+    at = parts.contact_at(placement, reed["contact_at"]) if "contact_at" in reed else placement.lip
+    rings = contact.get("rings", 1)
+    gap = parts.opening(placement, rings if isinstance(rings, int) and 0 < rings <= MOST_RINGS else 1)
+    frame, axis = placement.frame, placement.axis
+    return {
+        "seat": {**seat, "along": frame.x},
+        "reed": {
+            **reed,
+            "frame": {
+                "origin": [_length(each) for each in frame.origin],
+                "along": frame.x,
+                "normal": tuple(frame.normal),
+            },
+            "contact_at": [_length(each) for each in at],
+            "clamped": clamp.seen_in(frame),
+        },
+        "contact": {
+            **contact,
+            "offset": [_length(lip - own) for lip, own in zip(placement.lip, at, strict=True)],
+            "gap": _length(gap),
+            "tilt": f"{math.degrees(placement.tilt)!r} deg",
+            "tilt_axis": f"{math.degrees(axis)!r} deg",
+        },
+    }
+
+
+def _unplaced(reed: Mapping[str, Any]) -> dict[str, Any]:
+    """Return [reed] with a contact, so that only what is wrong with its other keys is told."""
+    return {"contact_at": [_length(0.0)] * 2, **reed}
+
+
+def _length(value: float) -> str:
+    """Return a length as scenes have it, to a picometre."""
+    return f"{round(value, 12) if abs(value) > SMALLEST else 0.0!r} m"
+
 
 if TYPE_CHECKING:
     Body = Structure

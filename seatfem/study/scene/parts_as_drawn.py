@@ -15,16 +15,25 @@ from impact.greens.base import Array
 from seatfem.fields import KeyProblem, problem_of
 from seatfem.structures.errors import GeometryError, ModelError
 from seatfem.structures.inspection.cad import FoundFace, Inspected, inspect_geometry
-from seatfem.structures.inspection.outline import DrawnOutline, outline_in, straight_side
+from seatfem.structures.inspection.outline import (
+    ROUND_OFF,
+    DrawnOutline,
+    Placement,
+    cut_by,
+    facing_side,
+    opening,
+    outline_in,
+    placed,
+    straight_side,
+)
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.sheet import AnyClamp, Clamp, Place
 from seatfem.structures.lands import Land, face_lip
 from seatfem.structures.mesh.gmsh_process import MeshingError
-from seatfem.structures.placement import ROUND_OFF, Placement, cut_by, facing_side, opening, placed
 from seatfem.structures.shapes import CadPart, Geometry, loops
 from seatfem.structures.shapes.cad import stated_unit
 from seatfem.structures.shapes.faces import Frame, Vector
-from seatfem.study.scene.stopper import STEEPEST
+from seatfem.study.scene.contact import STEEPEST
 
 KEY: Final = "assembly.placed"
 LARGEST: Final = 8.0  # reed over the whole seat; no drawn pair has more

@@ -1,13 +1,13 @@
-"""[run] and [accuracy] of a scene: what is simulated, and what the answer must reach."""
+"""[run], [accuracy] and [stress] of a scene: what is simulated, and what the answer must reach."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import Contradictions, Fraction, KeyProblem, Table, Time, absent, default
+from seatfem.fields import Contradictions, Fraction, Gap, KeyProblem, Position, Table, Time, absent, default
 from seatfem.study.scene.measures import LandingChoice, all_measures, judged_names
 from seatfem.units import write_quantity
 
@@ -59,3 +59,66 @@ class Accuracy(Table):
         if "target" in written:
             raise KeyProblem("target", f"level = {level!r} is given too; keep one of the two")
         return {**written, "target": TARGETS[level]} if level in TARGETS else written
+
+
+MOST = 100
+MOST_FRAMES = 500
+
+
+class Stress(Table):
+    """Stress in the seat's finite elements under the contact forces of the run, by mode acceleration; off where the
+    table is absent. Of a seat that is struck in arcs of its lip, each arc's own force counts.
+    """
+
+    sample: ClassVar[str] = """
+distance = "0.2 mm"
+frames = 40
+"""
+
+    points: tuple[tuple[Position, Position, Position], ...] = default(
+        (),
+        "named places x, y, z in the seat's own coordinates, whose histories are kept; of a body of "
+        "revolution about z that is struck all around the angle does not matter",
+        max_length=MOST,
+    )
+    surface: bool = default(
+        True, "whether the whole surface is searched for the largest; else only the points", strict=True
+    )
+    distance: Gap = default(
+        "0.2 mm", "from sharp inner corners and the rim of clamped faces, within which no stress is reported"
+    )
+    struck: bool = default(
+        True,
+        "whether the surface includes the struck face and its neighbourhood within distance, where a "
+        "coarse mesh is unreliable and the stress at a rigid rim has no limit",
+        strict=True,
+    )
+    apart: Gap = default("1 mm", "within which the largest of the stress is one hot spot")
+    frames: int = default(
+        0,
+        "of the stress wave on the seat, and on the faces of a reed that is a plate: stress_wave.gif and "
+        ".png, reed_stress_wave.gif and .png, for ParaView seat_stress.pvd and reed_stress.pvd; 0: none",
+        ge=0,
+        le=MOST_FRAMES,
+    )
+    frames_from: Time | None = absent("time of their first; absent: the first touch; of a reed a little before it")
+    frames_until: Time | None = absent(
+        "time of their last; absent: when shear waves have gone along the seat twice; of a reed a little "
+        "after its first contact"
+    )
+
+    def contradictions(self) -> Contradictions:
+        if not self.surface and not self.points:
+            yield "points", "no point is named and surface = false: name one, or remove the table"
+        if not self.frames and (idle := [key for key in ("frames_from", "frames_until") if getattr(self, key)]):
+            yield idle[0], "there are no frames: state their number, or remove the key"
+        if self.frames_from and self.frames_until and self.frames_from >= self.frames_until:
+            last, first = (write_quantity(time, "time") for time in (self.frames_until, self.frames_from))
+            yield "frames_until", f"{last} must be later than frames_from = {first}"
+
+    def check(self, duration: float) -> Contradictions:
+        """Yield the frames that lie beyond the run, ``duration`` [s]."""
+        for key in self.given_keys("frames_from", "frames_until"):
+            if (time := getattr(self, key)) > duration:
+                stated, most = (write_quantity(each, "time") for each in (time, duration))
+                yield key, f"{stated} must be at most run.duration = {most}"

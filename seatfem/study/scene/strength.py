@@ -9,8 +9,7 @@ from typing import Annotated, Final
 
 from pydantic import Field
 
-from impact.life.curves import Curve, LifeError, basquin, tabled
-from impact.life.strength import Strength
+from impact.life.strength import Curve, LifeError, Strength, basquin, tabled
 from seatfem.fields import (
     Contradictions,
     ExistingFile,
@@ -26,7 +25,7 @@ from seatfem.fields import (
     of_same_names,
     problem_of,
 )
-from seatfem.structures.formats.columns import ColumnsError, read_columns
+from seatfem.structures.kinds.record_columns import ColumnsError, read_columns
 from seatfem.study.scene.load import load_table
 
 COLUMNS: Final = {"stress": "pressure", "cycles": ""}

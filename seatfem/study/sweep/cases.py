@@ -1,26 +1,133 @@
-"""The scenes of a study, each of them checked before the first one runs."""
+"""The scenes of a study, each of them checked before the first one runs, and the plans that they begin with.
+
+Their rounds of refinement are done, so that one round suffices for most that follow; each measures its own error, and
+is refined where it misses its target. What a scene begins with depends on those scenes alone, not on when they ran.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
-from impact.progress import Progress, silent
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.notices import Progress, silent
 from seatfem.machine.code import code_version
+from seatfem.machine.resources import Machine
 from seatfem.structures.store import content_key
+from seatfem.study.accuracy.part_errors import tells_waves
 from seatfem.study.impacts.contact import RunError, check_step
+from seatfem.study.method import FIELDS, has_key, is_given, value_of, written
+from seatfem.study.planning.costs import predict_cost
+from seatfem.study.planning.plan import Plan
+from seatfem.study.runs.kept import plan_told, told
 from seatfem.study.safety import MOST_ROUNDS
-from seatfem.study.scene import SceneError, load_scene, located
+from seatfem.study.scene import Scene, SceneError, load_scene, located
 from seatfem.study.scene.parcel import by_content
 from seatfem.study.scene.problems import Problem
-from seatfem.study.sweep.design import Changes, changes_of
-from seatfem.study.sweep.start import PILOTS
 from seatfem.study.sweep.study import Study
-from seatfem.study.sweep.variations import Listed
+from seatfem.study.sweep.variations import Listed, Value
 from seatfem.units import number_and_unit
+
+Changes = Mapping[str, Value]
+"""Values by dotted key, as a scene file has them."""
+
+
+def changes_of(study: Study) -> Iterator[Changes]:
+    """Yield what each scene of the study changes, in their order. The same seed gives the same values.
+
+    Grids count the last key fastest. "sobol_indices" has the two samples A and B of Saltelli (2010), n scenes each,
+    then for each key the scenes of A with that key's column from B.
+    """
+    keys = list(study.vary)
+    if not study.is_drawn:
+        levels = [each.levels(key) for key, each in study.vary.items()]
+        rows = product(*levels) if study.design == "grid" else zip(*levels, strict=True)
+        yield from (dict(zip(keys, row, strict=True)) for row in rows)
+        return
+    for shares in shares_of(study):
+        yield {key: study.vary[key].quantile(float(share)) for key, share in zip(keys, shares, strict=True)}
+
+
+def shares_of(study: Study) -> NDArray[np.float64]:
+    """Return shares (scenes, keys) of the distributions, in 0..1, that a design draws."""
+    from scipy.stats import qmc  # takes long to load
+
+    count, keys = study.number, len(study.vary)
+    assert count is not None
+    rng = np.random.default_rng(study.seed)
+    if study.design == "monte_carlo":
+        return rng.random((count, keys))
+    if study.design == "latin_hypercube":
+        return np.asarray(qmc.LatinHypercube(keys, rng=rng).random(count))
+    if study.design == "sobol":
+        return np.asarray(qmc.Sobol(keys, rng=rng).random(count))
+    both = np.asarray(qmc.Sobol(2 * keys, rng=rng).random(count))
+    first, second = both[:, :keys], both[:, keys:]
+    mixed = [np.where(np.arange(keys) == column, second, first) for column in range(keys)]
+    return np.concatenate([first, second, *mixed])
+
+
+PILOTS: Final = 4
+"""Scenes with a seat that begin as the first one has ended. All others begin as the second dearest of these five has
+ended: one may be an exception, but what two had to refine most others would."""
+OF_ALL: Final = ("contact", "reed stress", "error budget")
+NOTE: Final = "plan of another scene of the study, which reached its target"
+
+Start = Mapping[str, Any]
+"""Of JSON: a plan ("plan"), of which scenes ("like"), its predicted seconds ("work"), and the keys of its seat ("seat")
+as a scene file has them, as far as the scene's own does not say."""
+
+
+def start_of(plan: Plan) -> Start:
+    """Return what scenes after that of the ``plan`` may begin with; nothing that this computer measured is in it."""
+    scene, method = plan.scene, plan.method
+    open_keys = [key for key in FIELDS if key.startswith("seat.") and has_key(scene, key) and not is_given(scene, key)]
+    chosen = {key: method.value(key) for key in open_keys}
+    cost = predict_cost(scene, method, Machine(), kept=True)
+    choices = tuple(replace(choice, reason="") for choice in plan.choices)
+    plain = replace(plan, cost=cost, alternatives=(), notes=(), choices=choices)
+    return {
+        "like": _like(scene),
+        "work": sum(cost.parts[stage] for stage in OF_ALL),
+        "seat": {key: written(key, value) for key, value in chosen.items() if value not in (None, "auto")},
+        "plan": told(plain),
+    }
+
+
+def begun(scene: Scene, start: Start, *, as_it_is: bool = False) -> Plan | None:
+    """Return the plan that ``scene`` begins with; ``None`` where it is too different for one of these.
+
+    Nor does it begin with one that leaves out the waves of its seat, unless ``as_it_is``: what they would change is
+    known by pre-runs alone, and those of another scene would stand in this one's error bar.
+    """
+    if start.get("like") != _like(scene):
+        return None
+    plan = plan_told(scene, start["plan"], NOTE)
+    if plan is not None and plan.method.seat.static and not tells_waves(scene, plan.method) and not as_it_is:
+        return None
+    return plan
+
+
+def chosen(starts: Iterable[Start]) -> Start:
+    """Return what a scene begins with, of what those before it have left; nothing where they left nothing."""
+    ranked = sorted(starts, key=lambda start: float(start["work"]))
+    return ranked[max(0, len(ranked) - 2)] if ranked else {}
+
+
+def _like(scene: Scene) -> str:
+    """Return the same text for all scenes that may share one plan: duration, filter and target, kinds, and all stated
+    keys of `FIELDS`."""
+    stated = {key: value_of(scene, key) for key in FIELDS if is_given(scene, key)}
+    tables = scene.model_dump(include={"run", "accuracy"}, exclude_unset=True)
+    kinds = {name: body.kind for name, body in scene.bodies.items()}
+    return content_key({"tables": tables, "stated": stated, "kinds": kinds, "law": scene.contact.law.kind})[:16]
+
 
 TOLD_EVERY: Final = 100  # scenes
 

@@ -12,24 +12,31 @@ from typing import Final
 
 import numpy as np
 
-from impact.files.atomic import write_whole
-from impact.progress import Progress, Tell, silent, untold
+from impact.files.safe_files import write_whole
+from impact.notices import Progress, Tell, silent, untold
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.libraries import require_gmsh_libraries
-from seatfem.study.impacts.landed import LANDED, STATUS, left_out_in_words
-from seatfem.study.safety import MOST_ROUNDS
+from seatfem.study.impacts.landings import LANDED, STATUS, left_out_in_words
+from seatfem.study.safety import MOST_ROUNDS, USUAL, Effort
 from seatfem.study.scene import load_scene, located
 from seatfem.study.scene.problems import scene_error
-from seatfem.study.sweep.ahead import Ahead, ahead
-from seatfem.study.sweep.best import Optimum, goal_of, violation
-from seatfem.study.sweep.cases import Case, Cases, cases_of
-from seatfem.study.sweep.design import Changes
-from seatfem.study.sweep.effort import USUAL, Effort
-from seatfem.study.sweep.goal import CONFIRMED, Optimise
+from seatfem.study.sweep.best import (
+    NEAREST,
+    Level,
+    Optimum,
+    Shift,
+    changes_at,
+    first_points,
+    goal_of,
+    improve,
+    rank,
+    violation,
+)
+from seatfem.study.sweep.cases import Case, Cases, Changes, cases_of
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import STAGE, Runner, StudyError, check_effort, crew_of, folder_of_ours
-from seatfem.study.sweep.search import NEAREST, Level, Shift, changes_at, first_points, improve, rank
-from seatfem.study.sweep.study import Study, load_study
+from seatfem.study.sweep.study import CONFIRMED, Optimise, Study, load_study
+from seatfem.study.sweep.sweep import Ahead, ahead
 from seatfem.study.sweep.table import check_measures, write_columns
 
 RADIUS: Final = 0.2  # of the ranges, of the first trust region

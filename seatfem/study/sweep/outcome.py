@@ -16,6 +16,7 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
+from seatfem.jobs.folders import private_folder
 from seatfem.jobs.worker import answer_lines
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ class Outcome:
         message: why.
         wall: seconds of the clock.
         summary: summary.json, as far as its values are single ones, and its notes in one text.
-        start: what scenes that follow may begin with (`seatfem.study.sweep.start`), of one that is asked for it.
+        start: what scenes that follow may begin with (`seatfem.study.sweep.cases`), of one that is asked for it.
     """
 
     state: State
@@ -107,13 +108,13 @@ def carry_out(
 def _carried_out(
     path: Path, changed: Changes, limits: Limits, start: Mapping[str, Any], *, leads: bool, once: bool
 ) -> Outcome:
-    from seatfem.jobs.folders import private_folder  # what runs scenes takes long to load
-    from seatfem.machine.rates import Machine
+    # what runs scenes takes long to load
+    from seatfem.machine.resources import Machine
     from seatfem.structures.store import Store
     from seatfem.study.planning.planner import plan_scene
     from seatfem.study.runs.pipeline import run_scene
     from seatfem.study.scene import load_scene
-    from seatfem.study.sweep.start import begun, start_of
+    from seatfem.study.sweep.cases import begun, start_of
 
     scene = load_scene(path, changed)
     with private_folder("sweep") as folder:

@@ -10,20 +10,18 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Final
 
-from impact.files.atomic import check_writable
-from impact.progress import Progress, silent
+from impact.files.safe_files import check_writable
+from impact.notices import Progress, silent
 from impact.quantities import in_time
-from seatfem.jobs import journal as lines
-from seatfem.jobs.batch import crew
-from seatfem.jobs.claims import claimed
+from seatfem.jobs import folders as lines
 from seatfem.jobs.cluster import Parcel, cluster_crew, threads_of
-from seatfem.jobs.desk import ONE_THREAD, Ask, Lost, Program
+from seatfem.jobs.desk import ONE_THREAD, Ask, Lost, Program, crew
+from seatfem.jobs.folders import claimed
 from seatfem.study.runs.next_round import Limits
+from seatfem.study.safety import Effort
 from seatfem.study.scene.parcel import packed
-from seatfem.study.sweep.cases import Case
-from seatfem.study.sweep.effort import Effort
+from seatfem.study.sweep.cases import Case, chosen
 from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.sweep.start import chosen
 from seatfem.study.sweep.study import Study
 
 JOURNAL: Final = "study.jsonl"

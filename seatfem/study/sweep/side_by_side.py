@@ -29,8 +29,8 @@ from seatfem.study.runs.rounds import SEAT_FILE
 from seatfem.study.runs.summary import landing_keys, reed_stress_keys
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import Blow, judged_landing, key_of, values_of
+from seatfem.study.sweep.cases import begun
 from seatfem.study.sweep.outcome import Changes, Outcome, carry_out
-from seatfem.study.sweep.start import begun
 
 SAME = 1e-9  # relative, of two initial states of which one is a multiple of the other
 

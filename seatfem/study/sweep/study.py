@@ -1,18 +1,91 @@
-"""Study files: a scene, what varies of it, by which design, and what is asked of the table."""
+"""Study files: a scene, what varies of it, by which design, [optimise], and a study to begin with."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from seatfem.fields import Contradictions, ExistingFile, Table, absent, default, kinds_below
+from seatfem.fields import Contradictions, ExistingFile, Fraction, Table, absent, default, kinds_below
+from seatfem.study.scene.keys import schema_of, table_lines
 from seatfem.study.scene.load import load_table
-from seatfem.study.sweep.goal import Optimise
 from seatfem.study.sweep.variations import AnyVariation, Listed, Range, Variation
+
+LEAST: Final = 5  # evaluations: three for a line and its curvature, one to begin with, one that uses them
+CONFIRMED: Final = 3  # points that are carried out at the scene's own target
+LOOSE: Final = 1e-3  # of a limit: by so much a constraint whose measure has no error bar may be violated
+_CONSTRAINT: Final = re.compile(r"\s*(\w+)\s*(<=|>=)\s*(\S+)\s*")
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """A measure of summary.json and its limit [SI]; ``sign`` is 1 where the measure must stay above it, else -1."""
+
+    measure: str
+    sign: float
+    limit: float
+
+    def __str__(self) -> str:
+        return f"{self.measure} {'>=' if self.sign > 0 else '<='} {self.limit:g}"
+
+    def margin(self, value: float) -> float:
+        """Return by how much the limit is kept, in the unit of the measure; negative where it is not."""
+        return self.sign * (value - self.limit)
+
+    def holds(self, margin: float, bar: float) -> bool:
+        """Return whether the limit is kept up to the measure's error bar, or up to `LOOSE` of it without one (nan)."""
+        return margin >= -(bar if math.isfinite(bar) else LOOSE * abs(self.limit))
+
+
+def _constraint(text: object) -> Constraint:
+    parts = _CONSTRAINT.fullmatch(text) if isinstance(text, str) else None
+    try:
+        limit = float(parts[3]) if parts else math.nan
+    except ValueError:
+        limit = math.nan
+    if parts is None or not math.isfinite(limit):
+        raise ValueError(
+            f"{str(text)[:80]!r} cannot be read; write a key of summary.json, <= or >=, and a number in SI units, as "
+            "in 'life_margin >= 1.2' or 'impulse_Ns <= 2e-3'"
+        )
+    return Constraint(parts[1], 1.0 if parts[2] == ">=" else -1.0, limit)
+
+
+class Optimise(Table):
+    """Which scene is sought."""
+
+    minimise: str | None = absent("key of summary.json of which less is better", pattern=r"^\w+$")
+    maximise: str | None = absent("key of summary.json of which more is better", pattern=r"^\w+$")
+    subject_to: tuple[Annotated[Any, BeforeValidator(_constraint)], ...] = default(
+        (), "limits, as 'life_margin >= 1.2', of keys of summary.json [SI]", max_length=20
+    )
+    most: int = default(40, "scenes of the search, at most", strict=True, ge=LEAST, le=10_000)
+    coarse: Fraction = default("20 %", "accuracy.target of the search")
+
+    @property
+    def measure(self) -> str:
+        """Return the measure that is optimised."""
+        return self.minimise or self.maximise or ""
+
+    @property
+    def sign(self) -> float:
+        """Return 1 where less is better, else -1."""
+        return 1.0 if self.minimise else -1.0
+
+    @property
+    def measures(self) -> tuple[str, ...]:
+        """Return all measures that are asked for, each once."""
+        return tuple(dict.fromkeys((self.measure, *(each.measure for each in self.subject_to))))
+
+    def contradictions(self) -> Contradictions:
+        if (self.minimise is None) == (self.maximise is None):
+            yield "minimise", "give one of minimise and maximise: a key of summary.json"
+
 
 Design = Literal["grid", "zip", "latin_hypercube", "sobol", "monte_carlo", "sobol_indices"]
 DRAWN: Final = ("latin_hypercube", "sobol", "monte_carlo", "sobol_indices")
@@ -185,3 +258,49 @@ def load_study(path: Path | str) -> Study:
     Raises `SceneError` with everything that is wrong, as `load_scene`; of the scenes themselves `cases_of` tells.
     """
     return load_table(path, Study)
+
+
+STUDY: Final = "study"
+STUDY_SCHEMA_FILE: Final = "seatfem-study.schema.json"
+_HEAD: Final = """\
+# seatfem init flapper      writes the scene that stands below, unless there is one
+# seatfem plan {file}     how many scenes there are, and what they would take
+# seatfem sweep {file}    all of them: one table, main effects, bands; goes on where it was stopped
+# A key behind a # has this default, or is absent: then the value shows how one is written (docs/studies.md).
+"""
+_VARY: Final = """\
+[vary]
+# Any keys of the scene, each with a list, a range or a distribution.
+reed.thickness = { kind = "normal", mean = "0.3 mm", deviation = "0.005 mm" }
+# reed.damping_ratio = [0.01, 0.02]
+# contact.gap = { from = "0 mm", to = "0.1 mm" }
+
+[outputs]
+measures = ["impulse_Ns", "filtered_peak_force_N"]                       # keys of summary.json
+# pareto = ["peak_reed_stress_Pa", "max impulse_Ns"]                     # two of which less, or more, is better
+
+# In place of a design, which must go then: the best of all values between bounds, by seatfem optimise {file}
+# [optimise]
+# minimise = "peak_reed_stress_Pa"                                       # or maximise
+# subject_to = ["impulse_Ns >= 1e-4"]                                    # in SI units
+# most = 40                                                              # scenes of the search
+# coarse = "20 %"                                                        # accuracy.target of the search
+"""
+
+
+def study_template(*, file: str, scene: str = "flapper.toml") -> str:
+    """Return the text of a study of ``scene``, every key with its meaning; ``file``: what the comments call it."""
+    values = {"scene": scene, "design": "latin_hypercube", "number": 32}
+    keys = table_lines(Study, values, leave=("vary", "outputs", "optimise"))
+    return "\n".join([_HEAD.replace("{file}", file), *keys, "", _VARY.replace("{file}", file)])
+
+
+def study_schema() -> dict[str, Any]:
+    """Return the schema of a study file, JSON Schema draft 2020-12; keys of [vary] may be dotted or tables."""
+    schema = schema_of(Study, "seatfem study")
+    values = schema["properties"]["vary"]["additionalProperties"]
+    keys = {"additionalProperties": {"anyOf": [values, {"$ref": "#/$defs/Vary"}]}}
+    no_distribution = {"properties": {"kind": {"not": {"type": "string"}}}}
+    schema["$defs"]["Vary"] = {"type": "object", **keys, "allOf": [no_distribution]}
+    schema["properties"]["vary"] = {"$ref": "#/$defs/Vary"}
+    return schema

@@ -16,13 +16,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
-from impact.march.engines import Engine
+from impact.march.history import Engine
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import PER_WAVELENGTH, AnyLevel, Method
 from seatfem.structures.reduction.greens import reducers
 from seatfem.structures.rings import MOST_RINGS, Division
 from seatfem.study.impacts.contact import striker_of
-from seatfem.study.impacts.simpler import BEAM, ONE_PORT, simpler_bodies
+from seatfem.study.impacts.validity import BEAM, ONE_PORT, simpler_bodies
 from seatfem.study.method import BAND, REED_BAND, is_given, stated_method, written
 from seatfem.study.scene import Scene
 from seatfem.study.trade.point import Point, Settings

@@ -13,11 +13,10 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from impact.march.engines import Engine
-from seatfem.jobs.limits import limit_process
+from impact.march.history import Engine
+from seatfem.jobs.processes import limit_process
 from seatfem.jobs.worker import answer_lines
-from seatfem.machine.memory import peak_memory
-from seatfem.machine.stopwatch import Stopwatch
+from seatfem.machine.resources import Stopwatch, peak_memory
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import (
     check_length,
@@ -31,9 +30,9 @@ from seatfem.study.impacts.contact import (
     time_step,
 )
 from seatfem.study.impacts.gas import lift_of
-from seatfem.study.impacts.landed import LANDED, STATUS
-from seatfem.study.impacts.measures import measured, stress_since
-from seatfem.study.impacts.simpler import simpler_bodies
+from seatfem.study.impacts.landings import LANDED, STATUS
+from seatfem.study.impacts.touches import measured, stress_since
+from seatfem.study.impacts.validity import simpler_bodies
 from seatfem.study.method import FIELDS, REED_BAND, RunMethod, has_key, stated_method, written
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.sweep.outcome import FAILURES, Outcome

@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from impact.life.critical_plane import _normals, normal_stresses, on_planes
-from impact.life.curves import LifeError, basquin
-from impact.life.mean_stress import Goodman
-from impact.life.places import Demand, judged
-from impact.life.strength import Strength
+from impact.life.damage import Goodman
+from impact.life.places import Demand, _normals, judged, normal_stresses, on_planes
+from impact.life.strength import LifeError, Strength, basquin
 
 DEMAND = Demand(
     Strength("invented for tests", ultimate=1800e6, curve=basquin(400e6, 1e7, 12.0)), Goodman(1800e6), 4.5e9

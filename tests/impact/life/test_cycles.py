@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from rainflow import extract_cycles
 
-from impact.life.curves import LifeError
-from impact.life.cycles import Cycles, from_peak, rainflow, reversals
+from impact.life.damage import Cycles, from_peak, rainflow, reversals
+from impact.life.strength import LifeError
 
 ASTM = [-2.0, 1.0, -3.0, 5.0, -1.0, 3.0, -4.0, 4.0, -2.0]
 """ASTM E1049-85, figure 6: the history of its example of rainflow counting."""

@@ -8,11 +8,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from impact.life.curves import Curve, LifeError, basquin, tabled
-from impact.life.cycles import Cycles, rainflow
-from impact.life.damage import damage, life, margin
-from impact.life.mean_stress import Goodman, MeanStress, Morrow, SmithWatsonTopper, mean_stress
-from impact.life.strength import Strength, speed_margin
+from impact.life.damage import (
+    Cycles,
+    Goodman,
+    MeanStress,
+    Morrow,
+    SmithWatsonTopper,
+    damage,
+    life,
+    margin,
+    mean_stress,
+    rainflow,
+)
+from impact.life.strength import Curve, LifeError, Strength, basquin, speed_margin, tabled
 
 CLOSINGS = 25_000 * 60 * 3000.0
 """25 000 h at 3000 rpm."""

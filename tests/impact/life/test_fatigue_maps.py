@@ -5,13 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from impact.life.curves import LifeError, basquin
-from impact.life.cycles import rainflow
-from impact.life.damage import damage
-from impact.life.maps import cycle_map, margin_map
-from impact.life.mean_stress import Goodman
+from impact.life.damage import Goodman, damage, rainflow
 from impact.life.multiaxial import Crossland
-from impact.life.strength import Strength
+from impact.life.places import cycle_map, margin_map
+from impact.life.strength import LifeError, Strength, basquin
 
 INVENTED = Strength("invented for tests", ultimate=1800e6, curve=basquin(400e6, 1e7, 12.0))
 SIZES = np.array([30.0, 100.0, 69.0, 71.0, 50.0, 120.0, 83.0, 84.1]) * 1e6

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.optimize import nnls
 
-from impact.life.curves import LifeError
-from impact.life.hypersphere import enclosing_sphere
+from impact.life.planes import enclosing_sphere
+from impact.life.strength import LifeError
 
 grid = arrays(np.float64, st.tuples(st.integers(1, 25), st.integers(1, 5)), elements=st.integers(-3, 3).map(float))
 

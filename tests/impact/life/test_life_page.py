@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact.life.curves import basquin
-from impact.life.maps import SHARE
-from impact.life.mean_stress import mean_stress
+from impact.life.damage import mean_stress
 from impact.life.multiaxial import multiaxial
-from impact.life.strength import Strength
+from impact.life.places import SHARE
+from impact.life.strength import Strength, basquin
 
 PAGE = (Path(__file__).parents[3] / "docs" / "life.md").read_text(encoding="utf-8")
 INVENTED = Strength("the page", ultimate=1800.0, fatigue_strength=2000.0, walker_exponent=0.65)

@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from impact.life.curves import LifeError
-from impact.life.mean_stress import Gerber, Goodman, MeanStress, Morrow, SmithWatsonTopper, Walker, mean_stress
-from impact.life.strength import Strength, kinds
+from impact.life.damage import Gerber, Goodman, MeanStress, Morrow, SmithWatsonTopper, Walker, mean_stress
+from impact.life.strength import LifeError, Strength, kinds
 
 MPA = 1e6
 INVENTED = Strength("invented for tests", ultimate=1800e6, fatigue_strength=2000e6, walker_exponent=0.65)

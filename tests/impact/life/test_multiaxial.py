@@ -6,10 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from impact.life.curves import LifeError
 from impact.life.multiaxial import Crossland, DangVan, Multiaxial, Papadopoulos, deviators, largest_shear, multiaxial
 from impact.life.planes import _average, _half_width_squared, _polar, mean_square_shear
-from impact.life.strength import Strength, kinds
+from impact.life.strength import LifeError, Strength, kinds
 
 TORSION, BENDING = 310e6, 500e6
 INVENTED = Strength("invented for tests", torsion_limit=TORSION, bending_limit=BENDING)

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from impact.exact.contact_stress import hertz_circular, hertz_stiffness
-from impact.life.curves import LifeError, basquin
-from impact.life.mean_stress import Goodman, mean_stress
-from impact.life.multiaxial import Crossland
+from impact.life.damage import Goodman, mean_stress
+from impact.life.multiaxial import Crossland, hertz_path
 from impact.life.places import Demand, judged, left_of
-from impact.life.pressed import hertz_path
-from impact.life.strength import Strength
+from impact.life.strength import LifeError, Strength, basquin
 
 INVENTED = Strength("invented for tests", ultimate=1800e6, curve=basquin(400e6, 1e7, 12.0, scatter=0.25))
 DEMAND = Demand(INVENTED, Goodman(1800e6), 4.5e9, 0.999)

@@ -1,0 +1,263 @@
+"""Histories of a run: spans of time, and averages and Fourier transforms of a force that is constant over each step.
+
+A ``length`` is that of the whole line [m], whose arcs are then equal, or those of its arcs, (N,). A line is closed, or
+made of several ``pieces``: the number of arcs in each, and whether it is closed. What is averaged lies on one piece.
+
+Where contact runs along a line, the force at one place is a moving front: its peak grows with ever more arcs and never
+settles. Means over a part of the line and a time do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.greens.base import Array
+
+Window = Literal["moving average", "hann"]
+MOVING_AVERAGE: Window = "moving average"
+
+
+def averaged(force: Array, dt: float, width: float, window: Window) -> Array:
+    """Return the (n + 1,) average over ``width`` [s] around t = 0, dt ... n dt of ``force`` (n,) [N], zero outside."""
+    n = len(force)
+    if window == MOVING_AVERAGE:
+        time = dt * np.arange(n + 1)
+        integral = np.concatenate([[0.0], np.cumsum(force) * dt])
+        after, before = (np.interp(time + shift, time, integral) for shift in (width / 2, -width / 2))
+        return np.asarray((after - before) / width)
+    reach = min(int(width / (2 * dt)) + 1, n)  # steps that the window sees on either side
+    edges = np.clip(np.arange(-reach, reach + 1) * dt / width, -0.5, 0.5)
+    weights = np.diff(edges + np.sin(2 * np.pi * edges) / (2 * np.pi))
+    size = 1 << (n + 2 * reach).bit_length()
+    whole = np.fft.irfft(np.fft.rfft(weights, size) * np.fft.rfft(force, size), size)
+    return np.asarray(whole[reach - 1 : reach + n])
+
+
+def largest_average(force: Array, dt: float, width: float) -> float:
+    """Return the largest average of ``force`` (n,) over ``width`` [s]: its span begins or ends with a step [N]."""
+    return float(largest_averages(force[:, None], dt, width)[0])
+
+
+def largest_averages(force: Array, dt: float, width: float) -> Array:
+    """Return the (N,) `largest_average` of each column of ``force`` (n, N)."""
+    last, span = len(force), width / dt
+    whole = min(int(span), last)
+    share = span - whole if whole < last else 0.0
+    integral = np.concatenate([np.zeros((1, force.shape[1])), np.cumsum(force, axis=0) * dt])
+    held = np.concatenate(
+        [np.repeat(integral[:1], whole + 1, axis=0), integral, np.repeat(integral[-1:], whole + 1, axis=0)]
+    )
+    rows = slice(whole + 1, whole + 2 + last)
+    begins = (1 - share) * held[2 * whole + 1 :][: last + 1] + share * held[2 * whole + 2 :][: last + 1] - held[rows]
+    ends = held[rows] - (1 - share) * held[1 : last + 2] - share * held[: last + 1]
+    return np.asarray(np.maximum(begins.max(axis=0), ends.max(axis=0)) / width)
+
+
+def transform(force: Array, dt: float, size: int) -> tuple[Array, Array]:
+    """Return the frequencies [Hz] and |N(f)| [N s] of ``force`` (n,) [N], followed by zeros up to ``size`` steps."""
+    frequencies = np.asarray(np.fft.rfftfreq(size, dt), dtype=np.float64)
+    return frequencies, np.asarray(np.abs(np.fft.rfft(force, size)) * dt * np.sinc(frequencies * dt))
+
+
+ON_A_STEP = 1e-6  # of a step: a landing that begins so little before a time begins at it
+
+
+@dataclass(frozen=True)
+class Spans:
+    """Spans of time whose largest values are looked for, each after one cut up to the next, with that.
+
+    ``touch``: number of the recorded time at which the first contact begins; -1 under a preload, inf without contact.
+    ``landing``: likewise of a landing; inf where none is stated.
+    """
+
+    touch: float
+    landing: float = np.inf
+
+    @classmethod
+    def of_run(cls, force: Array, dt: float, since: float | None = None) -> Spans:
+        """Return the spans of a run with contact forces (n + 1, ...) at the step ``dt``, a landing ``since`` that time
+        [s]."""
+        return cls(first_touch(force), np.inf if since is None else float(np.floor(since / dt + ON_A_STEP)))
+
+    @property
+    def cuts(self) -> Array:
+        """Return the (c,) numbers of the times that are the last ones of their spans, rising."""
+        return np.unique([0.0, self.touch, self.landing])
+
+    @property
+    def count(self) -> int:
+        """Return the number of spans."""
+        return len(self.cuts) + 1
+
+    @property
+    def start(self) -> slice:
+        """Return the span that holds t = 0, and nothing else of a record."""
+        number = self._span(0.0)
+        return slice(number, number + 1)
+
+    def until(self, cut: float) -> slice:
+        """Return the spans up to a cut, ``touch`` or ``landing``."""
+        return slice(self._span(cut) + 1)
+
+    def after(self, cut: float) -> slice:
+        """Return the spans after a cut, ``touch`` or ``landing``."""
+        return slice(self._span(cut) + 1, None)
+
+    def of_times(self, times: NDArray[np.int64]) -> NDArray[np.intp]:
+        """Return the (m,) numbers of the span that holds each of m recorded times, given by their numbers."""
+        return np.searchsorted(self.cuts, times)
+
+    def _span(self, time: float) -> int:
+        return int(np.searchsorted(self.cuts, time))
+
+
+def first_touch(force: Array) -> float:
+    """Return the number of the time from which on contact bends the reed, inf without; ``force[m]`` acts from m - 1
+    on."""
+    touching = np.flatnonzero(force if force.ndim == 1 else np.any(force, axis=1))
+    return float(touching[0]) - 1 if touching.size else np.inf
+
+
+Pieces = tuple[tuple[int, bool], ...]
+
+
+@dataclass(frozen=True)
+class ClosedLine:
+    """A line in N arcs about a point, closed unless its ``pieces`` are not.
+
+    ``lengths`` (N,) of the arcs [m]; ``edges`` (N + 1,): angles at which they begin and end, from 0 to 2 pi [rad],
+    ``None`` where angles do not give places; ``places`` (N, 2): means over them of x and y from the point [m].
+    """
+
+    lengths: Array
+    edges: Array | None
+    places: Array
+    pieces: Pieces = ()
+
+    @property
+    def borders(self) -> Array:
+        """Return the (N + 1,) lengths along it at which arcs begin and end [m]."""
+        return np.concatenate([[0.0], np.cumsum(self.lengths)])
+
+    @staticmethod
+    def circle(radius: float, arcs: int) -> ClosedLine:
+        """Return a circle in equal arcs, of which the first begins on the x axis; their means lie inside the circle."""
+        angles, reach = 2 * np.pi * (np.arange(arcs) + 0.5) / arcs, radius * np.sinc(1 / arcs)
+        places = reach * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        return ClosedLine(np.full(arcs, 2 * np.pi * radius / arcs), 2 * np.pi * np.arange(arcs + 1) / arcs, places)
+
+
+def over_arcs(force: Array, share: float, length: float | Array | None = None, pieces: Pieces = ()) -> Array:
+    """Turn (n, N) forces of N arcs [N] into the (n, N) mean force per length over a part of the line that begins at
+    each.
+
+    On an open piece parts that would reach beyond its end are moved back to it. ``share``: of the whole line, up to 1,
+    at least the longest arc's, at most a whole piece; an arc that lies in it in part counts by that part. ``length``:
+    by default 1 m of each arc, for the mean force of an arc.
+    """
+    lengths = lengths_of(float(force.shape[1]) if length is None else length, force.shape[1])
+    weights = np.zeros((len(lengths), len(lengths)))
+    for arcs, starts, width, closed in _parts(share, lengths, pieces):
+        own, again = lengths[arcs], 2 if closed else 1
+        ends = np.cumsum(np.tile(own, again))
+        begins = ends - np.tile(own, again)
+        within = np.minimum(ends[:, None], starts + width) - np.maximum(begins[:, None], starts)
+        within = np.maximum(within, 0.0).reshape(again, len(own), -1).sum(axis=0)
+        weights[arcs, arcs] = within / own[:, None] / width
+    return np.asarray(force @ weights)
+
+
+def _parts(share: float, lengths: Array, pieces: Pieces) -> Iterator[tuple[slice, Array, float, bool]]:
+    """Yield for each piece its arcs, where on it the parts of `over_arcs` begin and how long they are [m], and if
+    closed."""
+    width, first = widest(share, lengths) * lengths.sum(), 0
+    for number, closed in pieces or ((len(lengths), True),):
+        arcs = slice(first, first + number)
+        starts, whole = np.cumsum(lengths[arcs]) - lengths[arcs], float(lengths[arcs].sum())
+        span = min(width, whole)
+        yield arcs, starts if closed else np.minimum(starts, whole - span), span, closed
+        first += number
+
+
+def lengths_of(length: float | Array, number: int) -> Array:
+    """Return the (N,) lengths of the arcs [m]."""
+    return np.full(number, length / number) if np.ndim(length) == 0 else np.asarray(length)
+
+
+def widest(share: float, lengths: Array) -> float:
+    """Return the part of the line that is averaged over: ``share``, or that of the longest arc where that is more."""
+    return float(np.clip(share, lengths.max() / lengths.sum(), 1.0))
+
+
+def per_length(force: Array, dt: float, width: float, length: float | Array) -> Array:
+    """Return the (n + 1, N) force per length of each arc, averaged over ``width`` [s] around each recorded time [N/m].
+
+    ``force``: (n + 1, N) [N] at steps ``dt`` [s], zero outside the record; ``length``: of the line, or (N,) [m].
+    """
+    means = [averaged(each, dt, width, "moving average") for each in force[1:].T]
+    return np.asarray(np.stack(means, axis=1) / lengths_of(length, force.shape[1]))
+
+
+def best_plane(gaps: Array, line: float | ClosedLine) -> Array:
+    """Return the (n, 3) mean [m] and slopes along x and y of the plane a + b x + c y next to the gaps along a line.
+
+    ``gaps``: (n, N) of N >= 3 arcs [m]; ``line``: or the radius of a circle in equal arcs from the x axis on [m].
+    """
+    line = line if isinstance(line, ClosedLine) else ClosedLine.circle(line, gaps.shape[1])
+    plane = np.column_stack([np.ones(len(line.places)), line.places])
+    return np.asarray(np.linalg.lstsq(plane, gaps.T, rcond=None)[0].T)
+
+
+def line_force_peak(
+    force: Array, dt: float, width: float, length: float | Array, share: float, pieces: Pieces = ()
+) -> tuple[float, float]:
+    """Return the largest force per length, averaged over any ``width`` [s] and a ``share`` of the line, and where [N/m,
+    1].
+
+    ``force``: (n, N) of N arcs, constant over each step ``dt`` [N, s]; ``length``: of the line, or (N,) [m]. The place
+    is the middle of its part, as a share of the line from the first arc's beginning.
+    """
+    lengths, when = lengths_of(length, force.shape[1]), np.flatnonzero(np.any(force, axis=1))
+    first, last = (when[0], when[-1]) if when.size else (0, 0)  # there is no force before and after
+    means = over_arcs(force[first : last + 1], share, lengths, pieces)
+    each = largest_averages(means, dt, width)
+    return float(each.max()), float(_middles(lengths, share, pieces)[int(np.argmax(each))])
+
+
+def line_impulse(
+    force: Array, dt: float, length: float | Array, share: float, pieces: Pieces = ()
+) -> tuple[Array, Array]:
+    """Return the (N,) impulses per length averaged over a ``share`` of the line [N s/m], and the shares of the line
+    where.
+
+    The arguments are those of `line_force_peak`.
+    """
+    lengths = lengths_of(length, force.shape[1])
+    impulses = over_arcs(force.sum(axis=0, keepdims=True), share, lengths, pieces)[0] * dt
+    places = _middles(lengths, share, pieces)
+    order = np.argsort(places, kind="stable")
+    return impulses[order], places[order]
+
+
+def line_impulse_peak(
+    force: Array, dt: float, length: float | Array, share: float, pieces: Pieces = ()
+) -> tuple[float, float]:
+    """Return the largest impulse per length [N s/m], averaged over a ``share`` of the line; else as
+    `line_force_peak`."""
+    each, places = line_impulse(force, dt, length, share, pieces)
+    return float(each.max()), float(places[int(np.argmax(each))])
+
+
+def _middles(lengths: Array, share: float, pieces: Pieces) -> Array:
+    """Return the (N,) middles of the parts that begin at each arc, as shares of the line."""
+    places, before = [], 0.0
+    for arcs, starts, width, closed in _parts(share, lengths, pieces):
+        whole, middles = float(lengths[arcs].sum()), starts + width / 2
+        places.append(before + (middles % whole if closed else middles))
+        before += whole
+    return np.asarray(np.concatenate(places) / lengths.sum())

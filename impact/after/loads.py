@@ -1,0 +1,199 @@
+"""Loads in a finished run: what springs did to a body, and the quasi-static load that presses the bodies on each
+other.
+
+With the compliances C of both bodies, the opening g that the loads of an instant leave between them, and the law's
+force N(p) at a penetration p,
+
+    p = -g - C N,   N = N(p) >= 0,
+
+is solved at some instants, between which the forces are taken as straight lines.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from impact.bodies.body import Body, Load, ModalState
+from impact.bodies.loads import SPRINGS, SprungBody
+from impact.greens.base import Array, GreensFunctionError
+from impact.greens.modal import ModalGreens, Residual
+from impact.march.laws import HERTZ, HUNT_CROSSLEY, SPRING
+from impact.march.loop.several import active_set
+from impact.march.motion import Discrete
+from impact.march.problem import Contact, ContactProblem
+from impact.march.stepper import held_course
+from impact.quantities import brief
+
+INSTANTS: Final = 4096  # at which one contact or two are solved
+INSTANTS_OF_MANY: Final = 512  # the same of a lip in arcs, whose equations are larger
+FEW: Final = 2  # contacts
+SOFT: Final = 1e-4  # share of a load that holds a free body in place of the contact
+SECANTS: Final = 12  # of a law whose stiffness grows with the force: each divides the error by three or more
+ROUND_OFF: Final = 1e-12
+
+
+@dataclass(frozen=True)
+class StaticLoad:
+    """The quasi-static forces at m instants ``time`` [s]: totals of the contacts with seats and with stoppers (m,)
+    [N]."""
+
+    time: Array
+    seat: Array
+    stopper: Array
+
+    __repr__ = brief
+
+    def course(self, time: Array, *, stopper: bool = False) -> Array:
+        """Return the (n,) forces at times (n,) [s -> N]; beyond the last instant they stay what they are there."""
+        force = self.stopper if stopper else self.seat
+        if not np.any(force):
+            return np.zeros(len(time))
+        return np.interp(time, self.time, force)
+
+
+def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
+    """Return the quasi-static forces of a problem over a ``duration`` [s].
+
+    A body free to move is held by a spring so soft that it bears `SOFT` of the largest load; one that no load
+    pushes rests on nothing, however its target moves. Hertz' and Hunt-Crossley's laws press as their secants do, a
+    law of one's own as a rigid one. Loads that depend on the opening act as at the start: give a striker whose loads
+    are as they were marched (`impact.march.stepper.as_marched`).
+    """
+    count = INSTANTS if len(problem.contacts) <= FEW else INSTANTS_OF_MANY
+    time = np.asarray(np.linspace(0.0, duration, count + 1), dtype=np.float64)
+    opening, compliance = _openings(problem, time)
+    modal = problem.striker.greens.modal
+    held = modal is None or bool(np.all(modal.omega)) or bool(np.any(problem.striker.load_amplitudes(time)))
+    if np.all(opening >= 0) or not held:
+        return StaticLoad(np.zeros(1), np.zeros(1), np.zeros(1))
+    force, seats = np.zeros(opening.shape), np.array([contact.side > 0 for contact in problem.contacts])
+    pressed = np.zeros(len(seats))
+    for row, gap in enumerate(opening):
+        if row and np.array_equal(gap, opening[row - 1]):
+            force[row] = force[row - 1]
+            continue
+        pressed = _pressing(problem.contacts, compliance, gap, pressed)
+        force[row] = pressed
+    return StaticLoad(time, force[:, seats].sum(axis=1), force[:, ~seats].sum(axis=1))
+
+
+def _openings(problem: ContactProblem, time: Array) -> tuple[Array, Array]:
+    """Return the (m, p) openings that gaps, bases and loads leave [m], and the (p, p) compliance [m/N]."""
+    opening = np.tile([contact.gap for contact in problem.contacts], (len(time), 1))
+    if (carried := problem.carried(time)) is not None:
+        opening = opening + carried
+    reach = max(float(np.abs(opening).max()), np.finfo(float).tiny)
+    compliance = np.zeros((len(problem.contacts),) * 2)
+    for body in problem.bodies:
+        turn, pushed = problem.directions(body), body.load_amplitudes(time)
+        moved, yields = _statics(body, pushed, reach)
+        opening = opening + (turn.T @ moved).T
+        compliance += turn.T @ yields @ turn
+    size = float(np.trace(compliance)) / len(compliance)
+    return opening, compliance + ROUND_OFF * (size or 1.0) * np.eye(len(compliance))
+
+
+def _statics(body: Body, pushed: Array, reach: float) -> tuple[Array, Array]:
+    """Return the (ports, m) displacements under load amplitudes [m] and the (ports, ports) compliance [m/N].
+
+    ``reach``: opening that a free body's spring must let it cross [m]. One that neither yields nor translates stands
+    still.
+    """
+    modal, ports = body.greens.modal, len(body.greens.ports)
+    none = np.zeros((ports, pushed.shape[1]))
+    if modal is None or not np.any(modal.omega == 0):
+        compliance = body.greens.static_compliance()
+        compliance = compliance if np.all(np.isfinite(compliance)) else np.zeros((ports, ports))
+        if modal is None or not len(pushed):
+            return none, compliance
+        square = modal.omega**2
+    else:
+        if not len(pushed) or not np.any(pushed):
+            return none, np.zeros((ports, ports))
+        rigid = modal.omega == 0
+        participation = max(float(np.abs(load.shape[rigid]).max()) for load in body.loads)
+        seen = float(np.abs(modal.shapes[rigid]).max()) * participation
+        square = np.where(rigid, SOFT * float(np.abs(pushed).max()) * seen / reach, modal.omega**2)
+        square = np.where(square > 0, square, 1.0)
+        rest = modal.residual.static()
+        compliance = (modal.shapes / square[:, None]).T @ modal.shapes
+        compliance = compliance + (rest if np.all(np.isfinite(rest)) else 0.0)
+    shapes = np.array([load.shape for load in body.loads])
+    return np.asarray(modal.shapes.T @ ((shapes.T @ pushed) / square[:, None])), compliance
+
+
+def _pressing(contacts: tuple[Contact, ...], compliance: Array, gap: Array, before: Array) -> Array:
+    """Return the (p,) forces at openings (p,) [m -> N]; ``before``: those of the last instant, to begin with."""
+    force = before.copy()
+    curved = any(contact.law.code in (HERTZ, HUNT_CROSSLEY) for contact in contacts)
+    for _ in range(SECANTS if curved else 1):
+        yields = np.array([_secant(contact, float(pushed)) for contact, pushed in zip(contacts, force, strict=True)])
+        active_set(compliance + np.diag(yields), -gap, force)
+    return force
+
+
+def _secant(contact: Contact, force: float) -> float:
+    """Return the penetration over the force of a law at this force [m/N]; 0 of a law that does not yield at rest."""
+    law = contact.law
+    if law.code == SPRING:
+        return 1 / law.parameters[0]
+    if law.code not in (HERTZ, HUNT_CROSSLEY) or force <= 0:
+        return 0.0
+    stiffness, exponent = law.parameters[0], 1.5 if law.code == HERTZ else law.parameters[2]
+    return float((force / stiffness) ** (1 / exponent) / force)
+
+
+def spring_displacements(body: Body, force: Array, dt: float, weights: Array | None = None) -> Array:
+    """Return the (S, n + 1) displacements of a body at its springs [m], as marched
+    (`impact.march.stepper.as_marched`).
+
+    ``force``: (n + 1,) or (n + 1, ports) on its ports [N], ``force[0]`` since ever; ``weights``: (S, q) of sums over
+    the springs, which then are given in their place, (q, n + 1). Raises `GreensFunctionError` without springs.
+    """
+    if not isinstance(body, SprungBody):
+        raise GreensFunctionError("the body has no springs: give the one that impact.bodies.loads.on_springs returns")
+    modal, pushes = body.greens.modal, np.atleast_2d(np.asarray(force, dtype=float).T)
+    assert modal is not None
+    seen = body.springs.shapes if weights is None else body.springs.shapes @ weights
+    places, ports, rest = seen.shape[1], len(modal.ports), modal.residual
+    none = np.zeros((ports + places, ports + places))
+    none[:ports, :ports] = rest.compliance
+    wider = ModalGreens(
+        modal.omega,
+        modal.zeta,
+        np.column_stack([modal.shapes, seen]),
+        Residual(np.column_stack([rest.shapes, np.zeros((len(rest.rates), places))]), rest.rates, none),
+        (*modal.ports, *(f"spring {k + 1}" for k in range(places))),
+        valid_for=modal.valid_for,
+    )
+    start, n = replace(Body(body.greens, state=body.state, loads=body.loads), greens=wider), pushes.shape[1] - 1
+    discrete = Discrete.from_body(start, dt, n)
+    if np.any(pushes[:, 0]):
+        held = body.load_amplitudes(np.zeros(1))[:, 0]
+        discrete = replace(discrete, rest=np.append(pushes[:, 0], np.zeros(places)), rest_loads=held)
+    padded = np.concatenate([pushes[:, 1:], np.zeros((places, n))])
+    return np.asarray(discrete.motion(padded).displacement[ports:])
+
+
+def without_springs(body: Body, force: Array, dt: float) -> Body:
+    """Return the body in its own modes, those without springs, under what its springs did in a run; itself without any.
+
+    The springs' forces are loads that are constant over each step. Arguments as of `spring_displacements`.
+    """
+    if not isinstance(body, SprungBody):
+        return body
+    modal, springs = body.greens.modal, body.springs
+    assert modal is not None
+    moved = spring_displacements(body, force, dt)
+    pulls = -springs.stiffness[:, None] * (moved[:, 1:] + moved[:, :-1]) / 2
+    origin = {key: value for key, value in modal.origin.items() if key != SPRINGS}
+    greens = replace(modal, origin=origin, omega=springs.omega, zeta=springs.zeta, shapes=springs.basis @ modal.shapes)
+    state = body.state and ModalState(springs.basis @ body.state.displacement, springs.basis @ body.state.velocity)
+    loads = [replace(load, shape=springs.basis @ load.shape) for load in body.loads]
+    loads += [
+        Load(springs.basis @ shape, held_course(pull, dt)) for shape, pull in zip(springs.shapes.T, pulls, strict=True)
+    ]
+    return Body(greens, state=state, loads=tuple(loads), base=body.base)

@@ -1,0 +1,291 @@
+"""Flow of a perfect gas: through a nozzle, through the areas of a reed valve, into and out of a cylinder.
+
+A state holds pressure, mass, and what has passed so far. Each function takes it on in place by a step that conserves
+mass and energy to round-off.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from impact.greens.base import Array
+from impact.quantities import brief
+
+MOLAR: Final = 8.31446261815324
+"""Molar gas constant [J/(mol K)], exact in the SI of 2019."""
+
+
+class GasError(ValueError):
+    """Gas, geometry or tables that nothing can be computed with; the message names the value, the limit, the remedy."""
+
+
+@dataclass(frozen=True)
+class PerfectGas:
+    """A gas with p V = m R T and constant specific heats.
+
+    Attributes:
+        k: ratio of the specific heats, > 1.
+        constant: R of this gas [J/(kg K)], molar constant over molar mass.
+        source: of the numbers.
+
+    Raises:
+        GasError: k <= 1, R <= 0, or a number that is not finite.
+    """
+
+    k: float
+    constant: float
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if not (self.k > 1 and self.constant > 0 and math.isfinite(self.k * self.constant)):
+            raise GasError(f"a gas needs k > 1 and R > 0, finite; got k = {self.k:g}, R = {self.constant:g} J/(kg K)")
+
+    @property
+    def heat(self) -> float:
+        """Return the specific heat at constant pressure, c_p = k R/(k - 1) [J/(kg K)]."""
+        return self.k * self.constant / (self.k - 1)
+
+    @property
+    def critical(self) -> float:
+        """Return the ratio of the pressures at and below which the flow is choked, (2/(k + 1))^(k/(k - 1))."""
+        return float((2 / (self.k + 1)) ** (self.k / (self.k - 1)))
+
+    def flux(self, upstream: float, temperature: float, drop: float) -> float:
+        """Return the mass flow through an effective area [kg/(s m^2)], at rest ``upstream`` [Pa] with its
+        ``temperature`` [K].
+
+            m'/A = p_u sqrt(2 k/((k - 1) R T_u) (r^(2/k) - r^((k + 1)/k))),   r = max(p_d/p_u, r*),
+
+        where r* is `critical`. Given is ``drop`` = p_u - p_d >= 0 [Pa], so that no digit is lost where it is small.
+        """
+        k = self.k
+        ratio = max(1 - drop / upstream, self.critical)
+        log = math.log1p(-drop / upstream) if ratio > self.critical else math.log(ratio)
+        falls = -math.expm1((k - 1) / k * log)  # 1 - r^((k - 1)/k)
+        speed = math.sqrt(2 * k / ((k - 1) * self.constant * temperature) * falls)
+        return float(upstream * ratio ** (1 / k) * speed)
+
+
+def of_molar_mass(k: float, molar_mass: float, source: str = "") -> PerfectGas:
+    """Return the gas by its molar mass [kg/mol]; raises `GasError`."""
+    if not molar_mass > 0:
+        raise GasError(f"molar mass = {molar_mass:g} kg/mol must be positive")
+    return PerfectGas(k, MOLAR / molar_mass, source)
+
+
+GASES: Final = {
+    "air": of_molar_mass(1.400, 28.9647e-3, "dry air near 300 K: Moran and Shapiro, Engineering Thermodynamics"),
+    "nitrogen": of_molar_mass(1.400, 28.0134e-3, "near 300 K: NIST Chemistry WebBook"),
+    "R134a": of_molar_mass(
+        1.108, 102.032e-3, "ideal-gas limit at 300 K: Tillner-Roth and Baehr, J. Phys. Chem. Ref. Data 23 (1994) 657"
+    ),
+}
+"""By name, in the ideal-gas limit: near saturation real gases are denser, state k and molar mass that fit there."""
+
+
+PRESSURE, MASS, FORWARD, BACK, OTHER, WORK, ENTHALPY = range(7)
+"""Of a state: p [Pa] and m [kg] of the gas; mass through the reed valve forward and back, through the other valve [kg];
+work done on the gas, enthalpy it received [J]."""
+STATE: Final = 7
+
+
+@dataclass(frozen=True)
+class SliderCrank:
+    """A piston on a crank that turns steadily; its pin axis meets the crank's.
+
+    Attributes:
+        bore, stroke, rod: cylinder diameter, stroke, length of the connecting rod [m].
+        clearance: volume at the top dead centre [m^3].
+        rpm: speed [1/min].
+        start: crank angle at t = 0, from the top dead centre [rad].
+
+    Raises:
+        GasError: a length, clearance or speed that is not positive; a rod of no more than half the stroke.
+    """
+
+    bore: float
+    stroke: float
+    rod: float
+    clearance: float
+    rpm: float
+    start: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("bore", "stroke", "rod", "clearance", "rpm"):
+            if not (getattr(self, name) > 0 and math.isfinite(getattr(self, name))):
+                raise GasError(f"{name} = {getattr(self, name):g} must be positive and finite")
+        if self.rod <= self.stroke / 2:
+            raise GasError(
+                f"rod = {1e3 * self.rod:g} mm is no longer than half the stroke of {1e3 * self.stroke:g} mm: the crank "
+                f"cannot turn; make it longer than {500 * self.stroke:g} mm"
+            )
+
+    def angle(self, time: float) -> float:
+        """Return the crank angle [rad] at a time [s]."""
+        return self.start + math.pi / 30 * self.rpm * time
+
+    def volume(self, time: float) -> float:
+        """Return V_c + (pi/4) B^2 (a (1 - cos) + l - sqrt(l^2 - a^2 sin^2)) [m^3], a = stroke/2, l = rod."""
+        arm, angle = self.stroke / 2, self.angle(time)
+        travel = arm * (1 - math.cos(angle)) + self.rod - math.sqrt(self.rod**2 - (arm * math.sin(angle)) ** 2)
+        return self.clearance + math.pi / 4 * self.bore**2 * travel
+
+
+@dataclass(frozen=True)
+class Plenum:
+    """Gas at constant pressure [Pa] and temperature [K]; raises `GasError` unless both are positive."""
+
+    pressure: float
+    temperature: float
+
+    def __post_init__(self) -> None:
+        if not (self.pressure > 0 and self.temperature > 0 and math.isfinite(self.pressure * self.temperature)):
+            raise GasError(
+                f"a plenum at {self.pressure:g} Pa and {self.temperature:g} K: both must be positive, finite"
+            )
+
+
+def squeeze(gas: PerfectGas, state: Array, before: float, after: float) -> None:
+    """Compress the gas from one volume to another [m^3] with all valves shut: p V^k = const."""
+    ratio = before / after
+    state[WORK] += state[PRESSURE] * before / (gas.k - 1) * math.expm1((gas.k - 1) * math.log(ratio))
+    state[PRESSURE] *= ratio**gas.k
+
+
+def let_in(gas: PerfectGas, state: Array, volume: float, plenum: Plenum, area: float, span: float) -> float:
+    """Let gas flow from or to a plenum through an effective ``area`` [m^2] over ``span`` [s] at a constant volume.
+
+    p' = k R T_u m'/V, with T_u of the plenum where it flows in; where it flows out, what stays keeps p/m^k. The root s
+    of the pressures' difference is smooth down to zero, where the flow ends: it is stepped by the midpoint rule, of
+    second order, and stops there. Mass and enthalpy follow from p exactly. Returns the mass that came in [kg];
+    negative: went out.
+    """
+    p, m, k = float(state[PRESSURE]), float(state[MASS]), gas.k
+    root = math.sqrt(abs(plenum.pressure - p))
+    if area == 0 or root == 0:
+        return 0.0
+    inward = plenum.pressure > p
+
+    def rate(s: float) -> float:
+        """Return -s' = |p'|/(2 s)."""
+        if inward:
+            heat = plenum.temperature
+            flux = gas.flux(plenum.pressure, heat, s * s)
+        else:
+            now = plenum.pressure + s * s
+            heat = p * volume / (m * gas.constant) * (now / p) ** ((k - 1) / k)
+            flux = gas.flux(now, heat, s * s)
+        return k * gas.constant * heat * area * flux / (2 * s * volume)
+
+    middle = max(root - span / 2 * rate(root), 1e-6 * root)
+    difference = max(root - span * rate(middle), 0.0) ** 2
+    if inward:
+        after = plenum.pressure - difference
+        gained = volume * (after - p) / (k * gas.constant * plenum.temperature)
+        brought = gas.heat * plenum.temperature * gained
+    else:
+        after = plenum.pressure + difference
+        gained = m * math.expm1(math.log(after / p) / k)
+        warm = p * volume / (m * gas.constant)
+        brought = gas.heat * warm * m / k * ((1 + gained / m) ** k - 1)  # integral of c_p T dm, T ~ m^(k - 1)
+    state[PRESSURE], state[MASS] = after, m + gained
+    state[ENTHALPY] += brought
+    return gained
+
+
+NOT_MEASURED: Final = "not measured: "
+
+
+@dataclass(frozen=True)
+class AreaTable:
+    """An effective area by the lift, by lines between its points, held beyond the last.
+
+    Attributes:
+        lift: (n,) mean lift [m], increasing from 0.
+        area: (n,) at each of them [m^2], none negative.
+        source: of the numbers.
+
+    Raises:
+        GasError: a table that does not begin at lift 0, lifts that do not increase, negative areas.
+    """
+
+    lift: Array
+    area: Array
+    source: str
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        lift, area = self.lift, self.area
+        if lift.ndim != 1 or lift.shape != area.shape or not len(lift):
+            raise GasError(f"{np.size(area)} areas at {np.size(lift)} lifts: give one for each")
+        if lift[0] != 0:
+            raise GasError(f"the table begins at a lift of {1e3 * lift[0]:g} mm: state the area of the shut valve, too")
+        if (back := np.flatnonzero(~(np.diff(lift) > 0))).size:
+            raise GasError(
+                f"the lifts must increase: {1e3 * lift[back[0] + 1]:g} mm follows {1e3 * lift[back[0]]:g} mm"
+            )
+        if not (np.all(area >= 0) and np.all(np.isfinite(area))):
+            raise GasError(f"an area of {1e6 * np.min(area):g} mm^2: areas are >= 0 and finite")
+
+    def __call__(self, lift: float) -> float:
+        """Return the area [m^2] at a mean lift [m]; below 0 that at 0."""
+        return float(np.interp(lift, self.lift, self.area))
+
+
+@dataclass(frozen=True)
+class ReedValve:
+    """Effective areas of a reed valve, each direction with its own.
+
+    Forward is through the port, which lifts the reed. The pressure drop dp is counted forward: that in the port less$
+    that on the reed's other side.
+
+    Attributes:
+        flow, flow_back: A_e, by which `PerfectGas.flux` gives the mass flow.
+        force, force_back: A_f, by which dp gives the force on the reed; at lift 0 the area of the port.
+
+    Raises:
+        GasError: a force area of 0 at lift 0: nothing would open the valve.
+    """
+
+    flow: AreaTable
+    flow_back: AreaTable
+    force: AreaTable
+    force_back: AreaTable
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        for table in (self.force, self.force_back):
+            if not table.area[0] > 0:
+                raise GasError(
+                    "the force area at lift 0 is 0: nothing opens the valve; state the area of the port there"
+                )
+
+    def flow_area(self, lift: float, drop: float) -> float:
+        """Return A_e at a lift [m] under dp = ``drop`` [Pa], whose sign alone counts [m^2]."""
+        return (self.flow if drop >= 0 else self.flow_back)(lift)
+
+    def push(self, lift: float, drop: float) -> float:
+        """Return dp A_f, away from the seat [N]."""
+        return drop * (self.force if drop >= 0 else self.force_back)(lift)
+
+
+def port_flow(radius: float, coefficient: float) -> AreaTable:
+    """Return C_d min(2 pi R x, pi R^2), the gap round a port of radius R [m], up to the port itself.
+
+    It is an estimate, and marked so; C_d is the ``coefficient``.
+    """
+    area = coefficient * math.pi * radius**2
+    words = f"{NOT_MEASURED}{coefficient:g} min(2 pi R x, pi R^2), R = {1e3 * radius:g} mm"
+    return AreaTable(np.array([0.0, radius / 2]), np.array([0.0, area]), words)
+
+
+def port_force(radius: float) -> AreaTable:
+    """Return pi R^2 at every lift: the area of the port alone, as if the valve stayed shut. An estimate, marked so."""
+    words = f"{NOT_MEASURED}pi R^2 at every lift, R = {1e3 * radius:g} mm"
+    return AreaTable(np.zeros(1), np.array([math.pi * radius**2]), words)

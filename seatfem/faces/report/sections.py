@@ -1,0 +1,336 @@
+"""Sections of the page of a run: its folder, tables as HTML, hot spots and life, gaps, true errors, provenance,
+pictures.
+"""
+
+from __future__ import annotations
+
+import base64
+import csv
+import hashlib
+import html
+import json
+import math
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from impact.files.safe_files import MB, read_bytes, read_text
+from impact.quantities import text
+from seatfem import results
+from seatfem.faces.report.asked import SCENE_COPY, changes_in
+from seatfem.faces.tables import time_line
+from seatfem.machine.doctor import installed_version
+from seatfem.readings import BAR, Summary, as_number, bar_of, is_known, reading
+from seatfem.results import IMPULSE, SEAT_STRESS, Group, asked, name_of, rows_of, words_of
+from seatfem.study.runs.pipeline import SUMMARY_FILE
+from seatfem.study.safety import in_words
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+
+MOST_TEXT: Final = 4 * MB
+
+
+class ReportError(ValueError):
+    """A folder that holds no run, or files of one that cannot be read; the message names the file and the remedy."""
+
+
+def run_summary(folder: Path) -> dict[str, Any]:
+    """Return summary.json of a run. Raises `ReportError` for a folder that holds none, or one that is not whole."""
+    path = folder / SUMMARY_FILE
+    if folder.is_file():
+        raise ReportError(f"{folder}: is a file; give the folder of a run (seatfem run -o), as {folder.stem}-result")
+    try:
+        summary = json.loads(read_text(path, MOST_TEXT, ReportError))
+    except FileNotFoundError:
+        raise ReportError(f"{folder}: holds no {SUMMARY_FILE}; give the folder of a run (seatfem run -o)") from None
+    except ValueError as error:
+        raise (
+            error
+            if isinstance(error, ReportError)
+            else ReportError(f"{path}: is no JSON ({error}); run the scene again")
+        ) from None
+    if not isinstance(summary, dict) or IMPULSE not in summary:
+        raise ReportError(f"{path}: is no summary of a run; give the folder of a run (seatfem run -o)")
+    return summary
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a file beside the results; "" where there is none."""
+    return read_text(path, MOST_TEXT, ReportError) if path.is_file() else ""
+
+
+def html_table(table: Table) -> str:
+    """Return the cells of a table whose columns hold text, its sections, its bold rows as headings, and its caption."""
+    columns, attributes = [], []
+    for column in table.columns:
+        columns.append([str(cell) for cell in column.cells])
+        attributes.append(' class="number"' if column.justify == "right" else "")
+    heads = [str(column.header) for column in table.columns]
+    begins, rows = False, []
+    for row, cells in zip(table.rows, zip(*columns, strict=True), strict=True):
+        kind = " ".join(name for name, is_so in (("section", begins), ("heading", row.style == "bold")) if is_so)
+        rows.append(_row("td", cells, attributes, kind))
+        begins = row.end_section
+    lines = "<br>".join(map(html.escape, str(table.caption or "").splitlines()))
+    caption = f'<p class="soft">{lines}</p>' if lines else ""
+    return _whole(_row("th", heads, attributes), rows) + caption
+
+
+def html_rows(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return an HTML table of rows of text under their heads."""
+    plain = [""] * len(heads)
+    return _whole(_row("th", heads, plain), [_row("td", row, plain) for row in rows])
+
+
+def _row(tag: str, cells: Sequence[str], attributes: Sequence[str], kind: str = "") -> str:
+    inside = (f"<{tag}{with_}>{html.escape(cell)}</{tag}>" for cell, with_ in zip(cells, attributes, strict=True))
+    return f'<tr class="{kind}">{"".join(inside)}</tr>'
+
+
+def _whole(head: str, rows: Sequence[str]) -> str:
+    return f'<div class="scroll"><table><thead>{head}</thead><tbody>{"".join(rows)}</tbody></table></div>'
+
+
+def hot_spots(summary: Mapping[str, Any]) -> str:
+    """Return stress, time, place and distance to the nearest sharp edge of each hot spot, largest first, or ""."""
+    spots = summary.get("seat_stress_hot_spots")
+    if not isinstance(spots, list) or not spots:
+        return ""
+    rows = [
+        (_in(spot, "von_mises_Pa", "Pa"), _in(spot, "time_s", "s"), _place(spot), _in(spot, "edge_distance_m", "m"))
+        for spot in spots
+        if isinstance(spot, dict)
+    ]
+    words = "Largest von Mises stress at its places on the surface; places of a half section are r, z."
+    largest = reading(summary, SEAT_STRESS, "Pa")
+    if BAR + SEAT_STRESS in summary:
+        words += f" The largest with its uncertainty: {largest}; that of the others is no smaller a share."
+    return html_rows(("von Mises", "time", "place [mm]", "from a sharp edge"), rows) + f'<p class="soft">{words}</p>'
+
+
+def life_table(summary: Mapping[str, Any]) -> str:
+    """Return all that is known of fatigue, each number with its error bar; "" without any."""
+    results = [(key, value) for key, value in summary.items() if key.startswith("life_") and value is not None]
+    if not results:
+        return ""
+    rows = [(key.removeprefix("life_").replace("_", " "), _plain(summary, key)) for key, _ in results]
+    return html_rows(("", "value"), rows)
+
+
+def _in(spot: Mapping[str, Any], key: str, unit: str) -> str:
+    return "" if (value := as_number(spot.get(key))) is None else text(value, unit)
+
+
+def _place(spot: Mapping[str, Any]) -> str:
+    place = spot.get("at_m")
+    numbers = [as_number(x) for x in place] if isinstance(place, list) else []
+    return ", ".join("?" if x is None else f"{1e3 * x:.4g}" for x in numbers)
+
+
+def _plain(summary: Mapping[str, Any], key: str) -> str:
+    value = summary[key]
+    if bar_of(summary, key) is not None:
+        return reading(summary, key, "")
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+BAR_UNKNOWN: Final = "Uncertainty not known"
+TOO_WIDE: Final = "Not known, since the uncertainty is above half of the value"
+NO_BAR: Final = "Without an uncertainty"
+STATES: Final = (BAR_UNKNOWN, TOO_WIDE, NO_BAR)
+BESIDE: Final = ("time_s", "_at_deg", "_at_m", "_over_rho_c0_v", "tilt_deg")
+"""How keys of rows end that say when and where another one is, what it is a multiple of, and what the scene states."""
+
+
+def omissions(summary: Summary) -> Iterator[str]:
+    """Yield what the numbers of a run do not tell, a sentence each."""
+    if unknown := str(summary.get("error_unknown") or ""):
+        yield f"Not included in the uncertainty: {', '.join(in_words(source) for source in unknown.split(', '))}."
+    for (words, group), names in _numbers_without_bar(summary).items():
+        yield f"{words} ({results.HEADINGS[group].replace('{step}', '')}): {'; '.join(names)}."
+    landed = summary.get(results.LANDING_TIME) is not None
+    empty = [
+        key for key in asked(summary) if summary.get(key) is None and (landed or not key.startswith(results.LANDING))
+    ]
+    if empty:
+        yield f"Asked for, but without a value in this run: {', '.join(name_of(key, summary) for key in empty)}."
+    if summary.get("accuracy_met") is False and (reason := str(summary.get("accuracy_stopped_because") or "")):
+        yield f"The accuracy asked for was missed, and no further round followed: {reason}."
+    yield from _not_computed(summary)
+    if missing := str(summary.get("pictures_missing") or ""):
+        yield f"Pictures that could not be drawn: {missing}."
+
+
+def _numbers_without_bar(summary: Summary) -> dict[tuple[str, Group], list[str]]:
+    """Return the numbers of the result whose error is open, by what is open and by their group of rows."""
+    open_numbers: dict[tuple[str, Group], list[str]] = {}
+    for group, rows in rows_of(summary).items():
+        parent = ""
+        for row in rows:
+            words = words_of(row, summary)
+            parent = parent if words.startswith(" ") else words
+            value, bar = as_number(summary.get(row.key)), bar_of(summary, row.key)
+            if not value or isinstance(summary[row.key], int) or row.key.endswith(BESIDE):
+                continue
+            if not is_known(row.key, value, bar):
+                state = NO_BAR if bar is None else TOO_WIDE if math.isfinite(bar) else BAR_UNKNOWN
+                name = f"{parent}: {words.strip()}" if words.startswith(" ") else words
+                open_numbers.setdefault((state, group), []).append(name)
+    return dict(sorted(open_numbers.items(), key=lambda each: STATES.index(each[0][0])))
+
+
+def _not_computed(summary: Summary) -> Iterator[str]:
+    """Yield the stresses and the fatigue that were not computed, and what asks for them."""
+    if as_number(summary.get(results.SEAT_STRESS)) is None:
+        yield "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements."
+    if as_number(summary.get(results.REED_STRESS)) is None:
+        yield "Stress in the reed was not computed; [stress] in the scene asks for that of a plate."
+    if not any(key.startswith("life_") for key in summary):
+        yield "Fatigue was not judged; [life] in the scene asks for it."
+
+
+TABLE: Final = "checked_scenes.csv"
+"""Table of the package that benchmarks/checked_scenes.py writes."""
+PAGE: Final = "docs/coverage.md"
+
+
+def checked_scenes() -> list[dict[str, str]]:
+    """Return the rows of the package's table."""
+    lines = resources.files(__package__).joinpath(TABLE).read_text(encoding="utf-8").splitlines()
+    return list(csv.DictReader(lines))
+
+
+def who_checked(summary: Mapping[str, Any]) -> str:
+    """Return which scenes with the run's kinds of seat and reed were checked, as HTML; where none has both, with
+    either. The table has how many scenes of each section of the page, drawn and compared with finer runs, have these
+    kinds, how many numbers with an error bar, and how many of these have their true error inside it."""
+    seat, reed = str(summary.get("seat_kind")), str(summary.get("reed_kind"))
+    table, words = checked_scenes(), f'a seat "{seat}" and a reed "{reed}"'
+    beginning = f"Scenes drawn at random were compared with finer runs (sections of {PAGE})."
+    if both := list(_counts(each for each in table if (each["seat"], each["reed"]) == (seat, reed))):
+        return _list(f"{beginning} Of those with {words}:", both)
+    with_seat = _counts(each for each in table if each["seat"] == seat)
+    with_reed = _counts(each for each in table if each["reed"] == reed)
+    either = [f'seat "{seat}", {line}' for line in with_seat] + [f'reed "{reed}", {line}' for line in with_reed]
+    return _list(f"{beginning} None had {words}{', but:' if either else ', nor either of them.'}", either)
+
+
+def _counts(scenes: Iterator[Mapping[str, str]]) -> Iterator[str]:
+    """Yield a line for each section: how many numbers of how many scenes have their true error inside the bar."""
+    sections: dict[str, list[Mapping[str, str]]] = {}
+    for each in scenes:
+        sections.setdefault(each["section"], []).append(each)
+    for section, group in sections.items():
+        inside, numbers, count = (sum(int(each[name]) for each in group) for name in ("inside", "numbers", "scenes"))
+        of_scenes = f"{count} scene{'s'[: count > 1]}"
+        yield f"{section}: {inside} of {numbers} numbers of {of_scenes} had their true error within the uncertainty"
+
+
+def _list(words: str, lines: list[str]) -> str:
+    items = "".join(f"<li>{html.escape(line)}</li>" for line in lines)
+    return f"<p>{html.escape(words)}</p>" + (f"<ul>{items}</ul>" if items else "")
+
+
+def provenance(folder: Path, summary: Mapping[str, Any]) -> str:
+    """Return bodies, time, the command that repeats the run, and the files with their checksums."""
+    stages = summary.get("stages_s")
+    known = stages if isinstance(stages, dict) else {}
+    spent = {str(name): seconds for name, value in known.items() if (seconds := as_number(value)) is not None}
+    wall, command = as_number(summary.get("wall_time_s")), ["seatfem", "run", "SCENE"]
+    if text := text_of(folder / SCENE_COPY):
+        command[2:] = [SCENE_COPY, *(word for change in changes_in(text) for word in ("--set", change))]
+    facts = [
+        ("seat", f"{summary.get('seat_kind')}: {summary.get('seat_model')}"),
+        ("reed", str(summary.get("reed_kind"))),
+        ("time", f"{'' if wall is None else f'{wall:.3g} s'}: {time_line(spent)}"),
+        ("to reproduce", shlex.join(command)),
+    ]
+    files = [
+        (file.name, f"{file.stat().st_size:,} bytes, SHA-256 {_digest(file)}")
+        for file in sorted(folder.iterdir())
+        if file.is_file() and not file.is_symlink() and file.suffix in (".json", ".h5", ".toml", ".csv")
+    ]
+    return html_rows(("", ""), facts) + "<h3>Files</h3>" + html_rows(("file", ""), files)
+
+
+def _digest(file: Path) -> str:
+    with file.open("rb") as opened:
+        return hashlib.file_digest(opened, "sha256").hexdigest()
+
+
+def versions() -> str:
+    """Return the versions of this program and of the libraries that it computes with."""
+    names = ("seatfem", "numpy", "scipy", "scikit-fem", "gmsh", "numba")
+    return "Made by " + ", ".join(f"{name} {number}" for name in names if (number := installed_version(name)))
+
+
+MOST_OF_A_PICTURE: Final = 3 * MB
+MOST_OF_PICTURES: Final = 7 * MB // 2  # with plotly's 5 MB, bodies and curves the page stays below 15 MB
+DRAWING: Final = "drawing.png"
+"""The picture that a page begins with."""
+CAPTIONS: Final[Mapping[str, str]] = {
+    DRAWING: "The scene as it was computed: section along the reed through the contact, and plan, with sizes.",
+    "force.png": "Contact force, seat and spring baseline.",
+    "lip.png": "Force per length along the lip over angle and time, impulse, gaps and tilt.",
+    "landing.gif": "The plate as it lands, its deflection exaggerated.",
+    "mesh.png": "The seat's mesh; the contact face and the clamped faces are coloured.",
+    "modes.png": "Modes of the seat.",
+    "mode_1.gif": "The first mode of the seat.",
+    "greens.png": "The driving-point Green's function: impulse response, step response, receptance.",
+    "seat_stress.png": "Largest stress on the seat, and its histories.",
+    "stress_histories.png": "Stress over time at the hot spots of reed and seat.",
+    "margin.png": "Margin against speed.",
+    "gas.png": "Pressures, lift and flow over the cycle.",
+    "fit.png": "The measured response and what was fitted to it.",
+    "stabilisation.png": "The poles of each number of modes that was tried, and which of them stay.",
+}
+INTERACTIVE: Final = ("motion.png", "energy.png")
+"""Pictures whose curves are all in the page as figures."""
+INSTEAD: Final[Mapping[str, str]] = {
+    "mode_1.gif": "modes.h5",
+    "stress_wave.gif": "stress_wave.h5",
+    "reed_stress_wave.gif": "reed_stress_wave.h5",
+    "landing.gif": "landing.h5",
+}
+"""Pictures in whose place bodies are in the page, where there are any."""
+STILLS: Final = ("landing.gif",)
+"""Those of them that are in the page all the same, for browsers that draw no bodies, and for what they print."""
+
+
+def kept_pictures(folder: Path) -> str:
+    """Return the pictures that the page does not hold otherwise, each with its caption; what is too large is named."""
+    shown, room = [], MOST_OF_PICTURES
+    files = sorted(file for pattern in ("*.png", "*.gif") for file in folder.glob(pattern) if not file.is_symlink())
+    for file in sorted(files, key=lambda file: file.name in STILLS):
+        if file.name == DRAWING:
+            continue
+        size = file.stat().st_size
+        drawn = (folder / INSTEAD.get(file.name, file.name + "?")).is_file()
+        if file.name in INTERACTIVE or (drawn and (file.name not in STILLS or size > min(room, MOST_OF_A_PICTURE))):
+            continue
+        caption = CAPTIONS.get(file.name, file.stem.replace("_", " "))
+        if size > MOST_OF_A_PICTURE or size > room:
+            shown.append(f"<p>{html.escape(file.name)} is too large for this page; it lies beside the results.</p>")
+            continue
+        room -= size
+        shown.append(_figure(file, caption, ' class="still"' if drawn else ""))
+    return "".join(shown)
+
+
+def first_picture(folder: Path) -> str:
+    """Return the drawing of the scene with its caption; "" of a run that has none."""
+    file = folder / DRAWING
+    if not file.is_file() or file.is_symlink() or file.stat().st_size > MOST_OF_A_PICTURE:
+        return ""
+    return _figure(file, CAPTIONS[DRAWING])
+
+
+def _figure(file: Path, caption: str, style: str = "") -> str:
+    data = base64.b64encode(read_bytes(file, MOST_OF_A_PICTURE, ReportError)).decode("ascii")
+    kind = file.suffix.removeprefix(".").lower()
+    image = f'<img src="data:image/{kind};base64,{data}" alt="{html.escape(caption)}" loading="lazy">'
+    return f"<figure{style}>{image}<figcaption>{html.escape(caption)}</figcaption></figure>"

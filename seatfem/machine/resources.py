@@ -1,0 +1,246 @@
+"""What this machine has to offer: its rates for every kind of work, memory that may be taken; and wall time by
+stage.
+
+A container's limit is that of a control group, which /proc/meminfo does not know; a batch system's or a shell's
+(``ulimit -v``) is that of the process's address space.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path, PurePosixPath
+from typing import Final, Self
+
+import psutil
+
+from impact.files.safe_files import whole_file
+from seatfem.machine.code import cache_folder
+
+if sys.platform != "win32":
+    import resource
+
+
+SCHEMA = 1  # of the file; raise it when a rate comes to mean something else
+FILE = "machine.json"
+
+
+class MachineError(ValueError):
+    """A calibration that cannot be used; the message names file, key and remedy."""
+
+
+@dataclass(frozen=True)
+class Machine:
+    """Seconds for one unit of each kind of work.
+
+    Attributes:
+        start: of the program, from the command to the first stage.
+        compiled: code fetched from the cache when it is first called.
+        meshing_start: of a gmsh process.
+        element: a tetrahedron of order 2, made, read and checked.
+        entry: an entry of a stiffness matrix, assembled.
+        factor_start: of any factorization.
+        factor: of a factorization, over unknowns^1.47.
+        solve: with a factor, over unknowns^(4/3).
+        product: an entry of the stiffness matrix, in all products that a Krylov vector takes.
+        inner: an unknown in the inner product of two Krylov vectors, twice.
+        check: of the error, for each Krylov vector.
+        pole: a pole at one time step, marched and replayed.
+        step: a time step beside its poles, with its measures.
+        stress: a time step and mode of the reed, in the search for the largest stress.
+        value: a number written to a compressed file.
+        sheet: a picture of curves.
+        view: a picture of a body, rendered.
+        face: a triangle of it.
+        origin: where the rates are from, in words.
+    """
+
+    start: float = 2.0
+    compiled: float = 0.12
+    meshing_start: float = 0.17
+    element: float = 8.0e-5
+    entry: float = 6.5e-8
+    factor_start: float = 0.01
+    factor: float = 9.0e-8
+    solve: float = 7.7e-9
+    product: float = 1.13e-8
+    inner: float = 1.2e-9
+    check: float = 6.0e-4
+    pole: float = 1.7e-9
+    step: float = 2.2e-7
+    stress: float = 2.5e-9
+    value: float = 5.9e-8
+    sheet: float = 0.22
+    view: float = 0.12
+    face: float = 1.2e-5
+    origin: str = "default rates; seatfem doctor --calibrate measures this computer's"
+
+    def __post_init__(self) -> None:
+        for name, value in self.rates().items():
+            if not (math.isfinite(value) and value > 0):
+                raise MachineError(f"{name} = {value}: a rate must be positive and finite")
+
+    def rates(self) -> dict[str, float]:
+        """Return the seconds of each rate by name."""
+        return {key: value for key, value in asdict(self).items() if key != "origin"}
+
+    @classmethod
+    def known(cls) -> Self:
+        """Return the rates measured on this computer, or the default ones.
+
+        Raises:
+            MachineError: the file is there and damaged.
+        """
+        path = calibration_file()
+        return cls.load(path) if path.is_file() else cls()
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """Read what `save` wrote.
+
+        Raises:
+            MachineError: damaged, or of another schema.
+        """
+        remedy = f"measure again with seatfem doctor --calibrate, or delete {path}"
+        try:
+            data = json.loads(path.read_text(encoding="utf-8"))
+            schema, rates = data["schema"], {key: float(value) for key, value in data["rates"].items()}
+        except (
+            OSError,
+            ValueError,
+            LookupError,
+            TypeError,
+            AttributeError,
+            ArithmeticError,
+            RecursionError,
+        ) as problem:
+            raise MachineError(f"{path}: no calibration can be read from it ({problem}); {remedy}") from problem
+        wanted = {field.name for field in fields(cls)} - {"origin"}
+        if schema != SCHEMA or set(rates) != wanted:
+            raise MachineError(f"{path}: is of another version of the program; {remedy}")
+        try:
+            return cls(**rates, origin=f"rates measured on this computer, {path}")
+        except MachineError as problem:
+            raise MachineError(f"{path}: {problem}; {remedy}") from problem
+
+    def save(self, path: Path) -> None:
+        """Write the rates; the file is whole or absent."""
+        data = {"schema": SCHEMA, "rates": self.rates()}
+        with whole_file(path) as temporary:
+            temporary.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+
+
+def calibration_file() -> Path:
+    """Return the path of the rates, beside the Green's functions that are kept."""
+    return cache_folder() / FILE
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+ROOT: Final = Path("/")
+_LIMITS: Final = {
+    "": (("memory.max", "memory.high"), "memory.current", "inactive_file"),  # version 2
+    "memory": (("memory.limit_in_bytes",), "memory.usage_in_bytes", "total_inactive_file"),  # version 1
+}
+"""By controller: files of limits, file of the use, and the row of memory.stat for files that are only cached."""
+
+
+def available_memory(root: Path = ROOT) -> float:
+    """Return the bytes that can be had without swapping and within all limits; infinite where none are reported.
+
+    ``root``: of the files /proc and /sys in which Linux tells about control groups.
+    """
+    return max(0.0, min(_of_the_machine(), _of_the_address_space(), *_of_control_groups(root)))
+
+
+def peak_memory() -> float:
+    """Return the largest resident memory of this process so far [bytes]; on Linux from /proc: this program's own."""
+    try:
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+        return 1024.0 * int(status.partition("VmHWM:")[2].split()[0])
+    except (OSError, IndexError):
+        pass
+    if sys.platform == "win32":
+        return math.nan
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1.0 if sys.platform == "darwin" else 1024.0)
+
+
+def _of_the_machine() -> float:
+    try:
+        return float(psutil.virtual_memory().available)
+    except (OSError, RuntimeError, ValueError, LookupError):  # no /proc, or one that psutil cannot read
+        return math.inf
+
+
+def _of_the_address_space() -> float:
+    """Return RLIMIT_AS less what is mapped [bytes]; infinite where there is no limit."""
+    if sys.platform == "win32":
+        return math.inf
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit == resource.RLIM_INFINITY:
+        return math.inf
+    return float(limit - psutil.Process().memory_info().vms)
+
+
+def _of_control_groups(root: Path) -> Iterator[float]:
+    """Yield what each group of this process leaves [bytes]: its own, and those around it, whose limits hold too.
+
+    A container may name its group as the host does and see it mounted as the top: groups that are not there are passed.
+    """
+    yield math.inf
+    with suppress(OSError, ValueError):
+        for line in (root / "proc/self/cgroup").read_text(encoding="utf-8").splitlines():
+            controllers, _, name = line.partition(":")[2].partition(":")
+            if controllers and "memory" not in controllers.split(","):
+                continue
+            controller = "memory" if controllers else ""
+            top = root / "sys/fs/cgroup" / controller
+            inner = PurePosixPath("" if ".." in name.split("/") else name.lstrip("/"))
+            yield from (_left(top / group, *_LIMITS[controller]) for group in (inner, *inner.parents))
+
+
+def _left(group: Path, limits: tuple[str, ...], use: str, cached: str) -> float:
+    """Return the group's limit less its use [bytes]; files that are only cached are given back when needed."""
+    limit = min((_number(group / name) for name in limits), default=math.inf)
+    if math.isinf(limit):
+        return math.inf
+    used = _number(group / use)
+    return limit - max(0.0, used - _row(group / "memory.stat", cached)) if math.isfinite(used) else limit
+
+
+def _number(file: Path) -> float:
+    """Return the bytes that a file states; infinite for "max", or where it is not there."""
+    with suppress(OSError, ValueError):
+        return float(file.read_text(encoding="ascii").strip().replace("max", "inf"))
+    return math.inf
+
+
+def _row(file: Path, name: str) -> float:
+    with suppress(OSError, ValueError):
+        rows = (line.split() for line in file.read_text(encoding="ascii").splitlines())
+        return float(next((row[1] for row in rows if len(row) == 2 and row[0] == name), "0"))
+    return 0.0
+
+
+@dataclass(frozen=True)
+class Stopwatch:
+    """Wall time by stage [s]: ``with watch("mesh"): ...``; stages of the same name add up."""
+
+    stages: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def __call__(self, stage: str) -> Iterator[None]:
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.stages[stage] = self.stages.get(stage, 0.0) + time.perf_counter() - start

@@ -1,1 +1,0 @@
-"""How large a mesh will be, and how much memory its matrices take, before either is made."""

@@ -1,0 +1,63 @@
+"""Columns of CSV files: tables with units in their heads, and what the head does not say, by role."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from impact.files.csv_table import normal_unit, read_csv
+from impact.files.safe_files import MB
+from impact.greens.base import Array
+from seatfem.units import UnitError, parse_quantity
+
+LARGEST: Final = 50 * MB
+
+
+class ColumnsError(ValueError):
+    """A table that cannot be used; the message names file, line and remedy."""
+
+
+def read_columns(path: Path, known: Mapping[str, str], needed: tuple[str, ...]) -> dict[str, Array]:
+    """Return the columns of a CSV file, (n,) each, in SI.
+
+    Args:
+        path: of the file; lines that begin with # are left out.
+        known: name -> dimension (`seatfem.units.DIMENSIONS`) of the columns that there may be; "" of pure numbers.
+        needed: those that there must be.
+
+    Raises:
+        ColumnsError: another column, one that is missing or has no unit, a row that is no row of finite numbers.
+    """
+    table = read_csv(path, ColumnsError, most=LARGEST)
+    wanted = ",".join(f"{name} [unit]" if dimension else name for name, dimension in known.items())
+    if table is None or not table.rows:
+        raise ColumnsError(f"{path}: no table; a header such as {wanted} and rows of numbers are needed")
+    scales: dict[str, float] = {}
+    for head in table.heads:
+        if head.name not in known or head.name in scales or bool(head.unit) != bool(known[head.name]):
+            raise ColumnsError(f"{path}:{table.head_line}: column {head.text[:80]!r}; known are {wanted}, once each")
+        try:
+            unit = normal_unit(head.unit)
+            scales[head.name] = parse_quantity(f"1 {unit}", known[head.name]) if unit else 1.0
+        except UnitError as error:
+            raise ColumnsError(f"{path}:{table.head_line}: column {head.text[:80]!r}: {error}") from error
+    if missing := [name for name in needed if name not in scales]:
+        raise ColumnsError(f"{path}:{table.head_line}: add a column {missing[0]}; the header is {table.header}")
+    values = table.numbers()
+    return {name: scale * values[:, k] for k, (name, scale) in enumerate(scales.items())}
+
+
+def check_scattered(path: Path, table: Mapping[str, Array]) -> None:
+    """Raise `ColumnsError` where the points x, y of a table lie on one line."""
+    if np.linalg.matrix_rank(np.column_stack([table["x"], table["y"], np.ones_like(table["x"])])) < 3:
+        raise ColumnsError(f"{path}: its points lie on one line; three that do not are needed")
+
+
+def between(table: Mapping[str, Array], name: str, points: Array) -> Array:
+    """Return (n,) values of a column at points (n, 2), linear between those of a table; nan outside."""
+    from scipy.interpolate import LinearNDInterpolator  # of scattered points only
+
+    return np.asarray(LinearNDInterpolator(np.column_stack([table["x"], table["y"]]), table[name])(points))

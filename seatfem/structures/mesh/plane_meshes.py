@@ -1,0 +1,166 @@
+"""Plane meshes: half sections of solids of revolution, and mid-surfaces of thin plates."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import Basis, ElementQuad0, ElementTriP0, MeshQuad, MeshQuad2, MeshTri, MeshTri2
+from skfem.quadrature import get_quadrature
+
+from impact.greens.base import Array
+from impact.notices import Progress, silent
+from impact.quantities import brief, percent
+from seatfem.structures.elements.mindlin import PlateMesh
+from seatfem.structures.mesh.checks import MeshQuality
+from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
+from seatfem.structures.mesh.io import MeshError, groups, matched_facets, node_places
+from seatfem.structures.mesh.meshing import MeshProvenance
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.shapes import Flat, Geometry, GeometryError, Profile, Shape, encode, fingerprint
+from seatfem.structures.shapes.profile import profile_of
+from seatfem.structures.shapes.shape import EVERYWHERE
+
+PlaneMesh: TypeAlias = MeshTri | MeshTri2 | MeshQuad | MeshQuad2
+MESHES: Mapping[int, type[PlaneMesh]] = {3: MeshTri, 6: MeshTri2, 4: MeshQuad, 9: MeshQuad2}
+QUADRATURE = 8
+
+
+@dataclass(frozen=True, eq=False)
+class MeridianMesh:
+    """Half section of a solid of revolution: x = r and y = z in metres.
+
+    ``mesh``: scikit-fem's, of triangles or quadrilaterals (isoparametric for order 2), with the geometry's groups
+    as boundaries: "contact", "fixed", and "axis" where the section touches r = 0.
+    """
+
+    mesh: PlaneMesh
+    order: int
+    quality: MeshQuality
+    provenance: MeshProvenance
+
+    __repr__ = brief
+
+
+def make_meridian(
+    geometry: Geometry, spec: MeshSpec, progress: Progress = silent, *, gmsh: Gmsh = run_gmsh
+) -> MeridianMesh:
+    """Mesh the half section of a solid of revolution with gmsh, graded like `make_mesh`.
+
+    ``spec.shape`` = "tet" gives triangles, "hex" quadrilaterals; ``gmsh``: as in `make_mesh`. Raises
+    `GeometryError` for a geometry that is no solid of revolution, and `MeshingError` where gmsh fails.
+    """
+    profile = profile_of(geometry)
+    section = gmsh({"task": "section", "geometry": encode(geometry), "spec": asdict(spec)}, progress)
+    mesh = plane_mesh(section)
+    source = f"meridian of {type(geometry).__name__}"
+    provenance = MeshProvenance(
+        source=source,
+        content_hash=_content_hash(geometry, spec),
+        gmsh_version=str(section["gmsh_version"]),
+        geometry=encode(geometry),
+        spec=asdict(spec),
+    )
+    quality = _measure(mesh, profile)
+    if not quality.min_scaled_jacobian > 0.0:
+        raise GeometryError(f"{source}: an element is folded; use smaller elements, or curved = False")
+    progress(STAGE, 1.0)
+    return MeridianMesh(mesh, spec.order, quality, provenance)
+
+
+def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
+    """Return scikit-fem's mesh of "points" (n, 2) = (r, z), "cells", and every "line:NAME" as a boundary."""
+    cells, points = section["cells"], section["points"]
+    corners = cells.shape[1] if cells.shape[1] < 6 else {6: 3, 9: 4}[cells.shape[1]]
+    used, t = np.unique(cells[:, :corners], return_inverse=True)
+    t = np.ascontiguousarray(t.reshape(-1, corners).T)
+    number = np.full(len(points), -1, dtype=np.int64)
+    number[used] = np.arange(len(used))
+    kind = MESHES[cells.shape[1]]
+    straight = kind(np.ascontiguousarray(points[used].T), t) if corners == cells.shape[1] else None
+    flat = straight if straight is not None else MESHES[corners](np.ascontiguousarray(points[used].T), t)
+    places = flat.doflocs
+    if straight is None:  # meshes of order 2 keep the vertices of an element in the given order
+        kept = MeshTri(flat.doflocs, t, sort_t=False) if isinstance(flat, MeshTri) else flat
+        places = node_places(kept, kind.elem(), points, cells, range(cells.shape[1]))
+    lines = groups(section, "line")
+    boundaries = {name: matched_facets(flat, number[ends], name, "meridian") for name, ends in lines.items()}
+    return kind(places, t, boundaries)
+
+
+def _content_hash(geometry: Geometry, spec: MeshSpec) -> str:
+    text = json.dumps({"meridian": fingerprint(geometry), "spec": asdict(spec)}, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _measure(mesh: PlaneMesh, profile: Profile) -> MeshQuality:
+    constant = ElementTriP0() if isinstance(mesh, MeshTri) else ElementQuad0()
+    cells = Basis(mesh, constant, intorder=QUADRATURE)
+    places, weights = get_quadrature(mesh.brefdom, QUADRATURE)
+    areas = {}
+    for name, facets in mesh.boundaries.items():  # a FacetBasis would invert the elements' maps, to an absolute 1e-12
+        lengths = np.abs(mesh.mapping().detDG(places, find=facets)) * weights
+        areas[name] = float(2 * np.pi * np.sum(mesh.mapping().G(places, find=facets)[0] * lengths))
+    corners = mesh.elem.doflocs[~np.isnan(mesh.elem.doflocs).any(axis=1)].T
+    det = mesh.mapping().detDF(corners)
+    mean = det.mean(axis=1)  # of either sign: scikit-fem turns elements over freely
+    return MeshQuality(
+        nodes=mesh.doflocs.shape[1],
+        elements=mesh.nelements,
+        min_scaled_jacobian=float(np.min((det * np.sign(mean[:, None])).min(axis=1) / np.abs(mean))),
+        volume=float(2 * np.pi * np.sum(cells.global_coordinates().value[0] * cells.dx)),
+        areas=areas,
+        cad_volume=profile.volume,
+        cad_areas={name: profile.area(name) for name in profile.names},
+    )
+
+
+CLAMPED: Final = "clamped"
+IMAGE: Final = (0, 3, 2, 1, 7, 6, 5, 4, 8)  # nodes of an element's image, anticlockwise again
+ON_THE_LINE: Final = 1e-9  # of the size
+AREA_TOLERANCE: Final = 0.01  # relative; a circle of eight curved elements is 0.1 % off
+
+
+def mesh_sheet(shape: Shape, size: float, progress: Progress = silent, gmsh: Gmsh = run_gmsh) -> PlateMesh:
+    """Return the plan of an extruded solid, meshed evenly with quadrilaterals of nine nodes that follow its outline.
+
+    Of a sheet that the line y = 0 mirrors one half is meshed, the other is its image: the mesh is as symmetric. Its
+    line "clamped", of a sheet that is, holds the nodes there.
+
+    ``size``: of the elements [m].
+
+    Raises:
+        GeometryError: no plan, a size that is not positive. MeshingError: gmsh fails. MeshError: an area that differs
+        from the drawing's, a line without nodes. ModelError: elements that are folded.
+    """
+    if shape.plan is None:
+        raise GeometryError(f"{shape.source} has no plan: a plate must be a sheet of even thickness")
+    spec, parts = MeshSpec(size, order=2, shape="hex"), 2 if isinstance(shape, Flat) and shape.is_mirrored else 1
+    arrays = gmsh({"task": "plan", "geometry": encode(shape), "spec": asdict(spec), "sectors": parts}, progress)
+    used, rows = np.unique(arrays["cells"], return_inverse=True)
+    points, cells, lines = arrays["points"][used], rows.reshape(arrays["cells"].shape), {}
+    if parts == 2:
+        points, cells = with_image(points, cells)
+    if isinstance(shape, Flat) and shape.is_clamped:
+        lines[CLAMPED] = np.flatnonzero(shape.clamped(points))
+        if not len(lines[CLAMPED]):
+            raise MeshError(f"{shape.source}: no node lies where it is clamped; mesh finer")
+    mesh, drawn = PlateMesh(points, cells, lines), parts * float(arrays[f"cad:{EVERYWHERE}"])
+    if abs(mesh.area / drawn - 1) > AREA_TOLERANCE:
+        raise MeshError(
+            f"{shape.source}: the mesh has {percent(mesh.area / drawn - 1, sign=True)} more area than the drawing"
+        )
+    return mesh
+
+
+def with_image(points: Array, cells: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    """Return points (n, 2) and cells (m, 9) of the half beside y = 0, and their image; nodes on it stay one."""
+    off = np.abs(points[:, 1]) > ON_THE_LINE * np.ptp(points)
+    half = points * np.column_stack([np.ones(len(points)), off])
+    image = np.where(off, len(points) + np.cumsum(off) - 1, np.arange(len(points)))
+    return np.vstack([half, half[off] * (1, -1)]), np.vstack([cells, image[cells][:, IMAGE]])

@@ -1,0 +1,240 @@
+"""[[base]], [[load]] and [[spring]] of a scene: moving bases, known loads, valve springs."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self, get_args
+
+import numpy as np
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+
+from impact.bodies.loads import BaseMotion, Kind
+from impact.bodies.time_series import TimeSeriesError, read_time_series
+from impact.greens.base import Array
+from seatfem.fields import (
+    Acceleration,
+    Contradictions,
+    ExistingFile,
+    Length,
+    Position,
+    ReadQuantity,
+    SignedArea,
+    Stiffness,
+    Table,
+    absent,
+    default,
+    problem_of,
+)
+from seatfem.structures.kinds.motion import (
+    AnyAcceleration,
+    AnyForce,
+    AnyPressure,
+    CourseColumns,
+    CourseUnits,
+    Record,
+    stated_in,
+)
+
+if TYPE_CHECKING:
+    from seatfem.structures.kinds.structure import Structure
+
+
+class Base(Table):
+    """The clamp of the reed, or what the seat or the stopper stands on, moves along the normal, away from the seat
+    positive, by the course of a CSV file that covers the run. Gaps follow it, and the body feels its own inertia: in
+    full a reed, and a seat or stopper that is a beam or a plate; of others only the rigid motion is known, and courses
+    are refused that would bend them by more than 1 % of their way. Displacements and velocities in results are those in
+    space; energies are seen from the base.
+    """
+
+    sample: ClassVar[str] = """
+of = "seat"
+displacement = "base.csv"
+"""
+
+    of: Literal["reed", "seat", "stopper"] = Field(description="whose base")
+    displacement: ExistingFile | None = absent(
+        "CSV file, its header as in `time [ms],displacement [um]`; in between a cubic spline"
+    )
+    velocity: ExistingFile | None = absent(
+        "or `time [ms],velocity [m/s]`, in between linear; the body moves along at the start"
+    )
+    acceleration: ExistingFile | None = absent(
+        "or `time [ms],acceleration [m/s^2]`, in between linear, from rest at the start"
+    )
+
+    columns: CourseColumns | None = absent("heads of its columns, where they say neither time nor quantity")
+    units: CourseUnits | None = absent("units of its columns, where the header does not say them")
+
+    @model_validator(mode="after")
+    def _one_of_three(self, info: ValidationInfo) -> Self:
+        self.check_one_of(KINDS, "nothing says how it moves")
+        if not (info.context or {}).get("unread"):
+            with problem_of(self._kind, TimeSeriesError):
+                self.record()
+        return self
+
+    @property
+    def _kind(self) -> Kind:
+        return next(kind for kind in KINDS if getattr(self, kind) is not None)
+
+    def record(self) -> Record:
+        """Return the course of its file. Raises `TimeSeriesError`."""
+        kind, columns, units = self._kind, stated_in(self.columns), stated_in(self.units)
+        return Record(kind, read_time_series(getattr(self, kind), kind, columns=columns, units=units))
+
+    def motion(self) -> BaseMotion:
+        """Return the base's motion as its file has it. Raises `TimeSeriesError`."""
+        return BaseMotion.from_series(self.record().course, self._kind)
+
+
+KINDS: tuple[Kind, ...] = get_args(Kind)
+
+
+ACTING = ("pressure", "force", "gravity", "base_motion")
+
+
+def _as_table(given: object) -> object:
+    """Return area = "80 mm^2" and area = [["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]] as the two columns of a table."""
+    if isinstance(given, Mapping | Table):
+        return given
+    if not isinstance(given, list):
+        return {"lift": ["0 mm"], "area": [given]}
+    if not all(isinstance(row, list) and len(row) == 2 for row in given):
+        raise ValueError('rows of lift and area are needed, as in [["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]]')
+    return {"lift": [row[0] for row in given], "area": [row[1] for row in given]}
+
+
+class AreaByLift(Table):
+    """The area by which a pressure acts, by how far the reed is off its seat; a line between the lifts, held beyond.
+
+    Written as one area, or as a list of pairs of lift and area.
+    """
+
+    lift: tuple[Position, ...] = Field(min_length=1, description="opening at the contact, increasing")
+    area: tuple[SignedArea, ...] = Field(min_length=1, description="area at each of them")
+
+    def contradictions(self) -> Contradictions:
+        if len(self.lift) != len(self.area):
+            yield "area", f"{len(self.area)} areas at {len(self.lift)} lifts: give one for each"
+        if self.lift[0] < 0:
+            yield "lift", f"a lift of {1e3 * self.lift[0]:g} mm: lifts are >= 0, counted from the seat"
+        for before, after in itertools.pairwise(self.lift):
+            if after <= before:
+                yield "lift", f"the lifts must increase: {1e3 * after:g} mm follows {1e3 * before:g} mm"
+        if (least := min(self.area)) <= 0:
+            yield "area", f"an area of {1e6 * least:g} mm^2: areas must be positive; for none remove the load"
+
+    def __call__(self, lift: float) -> float:
+        """Return the area [m^2] at an opening [m]."""
+        return float(np.interp(lift, self.lift, self.area))
+
+
+class ExternalLoad(Table):
+    """One load on the reed: a pressure on an effective area at the contact (of a plate, spread over the disc that the
+    contact covers or encloses, of a ring plate over its whole face), a force, gravity, or the acceleration of the frame
+    that holds it (the reed alone feels it: its mass times the acceleration, the other way round)."""
+
+    sample: ClassVar[str] = """
+pressure = "-0.2 bar"
+area = "80 mm^2"
+"""
+
+    pressure: AnyPressure | None = absent(
+        "over the reed, on area, at its contact, positive off the seat; a constant one may be text"
+    )
+    area: Annotated[AreaByLift, BeforeValidator(_as_table)] | None = absent(
+        'effective area of the pressure: one, or by the lift as in `[["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]]`'
+    )
+    force: AnyForce | None = absent("at one place, positive off the seat; a constant one may be written as text")
+    at: Length | None = absent("of the force, from the root; where absent: at the contact")
+    point: tuple[Position, Position] | None = absent(
+        "of the force on a plate, along and across it, from the centre of its contact"
+    )
+    gravity: Acceleration | None = absent(
+        "component of the acceleration along the normal; negative presses the reed on the seat"
+    )
+    base_motion: AnyAcceleration | None = absent(
+        "acceleration of the frame along the normal; a constant one may be written as text"
+    )
+
+    def contradictions(self) -> Contradictions:
+        self.check_one_of(ACTING, "nothing acts")
+        if self.area is None and self.pressure is not None:
+            yield "area", "required key is missing: effective area"
+        if self.area is not None and self.pressure is None:
+            yield "area", "there is no pressure; remove the key"
+        if self.force is None and (places := self.given_keys("at", "point")):
+            yield places[0], "only a force has a place; remove the key"
+        if self.at is not None and self.point is not None:
+            yield "point", "at is given too; keep one"
+
+    @property
+    def by_lift(self) -> bool:
+        """Return whether the load depends on how far the reed is off its seat."""
+        return self.area is not None and len(set(self.area.area)) > 1
+
+
+MOST: Final = 64
+"""Springs of one table."""
+Preload = Annotated[float, BeforeValidator(ReadQuantity("force")), Field(ge=0)]
+
+
+class ValveSpring(Table):
+    """Springs between the reed and a guard at rest, which press the reed on its seat. Each is linear, without mass and
+    damping, and acts all the time. They are part of the reed: of its modes, of its energy, and of every error bar. What
+    they do to the motions that its modes leave out is neglected, as it is of loads."""
+
+    sample: ClassVar[str] = """
+stiffness = "2 N/mm"
+preload = "5 N"
+"""
+
+    stiffness: Stiffness = Field(description="of all springs of the table together")
+    preload: Preload = default(
+        "0 N",
+        "force of all of them together on the closed reed, which lies contact.gap below its undeformed "
+        "place; towards the seat",
+    )
+    at: Length | None = absent(
+        "where they press, from the root; where no place is given: at the contact, of a ring plate or a "
+        "disc spread around its mean circle, of a ball through its centre"
+    )
+    points: tuple[tuple[Position, Position], ...] | None = absent(
+        "of a plate, a spring each: places along and across it, from the centre of its contact",
+        min_length=1,
+        max_length=MOST,
+    )
+    number: int | None = absent("of a plate: springs on a circle, the first on the x axis", strict=True, ge=1, le=MOST)
+    radius: Length | None = absent("of that circle, about the centre of the plate's contact")
+
+    def contradictions(self) -> Contradictions:
+        if (self.number is None) != (self.radius is None):
+            missing = "number" if self.number is None else "radius"
+            yield missing, "required key is missing: springs on a circle have number and radius"
+        if len(keys := self.given_keys("at", "points", "number")) > 1:
+            yield keys[1], f"{keys[0]} is given too; keep one"
+
+    @property
+    def places(self) -> Array | None:
+        """Return the (S, 2) places of springs on a plate, from the centre of its contact [m]; ``None``: none given."""
+        if self.number is not None and self.radius is not None:
+            turns = 2 * np.pi * np.arange(self.number) / self.number
+            return self.radius * np.column_stack([np.cos(turns), np.sin(turns)])
+        return None if self.points is None else np.array(self.points)
+
+    @property
+    def words(self) -> str:
+        """Return what they are, in a few words."""
+        many = self.number or (0 if self.points is None else len(self.points))
+        size = f"{self.stiffness / 1e3:.4g} N/mm"
+        preload = f", preload {self.preload:.4g} N" if self.preload else ""
+        return (f"{many} valve springs, {size} together" if many > 1 else f"valve spring {size}") + preload
+
+    def check(self, reed: Structure) -> None:
+        """Raise `KeyProblem`, of a key of this table, for places that the reed does not have."""
+        if self.at is not None:
+            reed.check_place(self.at, "at")
+        if (places := self.places) is not None:
+            reed.check_place(places, "radius" if self.points is None else "points")
