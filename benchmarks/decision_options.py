@@ -93,7 +93,7 @@ class Truth:
     @property
     def division(self) -> Division:
         """Of the struck face into parts."""
-        return Division.of(self.seat)
+        return Division.from_greens(self.seat)
 
     def with_other(
         self,
@@ -268,7 +268,7 @@ def _of_waves(plan: Plan, truth: Truth) -> Iterator[Question]:
 
 def _statics(seat: GreensFunction) -> GreensFunction:
     """What a run takes that leaves out waves."""
-    if Division.of(seat).arcs > 1:
+    if Division.from_greens(seat).arcs > 1:
         return at_once(seat)
     return spring_of(seat.static_compliance(), 0.0, seat.ports, {})
 

@@ -158,7 +158,7 @@ def costs_table() -> Table:
     """Return the constants of the cost model beside those in use."""
     poles, steps, direct = 4000, 1_000_000, 20_000
     greens = modal_seat(poles)
-    seen, own = Poles.of([(greens, np.ones((1, 1)))], DT, 1), greens.step_matrix(DT)
+    seen, own = Poles.from_bodies([(greens, np.ones((1, 1)))], DT, 1), greens.step_matrix(DT)
     measured = dict(zip(("pole", "pole_contact"), pole_costs(), strict=True))
     measured["weight"] = best(lambda: seen.weights(own, steps), 2) / steps / poles
     whole = march_seconds(prepare(throw_on_rod(), DT, direct * DT, engine="direct"), 5)

@@ -17,7 +17,7 @@ Tell = Callable[[str], None]
 """Called with one sentence that is worth knowing while long work goes on."""
 
 
-def untold(sentence: str) -> None:
+def ignore(sentence: str) -> None:
     """Listen to nothing."""
 
 

@@ -60,7 +60,7 @@ def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
     A body free to move is held by a spring so soft that it bears `SOFT` of the largest load; one that no load
     pushes rests on nothing, however its target moves. Hertz' and Hunt-Crossley's laws press as their secants do, a
     law of one's own as a rigid one. Loads that depend on the opening act as at the start: give a striker whose loads
-    are as they were marched (`impact.march.stepper.as_marched`).
+    are as they were marched (`impact.march.stepper.with_recorded_loads`).
     """
     count = INSTANTS if len(problem.contacts) <= FEW else INSTANTS_OF_MANY
     time = np.asarray(np.linspace(0.0, duration, count + 1), dtype=np.float64)
@@ -148,7 +148,7 @@ def _secant(contact: Contact, force: float) -> float:
 
 def spring_displacements(body: Body, force: Array, dt: float, weights: Array | None = None) -> Array:
     """Return the (S, n + 1) displacements of a body at its springs [m], as marched
-    (`impact.march.stepper.as_marched`).
+    (`impact.march.stepper.with_recorded_loads`).
 
     ``force``: (n + 1,) or (n + 1, ports) on its ports [N], ``force[0]`` since ever; ``weights``: (S, q) of sums over
     the springs, which then are given in their place, (q, n + 1). Raises `GreensFunctionError` without springs.

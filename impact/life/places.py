@@ -229,7 +229,7 @@ def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
     return judgement
 
 
-def left_of(margin: float, bar: float) -> float:
+def margin_error(margin: float, bar: float) -> float:
     """Return the error bar of a margin of stresses that are known to the share ``bar``: a margin of f at stress 1 is
     f/(1 + b) at 1 + b, exactly, and the larger deviation is the one below, f b/(1 - b); ``inf`` from b = 1 on."""
     return margin * bar / (1 - bar) if bar < 1 else math.inf

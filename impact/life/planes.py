@@ -115,8 +115,8 @@ def _outer(points):  # type: ignore[no-untyped-def]
         inside = True
         for d in range(8):
             right, up = corners[d + 1, 0] - corners[d, 0], corners[d + 1, 1] - corners[d, 1]
-            left_of = right * (points[k, 1] - corners[d, 1]) - up * (points[k, 0] - corners[d, 0])
-            inside &= left_of > 0 or (right == 0 and up == 0)
+            margin_error = right * (points[k, 1] - corners[d, 1]) - up * (points[k, 0] - corners[d, 0])
+            inside &= margin_error > 0 or (right == 0 and up == 0)
         if not inside:
             outer[kept] = points[k]
             kept += 1

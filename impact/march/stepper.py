@@ -296,7 +296,7 @@ def foreseen(opening: Array) -> tuple[NDArray[np.int64], Array]:
     return first, np.asarray(now + FOLLOW / 2 * (now - before))
 
 
-def as_marched(body: Body, opening: Array, dt: float) -> Body:
+def with_recorded_loads(body: Body, opening: Array, dt: float) -> Body:
     """Return the striker of a run with steps ``dt`` [s], its loads that follow the mean ``opening`` (n + 1,) of the
     seats [m] replaced by the courses that they had in the march.
     """

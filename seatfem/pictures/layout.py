@@ -148,7 +148,7 @@ class Frame:
     top: float
 
     @staticmethod
-    def of(layout: Layout) -> Frame:
+    def from_layout(layout: Layout) -> Frame:
         low, high = extent_of(layout)
         wide, deep = high - low
         scale = min((WIDTH - LEFT - RIGHT) / max(wide, 1e-9), PLAN / max(deep, 1e-9))

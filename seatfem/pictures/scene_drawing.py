@@ -49,7 +49,7 @@ def draw_layout(layout: Layout, path: str | os.PathLike[str]) -> None:
     Raises:
         PictureError: matplotlib is missing, or cannot write this format.
     """
-    frame = Frame.of(layout)
+    frame = Frame.from_layout(layout)
     with sheet(path, WIDTH, frame.height) as figure:
         figure.set_layout_engine("none")
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))

@@ -202,7 +202,7 @@ def _with_errors(found: GreensFunction, beside: GreensFunction | None, about: Ma
     stated = None if beside is None else beside.provenance.get("refinement")
     if beside is None or not (isinstance(stated, int | float) and 1.0 < stated < math.inf):
         return Solved(found, in_rings=beside, about=about, reused=True)
-    coarser = divided_less(beside, Division.of(found))
+    coarser = divided_less(beside, Division.from_greens(found))
     return Solved(found, coarser, about=about, refinement=float(stated), in_rings=beside, reused=True)
 
 

@@ -256,7 +256,7 @@ def with_start(greens: GreensFunction) -> GreensFunction | None:
     modal = greens.modal
     if modal is None or not isinstance(start := modal.provenance.get(START), float) or start <= 0:
         return None
-    rest = Residual.exponential(modal.static_compliance(), np.diag(start / Division.of(modal).shares))
+    rest = Residual.exponential(modal.static_compliance(), np.diag(start / Division.from_greens(modal).shares))
     return replace(modal, residual=rest)
 
 

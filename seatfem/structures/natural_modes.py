@@ -107,7 +107,7 @@ class Wanted:
         return math.inf if self.count is None else self.count
 
     @staticmethod
-    def of(count: int | None, up_to_hz: float | None) -> Wanted:
+    def from_limits(count: int | None, up_to_hz: float | None) -> Wanted:
         """Return what is wanted, the 20 lowest where nothing is said."""
         return Wanted(DEFAULT_COUNT if count is None and up_to_hz is None else count, up_to_hz)
 

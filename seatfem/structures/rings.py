@@ -80,7 +80,7 @@ class Division:
         return np.tile(ring_shares(self.rings) / self.arcs, self.arcs)
 
     @staticmethod
-    def of(greens: GreensFunction) -> Division:
+    def from_greens(greens: GreensFunction) -> Division:
         """Return the division by what the ports of a Green's function are called; undivided where these are no arcs and
         rings."""
         names = greens.ports
@@ -102,7 +102,7 @@ def divided_less(greens: GreensFunction, less: Division) -> GreensFunction:
     Raises:
         GreensFunctionError: parts that cannot be made of those there are.
     """
-    division = Division.of(greens)
+    division = Division.from_greens(greens)
     if less == division:
         return greens
     for name, few, many in (("rings", less.rings, division.rings), ("ports", less.arcs, division.arcs)):
@@ -152,7 +152,7 @@ def parts_joined(greens: GreensFunction, there: Division, less: Division) -> Gre
 
 def with_fewer_rings(greens: GreensFunction, rings: int) -> GreensFunction:
     """Return `divided_less` with as many arcs as there are."""
-    return divided_less(greens, Division(Division.of(greens).arcs, rings))
+    return divided_less(greens, Division(Division.from_greens(greens).arcs, rings))
 
 
 def as_a_whole(greens: GreensFunction) -> GreensFunction:
@@ -167,7 +167,7 @@ def face_compliance(greens: GreensFunction) -> float:
     Parts that the face would pull at are open.
     """
     compliance = greens.static_compliance()
-    division = Division.of(greens)
+    division = Division.from_greens(greens)
     parts = division.arcs * division.rings
     if parts == 1 or not np.all(np.isfinite(compliance)):
         return float(compliance[0, 0])

@@ -12,7 +12,7 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import SceneError, load_scene
-from seatfem.study.scene.measures import Blow, Measure, all_measures
+from seatfem.study.scene.measures import ContactRecord, Measure, all_measures
 
 SCENE = """
 [seat]
@@ -38,7 +38,7 @@ def toy() -> Iterator[None]:
 
         name, key, words = "toy_square", "force_squared_N2s", "squared force"
 
-        def of(self, blow: Blow) -> float:
+        def of(self, blow: ContactRecord) -> float:
             return float(np.sum(blow.force[1:] ** 2)) * blow.dt
 
     yield

@@ -14,7 +14,7 @@ from seatfem.faces.tables import landings_of, landings_table, result_table
 from seatfem.faces.terminal import Console
 from seatfem.faces.verdict import judged_words, pressed_on, verdict
 from seatfem.study.runs.pipeline import write_landings
-from seatfem.study.scene.measures import Blow, Measure
+from seatfem.study.scene.measures import ContactRecord, Measure
 
 JUDGED = "landing_impulse_Ns, landing_filtered_peak_force_N"
 
@@ -216,7 +216,7 @@ def toy() -> Iterator[None]:
 
         name, key, words = "toy_square", "force_squared_N2s", "squared force"
 
-        def of(self, blow: Blow) -> float:
+        def of(self, blow: ContactRecord) -> float:
             return 0.0
 
     yield

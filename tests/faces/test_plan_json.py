@@ -11,7 +11,7 @@ import pytest
 
 from seatfem.faces.cli import DONE, run_command
 from seatfem.faces.plan_view import plan_json
-from seatfem.study.accuracy.prerun import Bench, first_look
+from seatfem.study.accuracy.prerun import Bench, locate_contact_window
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import Scene, load_scene
@@ -84,7 +84,7 @@ def test_json_knows_no_infinity(plan: Plan) -> None:
 def test_pre_runs_compute_no_displacement_and_stress_that_is_not_asked_for() -> None:
     scene = load_scene(EXAMPLES / "flapper_on_spring.toml")
     seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
-    window = first_look(scene, seat)
+    window = locate_contact_window(scene, seat)
 
     def found(*measures: str) -> dict[str, float]:
         """By the names that measures are asked by: of the one landing and of the window the same."""

@@ -34,7 +34,7 @@ from impact.gas.flow import (
     squeeze,
 )
 from impact.greens.base import Array
-from impact.march.stepper import as_marched
+from impact.march.stepper import with_recorded_loads
 
 AIR = GASES["air"]
 CRANK = SliderCrank(bore=50e-3, stroke=40e-3, rod=80e-3, clearance=4e-6, rpm=3000.0)
@@ -355,6 +355,6 @@ def test_loads_that_followed_the_lift_are_found_again() -> None:
             return impact.solve(impact.ContactProblem(striker, spring, gap=5e-4), dt=dt, duration=4e-3).gap
 
         moved = gap(body)
-        np.testing.assert_allclose(gap(as_marched(body, moved, dt)), moved, atol=1e-9 * np.abs(moved).max())
+        np.testing.assert_allclose(gap(with_recorded_loads(body, moved, dt)), moved, atol=1e-9 * np.abs(moved).max())
         still = replace(body, loads=tuple(impact.Load(load.shape, load.amplitude) for load in loads))
         assert np.abs(gap(still) - moved).max() > 1e-5

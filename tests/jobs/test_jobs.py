@@ -111,7 +111,7 @@ def _runs(member: psutil.Process) -> bool:
     return False
 
 
-def left_in(folder: Path) -> list[str]:
+def error_bars_of(folder: Path) -> list[str]:
     return sorted(path.name for path in (folder / "tmp").iterdir() if path.name.startswith("seatfem"))
 
 
@@ -133,9 +133,9 @@ def test_nothing_survives_kill_9(arguments: tuple[str, ...], which: str, tmp_pat
         process.kill()
         process.wait()
         assert alive(family) == []
-        assert left_in(tmp_path) != []  # a killed program cannot tidy up
+        assert error_bars_of(tmp_path) != []  # a killed program cannot tidy up
     next_start(tmp_path)
-    assert left_in(tmp_path) == []
+    assert error_bars_of(tmp_path) == []
 
 
 def test_the_workers_of_the_battery_do_not_survive_kill_9(tmp_path: Path) -> None:
@@ -171,7 +171,7 @@ def test_asked_to_end_the_program_tidies_up(tmp_path: Path) -> None:
         told = process.stderr.read()
     assert "seatfem: interrupted; files are written whole or not at all" in told
     assert "Traceback" not in told
-    assert left_in(tmp_path) == []
+    assert error_bars_of(tmp_path) == []
     assert not list((tmp_path / "out").glob("*"))
 
 
@@ -195,7 +195,7 @@ def test_a_trade_asked_to_end_ends_its_points(tmp_path: Path) -> None:
         process.terminate()
         assert process.wait(ASKED) == 143
         assert alive(family) == []
-    assert left_in(tmp_path) == []
+    assert error_bars_of(tmp_path) == []
 
 
 WORKER = """

@@ -110,7 +110,7 @@ def test_lips_that_cannot_be(given: tuple[float, ...], words: str) -> None:
 def test_ports_tell_the_division(arcs: int, rings: int) -> None:
     division = Division(arcs, rings)
     assert len(set(division.names)) == len(division.names) == arcs * rings
-    assert Division.of(division_greens(division)) == division
+    assert Division.from_greens(division_greens(division)) == division
     assert division.shares.sum() == pytest.approx(1.0, rel=1e-12)
 
 
@@ -121,7 +121,7 @@ def test_other_ports_are_no_division(names: tuple[str, ...]) -> None:
     greens = ModalGreens(
         np.zeros(0), np.zeros(0), np.zeros((0, len(names))), Residual.spring(np.eye(len(names))), names
     )
-    assert Division.of(greens) == Division()
+    assert Division.from_greens(greens) == Division()
 
 
 def test_fewer_parts_are_means_of_more() -> None:

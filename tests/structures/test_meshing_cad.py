@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.mesh._gmsh_solid import LADDER, LadderError, Rung, climb
+from seatfem.structures.mesh._gmsh_solid import LADDER, LadderError, Rung, retry_with_healing
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
@@ -321,7 +321,7 @@ def test_the_ladder_reports_every_rung():
         if not rung.heal:
             raise RuntimeError("overlapping facets")
 
-    notes = climb("seat.step", LADDER, attempt, lambda: "surface 7 about (1, 2, 3) mm")
+    notes = retry_with_healing("seat.step", LADDER, attempt, lambda: "surface 7 about (1, 2, 3) mm")
     assert tried == list(LADDER[:2])
     assert notes == [
         "not meshed as it is: overlapping facets (surface 7 about (1, 2, 3) mm)",
@@ -337,10 +337,10 @@ def test_the_last_rung_names_the_surface():
         r"seat.step: cannot be meshed, check and heal it; as it is: no \(surface 7\); .*algorithms: no \(surface 7\)"
     )
     with pytest.raises(LadderError, match=message):
-        climb("seat.step", LADDER, fail, lambda: "surface 7")
+        retry_with_healing("seat.step", LADDER, fail, lambda: "surface 7")
 
     def wrong(rung: Rung) -> None:
         raise GeometryError("no face for 'contact'")
 
     with pytest.raises(GeometryError, match="no face for 'contact'"):
-        climb("seat.step", LADDER, wrong, lambda: "")
+        retry_with_healing("seat.step", LADDER, wrong, lambda: "")

@@ -182,7 +182,7 @@ def test_many_ports_answer_by_modes_as_few_by_krylov_vectors(monkeypatch: pytest
     found = []
     for most in (8, 0):
         monkeypatch.setattr(recovery, "MOST_PORTS", most)
-        answers = Response.of(model, bandwidth=2 * BAND, dt=STEP, damping_ratio=ZETA)
+        answers = Response.from_model(model, bandwidth=2 * BAND, dt=STEP, damping_ratio=ZETA)
         found += [histories(field_of(answers, functional, POINTS, fewer=k), PULSE, STEP) for k in (False, True)]
     krylov, _, modes, fewer = found
     assert 3 < answers.vectors.shape[1] < 40

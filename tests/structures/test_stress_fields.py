@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 from impact.greens.base import Array
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.fields.corners import left_by_mesh, near, singular_points
+from seatfem.structures.fields.corners import near, peak_mesh_error, singular_points
 from seatfem.structures.fields.recovery import StressField, histories, largest, principal, recover, von_mises
 from seatfem.structures.fields.sites import at_points, on_surface
 from seatfem.structures.fields.solids import elements_of, solid_stress
@@ -214,7 +214,7 @@ def test_what_a_mesh_leaves_is_looked_for_at_every_place() -> None:
             x = points[:, 0]
             return 10 * np.exp(-(((x - 15) / 8) ** 2)) + height * np.exp(-(((x - 45) / 8) ** 2))
 
-        return left_by_mesh(fine, peaks(fine, 9.0), coarse, factor * peaks(coarse, second), weight)
+        return peak_mesh_error(fine, peaks(fine, 9.0), coarse, factor * peaks(coarse, second), weight)
 
     assert left(7.0, 1.0) == pytest.approx(1.0, abs=0.1)
     assert left(7.0, 2.0) == pytest.approx(3.0, abs=0.1)

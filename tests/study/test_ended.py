@@ -12,7 +12,7 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures.store import VARIABLE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.kept import NOTE, ended_plan, remember
+from seatfem.study.runs.kept import NOTE, cached_plan, save_plan
 from seatfem.study.runs.rounds import Round, rounds
 from tests.gallery import load_text
 
@@ -54,12 +54,12 @@ def last_of(plan: Plan, folder: Path) -> Round:
 
 def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(store, tmp_path):
     plan = too_coarse(plan_of(tmp_path))
-    assert ended_plan(plan.scene) is None
+    assert cached_plan(plan.scene) is None
     done = last_of(plan, tmp_path)
     assert done.met
     assert done.number > 1
-    remember(done)
-    again = ended_plan(plan.scene)
+    save_plan(done)
+    again = cached_plan(plan.scene)
     assert again.method == done.plan.method
     for name in ("choices", "cost", "error", "shares", "alternatives", "without"):
         assert getattr(again, name) == getattr(done.plan, name)
@@ -67,29 +67,29 @@ def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(store, tm
     second = last_of(again, tmp_path)
     assert (second.met, second.number) == (True, 1)
     assert second.left.values == done.left.values  # the same numbers, without the rounds before
-    remember(second)
-    assert ended_plan(plan.scene) == again  # told once
+    save_plan(second)
+    assert cached_plan(plan.scene) == again  # told once
 
 
 def test_other_questions_are_planned(store, tmp_path):
-    remember(last_of(too_coarse(plan_of(tmp_path)), tmp_path))
+    save_plan(last_of(too_coarse(plan_of(tmp_path)), tmp_path))
     for other in (
         SCENE.replace('"2 %"', '"3 %"'),
         SCENE.replace('"1 mm"', '"1.1 mm"'),
         SCENE.replace("duration", 'time_step = "50 ns"\nduration'),
     ):
-        assert ended_plan(plan_of(tmp_path, other).scene) is None
-    assert ended_plan(plan_of(tmp_path, 'title = "another name"\n' + SCENE).scene) is not None  # that asks for nothing
+        assert cached_plan(plan_of(tmp_path, other).scene) is None
+    assert cached_plan(plan_of(tmp_path, 'title = "another name"\n' + SCENE).scene) is not None  # that asks for nothing
 
 
 def test_what_met_in_one_round_or_missed_is_not_kept(store, tmp_path):
     done = last_of(plan_of(tmp_path), tmp_path)
     assert done.number == 1
-    remember(done)
+    save_plan(done)
     strict = SCENE.replace('"2 %"', '"0.1 %"').replace("[run]", '[run]\ntime_step = "2 us"')
     missed = last_of(plan_of(tmp_path, strict), tmp_path)
     assert not missed.met
-    remember(replace(missed, number=2))
+    save_plan(replace(missed, number=2))
     assert not (store / "ended").exists()
 
 
@@ -113,10 +113,10 @@ HARM = {
 @pytest.mark.parametrize("harm", HARM)
 def test_a_file_that_is_not_sound_changes_nothing(store, tmp_path, harm):
     plan = too_coarse(plan_of(tmp_path))
-    remember(last_of(plan, tmp_path))
+    save_plan(last_of(plan, tmp_path))
     (path,) = (store / "ended").iterdir()
     kept = json.loads(path.read_text())
-    assert ended_plan(plan.scene) is not None
+    assert cached_plan(plan.scene) is not None
     harmed = HARM[harm](kept)
     path.write_text(harmed if isinstance(harmed, str) else json.dumps(harmed))
-    assert ended_plan(plan.scene) is None
+    assert cached_plan(plan.scene) is None

@@ -18,7 +18,7 @@ from seatfem.study.impacts.touches import SOURCES, Touches, bar_keys, measured
 from seatfem.study.method import stated_method
 from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS
 from seatfem.study.scene import Scene
-from seatfem.study.scene.measures import Blow, ContactDuration, Impulse, all_measures
+from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse, all_measures
 from tests.gallery import load_text
 
 MODES = ModalGreens(
@@ -119,10 +119,10 @@ def test_a_seat_taken_for_a_spring_has_its_floor(scene: Scene) -> None:
     assert all(exact.parts[source]["impulse"] == 0 for source in ("model", "mesh", "reduction"))
 
 
-def touches(*pieces: tuple[int, float]) -> Blow:
+def touches(*pieces: tuple[int, float]) -> ContactRecord:
     """Of forces [N] that each last so many microseconds."""
     force = np.concatenate([[0.0], *(np.full(steps, each) for steps, each in pieces), [0.0]])
-    return Blow(force, 1e-6, 1e-6, np.zeros_like(force))
+    return ContactRecord(force, 1e-6, 1e-6, np.zeros_like(force))
 
 
 JUMPS = [  # openings end a group from 30 us on

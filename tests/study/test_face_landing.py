@@ -127,7 +127,7 @@ def test_a_drawing_of_a_seat_answers_as_the_seat(tmp_path: Path) -> None:
         touches = run_contacts(scene, striker_of(scene), solved.greens, 1e-7)
         found.append((scene, solved, touches, measured(touches, scene.run.filter_width)))
     (_, known, _, right), (scene, solved, touches, values) = found
-    assert Division.of(solved.greens) == Division(16)
+    assert Division.from_greens(solved.greens) == Division(16)
     assert solved.about["seat_level"] == "3d"
     statics, exact = (each.greens.static_compliance() for each in (solved, known))
     assert np.abs(statics - exact).max() < 0.02 * exact.max()
@@ -144,7 +144,7 @@ def test_a_mesh_that_is_given(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, MESHED, "ports = 8\n")
     solved = seat_of(scene)
     assert solved.in_rings is not None
-    assert Division.of(solved.in_rings) == Division(16)
+    assert Division.from_greens(solved.in_rings) == Division(16)
     assert solved.greens.ports == Division(8).names
     with pytest.raises(ModelError, match=r"contact\.ports = 128: .* only about 5\d elements .*: take fewer$"):
         seat_of(scene_of(tmp_path, MESHED, "ports = 128\n"))

@@ -148,7 +148,7 @@ def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
     net = np.subtract(found["gas_mass_forward_kg"], found["gas_mass_back_kg"])
     step = found["time_step_s"] / 3
     again = run_contacts(scene, striker_of(scene, 60), seat_of(scene).greens, step)
-    finer = cycle_masses(scene, GasRun.of(scene, again).history, of_other=True)
+    finer = cycle_masses(scene, GasRun.from_run(scene, again).history, of_other=True)
     for key, masses in finer.items():
         bars = found[f"error_bar_{key}"]
         assert len(bars) == 2

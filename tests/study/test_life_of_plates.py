@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact.life.places import left_of
+from impact.life.places import margin_error
 from impact.life.strength import basquin
 from seatfem.faces.verdict import lasting as in_words
 from seatfem.structures.fields.recovery import histories, hottest, largest, mises_range, von_mises
@@ -47,7 +47,7 @@ def run(
     (folder / "scene.toml").write_text(text, encoding="utf-8")
     kept: list[Round] = []
     if monkeypatch is not None:
-        of = Stressed.of
+        of = Stressed.from_round
 
         def keep(done: Round, *stresses: object) -> Stressed:
             kept.append(done)
@@ -82,7 +82,7 @@ def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monke
     keys, (done,) = run(tmp_path, text, monkeypatch)
     stress, bar = (keys[f"{of}peak_reed_stress_after_contact_Pa"] for of in ("", "error_bar_"))
     for name in ("life_margin", "life_multiaxial_margin"):
-        assert keys[f"error_bar_{name}"] == pytest.approx(left_of(keys[name], bar / stress))  # type: ignore[operator,arg-type]
+        assert keys[f"error_bar_{name}"] == pytest.approx(margin_error(keys[name], bar / stress))  # type: ignore[operator,arg-type]
     field = plate_field(done)
     some = field.at(np.arange(0, len(field.points), 40))
     ranges = mises_range(some, done.result.force, done.result.dt)

@@ -250,7 +250,7 @@ def test_saved_loaded_and_taken_up_again(bench: Bench, tmp_path: Path) -> None:
     assert np.array_equal(again.force, result.force)
     impact.save_greens(problem.targets[0].greens, tmp_path / "seat.h5")
     seat = impact.load_greens(tmp_path / "seat.h5")
-    assert Division.of(seat) == Division(32)
+    assert Division.from_greens(seat) == Division(32)
     prepared = impact.prepare(problem, DT, 0.2e-3)
     first, second = impact.ContactStepper(prepared), impact.ContactStepper(prepared)
     first.advance(700)
@@ -349,7 +349,7 @@ def test_where_no_more_arcs_can_be_half_as_many_tell(
     scene = scene_of(tmp_path, keys(16, ROLL), duration="0.1 ms")
     seat = seat_of(scene, method=stated_method(scene).seat)
     assert seat.in_rings is not None
-    assert Division.of(seat.in_rings) == Division(16)
+    assert Division.from_greens(seat.in_rings) == Division(16)
     touches = run_contacts(scene, striker_of(scene), seat.greens, DT)
     share = error_budget(scene, stated_method(scene), seat, striker_of(scene), touches).parts["patch"]["impulse"]
     impulses = [
@@ -395,7 +395,7 @@ def test_rounds_take_more_arcs_on_both_bodies(tmp_path: Path) -> None:
     first, second = itertools.islice(rounds(plan, tmp_path, Stopwatch(), silent), 2)
     for done, arcs in ((first, 8), (second, 32)):
         assert done.plan.method.ports == arcs
-        assert Division.of(done.seat.greens) == Division(arcs)
+        assert Division.from_greens(done.seat.greens) == Division(arcs)
         assert done.reed is not None
         assert done.reed.greens.ports == ("contact", *Division(arcs).names)
     shares = [done.left.parts["patch"]["filtered_peak"] for done in (first, second)]

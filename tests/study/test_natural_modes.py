@@ -40,7 +40,7 @@ def seat_of(text, tmp_path):
 
 
 def found(text, tmp_path, count=None, up_to_hz=None):
-    return seat_of(text, tmp_path).seat.natural_modes(Wanted.of(count, up_to_hz), Stopwatch(), silent)
+    return seat_of(text, tmp_path).seat.natural_modes(Wanted.from_limits(count, up_to_hz), Stopwatch(), silent)
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +99,7 @@ def test_a_limit_in_hertz(annular, tmp_path):
     assert len(found(ANNULAR, tmp_path, None, 10.0).modes) == 0
     assert len(found(ANNULAR, tmp_path, 2, limit).modes) <= 3
     with pytest.raises(ModelError, match="--count 0"):
-        Wanted.of(0, None)
+        Wanted.from_limits(0, None)
 
 
 def test_torsion_of_a_clamped_cylinder_is_a_quarter_wave_of_shear():

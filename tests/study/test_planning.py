@@ -21,7 +21,7 @@ from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.surrogate import Sizes, mesh_error, sizes_for
 from seatfem.structures.method import LevelError
 from seatfem.structures.store import Store
-from seatfem.study.accuracy.prerun import Bench, advanced, first_look
+from seatfem.study.accuracy.prerun import Bench, advanced, locate_contact_window
 from seatfem.study.accuracy.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.study.impacts.contact import RunError, measures_of, problem_of, seat_of, striker_of
 from seatfem.study.impacts.touches import SOURCES
@@ -33,7 +33,7 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
 from seatfem.study.planning.seat_options import changes_on, coarse_method, without_waves
-from seatfem.study.planning.seen import Seen
+from seatfem.study.planning.seen import PlanningContext
 from seatfem.study.safety import AIM, DOUBT_OF_COARSE, FREE
 from seatfem.study.scene import Scene
 
@@ -286,7 +286,7 @@ class TestTargets:
         wanted = {"target": "5 %", "measures": ["contact_duration"]}
         scene = scene_of(SPRING, MASS, accuracy=wanted, run__time_step="2 us")
         seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
-        duration = Bench(scene, seat, first_look(scene, seat))
+        duration = Bench(scene, seat, locate_contact_window(scene, seat))
         least = 2e-6 / duration.measures(dt=0.1e-6)["contact_duration"]
         assert plan_scene(scene).error["landing_contact_duration"] >= 0.99 * SAFETY * least
 
@@ -424,7 +424,7 @@ class TestPreRuns:
         """A window of the run is the run: same filtered peak and duration, whatever is left out before."""
         scene = scene_of(ANNULAR, REED)
         seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
-        window = first_look(scene, seat)
+        window = locate_contact_window(scene, seat)
         assert window.start > 0.5e-3
         dt = 20e-9
         inside = Bench(scene, seat, window).measures(dt=dt, n_modes=30)
@@ -506,12 +506,12 @@ class TestWithoutWaves:
     """Where the surrogate leaves open whether a spring is enough, a coarse real seat tells."""
 
     @staticmethod
-    def seen(*parts: str) -> Seen:
+    def seen(*parts: str) -> PlanningContext:
         scene = scene_of(*parts)
-        return Seen.of(scene, scene.seat.surrogate(scene.run.duration, scene.reed.face), Machine())
+        return PlanningContext.from_scene(scene, scene.seat.surrogate(scene.run.duration, scene.reed.face), Machine())
 
     @staticmethod
-    def level(seen: Seen) -> str:
+    def level(seen: PlanningContext) -> str:
         return Choices(seen).cheapest(seen.scene.accuracy.target).level
 
     def test_a_spring_is_said_to_be_enough_that_estimates_leave_open(self) -> None:
@@ -561,9 +561,9 @@ class TestWithoutWaves:
 def choices_of(*parts: str, **more: object) -> Choices:
     scene = scene_of(*parts, **more)
     surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
-    bench = Bench(scene, surrogate.greens, first_look(scene, surrogate.greens))
+    bench = Bench(scene, surrogate.greens, locate_contact_window(scene, surrogate.greens))
     sensitivity = Sensitivity(bench, scene.accuracy.measures, 1e-4, exact=surrogate.exact)
-    return Choices(Seen(scene, stated_method(scene), surrogate, sensitivity, Machine.known()))
+    return Choices(PlanningContext(scene, stated_method(scene), surrogate, sensitivity, Machine.known()))
 
 
 @cached

@@ -201,7 +201,7 @@ def test_histories_and_peak_are_those_of_a_time_integration(reed, more, step, al
     largest, half = in_all.max(axis=1), in_all.shape[1] // 2
     assert abs(told.found.after_contact.value - largest.max()) < told.bar < 0.3 * largest.max()
     assert found[AFTER] == told.found.after_contact.value
-    cut = PlatePeaks.of(done, since=half * dt).found  # as if a landing began in mid-run
+    cut = PlatePeaks.from_round(done, since=half * dt).found  # as if a landing began in mid-run
     for chosen, there in (("until", in_all[:, : half + 1]), ("after", in_all[:, half + 1 :])):
         peak = cut.within(getattr(cut.spans, chosen)(cut.spans.landing)).von_mises.max()
         assert abs(peak - there.max()) < 0.02 * largest.max()

@@ -280,9 +280,9 @@ def test_a_round_that_outlasts_the_time_is_stopped_and_the_one_before_stays(tmp_
 def test_the_price_of_a_round_knows_how_far_off_the_last_one_was(tmp_path: Path) -> None:
     plan = plan_of(SCENE, tmp_path)
     plan = replace(plan, cost=Cost(12.0, 1e9, {"mesh": 2.0, "reduction": 8.0, "contact": 0.5, "pictures": 1.5}))
-    off = next_round.paces({"mesh": 10.0, "reduction": 70.0, "contact": 20.0}, plan, {"contact": 1.2})
+    off = next_round.time_ratios({"mesh": 10.0, "reduction": 70.0, "contact": 20.0}, plan, {"contact": 1.2})
     assert off == {"seat": 8.0, "contact": 1.2}  # half a second predicted tells of one-off costs
-    done = SimpleNamespace(paces=off)
+    done = SimpleNamespace(time_ratios=off)
     dearer = replace(plan, cost=Cost(26.0, 2e9, {"mesh": 4.0, "reduction": 20.0, "contact": 1.0, "pictures": 1.0}))
     assert next_round.price(done, dearer) == pytest.approx(8 * 24 + 1.2)  # type: ignore[arg-type]
     kept = replace(plan, cost=Cost(1.0, 1e9, {"contact": 1.0}))

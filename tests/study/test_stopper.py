@@ -18,7 +18,7 @@ from seatfem.structures.kinds import kinds_of
 from seatfem.structures.method import Solved, bed
 from seatfem.structures.rings import Division
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.accuracy.prerun import Bench, Window, first_look, window_of
+from seatfem.study.accuracy.prerun import Bench, Window, locate_contact_window, window_of
 from seatfem.study.impacts.contact import measures_of, problem_of, run_contacts, stopper_of, striker_of
 from seatfem.study.impacts.touches import Touches, stopper_values
 from seatfem.study.method import stated_method
@@ -319,7 +319,7 @@ def test_pre_runs_meet_the_stopper(tmp_path: Path) -> None:
     """They march with it: the mass comes back to the seat; and begin before it is met, where that comes first."""
     scene = scene_of(tmp_path, SEAT + MASS + STOPPER + RUN)
     seat, stopper = impact.spring(stiffness=1e6), stopper_of(scene)
-    assert first_look(scene, seat, stopper=stopper).groups == 2
+    assert locate_contact_window(scene, seat, stopper=stopper).groups == 2
     bench = Bench(scene, seat, Window(0.0, 1.4e-3, 2), stopper=stopper)
     assert bench.measures(dt=1e-7)["impulse"] == pytest.approx(4e-3, rel=0.01)
     free = scene.model_copy(update={"stopper": None})

@@ -105,7 +105,9 @@ def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> No
     steps = range(140, 1600, 140)
     exact = np.moveaxis(histories(field, force, dt)[:, :, list(steps)], 2, 0)
     np.testing.assert_allclose(in_frames(field, force, dt, steps), exact, atol=1e-9 * np.abs(exact).max())
-    moved = response_in_frames(Response.of(stress.model, dt=dt, bandwidth=100e3, damping_ratio=0.05), force, dt, steps)
+    moved = response_in_frames(
+        Response.from_model(stress.model, dt=dt, bandwidth=100e3, damping_ratio=0.05), force, dt, steps
+    )
     found = np.moveaxis((functional @ moved.T).reshape(3, 6, -1), 2, 0)
     np.testing.assert_allclose(found, exact, atol=1e-6 * np.abs(exact).max())
 
@@ -324,7 +326,7 @@ def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monke
     np.testing.assert_allclose(wave.values[:, some].T, exact[:, now], atol=1e-9 * exact.max())
     # in place of margins the distance from a place: each point is drawn with its own
     monkeypatch.setattr(afterwards, "margins", lambda field, *_, **__: np.linalg.norm(field.points - PLACE, axis=1))
-    (drawn,) = dict(margin_pictures(done, Stressed.of(done, stress, None)))["margin_map.png"].args[0]  # type: ignore[attr-defined]
+    (drawn,) = dict(margin_pictures(done, Stressed.from_round(done, stress, None)))["margin_map.png"].args[0]  # type: ignore[attr-defined]
     told = np.isfinite(drawn.colours[0])
     assert told.sum() >= len(stress.sites)
     np.testing.assert_allclose(drawn.colours[0][told], np.linalg.norm(drawn.points[told] - PLACE, axis=1), atol=1e-12)

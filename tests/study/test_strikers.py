@@ -17,7 +17,7 @@ from seatfem.structures.kinds import kinds_of
 from seatfem.structures.kinds.structure import in_words_of
 from seatfem.structures.method import LevelError
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.accuracy.prerun import Bench, stand_in_of
+from seatfem.study.accuracy.prerun import Bench, surrogate_striker
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError, check_step, problem_of, solved_striker, striker_of
 from seatfem.study.method import stated_method
@@ -300,7 +300,7 @@ def test_a_part_that_nothing_holds_is_thrown(tmp_path: Path) -> None:
     )
     text = f'kind = "cad"\nfile = "{block}"\nmaterial = "steel"\n{more}'
     scene = scene_of(tmp_path, text, seat=SPRING.replace("20 N/um", "1 N/um"))
-    guess = stand_in_of(scene)
+    guess = surrogate_striker(scene)
     plan = plan_scene(scene)
     assert not any("no contact" in note for note in plan.notes)
     solved = solved_striker(scene)

@@ -164,7 +164,7 @@ def force_figure(runs: Mapping[str, ImpactResult], width: float, landings: Landi
             figure.line(runs[name], factor * mean, f"{label}, mean over {1e6 * width:g} µs", colour)
             figure.line(runs[name], factor * runs[name].force, f"{label}, raw", colour, hidden=True)
     figure.mark(marks, lambda mark: (mark.peak_time, factor * mark.peak))
-    return figure.of(f"contact force [{unit}]")
+    return figure.figure(f"contact force [{unit}]")
 
 
 def motion_figure(runs: Mapping[str, ImpactResult], landings: Landings = ()) -> Figure:
@@ -181,7 +181,7 @@ def motion_figure(runs: Mapping[str, ImpactResult], landings: Landings = ()) -> 
         course = factor * wave.striker_displacement
         for body in BODIES:
             figure.mark(landing_marks(landings, body), lambda mark: (mark.start, value_at(wave, course, mark.start)))
-    return figure.of(f"displacement [{unit}]", zoomed=False)
+    return figure.figure(f"displacement [{unit}]", zoomed=False)
 
 
 def energy_figure(run: ImpactResult) -> Figure:
@@ -194,7 +194,7 @@ def energy_figure(run: ImpactResult) -> Figure:
     factor, unit = scaled(np.concatenate([term for _, term, _ in terms]), "J")
     for label, term, colour in terms:
         figure.line(run, factor * term, label, colour)
-    return figure.of(f"energy [{unit}]", zoomed=False)
+    return figure.figure(f"energy [{unit}]", zoomed=False)
 
 
 def lip_figure(run: ImpactResult) -> Figure:
@@ -282,7 +282,7 @@ class _Along:
             style |= {"marker": look, "textfont": {"color": COLOUR}, "cliponaxis": False}
             self._curves.append((np.asarray(time), {"y": _short(values), **style}))
 
-    def of(self, quantity: str, *, zoomed: bool = True) -> Figure:
+    def figure(self, quantity: str, *, zoomed: bool = True) -> Figure:
         """Return the figure; ``zoomed``: on the contacts, where they are short."""
         start, end = self._window
         near = zoomed and end - start < 0.5 * self._end

@@ -89,7 +89,7 @@ def assemble_axisymmetric(
     if mass not in get_args(Mass):
         raise ModelError(f"mass {mass!r} is unknown; choose from {', '.join(get_args(Mass))}")
     mesh = getattr(mesh, "mesh", mesh)
-    section = Section.of(mesh, order)
+    section = Section.from_mesh(mesh, order)
     solids, region = solids_by_region(mesh, material)
     for solid in solids:
         check_revolved(solid)

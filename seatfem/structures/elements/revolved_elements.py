@@ -56,7 +56,7 @@ class Section:
     on_axis: NDArray[np.int64]
 
     @staticmethod
-    def of(mesh: Any, order: int | None) -> Section:
+    def from_mesh(mesh: Any, order: int | None) -> Section:
         """Return the checked section: r >= 0, no folded cell; nodes within 1e-9 of the outer radius are on the axis."""
         if mesh.dim() != 2:
             raise ModelError(

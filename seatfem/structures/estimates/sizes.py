@@ -89,7 +89,7 @@ class MemoryNeed:
     factorized: float
     products: float
 
-    def of(self, method: str, *, distributed: bool = False) -> float:
+    def of_reduction(self, method: str, *, distributed: bool = False) -> float:
         """Return the need of a reduction by name, or of "auto"; of a distributed one without its factor."""
         return self.factorized if _factorizes(method) and not distributed else self.products
 
@@ -145,7 +145,7 @@ def check_memory(
         MemoryNeedError: the need is above what is available.
     """
     need = memory_need(counts)
-    least = need.of(method, distributed=distributed)
+    least = need.of_reduction(method, distributed=distributed)
     memory = available_memory() if available is None else available
     if least <= memory:
         return need
@@ -203,7 +203,7 @@ def _share(counts: Counts, method: str, there: float) -> float:
     for _ in range(40):
         middle = (low + high) / 2
         need = memory_need(counts.scaled(middle))
-        fits = need.of(method) <= 0.9 * there
+        fits = need.of_reduction(method) <= 0.9 * there
         low, high = (middle, high) if fits else (low, middle)
     return max(low, 1e-12)
 
@@ -331,7 +331,7 @@ def check_before_meshing(body: Drawn, spec: MeshSpec, level: Level, method: Meth
     how = body.stated() if method is None else method
     sizes = predicted_sizes(body.geometry(), spec, level, body.copies.get(level, 1))
     need = memory_need(sizes.counts)
-    least = need.of(how.reduction, distributed=how.distributed)
+    least = need.of_reduction(how.reduction, distributed=how.distributed)
     margin = FILE_MARGIN if body.files() else MARGIN
     available = available_memory()
     if least <= margin * available and sizes.elements <= margin * MOST_ELEMENTS:

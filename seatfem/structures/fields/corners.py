@@ -105,7 +105,7 @@ def edge_distances(points: Array, singular: Array) -> Array:
 REACH: Final = 2.0  # over the distance of the coarser mesh's sites: within it either mesh has its own largest stress
 
 
-def left_by_mesh(points: Array, stress: Array, coarser_points: Array, on_coarser: Array, weight: float) -> float:
+def peak_mesh_error(points: Array, stress: Array, coarser_points: Array, on_coarser: Array, weight: float) -> float:
     """Return the error of the largest ``stress`` (P,) at points (P, d) [Pa], by that (Q,) of a coarser mesh.
 
     Any place may bear what it has, more or less ``weight`` times what the coarser mesh changes there; the largest of

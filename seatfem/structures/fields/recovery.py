@@ -72,7 +72,7 @@ class Response:
     fewer: Pairs
 
     @staticmethod
-    def of(
+    def from_model(
         model: SecondOrderModel,
         *,
         bandwidth: float,
@@ -221,9 +221,9 @@ def recover(
     Args:
         functional: C of its unknowns, which multiplies columns of them: (6 P, n).
         points: (P, d) of them.
-        model, bandwidth, dt, damping_ratio, vectors: as of `Response.of`, which gives the errors.
+        model, bandwidth, dt, damping_ratio, vectors: as of `Response.from_model`, which gives the errors.
     """
-    response = Response.of(model, bandwidth=bandwidth, dt=dt, damping_ratio=damping_ratio, vectors=vectors)
+    response = Response.from_model(model, bandwidth=bandwidth, dt=dt, damping_ratio=damping_ratio, vectors=vectors)
     return field_of(response, functional, points)
 
 

@@ -48,7 +48,7 @@ class Sites:
     share: Array
 
     @staticmethod
-    def of(points: Array, site: Integers, element: Integers, inside: Array) -> Sites:
+    def averaged(points: Array, site: Integers, element: Integers, inside: Array) -> Sites:
         """Return sites with equal shares of all elements about a point."""
         share = 1.0 / np.bincount(site, minlength=len(points))[site]
         return Sites(points, site, element, inside, share)
@@ -59,7 +59,7 @@ class Sites:
     def at(self, chosen: NDArray[np.bool_]) -> Sites:
         """Return those that are chosen (P,), numbered anew."""
         kept, number = chosen[self.site], np.cumsum(chosen) - 1
-        return Sites.of(self.points[chosen], number[self.site[kept]], self.element[kept], self.inside[:, kept])
+        return Sites.averaged(self.points[chosen], number[self.site[kept]], self.element[kept], self.inside[:, kept])
 
 
 def at_points(made: Discretization, points: Array) -> Sites:
@@ -80,7 +80,7 @@ def at_points(made: Discretization, points: Array) -> Sites:
         place = ", ".join(f"{1e3 * x:.4g}" for x in points[lost[0]])
         raise ModelError(f"the point ({place}) mm lies off the body: name one in it, or on its surface")
     taken = (off <= np.maximum(least, _INSIDE)[:, None]).ravel()
-    return Sites.of(points, site[taken], element[taken], inside[:, taken])
+    return Sites.averaged(points, site[taken], element[taken], inside[:, taken])
 
 
 def on_surface(made: Discretization) -> Sites:
@@ -102,7 +102,7 @@ def at_nodes(made: Discretization, nodes: Integers) -> Sites:
     element, local = np.nonzero(chosen[made.cells])
     site = np.searchsorted(nodes, made.cells[element, local])
     reference = np.asarray(made.element.doflocs, dtype=float)
-    return Sites.of(made.nodes.T[nodes], site, element, reference[local].T)
+    return Sites.averaged(made.nodes.T[nodes], site, element, reference[local].T)
 
 
 def outer_facets(mesh: Any) -> tuple[Integers, Integers, Integers]:
@@ -135,13 +135,13 @@ _GAUSS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) / np.sqrt(3)
 def plate_points(mesh: PlateMesh, points: Array) -> Sites:
     """Return the sites at points (P, 2) [m]. Raises `ModelError` of one that lies off the plate."""
     element, inside = located(mesh, points, np.full(len(points), "stress.points"))
-    return Sites.of(points, np.arange(len(points)), element, inside.T)
+    return Sites.averaged(points, np.arange(len(points)), element, inside.T)
 
 
 def plate_nodes(mesh: PlateMesh) -> Sites:
     """Return all nodes of a plate."""
     site, element = mesh.cells.ravel(), np.repeat(np.arange(len(mesh.cells)), 9)
-    return Sites.of(mesh.points, site, element, np.tile(_NODES, (len(mesh.cells), 1)).T)
+    return Sites.averaged(mesh.points, site, element, np.tile(_NODES, (len(mesh.cells), 1)).T)
 
 
 def plate_stress(

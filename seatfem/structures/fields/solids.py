@@ -42,7 +42,7 @@ def elements_of(mesh: Any, order: int | None = None) -> Discretization:
     mesh = getattr(mesh, "mesh", mesh)
     if mesh.dim() == 3:
         return discretize(mesh, order)
-    section = Section.of(mesh, order)
+    section = Section.from_mesh(mesh, order)
     corners = np.ascontiguousarray(mesh.dofs.element_dofs.T, dtype=np.int32)
     cells = np.ascontiguousarray(section.cells.T, dtype=np.int32)
     places = np.ascontiguousarray(mesh.doflocs.T)

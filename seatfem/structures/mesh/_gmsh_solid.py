@@ -235,7 +235,9 @@ class LadderError(RuntimeError):
     """Every rung failed; the message says what failed on each, and where."""
 
 
-def climb(what: str, rungs: Sequence[Rung], attempt: Callable[[Rung], None], where: Callable[[], str]) -> list[str]:
+def retry_with_healing(
+    what: str, rungs: Sequence[Rung], attempt: Callable[[Rung], None], where: Callable[[], str]
+) -> list[str]:
     """Try the rungs in turn until one holds; returns notes on those that failed and on the one that held.
 
     ``what``: is meshed; ``where``: the place of the last failure. A `GeometryError` is no failure to mesh and ends the
@@ -353,7 +355,7 @@ def make(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
         results.append(tags)
 
     rungs = LADDER if geometry.is_imported else LADDER[:1]
-    notes = climb(geometry.source, rungs, attempt, lambda: where_it_failed(gmsh, unit))
+    notes = retry_with_healing(geometry.source, rungs, attempt, lambda: where_it_failed(gmsh, unit))
     if job["msh"]:
         gmsh.option.setNumber("Mesh.ScalingFactor", unit)  # metres, so that the file is read back with unit 1
         gmsh.write(job["msh"])

@@ -77,7 +77,7 @@ from seatfem.study.impacts.touches import (
     STRIKER,
     RunRecord,
     Touches,
-    blow_of,
+    contact_record_of,
     is_time,
     landing_name,
     stopper_in,
@@ -97,8 +97,8 @@ from seatfem.study.safety import (
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import across_of, arcs_behind_rings, lip_of
 from seatfem.study.scene.measures import (
-    Blow,
     ContactDuration,
+    ContactRecord,
     FilteredPeak,
     Impulse,
     all_measures,
@@ -170,8 +170,8 @@ def error_budget(
             known[id(body), dt] = body, in_flight(body, dt, scene.run.duration)
         return known[id(body), dt][1]
 
-    blow = blow_of(touches, width, stress, scene.accuracy.landing)
-    last, like = LastTouch.of(blow), touches.landings
+    blow = contact_record_of(touches, width, stress, scene.accuracy.landing)
+    last, like = LastTouch.from_record(blow), touches.landings
     own = RunRecord(blow, like, touches.stopper_force)
 
     def values_with_clock(record: RunRecord) -> Values:
@@ -201,7 +201,7 @@ def error_budget(
     if method.seat.level == "spring":
         floors["model"] = FLOOR_OF_SPRING
     budget = with_floors(Budget(budget.values, known_parts, (*names, *unknown)), floors)
-    if scene.reed.thin_plate is not None and Division.of(seat.greens).arcs > 1:
+    if scene.reed.thin_plate is not None and Division.from_greens(seat.greens).arcs > 1:
         budget = with_share(budget, "model", WITHIN_PARTS)  # no number of parts makes it smaller
     return with_cut_landings(with_jumps(budget, blow), like)
 
@@ -282,7 +282,7 @@ def _with_end(scene: Scene, problem: ContactProblem, left: Budget, dt: float, li
     return without_clock(left)
 
 
-def with_jumps(left: Budget, blow: Blow) -> Budget:
+def with_jumps(left: Budget, blow: ContactRecord) -> Budget:
     """Return the budget with what measures may jump by while the impulse is within its bar, in its main source."""
     if not left.parts or not (0 < (share := left.relative("impulse")) < math.inf):
         return left
@@ -430,7 +430,7 @@ def _of_model(scene: Scene, method: RunMethod, seat: Solved, problem: ContactPro
 
 
 def _of_patch(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:
-    division, model = Division.of(seat.greens), seat.in_rings
+    division, model = Division.from_greens(seat.greens), seat.in_rings
     rings = division.rings
     if division.arcs > 1:
         along, across = _of_arcs(scene, method, seat, problem), of_rings_across(scene, method, seat, problem)
@@ -440,14 +440,14 @@ def _of_patch(scene: Scene, method: RunMethod, seat: Solved, problem: ContactPro
     if model is None:
         return () if seat.plane else None
     divided, same = (_with_seat(scene, problem, g).problem for g in (model, with_fewer_rings(model, rings)))
-    return ((Variation(divided, 1 + left_by(Division.of(model).rings), same),),)
+    return ((Variation(divided, 1 + left_by(Division.from_greens(model).rings), same),),)
 
 
 def _of_arcs(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:
     """Return the variation of the lip's arcs: twice as many on both bodies, or half as many where no more can be."""
-    division, finer = Division.of(seat.greens), seat.in_rings
+    division, finer = Division.from_greens(seat.greens), seat.in_rings
     other, weight = parts_behind(division), OF_TWICE
-    if finer is None or Division.of(finer) != other:
+    if finer is None or Division.from_greens(finer) != other:
         return None
     if other == division:
         other, weight = Division(division.arcs // 2, division.rings), OF_TWICE - 1
@@ -464,7 +464,7 @@ def of_rings_across(scene: Scene, method: RunMethod, seat: Solved, problem: Cont
     On the seat as a whole over a half-space, which tells the parts from each other; the rings hardly depend on the
     arcs, of which half as many serve. A film knows no rings.
     """
-    division = Division.of(seat.greens)
+    division = Division.from_greens(seat.greens)
     rings, weight = across_behind(division.rings)
     arcs, most = arcs_behind_rings(scene, division), max(rings, division.rings)
     lip, surrogate = lip_of(scene, arcs, most), scene.seat.surrogate(scene.run.duration, scene.reed.face)

@@ -44,7 +44,7 @@ from seatfem.study.method import RunMethod
 from seatfem.study.safety import BEYOND, FEW, FEWER, FIRST_WAVE, HALF, MANY, OF_MODES, UNEVEN
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import behind_the_reed
-from seatfem.study.scene.measures import Blow, values_of
+from seatfem.study.scene.measures import ContactRecord, values_of
 
 if TYPE_CHECKING:
     from seatfem.structures.method import Solved
@@ -118,7 +118,7 @@ def _beside(division: Division) -> tuple[Division, float]:
 
 def _holds(greens: GreensFunction, division: Division) -> bool:
     """Return whether the parts of a patch make those of a coarser division."""
-    known = Division.of(greens)
+    known = Division.from_greens(greens)
     return known.arcs % division.arcs == 0 and known.rings % division.rings == 0
 
 
@@ -184,7 +184,7 @@ class LastTouch:
     impulse: float
 
     @staticmethod
-    def of(blow: Blow) -> LastTouch:
+    def from_record(blow: ContactRecord) -> LastTouch:
         """Return the last touch of a run."""
         force, running = _touching(blow), _impulse(blow)
         touches = closed_steps(force)
@@ -194,7 +194,7 @@ class LastTouch:
         ends = (whole if len(whole) else touches)[-1:]
         return LastTouch(float(running[ends].mean()) if len(ends) else 0.0)
 
-    def time(self, blow: Blow) -> float:
+    def time(self, blow: ContactRecord) -> float:
         """Return when another run has had as much impulse [s]; its end, where it never has."""
         running = _impulse(blow)
         after = int(np.searchsorted(running, self.impulse))
@@ -209,7 +209,7 @@ def clock_off(left: Budget) -> float:
     return SAFETY * sum(part.get(CLOCK, 0.0) for part in left.parts.values())
 
 
-def with_end(left: Budget, beyond: Blow, duration: float, off: float) -> Budget:
+def with_end(left: Budget, beyond: ContactRecord, duration: float, off: float) -> Budget:
     """Return the budget with what changes if the record ends ``off`` [s] earlier or later than ``duration`` [s].
 
     It counts to the source that moves the last touch most. ``beyond``: the same run, longer by ``off``.
@@ -236,17 +236,17 @@ def _without_clock(values: Values) -> Mapping[str, float]:
     return {name: value for name, value in values.items() if name != CLOCK}
 
 
-def _touching(blow: Blow) -> Array:
+def _touching(blow: ContactRecord) -> Array:
     """Return the force (n,) of the bodies themselves [N]."""
     return (blow.force if blow.film is None else blow.force - blow.film)[1:]
 
 
-def _impulse(blow: Blow) -> Array:
+def _impulse(blow: ContactRecord) -> Array:
     """Return the impulse (n + 1,) of the bodies' own force up to every step [N s]."""
     return np.concatenate([[0.0], blow.dt * np.cumsum(_touching(blow))])
 
 
-def _until(blow: Blow, time: float) -> Blow:
+def _until(blow: ContactRecord, time: float) -> ContactRecord:
     """Return the run up to a time [s], without stresses."""
     steps = min(len(blow.force) - 1, max(1, round(time / blow.dt)))
     kept = slice(steps + 1)
@@ -260,7 +260,7 @@ def _until(blow: Blow, time: float) -> Blow:
     return replace(blow, force=force, displacement=moved, film=film, line=line, stress=None, landings=landings)
 
 
-def _landing_until(blow: Blow, landing: Landing, time: float) -> Landing:
+def _landing_until(blow: ContactRecord, landing: Landing, time: float) -> Landing:
     """Return a landing as far as it is over at a time [s]."""
     if landing.end <= time:
         return landing

@@ -83,7 +83,7 @@ class Window:
         return self.groups > 0
 
 
-def stand_in_of(scene: Scene, progress: Progress = silent) -> GreensFunction | None:
+def surrogate_striker(scene: Scene, progress: Progress = silent) -> GreensFunction | None:
     """Return the Green's function that pre-runs take for a striker that has to be computed: its own only where nothing
     else describes it; ``None`` for a closed form."""
     if not scene.reed.traits.is_solved:
@@ -100,7 +100,7 @@ def stand_in_of(scene: Scene, progress: Progress = silent) -> GreensFunction | N
     return greens
 
 
-def first_look(
+def locate_contact_window(
     scene: Scene, seat: GreensFunction, striker: GreensFunction | None = None, stopper: Body | None = None
 ) -> Window:
     """Return where the contact is that matters: a coarse run with few modes over the whole duration.
@@ -192,7 +192,9 @@ class Bench:
 
     def divided(self, division: Division) -> Bench:
         """Return the bench with the lip of both bodies in fewer parts."""
-        striker = None if self.striker is None else parts_joined(self.striker, Division.of(self.seat), division)
+        striker = (
+            None if self.striker is None else parts_joined(self.striker, Division.from_greens(self.seat), division)
+        )
         return replace(self, seat=divided_less(self.seat, division), striker=striker)
 
     def affords(self, dt: float) -> bool:
@@ -245,7 +247,7 @@ class Bench:
         if not self._plates:
             from seatfem.study.impacts.plate_stress import PlateLook  # with finite elements, of plates alone
 
-            striker, division = striker_of(self.scene, None, self.striker), Division.of(self.seat)
+            striker, division = striker_of(self.scene, None, self.striker), Division.from_greens(self.seat)
             self._plates.append(self.look or PlateLook.at_few_places(self.scene, striker, division))
         if (plate := self._plates[0]) is None:
             return None

@@ -227,7 +227,7 @@ class Sensitivity:
 
         What it changes of a contact's duration is no less than a step.
         """
-        if Division.of(self.bench.seat).arcs > 1:
+        if Division.from_greens(self.bench.seat).arcs > 1:
             changes = relative_changes(self.base, self._with(at_once(self.bench.seat)))
         else:
             changes = self._spring_of(1.0)
@@ -251,7 +251,7 @@ class Sensitivity:
         compliance = face_compliance(self.bench.seat)
         if not (math.isfinite(compliance) and compliance > 0):
             return dict.fromkeys(self.base, math.inf)
-        division = Division.of(self.bench.seat)
+        division = Division.from_greens(self.bench.seat)
         if division.arcs > 1:
             return relative_changes(self.base, self._with(bed(division, factor / compliance)))
         return relative_changes(self.base, self._with(impact.spring(stiffness=factor / compliance)))

@@ -15,7 +15,7 @@ from impact.greens.base import Array, GreensFunction
 from impact.march.history import Engine
 from impact.march.motion import Discrete
 from impact.march.prepared import step_count
-from impact.march.stepper import FOLLOW, as_marched
+from impact.march.stepper import FOLLOW, with_recorded_loads
 from impact.notices import Progress, silent
 from impact.runs.variations import Values, with_body
 from seatfem.machine.resources import Stopwatch, available_memory
@@ -42,7 +42,7 @@ from seatfem.study.impacts.touches import (
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import STOPPER, films_of, gaps_of, line_of, stopper_gaps, stopper_lip
-from seatfem.study.scene.measures import Blow, judged_landing
+from seatfem.study.scene.measures import ContactRecord, judged_landing
 from seatfem.units import write_quantity
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
@@ -193,7 +193,7 @@ def stress_of(
     if not scene.reed.traits.has_stress:
         return None
     pushed = pushes(striker, force, stopper)
-    marched = without_springs(as_marched(striker, opening, dt), pushed, dt)
+    marched = without_springs(with_recorded_loads(striker, opening, dt), pushed, dt)
     return scene.reed.stress(pushed, dt, marched, scene.contact_at, coarsely=coarsely, since=since)
 
 
@@ -232,7 +232,7 @@ def problem_of(
     """Return striker and seat in contact by the scene's law: one contact, or one for each part of the patch; a striker
     whose ports are other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own,
     where it has one."""
-    law, division, seat = scene.contact.law, Division.of(seat.greens), on_its_base(scene, "seat", seat)
+    law, division, seat = scene.contact.law, Division.from_greens(seat.greens), on_its_base(scene, "seat", seat)
     gaps, films = gaps_of(scene, division), films_of(scene, division)
     contacts = [
         impact.Contact(
@@ -336,7 +336,7 @@ def blow_of_march(
     *,
     displacement: bool = True,
     stress: StressLook | None = None,
-) -> Blow:
+) -> ContactRecord:
     """Return what the measures of a march without energies are taken from.
 
     Args:
@@ -351,7 +351,7 @@ def blow_of_march(
     judged = judged_landing(landings, choice, like)
     since = None if judged is None or stress is None else judged.start
     stresses = None if stress is None else stress(stepper, since)
-    return Blow(
+    return ContactRecord(
         force=force,
         dt=prepared.dt,
         filter_width=scene.run.filter_width,

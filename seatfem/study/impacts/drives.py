@@ -14,7 +14,7 @@ from impact.after.loads import spring_displacements
 from impact.bodies.body import Body, Load
 from impact.bodies.loads import SprungBody, on_springs
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
-from impact.march.stepper import as_marched
+from impact.march.stepper import with_recorded_loads
 from seatfem.structures.kinds.plate_loads import constant, scaled
 from seatfem.structures.kinds.structure import in_role
 from seatfem.study.impacts.gas import gas_loads, lift_of
@@ -129,7 +129,7 @@ def spring_force(scene: Scene, striker: Body, seat: GreensFunction, touches: Tou
     if not isinstance(striker, SprungBody):
         return None
     dt = touches.seat.dt
-    marched = as_marched(striker, lift_of(touches), dt)
+    marched = with_recorded_loads(striker, lift_of(touches), dt)
     ports = on_the_ports(scene, striker.greens, seat, touches)
     (moved,) = spring_displacements(marched, ports, dt, striker.springs.stiffness[:, None])
     return np.asarray(sum(_undeformed(scene, spring) for spring in scene.spring) + moved)

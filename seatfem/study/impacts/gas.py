@@ -80,7 +80,7 @@ class GasRun:
     __repr__ = brief
 
     @staticmethod
-    def of(scene: Scene, touches: Touches) -> GasRun:
+    def from_run(scene: Scene, touches: Touches) -> GasRun:
         """Return the gas of a run of a scene."""
         assert scene.gas is not None
         drive = gas_of(scene)

@@ -31,7 +31,7 @@ from impact.after.result import ImpactResult
 from impact.greens.base import Array
 from impact.march.motion import Discrete, mid_steps
 from impact.march.problem import ContactProblem
-from impact.march.stepper import as_marched
+from impact.march.stepper import with_recorded_loads
 from impact.quantities import brief
 
 Face = Literal["seat", "stopper"]
@@ -83,7 +83,7 @@ class Landings:
 def landings_of_result(problem: ContactProblem, result: ImpactResult, width: float) -> Landings:
     """Return the landings of a run with its energies; ``width``: of the filter [s]."""
     force, solid, gap = (values.reshape(len(result.time), -1) for values in (result.force, result.solid, result.gap))
-    striker = as_marched(problem.striker, np.asarray(gap[:, _seats(problem)].mean(axis=1)), result.dt)
+    striker = with_recorded_loads(problem.striker, np.asarray(gap[:, _seats(problem)].mean(axis=1)), result.dt)
     march = _March(problem, force, solid, gap, result.dt, width)
     load = static_load(_with_striker(problem, striker), result.dt * (len(force) - 1))
     pushed = striker.load_amplitudes(mid_steps(result.dt, len(force) - 1))
@@ -136,7 +136,7 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
 def static_load_of_march(stepper: impact.ContactStepper) -> StaticLoad:
     """Return the quasi-static load of a march as far as it has come, loads that follow the opening as it had them."""
     prepared = stepper.prepared
-    striker = as_marched(prepared.problem.striker, stepper.opening, prepared.dt)
+    striker = with_recorded_loads(prepared.problem.striker, stepper.opening, prepared.dt)
     return static_load(_with_striker(prepared.problem, striker), prepared.dt * stepper.done)
 
 

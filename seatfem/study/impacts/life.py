@@ -14,9 +14,9 @@ from impact.after.stresses import ReedStress
 from impact.greens.base import Array
 from impact.life.damage import Life
 from impact.life.multiaxial import hertz_path
-from impact.life.places import Judged, judged, left_of, on_planes
+from impact.life.places import Judged, judged, margin_error, on_planes
 from impact.life.strength import SpeedMargin, Strength, speed_margin
-from impact.march.stepper import as_marched
+from impact.march.stepper import with_recorded_loads
 from impact.notices import Advice
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.touches import Touches, pushes
@@ -30,7 +30,7 @@ STRESS: Final = "stress"
 
 
 @dataclass(frozen=True)
-class Lasting:
+class LifeResult:
     """Life of the bodies of one run, as far as the scene asks for it.
 
     Attributes:
@@ -56,12 +56,12 @@ class Lasting:
         return min(candidates, key=lambda each: each[0].tensor_margin or 0.0, default=None)
 
 
-def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = ()) -> Lasting:
+def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = ()) -> LifeResult:
     """Return the life of the bodies under the block of stress of one run; tensors are judged on their critical planes,
     and by the criterion of several axes where one is asked for."""
     life = scene.life
     if life is None:
-        return Lasting()
+        return LifeResult()
     allowed, closing = life.allowed_speed(), largest_impact_velocity(touches.seat)
     speed = None if allowed is None or math.isnan(closing) else speed_margin(closing, allowed)
     first, bodies = block_from(scene, touches), []
@@ -72,7 +72,7 @@ def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = (
             bodies.append((judgement, demand.strength))
     contact = life.demand("contact")
     below = None if contact is None else (judged(below_contact(scene, touches), contact), contact.strength)
-    return Lasting(tuple(bodies), below, speed)
+    return LifeResult(tuple(bodies), below, speed)
 
 
 def of_beam(
@@ -92,7 +92,7 @@ def beam_histories(
     force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
     peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
     also = {peak.at for peak in peaks if peak is not None}
-    marched = without_springs(as_marched(striker, lift_of(touches), dt), force, dt)
+    marched = without_springs(with_recorded_loads(striker, lift_of(touches), dt), force, dt)
     yield from scene.reed.stress_histories(force, dt, marched, scene.contact_at, also, few=few)
 
 
@@ -113,7 +113,7 @@ def below_contact(scene: Scene, touches: Touches) -> Iterator[tuple[str, Array]]
         yield from hertz_path(largest, stiffness=stiffness, modulus=life.contact_modulus, poisson=life.contact_poisson)
 
 
-def life_keys(lasting: Lasting) -> dict[str, object]:
+def life_keys(lasting: LifeResult) -> dict[str, object]:
     """Return the keys of the life for summary.json; ``None`` for a margin or a life without end."""
     keys: dict[str, object] = {}
     if (worst := lasting.of_one_axis) is not None and worst[0].life is not None:
@@ -134,10 +134,10 @@ def life_keys(lasting: Lasting) -> dict[str, object]:
     return keys
 
 
-def asked_keys(scene: Scene, lasting: Lasting, bars: Mapping[str, float]) -> dict[str, object]:
+def asked_keys(scene: Scene, lasting: LifeResult, bars: Mapping[str, float]) -> dict[str, object]:
     """Return what was asked of the life, by which numbers, and the error bars of its margins, those of the stress.
 
-    Margins are inversely proportional to stress: `impact.life.places.left_of`.
+    Margins are inversely proportional to stress: `impact.life.places.margin_error`.
 
     Args:
         bars: of the stress in the bodies, by their names, relative; where there is none, as without contact, the margin
@@ -154,7 +154,7 @@ def asked_keys(scene: Scene, lasting: Lasting, bars: Mapping[str, float]) -> dic
             keys["life_strength_source"] = judgement[1].source
 
     def bar(margin: float, place: str | None) -> float | None:
-        return _finite(left_of(margin, bars.get(body_of(place or ""), math.inf)))
+        return _finite(margin_error(margin, bars.get(body_of(place or ""), math.inf)))
 
     if (several := lasting.of_several_axes) is not None and several[0].tensor_margin is not None:
         keys["error_bar_life_multiaxial_margin"] = bar(several[0].tensor_margin, several[0].tensor_at)
@@ -177,7 +177,7 @@ def body_of(place: str) -> str:
     return place.split(",")[0]
 
 
-def life_notes(scene: Scene, lasting: Lasting) -> tuple[str, ...]:
+def life_notes(scene: Scene, lasting: LifeResult) -> tuple[str, ...]:
     """Return in sentences what breaks at once, and a life that nothing closed on."""
     worst = lasting.of_one_axis
     notes = [] if worst is None or worst[0].life is None else [f"life: {advice}" for advice in worst[0].life.advice]
@@ -190,7 +190,7 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def as_json(lasting: Lasting) -> dict[str, Any]:
+def as_json(lasting: LifeResult) -> dict[str, Any]:
     """Return a life as mappings, lists and numbers; the strengths are those of the scene."""
     return {
         "bodies": [asdict(judged) for judged, _ in lasting.bodies],
@@ -199,7 +199,7 @@ def as_json(lasting: Lasting) -> dict[str, Any]:
     }
 
 
-def from_json(scene: Scene, numbers: Mapping[str, Any]) -> Lasting:
+def from_json(scene: Scene, numbers: Mapping[str, Any]) -> LifeResult:
     """Return the life that `as_json` told of a run of this scene.
 
     Raises:
@@ -207,12 +207,12 @@ def from_json(scene: Scene, numbers: Mapping[str, Any]) -> Lasting:
     """
     life = scene.life
     if life is None:
-        return Lasting()
+        return LifeResult()
     demands = [life.demand(), life.demand("seat")] if life.of_bending else []
     strengths = [demand.strength for demand in demands if demand is not None]
     bodies = tuple(zip(map(_judged, numbers["bodies"]), strengths, strict=True))
     contact, below, speed = life.demand("contact"), numbers["below"], numbers["speed"]
-    return Lasting(
+    return LifeResult(
         bodies,
         None if below is None or contact is None else (_judged(below), contact.strength),
         None if speed is None else SpeedMargin(**speed),

@@ -15,7 +15,7 @@ from impact.after.loads import without_springs
 from impact.after.stresses import PeakStress, ReedStress, stress_by_spans
 from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array, GreensFunction
-from impact.march.stepper import as_marched
+from impact.march.stepper import with_recorded_loads
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.fields.corners import near, sharp_nodes
 from seatfem.structures.fields.peaks import Integers
@@ -158,7 +158,7 @@ def struck_by(field: StressField, striker: Body, opening: Array, pushes: Array, 
         pushes: (n + 1, ports) forces on the ports of the striker [N].
         dt: step [s].
     """
-    body = without_springs(as_marched(striker, opening, dt), pushes, dt)
+    body = without_springs(with_recorded_loads(striker, opening, dt), pushes, dt)
     greens = body.greens.modal
     assert greens is not None
     return replace(field, body=in_some_modes(body, greens.omega > 0))
@@ -238,7 +238,7 @@ class Forces:
     def from_march(stepper: impact.ContactStepper) -> Forces:
         """Return those of a run that is over."""
         problem, parts = stepper.prepared.problem, parts_of(stepper)
-        division = Division.of(problem.target.greens) if parts.shape[1] > 1 else Division()
+        division = Division.from_greens(problem.target.greens) if parts.shape[1] > 1 else Division()
         return Forces(parts, division, stopper_force_of(stepper), stepper.prepared.dt)
 
     def by(self, wanted: Division) -> Array:

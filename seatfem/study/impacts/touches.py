@@ -24,7 +24,7 @@ from seatfem.study.impacts.landings import Face, Landings, landings_of_result
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import STOPPER as STOPPER_PREFIX
 from seatfem.study.scene.lips import line_of
-from seatfem.study.scene.measures import Blow, LandingChoice, Line, judged_landing, key_of, values_of
+from seatfem.study.scene.measures import ContactRecord, LandingChoice, Line, judged_landing, key_of, values_of
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Touches:
 
 def taken_apart(scene: Scene, problem: impact.ContactProblem, result: ImpactResult) -> Touches:
     """Return the contacts of ``result`` of a problem of a scene: the seat's columns come first, the stopper's last."""
-    shares = Division.of(problem.target.greens).shares
+    shares = Division.from_greens(problem.target.greens).shares
     landings = landings_of_result(problem, result, scene.run.filter_width)
     if result.force.ndim == 1:
         return Touches(result, landings=landings)
@@ -127,7 +127,7 @@ def displacement_of(stepper: impact.ContactStepper) -> Array:
     """Return the displacement (n + 1,) of the seat's patch, its mean [m]."""
     contacts = seat_contacts(stepper.prepared.problem)
     seat, force = stepper.prepared.bodies[1], stepper.force[: stepper.done, :contacts]
-    moved = mean_displacement(seat, -force.T, Division.of(seat.body.greens).shares)
+    moved = mean_displacement(seat, -force.T, Division.from_greens(seat.body.greens).shares)
     if seat.body.base is None:
         return moved
     return moved + seat.body.carried(np.asarray(seat.dt * np.arange(len(moved)), dtype=np.float64))
@@ -148,7 +148,7 @@ def on_the_ports(scene: Scene, striker: GreensFunction, seat: GreensFunction, to
         for name, pushed in zip(names if parts is not None else ("",), each.T, strict=True):
             force[:, striker.port_index(name) if name in striker.ports else other] += sign * pushed
 
-    add(touches.parts, touches.seat, Division.of(seat).names, 0, 1)
+    add(touches.parts, touches.seat, Division.from_greens(seat).names, 0, 1)
     if touches.stopper is not None and scene.stopper is not None:
         names = tuple(STOPPER_PREFIX + name for name in scene.stopper.parts.names)
         add(touches.stopper_parts, touches.stopper, names, len(striker.ports) - 1 if scene.has_two_places else 0, -1)
@@ -179,17 +179,17 @@ def measured(
     touches: Touches, filter_width: float, stress: ReedStress | None = None, asked: LandingChoice = "hardest"
 ) -> Values:
     """Return the measures of a run, SI, by name; ``stress``: the reed's, if wanted; ``asked``: of which landing."""
-    return values_of(blow_of(touches, filter_width, stress, asked))
+    return values_of(contact_record_of(touches, filter_width, stress, asked))
 
 
-def blow_of(
+def contact_record_of(
     touches: Touches, filter_width: float, stress: ReedStress | None = None, asked: LandingChoice = "hardest"
-) -> Blow:
+) -> ContactRecord:
     """Return what the measures of a run are taken from."""
     result, landings = touches.seat, () if touches.landings is None else touches.landings.seat
     force, moved, film, line = result.force, result.target_displacement, result.film, touches.line
     since = None if stress is None else stress_since(touches, asked)
-    return Blow(force, result.dt, filter_width, moved, stress, line, film, landings, asked, since)
+    return ContactRecord(force, result.dt, filter_width, moved, stress, line, film, landings, asked, since)
 
 
 def stress_since(touches: Touches, asked: LandingChoice) -> float | None:
@@ -269,7 +269,7 @@ class RunRecord:
         stopper: (n + 1,) force of the stopper [N]; ``None`` where there is none.
     """
 
-    blow: Blow
+    blow: ContactRecord
     landings: Landings | None = None
     stopper: Array | None = None
 

@@ -57,7 +57,7 @@ def film_notes(scene: Scene, result: ImpactResult) -> tuple[str, ...]:
     """Return the note that a gas would give way under the largest force of its film."""
     if (keys := scene.contact.film) is None or keys.viscosity > THICKEST_GAS:
         return ()
-    film = keys.of(scene.seat.struck_ring)
+    film = keys.on_ring(scene.seat.struck_ring)
     bars = film_force_peak(result) / film.tension * keys.tension_limit / 1e5
     if bars <= 1:
         return ()
@@ -186,7 +186,7 @@ def simpler_models(scene: Scene, striker: impact.Body, seat: GreensFunction, dt:
     `BEAM`: what stands for the plate as a beam, where it knows one; none under the loads and with the stopper of a
     scene.
     """
-    division, results = Division.of(seat), {}
+    division, results = Division.from_greens(seat), {}
     if scene.contact.film is not None:
         contact = scene.contact.model_copy(update={"film": None})
         results[WITHOUT_FILM] = run_contacts(scene.model_copy(update={"contact": contact}), striker, seat, dt)

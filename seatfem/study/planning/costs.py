@@ -11,7 +11,7 @@ from impact.greens.base import GreensFunction
 from seatfem.machine.resources import Machine
 from seatfem.structures.estimates.costs import SeatModel, coarse_of, highest_pole, seat_memory, seat_model, seat_seconds
 from seatfem.study.accuracy.part_errors import method_beside
-from seatfem.study.accuracy.prerun import stand_in_of
+from seatfem.study.accuracy.prerun import surrogate_striker
 from seatfem.study.impacts.contact import CONTACT_BYTES, striker_of, time_step
 from seatfem.study.impacts.touches import STRIKER
 from seatfem.study.method import RunMethod
@@ -221,7 +221,7 @@ def _contact(scene: Scene, method: RunMethod, seat: SeatModel | None) -> Contact
         model = ContactModel(steps, seat.poles, 1.0, seat.poles, BUDGET_RUNS)
     else:
         model = contact_model(steps, dt, closed)
-    return with_striker(model, scene, method, dt, stand_in_of(scene))
+    return with_striker(model, scene, method, dt, surrogate_striker(scene))
 
 
 def contact_model(steps: float, dt: float, closed: GreensFunction | None) -> ContactModel:
@@ -252,7 +252,10 @@ def _weights(steps: float) -> float:
 
 
 def _step(scene: Scene, method: RunMethod, seat: SeatModel | None, closed: GreensFunction | None) -> float:
-    reed, elements = striker_of(scene, method.reed.n_modes, stand_in_of(scene)).greens, striker_elements(scene, method)
+    reed, elements = (
+        striker_of(scene, method.reed.n_modes, surrogate_striker(scene)).greens,
+        striker_elements(scene, method),
+    )
     dt = time_step(scene, reed, reed if closed is None else closed)
     for model, how in ((seat, method.seat), (None if elements is None else elements[0], method.reed)):
         if model is not None and how.bandwidth is not None:

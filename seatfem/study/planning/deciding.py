@@ -28,7 +28,7 @@ from seatfem.study.planning.costs import (
     with_striker,
 )
 from seatfem.study.planning.seat_options import SeatOption, seat_options
-from seatfem.study.planning.seen import Seen
+from seatfem.study.planning.seen import PlanningContext
 from seatfem.study.safety import AIM, ENDLESS, FREE, LONGEST, MEMORY, SIMPLER, SPARE
 
 
@@ -50,7 +50,7 @@ class ContactOption:
     per_pole: float
 
 
-def contact_options(seen: Seen, *, closed: bool) -> tuple[ContactOption, ...]:
+def contact_options(seen: PlanningContext, *, closed: bool) -> tuple[ContactOption, ...]:
     """Return every time step with every number of modes; a key that the file states is a ladder of one.
 
     ``closed``: the seat is a closed form, whose poles follow from the step.
@@ -58,7 +58,7 @@ def contact_options(seen: Seen, *, closed: bool) -> tuple[ContactOption, ...]:
     return tuple(_option(seen, step, modes, closed) for step in _steps(seen) for modes in _modes(seen))
 
 
-def _steps(seen: Seen) -> tuple[Rung, ...]:
+def _steps(seen: PlanningContext) -> tuple[Rung, ...]:
     stated, duration, sensitivity = seen.stated.time_step, seen.scene.run.duration, seen.sensitivity
     if stated is not None:
         return (Rung(stated, sensitivity.of_stated_step(stated)),)
@@ -70,7 +70,7 @@ def _steps(seen: Seen) -> tuple[Rung, ...]:
     return no_better_than_finer(tuple(rungs))
 
 
-def _modes(seen: Seen) -> Iterator[Rung | None]:
+def _modes(seen: PlanningContext) -> Iterator[Rung | None]:
     stated = seen.stated.reed.n_modes
     if stated is None:
         yield None
@@ -80,7 +80,7 @@ def _modes(seen: Seen) -> Iterator[Rung | None]:
         yield from no_better_than_finer(seen.sensitivity.modes)
 
 
-def _option(seen: Seen, step: Rung, modes: Rung | None, closed: bool) -> ContactOption:
+def _option(seen: PlanningContext, step: Rung, modes: Rung | None, closed: bool) -> ContactOption:
     errors = seen.sensitivity.known_to(step.value, step.changes)
     changes = {STEP: errors} if modes is None else {STEP: errors, MODES: modes.changes}
     if seen.band is not None:
@@ -96,7 +96,7 @@ def _option(seen: Seen, step: Rung, modes: Rung | None, closed: bool) -> Contact
     return ContactOption(step.value, number, changes, bare, one - bare)
 
 
-def _seconds(seen: Seen, method: RunMethod, dt: float, poles: float) -> float:
+def _seconds(seen: PlanningContext, method: RunMethod, dt: float, poles: float) -> float:
     model = ContactModel(max(1.0, seen.scene.run.duration / dt), poles, 1.0, poles, BUDGET_RUNS)
     model = with_striker(model, seen.scene, method, dt, seen.sensitivity.bench.striker)
     return sum(contact_seconds(model, seen.machine).values())
@@ -111,7 +111,7 @@ class Decision:
         seat, contact: what is chosen.
     """
 
-    seen: Seen
+    seen: PlanningContext
     seat: SeatOption
     contact: ContactOption
 
@@ -160,7 +160,7 @@ class Choices:
         without: levels that are not to be chosen.
     """
 
-    seen: Seen
+    seen: PlanningContext
     without: tuple[str, ...] = ()
 
     @cached_property

@@ -23,7 +23,7 @@ from seatfem.structures.rings import (
 )
 from seatfem.study.accuracy.part_errors import with_other_modes
 from seatfem.study.accuracy.prerun import MOST as MOST_STEPS
-from seatfem.study.accuracy.prerun import Bench, first_look, relative_changes, stand_in_of
+from seatfem.study.accuracy.prerun import Bench, locate_contact_window, relative_changes, surrogate_striker
 from seatfem.study.accuracy.sensitivity import COARSE, Changes
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.validity import ONE_PORT, simpler_bodies
@@ -58,7 +58,7 @@ class Arcs:
         return total(self.left, self.across) if self.across else self.left
 
 
-def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Arcs | None:
+def choose_arc_count(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Arcs | None:
     """Return the lip in as many arcs as the accuracy asks for, or the file states; ``None``: it is struck as a
     whole."""
     usual = stated_method(scene).ports
@@ -72,8 +72,8 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
     most = most if stated else lip.whole(most)
     finest = with_ports(scene, parts_behind(Division(most, scene.contact.rings)).arcs)
     seat = surrogate_in_arcs(finest, surrogate).greens
-    striker, division = stand_in_of(finest, progress), Division.of(seat)
-    bench = Bench(finest, seat, first_look(finest, seat, striker, stopper), striker, stopper)
+    striker, division = surrogate_striker(finest, progress), Division.from_greens(seat)
+    bench = Bench(finest, seat, locate_contact_window(finest, seat, striker, stopper), striker, stopper)
     dt = bench.affordable(scene.run.filter_width / COARSE)
     known: dict[int, Mapping[str, float]] = {}
 
@@ -119,7 +119,7 @@ def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -
             break
         parts = Division(arcs, max(rings, finer))
         looked_at = with_parts(scene, parts)
-        seat, striker = surrogate_in_arcs(looked_at, surrogate).greens, stand_in_of(looked_at)
+        seat, striker = surrogate_in_arcs(looked_at, surrogate).greens, surrogate_striker(looked_at)
         every = Bench(looked_at, seat, bench.window, striker, bench.stopper)
         few, many = (every.divided(Division(arcs, number)).measures(dt=dt) for number in (rings, finer))
         errors[rings] = times(weight, relative_changes(few, many))
@@ -129,7 +129,7 @@ def _rings_across(scene: Scene, surrogate: Surrogate, bench: Bench, dt: float) -
     return chosen, errors[chosen]
 
 
-def in_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes) -> Arcs:
+def choose_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes) -> Arcs:
     """Return twice as many arcs, where what is ``beside`` uses up half of the target: they then may use half as much.
 
     ``scene``: with their number stated by the plan; ``surrogate``: of the whole lip.
@@ -144,14 +144,14 @@ def in_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes
     return replace(arcs, scene=more, surrogate=surrogate_in_arcs(more, surrogate), left=times(0.5, arcs.left))
 
 
-def of_simpler(bench: Bench) -> Mapping[str, Changes]:
+def errors_of_simpler_models(bench: Bench) -> Mapping[str, Changes]:
     """Return the relative change by one port in place of the arcs, and a beam in place of the plate, by name.
 
     The largest change counts at two steps, and on a seat that yields less: one may be small by accident. One port may
     be chosen (`one_port_in_place`). A beam is told alone: to know its error the plate must be computed, and that is
     what a plate costs.
     """
-    scene, division = bench.scene, Division.of(bench.seat)
+    scene, division = bench.scene, Division.from_greens(bench.seat)
     if division.arcs == 1 or bench.striker is None:
         return {}
     bodies = simpler_bodies(scene, striker_of(scene, None, bench.striker), division)
@@ -253,7 +253,9 @@ class PlateBand:
     left: Changes
 
 
-def in_a_band(scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress) -> PlateBand | None:
+def choose_plate_bandwidth(
+    scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress
+) -> PlateBand | None:
     """Return the band that the accuracy asks for, or the file states, or the plate's theory ends with; ``None`` for a
     striker that is no plate.
 
@@ -277,8 +279,8 @@ def in_a_band(scene: Scene, seat: GreensFunction, stopper: Body | None, progress
 
 
 def _left(scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress) -> Changes:
-    striker = stand_in_of(scene, progress)
-    bench = Bench(scene, seat, first_look(scene, seat, striker, stopper), striker, stopper)
+    striker = surrogate_striker(scene, progress)
+    bench = Bench(scene, seat, locate_contact_window(scene, seat, striker, stopper), striker, stopper)
     dt = bench.affordable(scene.run.filter_width / COARSE)
     own = bench.measures(dt=dt)
     errors: Changes = {}

@@ -24,7 +24,7 @@ from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Alternative, Plan
 from seatfem.study.planning.reasons import WORDS, choices_of
-from seatfem.study.planning.seen import Seen
+from seatfem.study.planning.seen import PlanningContext
 from seatfem.study.safety import LONGEST, MEMORY, STEP_UP
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files
@@ -66,7 +66,7 @@ def plan_scene(
     surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
     progress("planning", 0.1)
     store = Store.default() if store is None else store
-    choices = Choices(Seen.of(scene, surrogate, machine, progress, without, store), without)
+    choices = Choices(PlanningContext.from_scene(scene, surrogate, machine, progress, without, store), without)
     wanted = decision = choices.cheapest(target)
     method, at_hand = _at_hand(wanted, folder, store)
     if not at_hand:

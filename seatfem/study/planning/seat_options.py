@@ -22,14 +22,14 @@ from seatfem.structures.estimates.costs import (
 from seatfem.structures.estimates.surrogate import ERRORS, mesh_error
 from seatfem.structures.method import MOST_MODES, Method
 from seatfem.study.accuracy.part_errors import other_modes
-from seatfem.study.accuracy.prerun import first_look
+from seatfem.study.accuracy.prerun import locate_contact_window
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.impacts.contact import seat_of
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders import RING_NUMBERS
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS, SEAT_MODES, SIZE, TOLERANCE, is_given
 from seatfem.study.planning.costs import coarser_elements, finite_elements
-from seatfem.study.planning.seen import Seen
+from seatfem.study.planning.seen import PlanningContext
 from seatfem.study.safety import (
     AIM,
     DOUBT,
@@ -85,7 +85,7 @@ class WithoutWaves:
         return f"without waves: {percent(self.changes[name])} change of {words} ({by})"
 
 
-def without_waves(seen: Seen) -> WithoutWaves:
+def without_waves(seen: PlanningContext) -> WithoutWaves:
     """Return what statics in place of the waves of a drawn seat change, by its surrogate; where that leaves open
     whether they are enough for the target, by a coarse real seat, if that is cheap."""
     measures, doubt = seen.sensitivity.asked, DOUBT if seen.arcs is None else DOUBT_OF_ARCS
@@ -102,28 +102,28 @@ def without_waves(seen: Seen) -> WithoutWaves:
     return WithoutWaves(changes_on(seen, seat.greens), DOUBT_OF_COARSE, measures, measured=True)
 
 
-def coarse_method(seen: Seen) -> Method:
+def coarse_method(seen: PlanningContext) -> Method:
     """Return the coarsest method whose seat shows its waves: up to its first resonances, its face in one ring."""
     coarse = seen.elements(seen.lowest_band, COARSE_TOLERANCE, ERRORS[0])
     return replace(coarse, level=seen.waves.level, rings=coarse.rings if coarse.in_arcs else 1)
 
 
-def seconds(seen: Seen, method: Method) -> float:
+def seconds(seen: PlanningContext, method: Method) -> float:
     """Return the predicted time to make a seat [s]."""
     model = finite_elements(seen.scene, replace(seen.stated, seat=method))
     assert model is not None
     return sum(seat_seconds(model, seen.machine).values())
 
 
-def changes_on(seen: Seen, seat: GreensFunction) -> Changes:
+def changes_on(seen: PlanningContext, seat: GreensFunction) -> Changes:
     """Return what the statics of this seat alone change."""
     bench = seen.sensitivity.bench
-    window = first_look(bench.scene, seat, bench.striker, bench.stopper)
+    window = locate_contact_window(bench.scene, seat, bench.striker, bench.stopper)
     on = replace(bench, seat=seat, window=window)
     return replace(seen.sensitivity, bench=on, per_filter=PER_FILTER, reed_modes=REED_MODES).spring
 
 
-def _leaves_open(seen: Seen, guess: WithoutWaves) -> bool:
+def _leaves_open(seen: PlanningContext, guess: WithoutWaves) -> bool:
     """Return whether the guess takes more of the target than a level may by itself, and may be too large by what it
     overstates."""
     target = seen.scene.accuracy.target
@@ -158,7 +158,7 @@ class SeatOption:
     mesh: float | None = None
 
 
-def seat_options(seen: Seen, without: tuple[str, ...] = ()) -> tuple[SeatOption, ...]:
+def seat_options(seen: PlanningContext, without: tuple[str, ...] = ()) -> tuple[SeatOption, ...]:
     """Return every level that describes the seat, but those ``without``; each with every band, tolerance and mesh.
 
     Of finite elements, each also with every number of rings.
@@ -175,7 +175,7 @@ def seat_options(seen: Seen, without: tuple[str, ...] = ()) -> tuple[SeatOption,
     return tuple(divided for option in waves for divided in _divided(option, errors))
 
 
-def _left_by_modes(seen: Seen) -> Mapping[str, Changes]:
+def _left_by_modes(seen: PlanningContext) -> Mapping[str, Changes]:
     """Return what other numbers of modes of a seat that is a beam change, as the budget states it."""
     seat, n_modes = seen.scene.seat, seen.stated.seat.n_modes
     if n_modes is None:
@@ -187,7 +187,7 @@ def _left_by_modes(seen: Seen) -> Mapping[str, Changes]:
     return {SEAT_MODES: errors}
 
 
-def _left_by_rings(seen: Seen) -> Mapping[int, Changes]:
+def _left_by_rings(seen: PlanningContext) -> Mapping[int, Changes]:
     """Return what the patch leaves in every number of rings that may be taken: one where its rings do not matter."""
     stated = is_given(seen.scene, RINGS) or seen.one_port is not None  # arcs, which it stands for, have no more
     numbers = (seen.stated.seat.rings or 1,) if stated else RING_NUMBERS
@@ -213,7 +213,7 @@ def _divided(option: SeatOption, left: Mapping[int, Changes]) -> Iterator[SeatOp
         )
 
 
-def _levels(seen: Seen, without: tuple[str, ...]) -> Iterator[SeatOption]:
+def _levels(seen: PlanningContext, without: tuple[str, ...]) -> Iterator[SeatOption]:
     """Yield a stated level alone; else a spring, a closed form that neglects something, waves by finite elements."""
     stated, waves = seen.stated.seat, seen.waves
     level = stated.level if is_given(seen.scene, MODEL) else None
@@ -228,14 +228,14 @@ def _levels(seen: Seen, without: tuple[str, ...]) -> Iterator[SeatOption]:
         yield from _waves(seen, replace(stated, level=waves.level), why)
 
 
-def _spring(seen: Seen, seat: Method, found: WithoutWaves) -> Iterator[SeatOption]:
+def _spring(seen: PlanningContext, seat: Method, found: WithoutWaves) -> Iterator[SeatOption]:
     """Yield the static compliance, by finite elements; waves are left out."""
     for error, mesh in _meshes(seen, seen.lowest_band):
         elements = _elements(seen, seat, seen.lowest_band, error)
         yield elements.option(found.words, seen.tolerances[0], {MODEL: found.left, **mesh})
 
 
-def _rod(seen: Seen, method: Method) -> Iterator[SeatOption]:
+def _rod(seen: PlanningContext, method: Method) -> Iterator[SeatOption]:
     """Yield a bar as a rod: lateral inertia and the clamped end are left out."""
     seat = seen.scene.seat.drawn
     if seat is None or (form := seat.closed_form()) is None or (better := seat.beyond("rod")) is None:
@@ -248,7 +248,7 @@ def _rod(seen: Seen, method: Method) -> Iterator[SeatOption]:
     yield SeatOption(method, why, {MODEL: errors})
 
 
-def _waves(seen: Seen, seat: Method, why: str) -> Iterator[SeatOption]:
+def _waves(seen: PlanningContext, seat: Method, why: str) -> Iterator[SeatOption]:
     """Yield finite elements, reduced; no band is tried beyond one above which nothing counts, or modes are too many."""
     for band in seen.bands:
         for error, mesh in _meshes(seen, band):
@@ -263,7 +263,7 @@ def _waves(seen: Seen, seat: Method, why: str) -> Iterator[SeatOption]:
             return
 
 
-def _meshes(seen: Seen, band: float) -> Iterator[tuple[float, Mapping[str, Changes]]]:
+def _meshes(seen: PlanningContext, band: float) -> Iterator[tuple[float, Mapping[str, Changes]]]:
     """Yield the errors of g that meshes are made for, and what they leave in the measures, if known beforehand."""
     if not seen.drawn:
         yield 0.0, {}
@@ -313,7 +313,7 @@ class _Elements:
         return SeatOption(method, why, changes, seconds, seat_memory(model)[0], poles, self.error)
 
 
-def _elements(seen: Seen, seat: Method, band: float, error: float) -> _Elements:
+def _elements(seen: PlanningContext, seat: Method, band: float, error: float) -> _Elements:
     method = replace(seen.elements(band, seen.tolerances[0], error), level=seat.level)
     run = replace(seen.stated, seat=method)
     models = finite_elements(seen.scene, run), coarser_elements(seen.scene, run)

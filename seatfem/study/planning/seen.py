@@ -16,7 +16,7 @@ from seatfem.structures.method import Applicability, Method
 from seatfem.structures.rings import Division, share_left
 from seatfem.structures.store import Store
 from seatfem.study.accuracy.part_errors import lowest_band
-from seatfem.study.accuracy.prerun import Bench, first_look, stand_in_of
+from seatfem.study.accuracy.prerun import Bench, locate_contact_window, surrogate_striker
 from seatfem.study.accuracy.sensitivity import Changes, Sensitivity
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders import BANDS, TOLERANCES
@@ -24,10 +24,10 @@ from seatfem.study.method import BAND, PORTS, TOLERANCE, RunMethod, is_given, st
 from seatfem.study.planning.lips import (
     Arcs,
     PlateBand,
-    in_a_band,
-    in_more_arcs,
-    in_some_arcs,
-    of_simpler,
+    choose_arc_count,
+    choose_more_arcs,
+    choose_plate_bandwidth,
+    errors_of_simpler_models,
     one_port_in_place,
     with_parts,
 )
@@ -38,7 +38,7 @@ PER_ARC: Final = 0.8  # element size over the length of an arc, at most: meshes 
 
 
 @dataclass(frozen=True)
-class Seen:
+class PlanningContext:
     """Knowledge of the planner about a scene.
 
     Attributes:
@@ -68,31 +68,31 @@ class Seen:
     look: float = LONGEST_LOOK
 
     @staticmethod
-    def of(
+    def from_scene(
         scene: Scene,
         surrogate: Surrogate,
         machine: Machine,
         progress: Progress = silent,
         without: tuple[str, ...] = (),
         store: Store | None = None,
-    ) -> Seen:
+    ) -> PlanningContext:
         """Look at a scene by pre-runs, as closely as the tightest target asks for; ``without``: `ONE_PORT`, or
         levels."""
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
         stopper = None
         if scene.stopper is not None:  # a look costs nothing: the run computes it
             stopper = Body(scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens)
-        arcs = in_some_arcs(scene, surrogate, stopper, progress)
+        arcs = choose_arc_count(scene, surrogate, stopper, progress)
         whole = surrogate
         looked_at, surrogate = (scene, whole) if arcs is None else (arcs.scene, arcs.surrogate)
-        band = in_a_band(looked_at, surrogate.greens, stopper, progress)
+        band = choose_plate_bandwidth(looked_at, surrogate.greens, stopper, progress)
         if band is not None:
             looked_at = band.scene
             if arcs is not None and not is_given(scene, PORTS):
-                arcs = in_more_arcs(looked_at, whole, arcs, band.left)
+                arcs = choose_more_arcs(looked_at, whole, arcs, band.left)
                 looked_at, surrogate = arcs.scene, arcs.surrogate
         bench = _bench(looked_at, surrogate, stopper, progress)
-        simpler, one_port = of_simpler(bench), None
+        simpler, one_port = errors_of_simpler_models(bench), None
         if arcs is not None and band is not None and ONE_PORT not in without:
             one_port = one_port_in_place(scene, arcs, simpler, band.left)
         if one_port is not None:
@@ -101,7 +101,7 @@ class Seen:
         sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact)
         method = stated_method(looked_at)
         kept = Store.default() if store is None else store
-        return Seen(scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port, kept)
+        return PlanningContext(scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port, kept)
 
     @property
     def patch(self) -> Patch | None:
@@ -197,5 +197,5 @@ class Seen:
 
 def _bench(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Bench:
     """Return the bench on which the pre-runs of a scene run."""
-    seat, striker = surrogate.greens, stand_in_of(scene, progress)
-    return Bench(scene, seat, first_look(scene, seat, striker, stopper), striker, stopper)
+    seat, striker = surrogate.greens, surrogate_striker(scene, progress)
+    return Bench(scene, seat, locate_contact_window(scene, seat, striker, stopper), striker, stopper)

@@ -33,8 +33,8 @@ from seatfem.structures.method import bed
 from seatfem.structures.rings import Division, face_compliance
 from seatfem.study.impacts.contact import RunError, problem_of, record_of, run_contacts, stress_of
 from seatfem.study.impacts.gas import cycle_masses, gas_notes, gas_of, lift_of
-from seatfem.study.impacts.life import Lasting, block_from, life_notes
-from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, blow_of, stress_since, values_of_record
+from seatfem.study.impacts.life import LifeResult, block_from, life_notes
+from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
 from seatfem.study.impacts.validity import simpler_models
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.lives import (
@@ -53,7 +53,7 @@ from seatfem.study.runs.seat_fields import force_by_port
 from seatfem.study.runs.seat_stress import SeatStress, stress_keys, stress_pictures
 from seatfem.study.runs.stress_spots import Spots, spot_keys, spot_pictures, write_spots
 from seatfem.study.runs.stress_wave import after_touch, raising, rows_of, wave_pictures
-from seatfem.study.runs.stresses import contact_margin_bar, left_in, stress_notes, stresses
+from seatfem.study.runs.stresses import contact_margin_bar, error_bars_of, stress_notes, stresses
 from seatfem.study.runs.summary import front_of, reed_stress_keys
 from seatfem.study.safety import OF_DRAWS
 from seatfem.study.scene import Scene
@@ -170,7 +170,7 @@ def gas_bars(done: Round) -> dict[str, list[float | None]]:
         return {f"{key} {cycle}": mass for key, each in masses.items() for cycle, mass in enumerate(each)}
 
     bars: dict[str, list[float | None]] = {}
-    for name, bar in left_in(done, look).items():
+    for name, bar in error_bars_of(done, look).items():
         bars.setdefault(f"error_bar_{name.partition(' ')[0]}", []).append(bar if math.isfinite(bar) else None)
     return bars
 
@@ -199,7 +199,7 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
     """Return the baseline of a round. Raises as `static_stiffness`."""
     stiffness, scene = static_stiffness(done.seat.greens), done.plan.scene
     with watch("spring baseline"):
-        division = Division.of(done.seat.greens)
+        division = Division.from_greens(done.seat.greens)
         spring = bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
         touches = run_contacts(scene, done.striker, spring, done.result.dt)
     stress = None
@@ -238,7 +238,7 @@ def _left_by_record(
         return values_of_record(record_of(scene, varied, dt, like=touches.landings, look=done.look), touches.landings)
 
     own = problem(stiffness)
-    blow = blow_of(touches, width, stress, scene.accuracy.landing)
+    blow = contact_record_of(touches, width, stress, scene.accuracy.landing)
     values = values_of_record(RunRecord(blow, touches.landings, touches.stopper_force), touches.landings)
     draws = tuple(Variation(problem(other), OF_DRAWS) for other in others)
     return budget_of(run, own, values, touches.seat.dt, {RECORD: (draws,)}, filter_width=width)
@@ -271,7 +271,7 @@ class Afterwards:
     stress: SeatStress | None = None
     spots: Spots = field(default_factory=Spots)
     stressed: Stressed | None = None
-    life: Lasting = field(default_factory=Lasting)
+    life: LifeResult = field(default_factory=LifeResult)
     curves: tuple[MarginCurve, ...] = ()
     files: tuple[Path, ...] = ()
 
@@ -342,14 +342,14 @@ def afterwards(
     keys |= reed_front_keys(done, done.stress if of_reed is None else of_reed.found)
     plate = None if of_reed is None else of_reed.peaks
     with watch("hot spots"):
-        spots = Spots.of(done, stress, plate)
+        spots = Spots.from_round(done, stress, plate)
         files = write_spots(spots, folder, courses=histories)
     keys |= spot_keys(spots)
     keep(keys)
     if scene.life is None:
         return Afterwards(keys, stress, spots, files=files)
     with watch("life"):
-        stressed = Stressed.of(done, stress, plate, of_reed)
+        stressed = Stressed.from_round(done, stress, plate, of_reed)
         life = lives(done, stressed, done.touches, done.stress, progress)
         life_at_spring = lives(done, stressed, baseline.touches, baseline.stress, progress, with_seat=False)
     keys |= run_keys(done, stressed, life, life_at_spring)

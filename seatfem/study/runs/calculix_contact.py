@@ -227,7 +227,7 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
     problem = problem_of(scene, replace(striker, velocity=0.0, state=at_start), impact.Body(ours))
     problem = _yielding(problem, stiffness * seat.area)
     duration = min(scene.run.duration - dt * first, MOST_STEPS * dt)
-    result = as_one(impact.solve(problem, dt=dt / FINER, duration=duration), Division.of(ours).shares)
+    result = as_one(impact.solve(problem, dt=dt / FINER, duration=duration), Division.from_greens(ours).shares)
     duration = _ends(result, dt)
     steps = slice(0, round(duration / result.dt) + 1, FINER)
     answer = {
@@ -278,7 +278,7 @@ def _stiffness(scene: Scene, area: float, dt: float) -> tuple[float, str]:
 
 def _yielding(problem: impact.ContactProblem, stiffness: float) -> impact.ContactProblem:
     """Return the problem with a spring in each contact, by the shares of its parts."""
-    shares = Division.of(problem.target.greens).shares
+    shares = Division.from_greens(problem.target.greens).shares
     springs = (impact.LinearSpring(stiffness * float(share)) for share in shares)
     return replace(
         problem,

@@ -39,7 +39,7 @@ NOTE: Final = "plan of the last run of this scene, which reached its target"
 UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 
 
-def ended_plan(scene: Scene) -> Plan | None:
+def cached_plan(scene: Scene) -> Plan | None:
     """Return the plan of this scene's last run that met its target; ``None``: there was none, or it is not sound."""
     try:
         return plan_told(scene, json.loads(read_text(_plan_file(scene), MOST_PLANS, ValueError)), NOTE)
@@ -78,7 +78,7 @@ def told(plan: Plan) -> dict[str, Any]:
     }
 
 
-def remember(done: Round) -> None:
+def save_plan(done: Round) -> None:
     """Keep the plan of a round that met the target and was not the first, where the store can be written to."""
     plan = done.plan
     if done.met is not True or done.number == 1:

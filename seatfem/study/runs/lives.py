@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from impact.after.stresses import ReedStress
 from impact.files.csv_table import write_csv
-from impact.life.places import left_of
+from impact.life.places import margin_error
 from impact.notices import Progress, Tell, silent
 from impact.quantities import in_time
 from seatfem.pictures.rendering import Picture
@@ -28,7 +28,7 @@ from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.life import (
     STRESS,
     Histories,
-    Lasting,
+    LifeResult,
     as_json,
     asked_keys,
     block_from,
@@ -64,7 +64,7 @@ class Stressed:
     reed_bar: float = math.nan
 
     @classmethod
-    def of(
+    def from_round(
         cls, done: Round, seat: SeatStress | None, plate: PlatePeaks | None, of_reed: PlateReedStress | None = None
     ) -> Stressed:
         """Return the stressed bodies of a round, as far as its life is asked for."""
@@ -83,7 +83,7 @@ def lives(
     progress: Progress = silent,
     *,
     with_seat: bool = True,
-) -> Lasting:
+) -> LifeResult:
     """Return the life under the forces of one run: the round's own, or one on a spring, ``with_seat=False``.
 
     It is on file where the same run was judged before. ``progress``: hears of the places that are judged.
@@ -107,7 +107,7 @@ def _judged(
     progress: Progress,
     *,
     with_seat: bool,
-) -> Lasting:
+) -> LifeResult:
     scene = done.plan.scene
     progress("life", 0.0)
     beam, plate = of_beam(scene, done.striker, touches, stress), stressed.reed
@@ -118,7 +118,7 @@ def _judged(
     return life
 
 
-def run_keys(done: Round, stressed: Stressed, here: Lasting, there: Lasting) -> dict[str, object]:
+def run_keys(done: Round, stressed: Stressed, here: LifeResult, there: LifeResult) -> dict[str, object]:
     """Return all keys of a run's life: the seat's, the spring's in its place, what was asked, and the error bar."""
     beside = {f"spring_{key}": value for key, value in life_keys(there).items()}
     return life_keys(here) | beside | asked_keys(done.plan.scene, here, bars_of(done, stressed))
@@ -286,7 +286,7 @@ def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: fl
     margin, bar, at = math.inf, math.inf, "no place"
     if worst is not None and worst[0].life is not None:
         margin, at = worst[0].life.margin, worst[0].at or at
-        bar = left_of(margin, bars_of(done, stressed).get(body_of(at), math.inf))
+        bar = margin_error(margin, bars_of(done, stressed).get(body_of(at), math.inf))
     seconds = time.perf_counter() - start
     tell(f"{name} = {value:.4g} {unit}: margin {margin:.4g}, {at}; {in_time(seconds)}")
     return margin, bar if math.isfinite(bar) else None

@@ -74,7 +74,7 @@ class Limits:
             raise RunError(f"--max-time = {write_quantity(self.seconds, 'time')} must be positive")
 
 
-def paces(spent: Mapping[str, float], plan: Plan, before: Mapping[str, float]) -> Mapping[str, float]:
+def time_ratios(spent: Mapping[str, float], plan: Plan, before: Mapping[str, float]) -> Mapping[str, float]:
     """Return measured over predicted time of seat and contact; where this round has not computed one, as ``before``."""
     ratios = dict(before)
     for kind, stages in STAGES.items():
@@ -88,7 +88,9 @@ def paces(spent: Mapping[str, float], plan: Plan, before: Mapping[str, float]) -
 def price(done: Round, plan: Plan) -> float:
     """Return the predicted wall time [s] of one more round by ``plan``, as much off as the rounds so far were."""
     of = {**STAGES, "contact": (*STAGES["contact"], *AFTER)}
-    return sum(done.paces.get(kind, 1.0) * sum(plan.cost.parts.get(stage, 0.0) for stage in of[kind]) for kind in of)
+    return sum(
+        done.time_ratios.get(kind, 1.0) * sum(plan.cost.parts.get(stage, 0.0) for stage in of[kind]) for kind in of
+    )
 
 
 def changed(done: Round, plan: Plan) -> str:
@@ -104,7 +106,7 @@ def changed(done: Round, plan: Plan) -> str:
 def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | None, str]:
     """Return the refined plan, or why there is none; ``time_left``: of the time allowed [s]."""
     if limits.steady:
-        done = replace(done, paces={})
+        done = replace(done, time_ratios={})
     if done.number >= limits.rounds:
         return None, f"{limits.rounds} round{'s'[: limits.rounds > 1]} at most"
     accuracy, budget, landings = done.plan.scene.accuracy, done.left, done.touches.landings

@@ -121,7 +121,7 @@ def gas_pictures(scene: Scene, touches: Touches) -> list[Picture]:
     stop = None if scene.stopper is None else scene.stopper_gap + scene.contact.gap
 
     def draw(path: Path) -> None:
-        run = GasRun.of(scene, touches)
+        run = GasRun.from_run(scene, touches)
         plot_gas(run.drive, run.history, run.angle, run.volume, path, stop=stop, title=scene.title or "Reed valve")
 
     return [("gas.png", draw)]

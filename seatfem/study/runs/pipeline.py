@@ -13,7 +13,7 @@ from typing import Any, Final
 from impact.after.stresses import ReedStress
 from impact.files.csv_table import write_csv
 from impact.files.safe_files import check_writable
-from impact.notices import Progress, Tell, silent, untold
+from impact.notices import Progress, Tell, ignore, silent
 from impact.storage.hdf5 import save_results
 from seatfem.machine.resources import Stopwatch
 from seatfem.pictures.rendering import Painter
@@ -30,7 +30,7 @@ from seatfem.study.impacts.validity import simpler_keys
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.afterwards import Baseline, afterwards, baseline_of, static_stiffness
-from seatfem.study.runs.kept import RunOutcome, ended_plan, remember
+from seatfem.study.runs.kept import RunOutcome, cached_plan, save_plan
 from seatfem.study.runs.lives import MARGIN, MarginCurve, traced, write_curve
 from seatfem.study.runs.pictures import ahead, draw_modes, draw_run, gas_pictures
 from seatfem.study.runs.round import remarks
@@ -69,7 +69,7 @@ def run_scene(
     folder: Path,
     progress: Progress = silent,
     *,
-    tell: Tell = untold,
+    tell: Tell = ignore,
     limits: Limits = ANY,
     pictures: bool = True,
     plan: Plan | None = None,
@@ -100,7 +100,7 @@ def run_scene(
     check_step(scene)
     check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE, LANDINGS_FILE)))
     with watch("plan"):
-        plan = plan or ended_plan(scene)
+        plan = plan or cached_plan(scene)
         if plan is None and painter is not None and scene.seat.elastic is not None:  # the seat is likely to be new
             painter.begin()
         plan = plan or plan_scene(scene, progress=progress, folder=folder)
@@ -125,9 +125,9 @@ def run_scene(
             if histories:
                 save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": latest.number})
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
-            gas = () if scene.gas is None else (write_gas(GasRun.of(scene, latest.touches), folder / GAS_FILE),)
+            gas = () if scene.gas is None else (write_gas(GasRun.from_run(scene, latest.touches), folder / GAS_FILE),)
             write_landings(folder / LANDINGS_FILE, summary["landings"])
-    remember(latest)
+    save_plan(latest)
     assert baseline is not None
 
     def keep(keys: Mapping[str, object]) -> None:
@@ -192,7 +192,7 @@ def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) ->
         **done.seat.about,
         "seat_reused": done.seat.reused,
         "seat_kind": scene.seat.kind,
-        **({} if scene.gas is None else gas_keys(scene, done.touches, GasRun.of(scene, done.touches))),
+        **({} if scene.gas is None else gas_keys(scene, done.touches, GasRun.from_run(scene, done.touches))),
         **({} if scene.stopper is None else stopper_face_keys(scene.stopper)),
         **valve_spring_keys(scene, done.striker, done.seat.greens, done.touches),
         **reed_keys(scene.reed.kind, done.striker, done.reed),
@@ -242,7 +242,7 @@ def write_modes(
     check_writable(folder / "modes.csv")
     watch = Stopwatch()
     check_files(scene)
-    natural = scene.seat.natural_modes(Wanted.of(count, up_to_hz), watch, progress)
+    natural = scene.seat.natural_modes(Wanted.from_limits(count, up_to_hz), watch, progress)
     if natural is None:
         raise RunError(
             f"seat.kind = {scene.seat.kind!r} has neither finite elements nor matrices to take modes from; use a "
@@ -267,7 +267,7 @@ def margin_curve(
     folder: Path | str,
     *,
     margin: str = MARGIN,
-    tell: Tell = untold,
+    tell: Tell = ignore,
 ) -> MarginCurve:
     """Run a scene over values of one key, and where two of them enclose a margin of 1, look for the value there.
 

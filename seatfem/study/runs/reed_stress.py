@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from impact.after.stresses import ReedStress
 from impact.bodies.body import Body
 from impact.greens.base import Array
-from seatfem.structures.fields.corners import left_by_mesh, near
+from seatfem.structures.fields.corners import near, peak_mesh_error
 from seatfem.structures.fields.peaks import LITTLE
 from seatfem.structures.fields.recovery import LargestStress, StressField, largest
 from seatfem.structures.method import COARSENING
@@ -38,7 +38,7 @@ class PlatePeaks:
     found: LargestStress
 
     @staticmethod
-    def of(done: Round, since: float | None = None) -> PlatePeaks | None:
+    def from_round(done: Round, since: float | None = None) -> PlatePeaks | None:
         """Return those of a round whose striker is a plate; ``None`` where all of that lies beside what has no stress.
 
         ``since``: the time at which a landing begins [s].
@@ -76,7 +76,7 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     begins, before and after which the stress is told apart, too [s].
     """
     scene = done.plan.scene
-    if not has_plate_stress(scene, done.striker) or (peaks := PlatePeaks.of(done, since)) is None:
+    if not has_plate_stress(scene, done.striker) or (peaks := PlatePeaks.from_round(done, since)) is None:
         return None
     reed = plate_stress.reed_of(scene)
     plate, force, dt = reed.plate(done.striker.greens), plate_pushes(done, done.touches), done.result.dt
@@ -91,7 +91,7 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     on_coarser_mesh = plate_field(done, striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio)))
     on_coarser = largest(on_coarser_mesh, force, dt).after_contact.von_mises
     weight = 1 / (refinement(plate, coarser) ** ORDER - 1)
-    of_mesh = left_by_mesh(field.points, of_run.after_contact.von_mises, on_coarser_mesh.points, on_coarser, weight)
+    of_mesh = peak_mesh_error(field.points, of_run.after_contact.von_mises, on_coarser_mesh.points, on_coarser, weight)
     peak = _value(of_run)
     bar = of_mesh + OF_FEWER * abs(_value(fewer) - peak) + LITTLE * peak
     return PlateReedStress(stresses, bar, worst, peaks)
@@ -124,7 +124,7 @@ def stress_on_another_seat(done: Round, touches: Touches) -> ReedStress | None:
 
 
 def _division(done: Round) -> Division:
-    return Division.of(done.seat.greens)
+    return Division.from_greens(done.seat.greens)
 
 
 def _with_fewer_modes(field: StressField) -> StressField:

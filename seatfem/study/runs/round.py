@@ -75,7 +75,7 @@ class Round:
     stopped: str = ""
     spent: Mapping[str, float] = field(default_factory=dict)
     memory: float = math.nan
-    paces: Mapping[str, float] = field(default_factory=dict)
+    time_ratios: Mapping[str, float] = field(default_factory=dict)
     plate: PlateReedStress | None = None
 
     @property
@@ -84,7 +84,7 @@ class Round:
         if self.plate is None:
             return None
         return PlateLook(
-            self.plan.scene, replace(self.plate.largest_at, body=self.striker), Division.of(self.seat.greens)
+            self.plan.scene, replace(self.plate.largest_at, body=self.striker), Division.from_greens(self.seat.greens)
         )
 
     @property

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from impact.notices import Progress, Tell, untold
+from impact.notices import Progress, Tell, ignore
 from impact.quantities import in_time
 from impact.runs.variations import Budget, Values, total
 from impact.storage.hdf5 import save_greens
@@ -32,7 +32,7 @@ from seatfem.study.impacts.plate_stress import has_plate_stress
 from seatfem.study.impacts.touches import LIP, STRIKER, Source, stress_since
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
-from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
+from seatfem.study.runs.next_round import Limits, changed, next_plan, price, time_ratios
 from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress
 from seatfem.study.runs.round import Round, in_words, missed
 from seatfem.study.safety import LOOSER
@@ -56,7 +56,7 @@ def rounds(
     progress: Progress,
     *,
     limits: Limits = ANY,
-    tell: Tell = untold,
+    tell: Tell = ignore,
     start: float | None = None,
 ) -> Iterator[Round]:
     """Yield rounds of run, measured error and refinement, until the target is met or nothing more can be done.
@@ -129,8 +129,10 @@ def _measured(
     before = dict(watch.stages)
     result = carried_out(plan, folder, watch, progress, *more)
     spent = {stage: s - before.get(stage, 0.0) for stage, s in watch.stages.items() if s > before.get(stage, 0.0)}
-    number, known = (more[0].number + 1, more[0].paces) if more else (1, {})
-    return replace(result, number=number, spent=spent, memory=peak_memory(), paces=paces(spent, plan, known))
+    number, known = (more[0].number + 1, more[0].time_ratios) if more else (1, {})
+    return replace(
+        result, number=number, spent=spent, memory=peak_memory(), time_ratios=time_ratios(spent, plan, known)
+    )
 
 
 def _impossible(problem: Exception) -> str:

@@ -184,7 +184,7 @@ class SeatMesh:
         return matrices(body, self.mesh, body.elements_of(method), rings=method.rings or 1, harmonic=harmonic, lip=lip)
 
     def _response(self, model: SecondOrderModel, done: Round, vectors: int, *, resting: bool = False) -> Response:
-        return Response.of(
+        return Response.from_model(
             model,
             bandwidth=self.bandwidth,
             dt=done.result.dt,
@@ -216,7 +216,7 @@ class Waves:
     angles: Array
 
     @staticmethod
-    def of(seat: SeatMesh, force: Array) -> Waves | None:
+    def from_forces(seat: SeatMesh, force: Array) -> Waves | None:
         """Return the waves of a seat under forces by port; ``None`` where no harmonics are needed.
 
         Harmonics up to two elements of the struck ring a wave, which the mesh resolves.
@@ -261,7 +261,7 @@ def force_by_port(done: Round, touches: Touches) -> Array:
     pressure is [N]."""
     if touches.parts is not None:
         return -touches.parts.force
-    return np.asarray(-touches.seat.force[:, None] * Division.of(done.seat.greens).shares)
+    return np.asarray(-touches.seat.force[:, None] * Division.from_greens(done.seat.greens).shares)
 
 
 def _in_mm(point: Sequence[float] | Array) -> str:

@@ -15,7 +15,7 @@ from impact.greens.base import Array
 from impact.notices import Progress, silent
 from seatfem.pictures.rendering import Picture
 from seatfem.pictures.stress_plot import plot_stress, write_stress_vtu
-from seatfem.structures.fields.corners import edge_distances, left_by_mesh, local_maxima, near
+from seatfem.structures.fields.corners import edge_distances, local_maxima, near, peak_mesh_error
 from seatfem.structures.fields.peaks import Largest
 from seatfem.structures.fields.recovery import at_time, histories, largest, von_mises
 from seatfem.structures.fields.solids import AnyField, RingField, elements_of
@@ -116,7 +116,7 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     drawn, coarser = body.meshes(done.plan.method.seat, progress)
     fine = SeatMesh(done.plan, drawn)
     dt, force = done.result.dt, force_by_port(done, done.touches)
-    waves = Waves.of(fine, force)
+    waves = Waves.from_forces(fine, force)
     points = np.array(scene.stress.points).reshape(-1, 3)
     named = [(fine.named(), np.arctan2(points[:, 1], points[:, 0])[:, None])] if len(points) else []
     where = (fine.surface(), np.zeros(1) if waves is None else waves.angles) if scene.stress.surface else named[0]
@@ -135,7 +135,7 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
         weight = MESH_SAFETY / (refinement_of(fine.mesh, coarse.mesh) - 1)
         other = largest(coarse_field, force, dt).after_contact
         pairs = ((peaks.von_mises, other.von_mises), (peaks.principal, other.principal))
-        bars += max(left_by_mesh(field.points, own, coarse_field.points, theirs, weight) for own, theirs in pairs)
+        bars += max(peak_mesh_error(field.points, own, coarse_field.points, theirs, weight) for own, theirs in pairs)
     named_fields = [each for each, _ in of_points]
     kept = [*named_fields, both.at(np.array([0]))]
     singular = edge_distances(where[0].points, fine.singular)
@@ -161,7 +161,7 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
         field,
         named_fields[0] if named_fields else field.at(np.zeros(0, dtype=np.int64)),
         both,
-        Division.of(done.seat.greens) if done.touches.parts is not None else Division(1, force.shape[1]),
+        Division.from_greens(done.seat.greens) if done.touches.parts is not None else Division(1, force.shape[1]),
     )
 
 

@@ -59,7 +59,9 @@ class Spot:
     leading: float
 
     @staticmethod
-    def of(body: str, part: str, at: Array, edge: float, time: float, state: Array, names: Sequence[str]) -> Spot:
+    def from_stress(
+        body: str, part: str, at: Array, edge: float, time: float, state: Array, names: Sequence[str]
+    ) -> Spot:
         """Return the spot of the stress (6,), or (1,) of one axis, at its time."""
         value = float(von_mises(state)) if len(state) > 1 else abs(float(state[0]))
         k = int(np.argmax(np.abs(state)))
@@ -99,7 +101,7 @@ class Spots:
     time: Array = field(default_factory=lambda: np.zeros(0))
 
     @staticmethod
-    def of(done: Round, seat: SeatStress | None, plate: PlatePeaks | None) -> Spots:
+    def from_round(done: Round, seat: SeatStress | None, plate: PlatePeaks | None) -> Spots:
         """Return the spots of a round whose stress is known; of a beam it always is."""
         named = 0 if seat is None else len(seat.points)
         stride = math.ceil(6 * (MOST_SHOWN + named) * len(done.result.time) / MOST_NUMBERS)
@@ -194,7 +196,7 @@ def _of_beam(done: Round, stride: int) -> list[History]:
         if face == "towards the seat" and place in known:
             k = _since(done, np.abs(course), touch)
             time, where = float(done.result.time[k]), np.array([known[place]])
-            spot = Spot.of("reed", place, where, math.inf, time, course[k : k + 1], COMPONENTS)
+            spot = Spot.from_stress("reed", place, where, math.inf, time, course[k : k + 1], COMPONENTS)
             kept.append(History(spot, COMPONENTS[:1], course[None, ::stride]))
     return _foremost(kept)
 
@@ -210,7 +212,7 @@ def _of_plate(done: Round, plate: PlatePeaks, stride: int) -> list[History]:
     states, kept = at_own_times(some, force, dt, np.round(times / dt).astype(np.int64)), []
     for k, course in enumerate(histories(some, force, dt, stride)):
         part, edge, time = str(parts[chosen[k]]), float(edges[k]), float(times[k])
-        spot = Spot.of("reed", part, some.points[k], edge, time, states[k], COMPONENTS)
+        spot = Spot.from_stress("reed", part, some.points[k], edge, time, states[k], COMPONENTS)
         kept.append(History(spot, COMPONENTS, course))
     return _foremost(kept)
 
@@ -222,7 +224,7 @@ def _of_seat(done: Round, seat: SeatStress, stride: int) -> tuple[tuple[Spot, ..
     states = at_own_times(own, force, dt, np.round(times / dt).astype(np.int64))
     parts = np.where(seat.on_lip[seat.spots], LIP, "body")
     spots = tuple(
-        Spot.of("seat", str(part), seat.sites[k], float(seat.singular[k]), float(time), state, names)
+        Spot.from_stress("seat", str(part), seat.sites[k], float(seat.singular[k]), float(time), state, names)
         for k, part, time, state in zip(seat.spots, parts, times, states, strict=True)
     )
     first = np.sort(np.unique(parts, return_index=True)[1])
@@ -230,7 +232,7 @@ def _of_seat(done: Round, seat: SeatStress, stride: int) -> tuple[tuple[Spot, ..
     kept = [History(spots[k], names, course) for k, course in zip(first, courses, strict=True)]
     for point, course in zip(seat.named_places, seat.named[:-1], strict=True):
         k = _since(done, von_mises(course.T), touch_of(done))
-        spot = Spot.of("seat", "named", point, math.inf, float(done.result.time[k]), course[:, k], names)
+        spot = Spot.from_stress("seat", "named", point, math.inf, float(done.result.time[k]), course[:, k], names)
         kept.append(History(spot, names, course[:, ::stride]))
     return spots, tuple(kept)
 

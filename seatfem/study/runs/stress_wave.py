@@ -52,7 +52,7 @@ def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str,
     They show the hardest of the ``landings`` on the seat, records as in summary.json; of none, the hardest contact.
     """
     scene, touches = done.plan.scene, done.touches
-    division = Division.of(done.seat.greens)
+    division = Division.from_greens(done.seat.greens)
     if touches.parts is None or touches.line is None or division.arcs < FEWEST:
         return []
     shape = scene.seat.lip(division.arcs)
@@ -197,7 +197,7 @@ def seat_wave(done: Round, stress: SeatStress) -> Frames | None:
     sites = at_nodes(elements, skin.nodes)
     bandwidth = done.plan.method.seat.bandwidth or 1 / scene.run.filter_width
     unknowns = response_in_frames(
-        Response.of(model, dt=dt, bandwidth=bandwidth, damping_ratio=body.damping_ratio), force, dt, steps
+        Response.from_model(model, dt=dt, bandwidth=bandwidth, damping_ratio=body.damping_ratio), force, dt, steps
     )
     functional = stress.drawn.stress_of(model, sites)
     mises = von_mises(np.moveaxis((functional @ unknowns.T).reshape(len(sites), 6, -1), 2, 0))

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 import impact
-from impact.life.places import left_of
+from impact.life.places import margin_error
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, silent
 from impact.quantities import percent
@@ -34,7 +34,7 @@ from seatfem.study.runs.seat_stress import SeatStress, seat_stress
 STAGE: Final = "runs for the error bar of stress"
 
 
-def left_in(
+def error_bars_of(
     done: Round,
     look: Callable[[impact.ContactStepper], Values],
     also: Values | None = None,
@@ -64,9 +64,9 @@ def left_in(
 def contact_margin_bar(done: Round, margin: float) -> float:
     """Return the error bar of a margin below a contact of Hertz, whose stress is as the cube root of its largest force,
     by what is left in that; ``inf`` where that is all of it."""
-    errors = left_in(done, lambda stepper: {"force": float(force_of(stepper).max())})
+    errors = error_bars_of(done, lambda stepper: {"force": float(force_of(stepper).max())})
     share = errors["force"] / float(done.result.force.max())
-    return left_of(margin, 1 - (1 - share) ** (1 / 3) if share < 1 else 1.0)
+    return margin_error(margin, 1 - (1 - share) ** (1 / 3) if share < 1 else 1.0)
 
 
 RAW: Final = 0.1
@@ -99,7 +99,7 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     if seat is not None and SEAT in looks:
         finer = kept_numbers(done, done.touches, "stress in the seat at half the step", partial(_at_half, done))
     what = f"errors left in {', '.join(sorted(looks))}"
-    errors = kept_numbers(done, done.touches, what, lambda: left_in(done, look, finer, progress))
+    errors = kept_numbers(done, done.touches, what, lambda: error_bars_of(done, look, finer, progress))
     if seat is not None and SEAT in looks:
         raw = [math.nan if abs(finer[name] - own[name]) > RAW * own[name] else errors[name] for name in (SEAT, TENSION)]
         seat = replace(seat, bar=seat.bar + raw[0], tension_bar=seat.tension_bar + raw[1])
@@ -161,7 +161,7 @@ def _in_the_seat(seat: SeatStress, forces: Forces) -> Values:
 
 
 def _in_the_reed(done: Round, field: StressField, forces: Forces) -> Values:
-    division = Division.of(done.seat.greens) if done.touches.parts is not None else Division()
+    division = Division.from_greens(done.seat.greens) if done.touches.parts is not None else Division()
     pushes = pushes_of(field.body.greens, forces.by(division), division, forces.stopper)
     return {REED: float(largest(field, pushes, forces.dt).after_contact.von_mises.max())}
 

@@ -145,7 +145,7 @@ def films_of(scene: Scene, division: Division) -> tuple[SqueezeFilm | None, ...]
     contact, arcs, rings = scene.contact, division.arcs, division.rings
     if contact.film is None:
         return (None,) * (arcs * rings)
-    whole, lip = contact.film.of(scene.seat.struck_ring), scene.seat.lip(arcs)
+    whole, lip = contact.film.on_ring(scene.seat.struck_ring), scene.seat.lip(arcs)
     shares, rises = np.full(arcs, 1 / arcs), np.zeros(arcs)
     if lip is not None:
         shares = lip.lengths / lip.lengths.sum()
@@ -195,7 +195,7 @@ def closed_line(lip: AnyLip) -> ClosedLine:
 def line_of(scene: Scene, problem: ContactProblem, parts: Array | None, film: Array | None = None) -> Line | None:
     """Return the contact along the lip of a problem, from the forces (n + 1, parts) of the seat's parts [N] and what of
     them a film bears; ``None`` where it has no arcs."""
-    division = Division.of(problem.target.greens)
+    division = Division.from_greens(problem.target.greens)
     if parts is None or division.arcs == 1 or (lip := scene.seat.lip(division.arcs)) is None:
         return None
     force = parts.reshape(len(parts), division.arcs, division.rings).sum(axis=2)

@@ -60,7 +60,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Blow:
+class ContactRecord:
     """Histories of one run from which measures are taken.
 
     Attributes:
@@ -107,7 +107,7 @@ class Measure(ResultSource, ABC):
     needs_line: ClassVar[bool] = False
     judged_by: ClassVar[str] = ""
 
-    def is_known(self, blow: Blow) -> bool:
+    def is_known(self, blow: ContactRecord) -> bool:
         """Return whether the run has a value of it."""
         return not (
             (self.needs_displacement and blow.displacement is None)
@@ -116,19 +116,19 @@ class Measure(ResultSource, ABC):
         )
 
     @abstractmethod
-    def of(self, blow: Blow) -> float:
+    def evaluate(self, blow: ContactRecord) -> float:
         """Return its value [SI]. A contact that never was has the value 0."""
 
-    def of_landing(self, blow: Blow, landing: Landing) -> float | None:
+    def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
         """Return its value of one landing [SI]; ``None`` where that has none."""
         return None
 
-    def jump(self, blow: Blow, share: float) -> float:
+    def jump(self, blow: ContactRecord, share: float) -> float:
         """Return by how much it may jump [SI] where the impulse is known to a ``share`` of it; 0 for what follows the
         force smoothly."""
         return 0.0
 
-    def jump_of_landing(self, blow: Blow, landing: Landing, share: float) -> float:
+    def jump_of_landing(self, blow: ContactRecord, landing: Landing, share: float) -> float:
         """Return by how much its value of one landing may jump [SI], as `jump` has it."""
         return 0.0
 
@@ -139,10 +139,10 @@ class Impulse(Measure):
     name, key, words = "impulse", "impulse_Ns", "impulse"
     landing_key = "landing_impulse_Ns"
 
-    def of(self, blow: Blow) -> float:
+    def evaluate(self, blow: ContactRecord) -> float:
         return float(np.sum(blow.force[1:])) * blow.dt
 
-    def of_landing(self, blow: Blow, landing: Landing) -> float:
+    def of_landing(self, blow: ContactRecord, landing: Landing) -> float:
         """Return the impulse above the quasi-static load."""
         return landing.impulse
 
@@ -153,10 +153,10 @@ class FilteredPeak(Measure):
     name, key, words = "filtered_peak", "filtered_peak_force_N", "peak force"
     landing_key = "landing_filtered_peak_force_N"
 
-    def of(self, blow: Blow) -> float:
+    def evaluate(self, blow: ContactRecord) -> float:
         return largest_average(blow.force[1:], blow.dt, blow.filter_width)
 
-    def of_landing(self, blow: Blow, landing: Landing) -> float:
+    def of_landing(self, blow: ContactRecord, landing: Landing) -> float:
         """Return the filtered peak with the quasi-static load."""
         return landing.filtered_peak
 
@@ -167,17 +167,17 @@ class ContactDuration(Measure):
     name, key, words = "contact_duration", "contact_duration_s", "contact duration"
     landing_key = "landing_duration_s"
 
-    def of(self, blow: Blow) -> float:
+    def evaluate(self, blow: ContactRecord) -> float:
         return _first(blow.dt * measures.closed_steps(_solid(blow)[1:]))
 
-    def of_landing(self, blow: Blow, landing: Landing) -> float:
+    def of_landing(self, blow: ContactRecord, landing: Landing) -> float:
         return landing.duration
 
-    def jump(self, blow: Blow, share: float) -> float:
+    def jump(self, blow: ContactRecord, share: float) -> float:
         """Return the jump of the duration: a touch below ``share`` may be none, an opening near the limit an end."""
         return self._jump(blow, _solid(blow), share)
 
-    def jump_of_landing(self, blow: Blow, landing: Landing, share: float) -> float:
+    def jump_of_landing(self, blow: ContactRecord, landing: Landing, share: float) -> float:
         """Return the same of a landing: where the bodies part, or else by which its end moves with the band."""
         if landing.pressed_on:
             return landing.end_doubt
@@ -190,7 +190,7 @@ class ContactDuration(Measure):
         return self._jump(blow, np.where(own, solid, 0.0), share)
 
     @staticmethod
-    def _jump(blow: Blow, solid: Array, share: float) -> float:
+    def _jump(blow: ContactRecord, solid: Array, share: float) -> float:
         steps = measures.closed_steps(solid[1:])
         if not len(steps):
             return 0.0
@@ -202,7 +202,7 @@ class ContactDuration(Measure):
         return max(abs(other - _first(raw)) for other in others)
 
 
-def _solid(blow: Blow) -> Array:
+def _solid(blow: ContactRecord) -> Array:
     """Return the force (n + 1,) of the bodies themselves [N]."""
     return blow.force if blow.film is None else blow.force - blow.film
 
@@ -219,13 +219,13 @@ class Restitution(Measure):
     name, key, words = "restitution", "restitution", "restitution"
     landing_key = "landing_restitution"
 
-    def is_known(self, blow: Blow) -> bool:
+    def is_known(self, blow: ContactRecord) -> bool:
         return len(blow.landings) == 1 and blow.landings[0].restitution is not None
 
-    def of(self, blow: Blow) -> float:
+    def evaluate(self, blow: ContactRecord) -> float:
         return blow.landings[0].restitution or 0.0
 
-    def of_landing(self, blow: Blow, landing: Landing) -> float | None:
+    def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
         return landing.restitution
 
 
@@ -236,10 +236,10 @@ class SeatDisplacement(Measure):
     landing_key = "landing_max_seat_displacement_m"
     needs_displacement = True
 
-    def of(self, blow: Blow) -> float:
+    def evaluate(self, blow: ContactRecord) -> float:
         return float(np.max(np.abs(blow.displacement))) if np.any(blow.force) else 0.0  # type: ignore[arg-type]
 
-    def of_landing(self, blow: Blow, landing: Landing) -> float | None:
+    def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
         if blow.displacement is None:
             return None
         return float(np.max(np.abs(blow.displacement[blow.steps_of(landing)])))
@@ -252,11 +252,11 @@ class Stress(Measure):
     landing_key, landing_words = "landing_peak_reed_stress_Pa", "reed stress since the landing"
     needs_stress = True
 
-    def of(self, blow: Blow) -> float:
+    def evaluate(self, blow: ContactRecord) -> float:
         peak = blow.stress.after_contact if blow.stress else None
         return peak.value if peak else 0.0
 
-    def of_landing(self, blow: Blow, landing: Landing) -> float | None:
+    def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
         """Return the largest stress since the landing began."""
         peak = blow.stress.after_landing if blow.stress and blow.stress_since == landing.start else None
         return peak.value if peak else None
@@ -272,10 +272,10 @@ class LifeMargin(Measure):
     needs_stress = True
     judged_by = Stress.name
 
-    def is_known(self, blow: Blow) -> bool:
+    def is_known(self, blow: ContactRecord) -> bool:
         return False
 
-    def of(self, blow: Blow) -> float:
+    def evaluate(self, blow: ContactRecord) -> float:
         return math.nan
 
 
@@ -286,16 +286,16 @@ class LineForce(Measure):
     landing_key = "landing_line_force_peak_N_per_m"
     needs_line = True
 
-    def of(self, blow: Blow) -> float:
+    def evaluate(self, blow: ContactRecord) -> float:
         assert blow.line is not None
         return self._peak(blow, blow.line.force[1:])
 
-    def of_landing(self, blow: Blow, landing: Landing) -> float | None:
+    def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
         """Return the line force with the quasi-static load."""
         return None if blow.line is None else self._peak(blow, blow.line.force[1:][blow.steps_of(landing)])
 
     @staticmethod
-    def _peak(blow: Blow, force: Array) -> float:
+    def _peak(blow: ContactRecord, force: Array) -> float:
         assert blow.line is not None
         line = blow.line
         return line_force_peak(force, blow.dt, blow.filter_width, line.length, line.share, line.pieces)[0]
@@ -308,16 +308,16 @@ class LineImpulse(Measure):
     landing_key = "landing_line_impulse_peak_Ns_per_m"
     needs_line = True
 
-    def of(self, blow: Blow) -> float:
+    def evaluate(self, blow: ContactRecord) -> float:
         assert blow.line is not None
         return self._peak(blow, blow.line.force[1:])
 
-    def of_landing(self, blow: Blow, landing: Landing) -> float | None:
+    def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
         """Return the line impulse with that of the quasi-static load."""
         return None if blow.line is None else self._peak(blow, blow.line.force[1:][blow.steps_of(landing)])
 
     @staticmethod
-    def _peak(blow: Blow, force: Array) -> float:
+    def _peak(blow: ContactRecord, force: Array) -> float:
         assert blow.line is not None
         line = blow.line
         return line_impulse_peak(force, blow.dt, line.length, line.share, line.pieces)[0]
@@ -364,7 +364,7 @@ def judged_landing(
     return pair_landings(like, landings)[like.index(wanted)]
 
 
-def values_of(blow: Blow, like: Sequence[Landing] | None = None) -> dict[str, float]:
+def values_of(blow: ContactRecord, like: Sequence[Landing] | None = None) -> dict[str, float]:
     """Return the measures of a run, and those of its hardest landing, as far as they are known.
 
     Where measures are asked of the first landing, its own are among them, too.
@@ -372,7 +372,7 @@ def values_of(blow: Blow, like: Sequence[Landing] | None = None) -> dict[str, fl
     ``like``: the landings of a neighbouring run, whose hardest and first ones are looked for in this run; a measure of
     one that has no partner is infinite.
     """
-    values = {name: each.of(blow) for name, each in all_measures().items() if each.is_known(blow)}
+    values = {name: each.evaluate(blow) for name, each in all_measures().items() if each.is_known(blow)}
     reference = blow.landings if like is None else like
     partners = dict(zip(reference, pair_landings(reference, blow.landings), strict=True)) if like is not None else {}
     for prefix, wanted in judged_landings(reference).items():

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from impact.files.safe_files import write_whole
-from impact.notices import Progress, Tell, silent, untold
+from impact.notices import Progress, Tell, ignore, silent
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.libraries import require_gmsh_libraries
 from seatfem.study.impacts.landings import LANDED, STATUS, left_out_in_words
@@ -50,7 +50,7 @@ def run_optimum(
     *,
     file: Path | None = None,
     progress: Progress = silent,
-    tell: Tell = untold,
+    tell: Tell = ignore,
 ) -> Optimum:
     """Find the scene with the least or greatest measure within limits; write optimum.json, optimum.csv, search.csv.
 

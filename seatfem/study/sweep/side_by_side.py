@@ -28,7 +28,7 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import SEAT_FILE
 from seatfem.study.runs.summary import landing_keys, reed_stress_keys
 from seatfem.study.scene import Scene, load_scene
-from seatfem.study.scene.measures import Blow, judged_landing, key_of, values_of
+from seatfem.study.scene.measures import ContactRecord, judged_landing, key_of, values_of
 from seatfem.study.sweep.cases import begun
 from seatfem.study.sweep.outcome import Changes, Outcome, carry_out
 
@@ -143,7 +143,9 @@ def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Col
     since = None if judged is None else judged.start
     stress = stress_of(each.scene, problem.striker, force, dt, np.zeros(0), since=since) if "stress" in needs else None
     moved = _displacement(problem.target, force, dt) if "displacement" in needs else None
-    values = values_of(Blow(force, dt, width, moved, stress, landings=landings.seat, asked=choice, stress_since=since))
+    values = values_of(
+        ContactRecord(force, dt, width, moved, stress, landings=landings.seat, asked=choice, stress_since=since)
+    )
     touched = batch.contact_count[place] > 0
     return {
         **(reed_stress_keys(stress) if "stress" in needs else {}),
@@ -160,5 +162,5 @@ def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Col
 def _displacement(target: Body, force: Array, dt: float) -> Array:
     """Return the displacement (n + 1,) of the seat's patch [m]."""
     discrete = Discrete.from_body(target, dt, len(force) - 1)
-    moved = mean_displacement(discrete, -force[None, 1:], Division.of(target.greens).shares)
+    moved = mean_displacement(discrete, -force[None, 1:], Division.from_greens(target.greens).shares)
     return moved if target.base is None else moved + target.carried(np.asarray(dt * np.arange(len(moved))))

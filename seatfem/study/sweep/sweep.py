@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 from pydantic import ValidationError
 
-from impact.notices import Progress, Tell, silent, untold
+from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import in_time
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.libraries import require_gmsh_libraries
@@ -150,7 +150,7 @@ def run_study(
     *,
     file: Path | None = None,
     progress: Progress = silent,
-    tell: Tell = untold,
+    tell: Tell = ignore,
 ) -> StudyTable:
     """Run every scene of a study, and write its table in study.csv (study.parquet where pyarrow is there).
 

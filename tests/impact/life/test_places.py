@@ -8,7 +8,7 @@ import pytest
 from impact.exact.contact_stress import hertz_circular, hertz_stiffness
 from impact.life.damage import Goodman, mean_stress
 from impact.life.multiaxial import Crossland, hertz_path
-from impact.life.places import Demand, judged, left_of
+from impact.life.places import Demand, judged, margin_error
 from impact.life.strength import LifeError, Strength, basquin
 
 INVENTED = Strength("invented for tests", ultimate=1800e6, curve=basquin(400e6, 1e7, 12.0, scatter=0.25))
@@ -44,8 +44,8 @@ def test_the_bar_of_a_margin_is_that_of_histories_at_the_end_of_theirs() -> None
     """Evaluated again at stresses 1 - b and 1 + b: the larger of both deviations."""
     here, bar = margin(WALK), 0.07
     off = [abs(margin(factor * WALK) - here) for factor in (1 - bar, 1 + bar)]
-    assert left_of(here, bar) == pytest.approx(max(off), rel=1e-9)
-    assert left_of(here, 1.0) == np.inf
+    assert margin_error(here, bar) == pytest.approx(max(off), rel=1e-9)
+    assert margin_error(here, 1.0) == np.inf
 
 
 def test_the_worst_place_is_found_by_its_mean_too() -> None:
