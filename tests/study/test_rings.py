@@ -30,7 +30,6 @@ from seatfem.structures.rings import (
     ring_borders,
     ring_names,
     ring_shares,
-    rings_of,
     with_fewer_rings,
 )
 from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
@@ -169,7 +168,7 @@ def test_a_rectangle_is_divided_by_the_distance_from_its_rim() -> None:
 def test_rings_made_of_more_are_means() -> None:
     greens = ringed(4)
     two, one = with_fewer_rings(greens, 2), with_fewer_rings(greens, 1)
-    assert (rings_of(greens), rings_of(two), rings_of(one)) == (4, 2, 1)
+    assert [Division.from_greens(each).rings for each in (greens, two, one)] == [4, 2, 1]
     shares = ring_shares(4)
     static = greens.static_compliance()
     assert one.static_compliance()[0, 0] == pytest.approx(shares @ static @ shares, rel=1e-13)
@@ -339,4 +338,4 @@ def test_a_plan_takes_rings_where_the_target_asks_for_them(tmp_path: Path) -> No
 
 
 def test_greens_with_other_ports_are_no_rings() -> None:
-    assert rings_of(replace(ringed(4), port_names=("a", "b", "c", "d"))) == 1
+    assert Division.from_greens(replace(ringed(4), port_names=("a", "b", "c", "d"))).rings == 1

@@ -19,8 +19,8 @@ from seatfem.structures.kinds.parts import AnyMaterial, AnySupport, GreensSettin
 from seatfem.structures.kinds.structure import Finding, Traits
 from seatfem.structures.lands import face_lip
 from seatfem.structures.method import AUTO, AnyLevel, Applicability, Level, Method
-from seatfem.structures.reduction.memory import memory as forgotten_after
-from seatfem.structures.reduction.registry import named
+from seatfem.structures.method import memory as forgotten_after
+from seatfem.structures.reduction.greens import named
 
 if TYPE_CHECKING:
     from seatfem.structures.estimates.costs import Numbers

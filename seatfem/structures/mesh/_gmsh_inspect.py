@@ -20,9 +20,8 @@ from impact.greens.base import Array
 from seatfem.structures.lands import axes_along
 from seatfem.structures.mesh._gmsh_base import KeptModel, growing, handed_over, rows_of, stage
 from seatfem.structures.mesh._gmsh_solid import import_part, read_solids, recall, regions_of
-from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, decode, loops, polygons
-from seatfem.structures.shapes.faces import Face, listing
-from seatfem.structures.shapes.frames import Frame
+from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, decode, loops
+from seatfem.structures.shapes.faces import Face, Frame, listing
 from seatfem.structures.shapes.inspect import faces_of, triple, volume_of
 from seatfem.structures.shapes.selectors import Patches, select
 
@@ -320,6 +319,6 @@ def _chain(gmsh: Any, tag: int, frame: Frame) -> Array:
     points = frame.seen(MILLIMETRE * np.reshape(gmsh.model.getValue(1, tag, at), (-1, 3)))
     start, middle, end = points[:-1:2], points[1::2], points[2::2]
     first, second = middle - start, end - middle
-    halves = np.arctan2(polygons.cross(first, second), (first * second).sum(axis=1))  # of the angle that the arc turns
+    halves = np.arctan2(loops.cross(first, second), (first * second).sum(axis=1))  # of the angle that the arc turns
     bulges = np.zeros(count) if kind == "Line" else np.tan(halves / 2)
     return np.column_stack([points[::2], np.append(bulges, 0.0)])
