@@ -24,6 +24,7 @@ from seatfem.structures.method import Solved
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import (
+    Division,
     divided,
     face_compliance,
     left_by,
