@@ -42,7 +42,6 @@ EXEMPT = {
     ("structures/inspection/mesh_file.py", "found.problems"): "what the process of gmsh found wrong, in its words",
     ("structures/inspection/outline.py", "inspected.problems"): "the same",
     ("structures/kinds/from_files.py", "inspected.problems"): "the same",
-    ("structures/kinds/from_files.py", "naming(self.file, text)"): "the same",
     ("structures/mesh/gmsh_process.py", "last['error']"): "the same",
     ("structures/mesh/_gmsh_base.py", "message"): "the same, with the name of the user's file in it",
     ("structures/kinds/from_files.py", "naming(self.file, message)"): "texts of the errors of a mesh, one for each key",

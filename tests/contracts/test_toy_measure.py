@@ -38,7 +38,7 @@ def toy() -> Iterator[None]:
 
         name, key, words = "toy_square", "force_squared_N2s", "squared force"
 
-        def of(self, blow: ContactRecord) -> float:
+        def evaluate(self, blow: ContactRecord) -> float:
             return float(np.sum(blow.force[1:] ** 2)) * blow.dt
 
     yield

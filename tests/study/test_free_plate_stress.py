@@ -58,8 +58,9 @@ def landed(folder: Path, band: float, *, ports: int = 8, stiffness: float = 20, 
 def stress(done: Round) -> float:
     field = plate_field(done)
     found = largest(field, plate_pushes(done, done.touches), done.result.dt)
-    assert found.initial.von_mises.max() == 0.0  # it flies as a rigid body
-    return float(found.after_contact.von_mises.max())
+    largest_since = float(found.after_contact.von_mises.max())
+    assert found.initial.von_mises.max() < 1e-12 * largest_since  # it flies as a rigid body, to round-off
+    return largest_since
 
 
 def test_what_is_left_out_is_borne_at_rest(tmp_path: Path) -> None:

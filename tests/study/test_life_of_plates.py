@@ -53,7 +53,7 @@ def run(
             kept.append(done)
             return of(done, *stresses)  # type: ignore[arg-type]
 
-        monkeypatch.setattr(Stressed, "of", keep)
+        monkeypatch.setattr(Stressed, "from_round", keep)
     outcome = pipeline.run_scene(load_scene(folder / "scene.toml"), folder / "out", pictures=False)
     return dict(outcome.summary), kept
 

@@ -20,7 +20,6 @@ from seatfem.structures.kinds.structure import Finding, Traits
 from seatfem.structures.lands import face_lip
 from seatfem.structures.method import AUTO, AnyLevel, Applicability, Level, Method
 from seatfem.structures.method import memory as forgotten_after
-from seatfem.structures.reduction.greens import named
 
 if TYPE_CHECKING:
     from seatfem.structures.estimates.costs import Numbers
@@ -63,6 +62,8 @@ class Reduced(Moving):
         if self.greens.method == AUTO:
             return self.couples
         # for load time: most scenes name none
+
+        from seatfem.structures.reduction.greens import named  # for load time: most scenes name none
 
         return not named(self.greens.method).oscillators
 

@@ -202,7 +202,7 @@ def of_plate(plan: Plan, seat: DeckSeat, dt: float, mesh: str) -> ContactDeck:
     greens = plate.greens(lips, 0.0)
     striker = reed.body(replace(greens, zeta=np.zeros_like(greens.zeta)))
     stiffness, why = _stiffness(scene, seat.area, dt)
-    above = 0.0 if lip is None else tilted(lip.line(), scene.contact.tilt, scene.contact.tilt_axis).min()
+    above = 0.0 if lip is None else tilted(lip.lines_across(2), scene.contact.tilt, scene.contact.tilt_axis).min()
 
     def gap(points: Array) -> Array:
         """Return the gap of the undeformed plate, at places from the lip's centre."""
