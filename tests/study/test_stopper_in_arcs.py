@@ -121,8 +121,8 @@ def test_more_arcs_of_a_stopper_than_elements_are_refused(tmp_path: Path) -> Non
 
 
 def test_a_tilted_stopper_is_met_on_one_flank_first(tmp_path: Path) -> None:
-    """Openings rise by tan(tilt) (y cos - x sin) over the lowest point of the rim, 6 mm off the middle; the arcs are met
-    in their order, and a tilt of the other sign is the mirror image. Twice the tilt is a peak smaller by more than
+    """Openings rise by tan(tilt) (y cos - x sin) over the lowest point of the rim, 6 mm off the middle; arcs are met in
+    their order, and a tilt of the other sign is the mirror image. Twice the tilt is a peak smaller by more than
     3 %."""
     keys = 'arcs = 16\nlaw = { kind = "spring", stiffness = "20 N/um" }\n'
     scene = scene_of(tmp_path, DISC + keys + 'tilt = "0.1 deg"\n')
