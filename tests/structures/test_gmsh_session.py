@@ -31,9 +31,14 @@ def started(monkeypatch) -> list[subprocess.Popen[str]]:
 
 
 def assert_same(mesh: SeatMesh | MeridianMesh, expected: SeatMesh | MeridianMesh) -> None:
-    """Nodes, elements and groups; round-off where optimisers move nodes."""
+    """Assert equal elements and groups, and nodes that agree within the tolerance below.
+
+    Optimisers move nodes by iterations whose round-off grows (2e-13 of a coordinate was seen); gmsh itself merges
+    points that are nearer than 1e-8 of the model's size, so a hundredth of that is the same node.
+    """
     np.testing.assert_array_equal(mesh.mesh.t, expected.mesh.t)
-    np.testing.assert_allclose(mesh.mesh.doflocs, expected.mesh.doflocs, rtol=0, atol=1e-15)
+    size = np.ptp(expected.mesh.doflocs, axis=1).max()
+    np.testing.assert_allclose(mesh.mesh.doflocs, expected.mesh.doflocs, rtol=0, atol=1e-10 * size)
     assert set(mesh.mesh.boundaries) == set(expected.mesh.boundaries)
     for name, faces in expected.mesh.boundaries.items():
         np.testing.assert_array_equal(np.sort(mesh.mesh.boundaries[name]), np.sort(faces))
