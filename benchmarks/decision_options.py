@@ -24,16 +24,15 @@ from seatfem.structures.estimates.costs import seat_seconds
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.method import Method, at_once, spring_of
 from seatfem.structures.rings import ACROSS, FEWEST_ARCS, Division, divided_less, parts_joined
-from seatfem.study.accuracy.prerun import relative_changes
 from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solved_striker, striker_of
 from seatfem.study.impacts.gas import gas_of
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.validity import BEAM, ONE_PORT, simpler_bodies
-from seatfem.study.ladders import RING_NUMBERS
 from seatfem.study.method import MODEL, MODES, PORTS, REED_BAND, RINGS, STEP, RunMethod, as_stated, is_given
-from seatfem.study.planning.costs import finite_elements
-from seatfem.study.planning.lips import rings_refused
 from seatfem.study.planning.plan import Plan
+from seatfem.study.prerun.bench import relative_changes
+from seatfem.study.prerun.context import RING_NUMBERS, finite_elements
+from seatfem.study.prerun.lips import rings_refused
 from seatfem.study.scene import Scene
 
 WAVES, WAVES_OF_PARTS = "spring or waves in the seat", "statics or waves, lip in segments"

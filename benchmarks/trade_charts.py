@@ -16,8 +16,8 @@ from typing import Final
 from table import RESULTS, in_words, machine
 
 from impact.files.safe_files import whole_file
-from seatfem.study.trade.ladder import RATIO
 from seatfem.study.trade.report import draw_trade, summary_of, write_trade
+from seatfem.study.trade.rungs import RATIO
 from seatfem.study.trade.trade import AS_FILED, LONGER, PLANNED, Trade, measure_trade
 
 ROOT: Final = Path(__file__).parents[1]

@@ -12,12 +12,13 @@ from pydantic import BaseModel
 from seatfem.structures.kinds import kinds_of
 from seatfem.structures.method import Method
 from seatfem.study.impacts.touches import SOURCES
-from seatfem.study.ladders import BEHIND, LADDERS, LEFT_OUT, not_finer
-from seatfem.study.method import FIELDS, REED_BAND, RINGS, STEP, RunMethod
+from seatfem.study.ladders.table import LEFT_OUT, ladder_of, ladders, not_finer
+from seatfem.study.method import FIELDS, MODEL, ORDER, REED_BAND, RINGS, STEP, RunMethod
 
 ROLES = ("seat", "reed", "stopper")
 HOW = ("mesh", "greens")  # tables of a body that say how it is computed, beside ...
 ALONE = ("model", "n_modes")
+BEHIND = {key: ladder.source for ladder in ladders() for key in (ladder.key, *ladder.also)}
 
 
 def tables(annotation: object) -> Iterator[type[BaseModel]]:
@@ -45,7 +46,7 @@ def test_every_key_of_how_a_scene_is_computed_has_a_source_or_a_reason() -> None
 
 
 def test_every_source_is_one_of_the_budget() -> None:
-    assert set(BEHIND.values()) <= {*SOURCES, "striker", "stopper", "lip"}
+    assert set(BEHIND.values()) <= {*SOURCES, "striker", "stopper", "lip", "record"}
 
 
 METHOD = RunMethod(
@@ -55,9 +56,10 @@ METHOD = RunMethod(
 )
 FINER = METHOD.replaced(
     {
-        key: value * (0.5 if LADDERS[key].falls else 3)
+        key: value * (0.5 if ladder.falls else 3)
         for key in FIELDS
-        if isinstance(value := METHOD.value(key), int | float) and LADDERS[key].finer
+        if (ladder := ladder_of(key)) is not None and key not in (MODEL, ORDER)
+        if isinstance(value := METHOD.value(key), int | float)
     }
 )
 

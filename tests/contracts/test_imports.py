@@ -262,7 +262,9 @@ ROOMS = (
     "faces",
 )
 """Of `seatfem`, the lowest first: each imports from those before it, inside functions too."""
-IN_STUDY = ("safety", "scene", "method", "impacts", "ladders", "accuracy", "planning", "runs", "sweep", "trade")
+IN_STUDY = (
+    "safety", "scene", "method", "impacts", "prerun", "ladders", "accuracy", "planning", "runs", "sweep", "trade",
+)  # fmt: skip
 """The same of what a study is made of."""
 LEAVES = ("machine/calibration.py", "machine/doctor.py", "verify.py")
 """What nothing but a verb imports, and which may import everything below the faces."""

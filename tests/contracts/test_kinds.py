@@ -84,8 +84,8 @@ QUOTED = {
 ASKED = {
     ("faces/verdict.py", "spring"): "a summary, which is text: a spring is its own baseline",
     ("structures/formats/uff.py", "modes"): "what a data set holds, not a kind",
-    ("study/trade/ladder.py", "rod"): "scenes that the trade writes by itself",
-    ("study/trade/ladder.py", "spring"): "scenes that the trade writes by itself",
+    ("study/trade/rungs.py", "rod"): "scenes that the trade writes by itself",
+    ("study/trade/rungs.py", "spring"): "scenes that the trade writes by itself",
 }
 
 

@@ -20,8 +20,8 @@ from impact.storage.hdf5 import load_results
 from seatfem.faces.cli import run_command
 from seatfem.structures.kinds import Annular, Cantilever, Rod
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.study.accuracy import prerun
 from seatfem.study.impacts.contact import seat_of, striker_of
+from seatfem.study.prerun import bench as prerun
 from seatfem.study.runs import rounds
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.sweep.study import load_study

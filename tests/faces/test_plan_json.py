@@ -11,9 +11,9 @@ import pytest
 
 from seatfem.faces.cli import DONE, run_command
 from seatfem.faces.plan_view import plan_json
-from seatfem.study.accuracy.prerun import Bench, locate_contact_window
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
+from seatfem.study.prerun.bench import Bench, locate_contact_window
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import asked_name
 

@@ -19,7 +19,7 @@ from seatfem.study.impacts.contact import run_contacts, seat_of, solved_striker,
 from seatfem.study.impacts.touches import measured
 from seatfem.study.method import as_stated, stated_method
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.planning.seen import PER_ARC
+from seatfem.study.prerun.context import PER_ARC
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.files import check_files
 from seatfem.study.scene.lips import closed_line, gaps_of, lip_of

@@ -20,9 +20,9 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures.method import Solved
 from seatfem.structures.rings import OF_TWICE, Division, as_a_whole, divided_less
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.accuracy.part_errors import method_beside
 from seatfem.study.impacts.contact import problem_of, run_contacts, seat_of, striker_of
 from seatfem.study.impacts.touches import measured
+from seatfem.study.ladders.level import method_beside
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import rounds
@@ -96,7 +96,7 @@ class Bench:
 @pytest.fixture(autouse=True)
 def _arcs_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """What rings across them leave is another term of the patch's share (test_parts_across)."""
-    monkeypatch.setattr("seatfem.study.accuracy.error_budget.of_rings_across", lambda *_: ())
+    monkeypatch.setattr("seatfem.study.ladders.patch.of_rings_across", lambda *_: ())
 
 
 @pytest.fixture(scope="module")

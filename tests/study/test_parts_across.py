@@ -12,9 +12,10 @@ import pytest
 import impact
 from impact.runs.variations import safety
 from seatfem.structures.rings import Division, across_behind, ring_borders
-from seatfem.study.accuracy.error_budget import of_rings_across
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError, check_length, measures_of, problem_of, seat_of, striker_of
+from seatfem.study.ladders.ladder import ComputedRun
+from seatfem.study.ladders.patch import of_rings_across
 from seatfem.study.method import PORTS, RINGS, stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
@@ -97,7 +98,7 @@ def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path)
         scene = in_parts(tmp_path, division)
         solved = seat_of(scene, mesh_error=False)
         problem, _ = landed(scene)
-        terms = of_rings_across(scene, stated_method(scene), solved, problem)
+        terms = of_rings_across(ComputedRun(scene, stated_method(scene), solved, problem))
         assert terms is not None
         ((variation,),) = terms
         assert variation.against is not None

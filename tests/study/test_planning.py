@@ -21,19 +21,18 @@ from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.surrogate import Sizes, mesh_error, sizes_for
 from seatfem.structures.method import LevelError
 from seatfem.structures.store import Store
-from seatfem.study.accuracy.prerun import Bench, advanced, locate_contact_window
-from seatfem.study.accuracy.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.study.impacts.contact import RunError, measures_of, problem_of, seat_of, striker_of
 from seatfem.study.impacts.touches import SOURCES
-from seatfem.study.ladders import BANDS
+from seatfem.study.ladders import level
+from seatfem.study.ladders.level import changes_on, coarse_method, without_waves
 from seatfem.study.method import BAND, STEP, RunMethod, as_stated, is_given, stated_method
-from seatfem.study.planning import seat_options
 from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
-from seatfem.study.planning.seat_options import changes_on, coarse_method, without_waves
-from seatfem.study.planning.seen import PlanningContext
+from seatfem.study.prerun.bench import Bench, advanced, locate_contact_window
+from seatfem.study.prerun.context import BANDS, PlanningContext
+from seatfem.study.prerun.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.study.safety import AIM, DOUBT_OF_COARSE, FREE
 from seatfem.study.scene import Scene
 
@@ -511,7 +510,7 @@ class TestWithoutWaves:
         return PlanningContext.from_scene(scene, scene.seat.surrogate(scene.run.duration, scene.reed.face), Machine())
 
     @staticmethod
-    def level(seen: PlanningContext) -> str:
+    def level_of(seen: PlanningContext) -> str:
         return Choices(seen).cheapest(seen.scene.accuracy.target).level
 
     def test_a_spring_is_said_to_be_enough_that_estimates_leave_open(self) -> None:
@@ -519,8 +518,8 @@ class TestWithoutWaves:
         found = without_waves(seen)
         assert found.measured
         assert found.enough(seen.scene.accuracy.target)
-        assert self.level(replace(seen, look=0.0)) != "spring"
-        assert self.level(seen) == "spring"
+        assert self.level_of(replace(seen, look=0.0)) != "spring"
+        assert self.level_of(seen) == "spring"
 
     def test_a_seat_whose_waves_count_keeps_them(self) -> None:
         """What a spring changes is the target itself: 1.0 of it, on a fine seat, too."""
@@ -528,7 +527,7 @@ class TestWithoutWaves:
         found = without_waves(seen)
         assert found.measured
         assert not found.enough(seen.scene.accuracy.target)
-        assert self.level(seen) == "axisymmetric"
+        assert self.level_of(seen) == "axisymmetric"
 
     def test_a_coarse_seat_changes_as_much_as_a_fine_one(self) -> None:
         """Of a mesh twice as fine and a band twice as wide, within the doubt that plans have."""
@@ -547,7 +546,7 @@ class TestWithoutWaves:
         def impossible(*args: object, **more: object) -> None:
             raise ModelError("no mesh")
 
-        monkeypatch.setattr(seat_options, "seat_of", impossible)
+        monkeypatch.setattr(level, "seat_of", impossible)
         found = without_waves(self.seen(BENT))
         assert not found.measured
 
@@ -583,7 +582,7 @@ class TestChoosing:
         for target in (0.05, 0.01):
             decision = choices.cheapest(target)
             assert max(decision.error.values()) <= AIM * target
-            ways = [Decision(choices.seen, seat, contact) for seat in choices.seats for contact in choices.contacts]
+            ways = [Decision(choices.context, seat, contact) for seat in choices.seats for contact in choices.contacts]
             meet = [way for way in ways if max(way.error.values()) <= AIM * target]
             assert len(meet) < len(ways)
             assert cost(decision) <= (1 + FREE) * min(cost(way) for way in meet)
@@ -596,7 +595,7 @@ class TestChoosing:
 
     def test_out_of_reach_it_comes_close_to_the_least_error_without_spending_all(self) -> None:
         choices = choices_of_a_plate()
-        ways = [Decision(choices.seen, seat, contact) for seat in choices.seats for contact in choices.contacts]
+        ways = [Decision(choices.context, seat, contact) for seat in choices.seats for contact in choices.contacts]
         least = min(max(way.error.values()) for way in ways)
         decision = choices.cheapest(0.01 * least)
         assert least <= max(decision.error.values()) <= 1.3 * least

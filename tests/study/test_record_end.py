@@ -9,7 +9,7 @@ import impact
 from impact.runs.variations import Budget
 from seatfem.structures.method import Solved
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.accuracy.part_errors import CLOCK, LastTouch, clock_off, with_end, without_clock
+from seatfem.study.accuracy.record_end import CLOCK, LastTouch, clock_off, with_end, without_clock
 from seatfem.study.impacts.contact import run_contacts, striker_of
 from seatfem.study.method import stated_method
 from seatfem.study.scene.measures import ContactRecord

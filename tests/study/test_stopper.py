@@ -18,11 +18,11 @@ from seatfem.structures.kinds import kinds_of
 from seatfem.structures.method import Solved, bed
 from seatfem.structures.rings import Division
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.accuracy.prerun import Bench, Window, locate_contact_window, window_of
 from seatfem.study.impacts.contact import measures_of, problem_of, run_contacts, stopper_of, striker_of
 from seatfem.study.impacts.touches import Touches, stopper_values
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
+from seatfem.study.prerun.bench import Bench, Window, locate_contact_window, window_of
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.contact import Stopper

@@ -17,12 +17,12 @@ from seatfem.structures.kinds import kinds_of
 from seatfem.structures.kinds.structure import in_words_of
 from seatfem.structures.method import LevelError
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.accuracy.prerun import Bench, surrogate_striker
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError, check_step, problem_of, solved_striker, striker_of
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
+from seatfem.study.prerun.bench import Bench, surrogate_striker
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import Scene, SceneError

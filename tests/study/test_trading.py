@@ -17,14 +17,15 @@ from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.jobs.desk import Ask
 from seatfem.study.impacts.contact import seat_of, striker_of
 from seatfem.study.impacts.validity import BEAM, ONE_PORT, simpler_models
+from seatfem.study.ladders.ladder import RATIO
 from seatfem.study.method import stated_method
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.sweep.effects import pareto_front
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.trade import trade
-from seatfem.study.trade.ladder import BY_HAND, RATIO, Ladder, centre_of
 from seatfem.study.trade.point import ALL_OPEN, Point, carry_out
 from seatfem.study.trade.report import in_words, summary_of
+from seatfem.study.trade.rungs import BY_HAND, Rungs, centre_of
 from seatfem.study.trade.trade import PLANNED, Trade, cost_excess, run_points
 from tests.gallery import FLAPPER
 
@@ -100,22 +101,22 @@ def test_excess_is_one_on_the_front_and_the_ratio_beyond_it():
 def test_every_rung_is_a_scene_and_has_a_name_of_its_own(name: str):
     path = EXAMPLES / f"{name}.toml"
     scene = load_scene(path)
-    points = Ladder(scene).rungs()
+    points = Rungs(scene).points()
     assert len({p.name for p in points}) == len(points)
-    for point in (*points, Ladder(scene).reference(2.0), Ladder(scene).reference(2.0, coarser=True)):
+    for point in (*points, Rungs(scene).reference(2.0), Rungs(scene).reference(2.0, coarser=True)):
         load_scene(path, point.settings)
-    assert {p.name for p in Ladder(scene).rungs(quick=True)} < {p.name for p in points}
+    assert {p.name for p in Rungs(scene).points(quick=True)} < {p.name for p in points}
     assert all(p.after in ("", *(q.name for q in points[:k])) for k, p in enumerate(points))
 
 
 @pytest.mark.parametrize("name", DRAWN)
 def test_every_level_that_describes_the_seat_is_on_the_ladder(name: str):
     scene = load_scene(EXAMPLES / f"{name}.toml")
-    families = {p.family for p in Ladder(scene).rungs()}
+    families = {p.family for p in Rungs(scene).points()}
     assert {a.level for a in scene.seat.levels() if a.applies} <= families
     assert "spring" in families
     assert "rod" in families
-    varied = {p.varied for p in Ladder(scene).rungs()}
+    varied = {p.varied for p in Rungs(scene).points()}
     assert varied >= {"by hand", "diagonal", "mesh", "order", "band", "tolerance", "time step", "history"}
     assert ("reed modes" in varied) == (name != "mass_on_bar")
     assert ("reduction" in varied) == (name != "flapper_on_arc")  # harmonics have one
@@ -123,11 +124,11 @@ def test_every_level_that_describes_the_seat_is_on_the_ladder(name: str):
 
 def test_lanczos_runs_where_the_mass_is_diagonal():
     names = {
-        p.name for p in Ladder(load_scene(EXAMPLES / "flapper_on_valve_plate.toml")).rungs() if p.varied == "reduction"
+        p.name for p in Rungs(load_scene(EXAMPLES / "flapper_on_valve_plate.toml")).points() if p.varied == "reduction"
     }
     assert "hexahedra, reduction lanczos" in names
     names = {
-        p.name for p in Ladder(load_scene(EXAMPLES / "flapper_on_annular_seat.toml")).rungs() if p.varied == "reduction"
+        p.name for p in Rungs(load_scene(EXAMPLES / "flapper_on_annular_seat.toml")).points() if p.varied == "reduction"
     }
     assert names == {"reduction krylov", "reduction modes", "reduction second_order"}
 
@@ -135,23 +136,23 @@ def test_lanczos_runs_where_the_mass_is_diagonal():
 @pytest.mark.parametrize("name", ["tilted_landing", "slot_landing"])
 def test_along_a_lip_there_is_what_serves_there(name: str):
     scene = load_scene(EXAMPLES / f"{name}.toml")
-    points = {p.name: p for p in Ladder(scene).rungs(quick=True)}
+    points = {p.name: p for p in Rungs(scene).points(quick=True)}
     assert {"beam", "one port", "16 ports", "64 ports", "spring, statics, centre"} <= set(points)
-    assert {p.family for p in points.values()} == {"spring", centre_of(scene).family}
-    assert not {p.varied for p in Ladder(scene).rungs()} & {"by hand", "tolerance", "reduction"}
+    assert {p.family for p in points.values()} == {"spring", Rungs(scene).family}
+    assert not {p.varied for p in Rungs(scene).points()} & {"by hand", "tolerance", "reduction"}
 
 
 def test_hexahedra_are_for_what_can_be_swept():
-    names = {p.name for p in Ladder(load_scene(EXAMPLES / "flapper_on_valve_body.toml")).rungs()}
+    names = {p.name for p in Rungs(load_scene(EXAMPLES / "flapper_on_valve_body.toml")).points()}
     assert not [name for name in names if "hexahedra" in name]
 
 
 def test_the_reference_has_more_rings_than_the_plan():
     scene = load_scene(EXAMPLES / "mass_on_meshed_seat.toml")
-    found = [Ladder(scene, 4).reference(2.0, coarser=coarser).settings["contact.rings"] for coarser in (0, 1)]
+    found = [Rungs(scene, 4).reference(2.0, coarser=coarser).settings["contact.rings"] for coarser in (0, 1)]
     assert found == [8, 4]
-    assert "4 rings" in {p.name for p in Ladder(scene, 4).rungs()}
-    assert "contact.rings" not in Ladder(scene).reference(2.0).settings
+    assert "4 rings" in {p.name for p in Rungs(scene, 4).points()}
+    assert "contact.rings" not in Rungs(scene).reference(2.0).settings
 
 
 def test_one_port_and_a_beam_are_those_of_a_run(tmp_path: Path):
@@ -170,16 +171,16 @@ def test_one_port_and_a_beam_are_those_of_a_run(tmp_path: Path):
 
 
 def test_closed_forms_have_time_steps_and_nothing_to_mesh():
-    varied = {p.varied for p in Ladder(load_scene(EXAMPLES / "paper_table1_3mm_area.toml")).rungs()}
+    varied = {p.varied for p in Rungs(load_scene(EXAMPLES / "paper_table1_3mm_area.toml")).points()}
     assert varied == {"by hand", "diagonal", "reed modes", "time step", "history"}
 
 
 def test_the_centre_is_what_the_file_states_and_else_what_the_filter_sees():
     sizes = {"seat.mesh.size": "1 mm", "seat.mesh.contact_size": "0.4 mm", "seat.greens.bandwidth": "1 MHz"}
-    stated = centre_of(load_scene(EXAMPLES / "flapper_on_annular_seat.toml", sizes))
+    stated = centre_of(load_scene(EXAMPLES / "flapper_on_annular_seat.toml", sizes)).seat
     assert (stated.level, stated.size, stated.contact_size, stated.bandwidth) == ("axisymmetric", 1e-3, 0.4e-3, 1e6)
     scene = load_scene(EXAMPLES / "flapper_on_valve_plate.toml")
-    open_ = centre_of(scene)
+    open_ = centre_of(scene).seat
     assert open_.bandwidth == pytest.approx(0.5 / scene.run.filter_width)
     assert open_.size == pytest.approx(3e-3)  # the plate's thickness: less than a third of the shear wave, 4.1 mm
     assert open_.contact_size == pytest.approx(1e-3)  # the land
@@ -198,9 +199,9 @@ def test_the_column_of_the_annular_seat():
 def test_the_reference_is_finer_than_every_rung(name: str):
     path = EXAMPLES / f"{name}.toml"
     scene = load_scene(path)
-    reference = load_scene(path, Ladder(scene).reference(1.0).settings)
-    back = load_scene(path, Ladder(scene).reference(1.0, coarser=True).settings)
-    for point in Ladder(scene).rungs():
+    reference = load_scene(path, Rungs(scene).reference(1.0).settings)
+    back = load_scene(path, Rungs(scene).reference(1.0, coarser=True).settings)
+    for point in Rungs(scene).points():
         rung = load_scene(path, point.settings)
         if hasattr(reference.reed, "n_modes"):
             assert reference.reed.n_modes > max(rung.reed.n_modes, back.reed.n_modes)
@@ -210,7 +211,7 @@ def test_the_reference_is_finer_than_every_rung(name: str):
             assert reference.seat.greens.bandwidth > rung.seat.greens.bandwidth * (1 + 1e-9)
             assert reference.seat.greens.tolerance < rung.seat.greens.tolerance
         if rung.run.time_step is not None:
-            assert scene.run.filter_width / Ladder(scene).reference(1.0).least_steps < rung.run.time_step
+            assert scene.run.filter_width / Rungs(scene).reference(1.0).least_steps < rung.run.time_step
     assert reference.run.time_step is None
     if hasattr(back.seat, "mesh"):
         assert back.seat.mesh.size == pytest.approx(RATIO * reference.seat.mesh.size)

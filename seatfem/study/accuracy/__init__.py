@@ -1,1 +1,1 @@
-"""How exact: what each open key moves, and the error budget of a run."""
+"""The error budget of a run."""

@@ -10,12 +10,13 @@ from typing import Final
 from impact.greens.base import GreensFunction
 from seatfem.machine.resources import Machine
 from seatfem.structures.estimates.costs import SeatModel, coarse_of, highest_pole, seat_memory, seat_model, seat_seconds
-from seatfem.study.accuracy.part_errors import method_beside
-from seatfem.study.accuracy.prerun import surrogate_striker
 from seatfem.study.impacts.contact import CONTACT_BYTES, striker_of, time_step
 from seatfem.study.impacts.touches import STRIKER
+from seatfem.study.ladders.level import method_beside
 from seatfem.study.method import RunMethod
 from seatfem.study.planning.plan import Cost
+from seatfem.study.prerun.bench import surrogate_striker
+from seatfem.study.prerun.context import coarser_elements, finite_elements
 from seatfem.study.scene import Scene
 
 __all__ = ["Cost", "predict_cost"]
@@ -129,20 +130,6 @@ def predict_cost(
     parts |= {stage: parts.get(stage, 0.0) + seconds for stage, seconds in further.items()}
     memory = max(_memory(seat, contact.memory), _memory(reed[0] if reed else None, contact.memory))
     return Cost(sum(parts.values()), memory, parts)
-
-
-def finite_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
-    """Return the size of the seat's finite elements; ``None`` for a closed form, and for matrices, not yet known."""
-    if method.seat.exact:
-        return None
-    return seat_model(scene.seat, method.seat, scene.run.duration)
-
-
-def coarser_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
-    """Return the coarser elements behind the mesh error; ``None`` where no mesh is made for the run."""
-    if method.seat.exact:
-        return None
-    return coarse_of(scene.seat, method.seat, scene.run.duration)
 
 
 def _waves_beside(scene: Scene, method: RunMethod, rates: Machine) -> float:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,11 +13,10 @@ from impact.greens.base import Array
 from impact.runs.variations import safety
 from seatfem.machine.resources import available_memory
 from seatfem.structures.method import AnyLevel, Method
-from seatfem.study.accuracy.sensitivity import Changes, Rung, no_better_than_finer
-from seatfem.study.impacts.contact import MAX_STEPS, gas_step
 from seatfem.study.impacts.touches import Source
-from seatfem.study.ladders import BEHIND, fitted
-from seatfem.study.method import MODEL, MODES, REED_BAND, STEP, RunMethod, is_given
+from seatfem.study.ladders.ladder import Option
+from seatfem.study.ladders.table import ladders, source_of
+from seatfem.study.method import MODEL, RunMethod
 from seatfem.study.planning.costs import (
     BUDGET_RUNS,
     ContactModel,
@@ -27,79 +25,42 @@ from seatfem.study.planning.costs import (
     contact_seconds,
     with_striker,
 )
-from seatfem.study.planning.seat_options import SeatOption, seat_options
-from seatfem.study.planning.seen import PlanningContext
+from seatfem.study.prerun.context import PlanningContext
+from seatfem.study.prerun.sensitivity import Changes
 from seatfem.study.safety import AIM, ENDLESS, FREE, LONGEST, MEMORY, SIMPLER, SPARE
 
 
-@dataclass(frozen=True)
-class ContactOption:
-    """One way to march.
+def options(context: PlanningContext, *, of_seat: bool) -> tuple[Option, ...]:
+    """Return every way to compute the seat, or to march: each ladder extends what those before it have decided.
 
-    Attributes:
-        dt: time step [s].
-        n_modes: of the reed; ``None`` for a rigid mass.
-        changes: by key, the relative error left in each measure.
-        seconds, per_pole: cost with a seat without poles, and of each of its poles [s].
+    A key that the file states is a ladder of one value.
     """
+    ways = [Option(context.stated)]
+    for ladder in ladders():
+        if ladder.of_seat == of_seat:
+            ways = [longer for way in ways for longer in ladder.extend(context, way)]
+    return tuple(ways)
 
-    dt: float
-    n_modes: int | None
-    changes: Mapping[str, Changes]
-    seconds: float
-    per_pole: float
 
-
-def contact_options(seen: PlanningContext, *, closed: bool) -> tuple[ContactOption, ...]:
-    """Return every time step with every number of modes; a key that the file states is a ladder of one.
+def _priced(context: PlanningContext, option: Option, *, closed: bool) -> Option:
+    """Return a way to march with its cost, for a seat without poles and for each of its poles.
 
     ``closed``: the seat is a closed form, whose poles follow from the step.
     """
-    return tuple(_option(seen, step, modes, closed) for step in _steps(seen) for modes in _modes(seen))
-
-
-def _steps(seen: PlanningContext) -> tuple[Rung, ...]:
-    stated, duration, sensitivity = seen.stated.time_step, seen.scene.run.duration, seen.sensitivity
-    if stated is not None:
-        return (Rung(stated, sensitivity.of_stated_step(stated)),)
-    stored = [rung for rung in sensitivity.steps if duration <= MAX_STEPS * rung.value]
-    if stored and (most := gas_step(seen.scene)) < math.inf:
-        finest = min(stored, key=lambda rung: rung.value)
-        stored = [rung for rung in stored if rung.value <= most] or [Rung(most, finest.changes)]
-    rungs = (Rung(fitted(rung.value, duration), rung.changes) for rung in stored or sensitivity.steps[:1])
-    return no_better_than_finer(tuple(rungs))
-
-
-def _modes(seen: PlanningContext) -> Iterator[Rung | None]:
-    stated = seen.stated.reed.n_modes
-    if stated is None:
-        yield None
-    elif is_given(seen.scene, MODES):
-        yield Rung(stated, seen.sensitivity.of_modes(stated))
-    else:
-        yield from no_better_than_finer(seen.sensitivity.modes)
-
-
-def _option(seen: PlanningContext, step: Rung, modes: Rung | None, closed: bool) -> ContactOption:
-    errors = seen.sensitivity.known_to(step.value, step.changes)
-    changes = {STEP: errors} if modes is None else {STEP: errors, MODES: modes.changes}
-    if seen.band is not None:
-        changes[REED_BAND] = seen.band.left
-    number = None if modes is None else round(modes.value)
-    stated = replace(seen.stated, reed=replace(seen.stated.reed, n_modes=number))
+    dt, scene = option.method.time_step or 0.0, context.scene
     if closed:
-        run = seen.scene.run.duration / step.value
-        model = contact_model(run, step.value, closed_form(seen.scene, seen.stated))
-        model = with_striker(model, seen.scene, stated, step.value, seen.sensitivity.bench.striker)
-        return ContactOption(step.value, number, changes, sum(contact_seconds(model, seen.machine).values()), 0.0)
-    bare, one = (_seconds(seen, stated, step.value, poles) for poles in (0.0, 1.0))
-    return ContactOption(step.value, number, changes, bare, one - bare)
+        run = scene.run.duration / dt
+        model = contact_model(run, dt, closed_form(scene, context.stated))
+        model = with_striker(model, scene, option.method, dt, context.sensitivity.bench.striker)
+        return replace(option, seconds=sum(contact_seconds(model, context.machine).values()))
+    bare, one = (_seconds(context, option.method, dt, poles) for poles in (0.0, 1.0))
+    return replace(option, seconds=bare, per_pole=one - bare)
 
 
-def _seconds(seen: PlanningContext, method: RunMethod, dt: float, poles: float) -> float:
-    model = ContactModel(max(1.0, seen.scene.run.duration / dt), poles, 1.0, poles, BUDGET_RUNS)
-    model = with_striker(model, seen.scene, method, dt, seen.sensitivity.bench.striker)
-    return sum(contact_seconds(model, seen.machine).values())
+def _seconds(context: PlanningContext, method: RunMethod, dt: float, poles: float) -> float:
+    model = ContactModel(max(1.0, context.scene.run.duration / dt), poles, 1.0, poles, BUDGET_RUNS)
+    model = with_striker(model, context.scene, method, dt, context.sensitivity.bench.striker)
+    return sum(contact_seconds(model, context.machine).values())
 
 
 @dataclass(frozen=True)
@@ -107,18 +68,18 @@ class Decision:
     """Options chosen for one target.
 
     Attributes:
-        seen: the scene.
+        context: the scene.
         seat, contact: what is chosen.
     """
 
-    seen: PlanningContext
-    seat: SeatOption
-    contact: ContactOption
+    context: PlanningContext
+    seat: Option
+    contact: Option
 
     @property
     def level(self) -> AnyLevel:
         """Return the level of the seat."""
-        return self.seat.method.level
+        return self.seat.seat.level
 
     @property
     def changes(self) -> Mapping[str, Changes]:
@@ -130,25 +91,25 @@ class Decision:
         """Return the relative errors by source."""
         parts: dict[Source, Changes] = {}
         for key, errors in self.changes.items():
-            before = parts.get(BEHIND[key], {})
-            parts[BEHIND[key]] = {name: value + before.get(name, 0.0) for name, value in errors.items()}
+            source = source_of(key)
+            before = parts.get(source, {})
+            parts[source] = {name: value + before.get(name, 0.0) for name, value in errors.items()}
         return parts
 
     @property
     def error(self) -> Mapping[str, float]:
         """Return the predicted bar of each measure, relative, as `seatfem.study.accuracy.error_budget` states it."""
-        parts, judged = self.shares.values(), self.seen.scene.accuracy.judged
+        parts, judged = self.shares.values(), self.context.scene.accuracy.judged
         return {name: safety(name) * sum(part[name] for part in parts) for name in judged}
 
     @property
     def method(self) -> RunMethod:
         """Return how the scene is computed."""
-        return self.with_seat(self.seat.method)
+        return self.with_seat(self.seat.seat)
 
     def with_seat(self, seat: Method) -> RunMethod:
         """Return the method with another model of the seat than the one chosen."""
-        stated = self.seen.stated
-        return RunMethod(seat, replace(stated.reed, n_modes=self.contact.n_modes), self.contact.dt)
+        return replace(self.contact.method, seat=seat)
 
 
 @dataclass(frozen=True)
@@ -156,27 +117,26 @@ class Choices:
     """Everything that can be chosen for a scene.
 
     Attributes:
-        seen: the scene.
-        without: levels that are not to be chosen.
+        context: the scene.
     """
 
-    seen: PlanningContext
-    without: tuple[str, ...] = ()
+    context: PlanningContext
 
     @cached_property
-    def seats(self) -> tuple[SeatOption, ...]:
-        """Return the models of the seat."""
-        return seat_options(self.seen, self.without)
+    def seats(self) -> tuple[Option, ...]:
+        """Return the ways to compute the seat."""
+        return options(self.context, of_seat=True)
 
     @cached_property
-    def contacts(self) -> tuple[ContactOption, ...]:
-        """Return the steps and numbers of reed modes."""
-        return contact_options(self.seen, closed=self.seats[0].method.level == "closed form")
+    def contacts(self) -> tuple[Option, ...]:
+        """Return the ways to march."""
+        closed = self.seats[0].seat.level == "closed form"
+        return tuple(_priced(self.context, way, closed=closed) for way in options(self.context, of_seat=False))
 
     @cached_property
     def _bars(self) -> Array:
         """Return the predicted bars (seats, contacts, measures)."""
-        measures = self.seen.scene.accuracy.judged
+        measures = self.context.scene.accuracy.judged
         seats, contacts = (_left([option.changes for option in part], measures) for part in (self.seats, self.contacts))
         return np.asarray((seats[:, None] + contacts[None]) * [safety(name) for name in measures], dtype=np.float64)
 
@@ -208,18 +168,18 @@ class Choices:
         cost = self._cost[within] / np.where(self._static[within], SIMPLER, 1.0)[:, None]
         score = np.where(used <= max(1.0, used.min()), cost * (1 + FREE * used), np.inf)
         seat, contact = np.unravel_index(int(np.argmin(score)), score.shape)
-        return Decision(self.seen, self.seats[np.flatnonzero(within)[seat]], self.contacts[contact])
+        return Decision(self.context, self.seats[np.flatnonzero(within)[seat]], self.contacts[contact])
 
     def _levels_fit(self, target: float) -> NDArray[np.bool_]:
         """Return (seats,) whether what the level leaves out alone is within a target."""
-        measures = self.seen.scene.accuracy.judged
+        measures = self.context.scene.accuracy.judged
         errors = _left([{MODEL: o.changes[MODEL]} if MODEL in o.changes else {} for o in self.seats], measures)
         return np.asarray((errors * [safety(name) for name in measures] <= target).all(axis=1))
 
     @cached_property
     def _static(self) -> NDArray[np.bool_]:
         """Return (seats,) whether waves are left out."""
-        return np.array([option.method.static for option in self.seats])
+        return np.array([option.seat.static for option in self.seats])
 
     def within_means(self, wanted: Decision, target: float) -> Decision:
         """Return ``wanted`` if memory and time allow it; else the cheapest that they do for ``target``, or near it."""

@@ -18,13 +18,12 @@ from seatfem.structures.estimates.surrogate import ERRORS
 from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import check_length, check_step
 from seatfem.study.impacts.validity import ONE_PORT, covered_notes, dishing_notes, stopper_notes, validity_advice
-from seatfem.study.ladders import BANDS, TOLERANCES
 from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Alternative, Plan
 from seatfem.study.planning.reasons import WORDS, choices_of
-from seatfem.study.planning.seen import PlanningContext
+from seatfem.study.prerun.context import BANDS, TOLERANCES, PlanningContext
 from seatfem.study.safety import LONGEST, MEMORY, STEP_UP
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files
@@ -66,13 +65,13 @@ def plan_scene(
     surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
     progress("planning", 0.1)
     store = Store.default() if store is None else store
-    choices = Choices(PlanningContext.from_scene(scene, surrogate, machine, progress, without, store), without)
+    choices = Choices(PlanningContext.from_scene(scene, surrogate, machine, progress, without, store))
     wanted = decision = choices.cheapest(target)
     method, at_hand = _at_hand(wanted, folder, store)
     if not at_hand:
         decision = choices.within_means(wanted, target)
         method = decision.method
-    check_length(scene, decision.contact.dt, method.seat.division.count)
+    check_length(scene, method.time_step or 0.0, method.seat.division.count)
     progress("planning", 0.9)
     planning = max(time.perf_counter() - start - compiling, 0.0)
     cost = predict_cost(scene, method, machine, kept=bool(at_hand), planning=planning)
@@ -93,7 +92,7 @@ def plan_scene(
 
 def _alternatives(choices: Choices, decision: Decision, compiling: float, planning: float) -> tuple[Alternative, ...]:
     """Return the plans for a target looser and tighter by `STEP_UP`, which take as long to make."""
-    seen, alternatives = choices.seen, []
+    seen, alternatives = choices.context, []
     for target in (STEP_UP * seen.scene.accuracy.target, seen.scene.accuracy.target / STEP_UP):
         if target < 1:
             other = choices.cheapest(target)
@@ -106,8 +105,8 @@ def _alternatives(choices: Choices, decision: Decision, compiling: float, planni
 
 def _at_hand(decision: Decision, folder: Path | None, store: Store) -> tuple[RunMethod, str]:
     """Return the method with the nearest seat on file that is at least as fine, and where it is; "" if nowhere."""
-    seen = decision.seen
-    if decision.seat.mesh is None or seen.patch is None:
+    seen = decision.context
+    if decision.seat.elements is None or seen.patch is None:
         return decision.method, ""
     file = None if folder is None else folder / "seat.h5"
     on_file = cache.key_at(file) if file is not None and file.is_file() else ""
@@ -124,15 +123,15 @@ def _at_hand(decision: Decision, folder: Path | None, store: Store) -> tuple[Run
 
 def _as_fine(decision: Decision) -> Iterator[RunMethod]:
     """Yield methods with the seat wanted and those as fine in band, mesh and tolerance, the nearest of each first."""
-    seen, seat = decision.seen, decision.seat.method
-    band, mesh, tolerance = seat.bandwidth or 0.0, decision.seat.mesh or 0.0, seat.tolerance
+    seen, seat, elements = decision.context, decision.seat.seat, decision.seat.elements
+    band, mesh, tolerance = seat.bandwidth or 0.0, 0.0 if elements is None else elements.error, seat.tolerance
     bands = () if is_given(seen.scene, BAND) else BANDS
     tolerances = () if is_given(seen.scene, TOLERANCE) else TOLERANCES
     for wider in _nearest(band, [b for b in bands if b > band]):
         for denser in _nearest(mesh, [e for e in ERRORS if e < mesh] if seen.drawn else []):
             for stricter in _nearest(tolerance, [t for t in tolerances if t < tolerance]):
-                elements = seen.elements(wider, stricter, denser)
-                yield decision.with_seat(replace(elements, level=seat.level, rings=seat.rings))
+                how = seen.elements(wider, stricter, denser)
+                yield decision.with_seat(replace(how, level=seat.level, rings=seat.rings))
 
 
 def _nearest(wanted: float, finer: Sequence[float]) -> list[float]:
@@ -148,7 +147,7 @@ def _holds_any(folder: Path) -> bool:
 
 def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
     """Return notes: targets out of reach, and why; seats that nothing is known of; impacts that do not happen."""
-    notes, seen = [], decision.seen
+    notes, seen = [], decision.context
     target, surrogate = plan.scene.accuracy.target, seen.surrogate
     if wanted.seat != decision.seat:
         cost = predict_cost(plan.scene, wanted.method, seen.machine)
@@ -198,7 +197,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
 
 def _hardly_counts(decision: Decision, target: float) -> tuple[str, ...]:
     """Return a note where a seat need not be computed at all."""
-    seen = decision.seen
+    seen = decision.context
     guessed = {name: safety(name) * seen.sensitivity.guessed[name] for name in seen.scene.accuracy.judged}
     if max(guessed.values(), default=0.0) > target:
         return ()

@@ -15,9 +15,9 @@ from seatfem.structures.estimates.costs import ALL_MODES
 from seatfem.structures.estimates.surrogate import Sizes, per_wavelength
 from seatfem.structures.method import BEYOND
 from seatfem.structures.rings import across_behind
-from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.impacts.validity import BEAM, ONE_PORT
-from seatfem.study.ladders import described, large_percent
+from seatfem.study.ladders.ladder import large_percent
+from seatfem.study.ladders.table import described
 from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,
@@ -36,10 +36,12 @@ from seatfem.study.method import (
     has_key,
     is_given,
 )
-from seatfem.study.planning.costs import closed_form, finite_elements, striker_poles
+from seatfem.study.planning.costs import closed_form, striker_poles
 from seatfem.study.planning.deciding import Decision
-from seatfem.study.planning.lips import several_needed
 from seatfem.study.planning.plan import Choice
+from seatfem.study.prerun.context import finite_elements
+from seatfem.study.prerun.lips import several_needed
+from seatfem.study.prerun.sensitivity import Changes
 from seatfem.study.safety import FEW, FEWER, LIP_SHARE, MANY
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import short_words
@@ -54,7 +56,7 @@ COUPLED: Final = (
 def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Choice, ...]:
     """Return every key that matters, as ``method`` has it; ``at_hand``: where its seat is already."""
     choices: list[Choice] = []
-    scene, of_the_mesh = decision.seen.scene, decision.level != "rod"
+    scene, of_the_mesh = decision.context.scene, decision.level != "rod"
     for key, reason in _REASONS.items():
         if not has_key(scene, key) or (value := method.value(key)) is None:
             continue
@@ -67,7 +69,7 @@ def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Cho
         )
     if at_hand:
         choices.insert(1, Choice("seat", "computed before", f"{at_hand}, at least as fine: no computing time", False))
-    window = decision.seen.sensitivity.bench.window
+    window = decision.context.sensitivity.bench.window
     seen = f"{window.groups} contact{'s'[: window.groups != 1]}" if window.touches else "no contact"
     choices.append(_history(decision, method))
     choices.append(Choice("run.duration", described(STEP, scene.run.duration), f"a quick trial run saw {seen}", True))
@@ -77,8 +79,8 @@ def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Cho
 
 def _history(decision: Decision, method: RunMethod) -> Choice:
     """Return how the past is remembered, and over how many steps: what the run's own choice of an engine says of it."""
-    dt = decision.contact.dt
-    count = decision.seen.scene.run.duration / dt
+    dt = decision.contact.method.time_step or 0.0
+    count = decision.context.scene.run.duration / dt
     steps, known = f"{_count(count)} steps", _poles(decision, method, dt, count)
     if known is None:
         return Choice(
@@ -88,8 +90,8 @@ def _history(decision: Decision, method: RunMethod) -> Choice:
             False,
         )
     poles, why = known
-    known_reed = decision.seen.sensitivity.bench.striker
-    marched_by_reed = striker_poles(decision.seen.scene, method, dt, count, known_reed)
+    known_reed = decision.context.sensitivity.bench.striker
+    marched_by_reed = striker_poles(decision.context.scene, method, dt, count, known_reed)
     reed = None if marched_by_reed is None else max(1, round(marched_by_reed))
     plan = history.choose([_stand_in(reed), _stand_in(poles)], 1, max(1, round(count)))
     if poles is not None and reed is None:
@@ -106,7 +108,7 @@ def _history(decision: Decision, method: RunMethod) -> Choice:
 
 def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tuple[int | None, str] | None:
     """Return (poles of the seat, or ``None`` and why it has step weights); ``None`` before it can be known."""
-    scene, surrogate = decision.seen.scene, decision.seen.surrogate
+    scene, surrogate = decision.context.scene, decision.context.surrogate
     convolved = scene.seat.is_convolved
     if decision.level not in ("rod", "closed form"):
         elements = None if decision.level == "spring" else finite_elements(scene, method)
@@ -128,7 +130,7 @@ def _stand_in(poles: int | None) -> StepKernel:
 def _of(decision: Decision, key: str) -> Changes:
     """Return what a key changes in the measures asked for."""
     errors = decision.changes.get(key, {})
-    return {name: errors[name] for name in decision.seen.scene.accuracy.judged if name in errors}
+    return {name: errors[name] for name in decision.context.scene.accuracy.judged if name in errors}
 
 
 def _most(changes: Changes) -> str:
@@ -161,7 +163,7 @@ def _tolerance(decision: Decision, method: RunMethod) -> str:
 def _reduction(decision: Decision, method: RunMethod) -> str:
     if decision.level == "spring":
         return "one static solution" + (" for each segment of the lip" if method.seat.in_arcs else "")
-    model = finite_elements(decision.seen.scene, method)
+    model = finite_elements(decision.context.scene, method)
     if model is None:
         return "chosen once the matrices are known"
     n = model.sizes.counts.dof
@@ -178,15 +180,15 @@ def _reduction(decision: Decision, method: RunMethod) -> str:
 
 
 def _size(decision: Decision, method: RunMethod) -> str:
-    patch = decision.seen.patch
+    patch = decision.context.patch
     assert patch is not None
     sizes = Sizes(method.value(SIZE), method.value(CONTACT_SIZE))
-    waves = per_wavelength(patch, decision.seat.method.bandwidth or 0.0, sizes)
+    waves = per_wavelength(patch, decision.seat.seat.bandwidth or 0.0, sizes)
     return f"{waves:.2g} elements per shortest shear wavelength"
 
 
 def _contact_size(decision: Decision, method: RunMethod) -> str:
-    patch = decision.seen.patch
+    patch = decision.context.patch
     assert patch is not None
     across = patch.width / method.value(CONTACT_SIZE)
     enough = f"mesh {write_quantity(method.value(CONTACT_SIZE), 'length', 3)}: {across:.2g} elements across"
@@ -205,7 +207,7 @@ def _rings(decision: Decision, method: RunMethod) -> str:
         return f"parts across the lip width; error estimated with {across_behind(method.seat.rings or 1)[0]}"
     if (method.seat.rings or 1) > 1:
         most = max(errors, key=lambda name: errors[name], default="")
-        alone = decision.seen.of_rings(1).get(most, 0.0)
+        alone = decision.context.of_rings(1).get(most, 0.0)
         return f"parts of the contact face; treated as one (mean displacement) it would cost {large_percent(alone)}"
     if not any(errors.values()):
         return "the struck end face stays plane"
@@ -213,12 +215,12 @@ def _rings(decision: Decision, method: RunMethod) -> str:
 
 
 def _ports(decision: Decision, method: RunMethod) -> str:
-    if decision.seen.one_port is not None:
-        change = {name: decision.seen.simpler[ONE_PORT][name] for name in decision.seen.scene.accuracy.judged}
+    if decision.context.one_port is not None:
+        change = {name: decision.context.simpler[ONE_PORT][name] for name in decision.context.scene.accuracy.judged}
         within = f"within {percent(LIP_SHARE)} of the target, margins included"
         return f"a single contact point instead of lip segments: {_most(change)}, {within}"
-    why = several_needed(decision.seen.scene)
-    against = f" ({why})" if why and not is_given(decision.seen.scene, PORTS) else ""
+    why = several_needed(decision.context.scene)
+    against = f" ({why})" if why and not is_given(decision.context.scene, PORTS) else ""
     return f"segments of the lip; error estimated with twice as many{_simpler(decision, ONE_PORT)}{against}"
 
 
@@ -230,8 +232,8 @@ def _reed_band(decision: Decision, method: RunMethod) -> str:
 
 def _simpler(decision: Decision, model: str) -> str:
     """Return what a simpler model of the striker would change in what is asked for."""
-    changes = decision.seen.simpler.get(model, {})
-    judged = {name: changes[name] for name in decision.seen.scene.accuracy.judged if name in changes}
+    changes = decision.context.simpler.get(model, {})
+    judged = {name: changes[name] for name in decision.context.scene.accuracy.judged if name in changes}
     return f"; {WORDS[model]} would be off by {_most(judged)}" if judged else ""
 
 
@@ -249,7 +251,7 @@ def _number_of_modes(number: int, body: str) -> str:
 
 
 def _step(decision: Decision, method: RunMethod) -> str:
-    others = "longer and much shorter" if is_given(decision.seen.scene, STEP) else "longer"
+    others = "longer and much shorter" if is_given(decision.context.scene, STEP) else "longer"
     return f"error estimated with {others} steps"
 
 

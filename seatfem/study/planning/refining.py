@@ -12,12 +12,12 @@ from seatfem.machine.resources import Machine
 from seatfem.structures.rings import ACROSS, MOST_PORTS, Division
 from seatfem.study.impacts.touches import LIP
 from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.ladders import LADDERS, described
+from seatfem.study.ladders.table import described, ladders
 from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, PORTS, REED_BAND, RINGS, SIZE, chooses_one_port
 from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
-from seatfem.study.planning.lips import rings_refused
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
+from seatfem.study.prerun.lips import rings_refused
 from seatfem.study.safety import LEAST_FINER, LONGEST, MOST_FINER, MOST_ROUNDS, in_words
 
 LEAST_WIDER: Final = 1.1  # factor by which the band of a plate must still have room
@@ -50,10 +50,11 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
     """Return ``plan`` with the keys behind ``source`` finer; ``None`` where the file states them or none can be."""
     factor = min(max(factor, LEAST_FINER), MOST_FINER)
     values = {
-        key: ladder.finer(value, factor, plan.scene)
-        for key, ladder in LADDERS.items()
-        if ladder.source == source and ladder.finer and plan.is_open(key) and (value := plan.method.value(key))
-        if not (key == RINGS and plan.method.ports is not None)
+        ladder.key: finer
+        for ladder in ladders()
+        if ladder.source == source and plan.is_open(ladder.key) and (value := plan.method.value(ladder.key))
+        if not (ladder.key == RINGS and plan.method.ports is not None)
+        if (finer := ladder.finer(value, factor, plan.scene)) is not None
     }
     if values.get(REED_BAND, math.inf) < LEAST_WIDER * (plan.method.reed.bandwidth or 0.0):
         return None

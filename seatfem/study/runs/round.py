@@ -17,10 +17,10 @@ from impact.quantities import in_time, percent
 from impact.runs.variations import Budget
 from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division
-from seatfem.study.accuracy.part_errors import tells_waves
 from seatfem.study.impacts.plate_stress import PlateLook
 from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Touches, is_of_a_landing
 from seatfem.study.impacts.validity import covered_notes, dishing_notes, film_notes, stopper_notes, validity_advice
+from seatfem.study.ladders.level import tells_waves
 from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP
 from seatfem.study.planning.plan import Plan
 from seatfem.study.safety import in_words as source_in_words

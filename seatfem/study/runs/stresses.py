@@ -25,6 +25,7 @@ from seatfem.study.accuracy.error_budget import sources_of
 from seatfem.study.impacts.contact import marched, problem_of, run_contacts
 from seatfem.study.impacts.plate_stress import Forces, pushes_of
 from seatfem.study.impacts.touches import force_of, stress_since
+from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.kept import kept_numbers
 from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress
@@ -47,7 +48,7 @@ def error_bars_of(
     scene, dt = done.plan.scene, done.result.dt
     problem = problem_of(scene, done.striker, impact.Body(done.seat.greens))
 
-    sources, _ = sources_of(scene, done.plan.method, done.seat, problem, done.reed)
+    sources, _ = sources_of(ComputedRun(scene, done.plan.method, done.seat, problem, done.reed))
     runs, count = 2 + sum(len(term) for terms in sources.values() for term in terms or ()), 0
 
     def run(varied: ContactProblem, step: float) -> Values:

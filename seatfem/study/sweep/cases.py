@@ -20,8 +20,8 @@ from impact.notices import Progress, silent
 from seatfem.machine.code import code_version
 from seatfem.machine.resources import Machine
 from seatfem.structures.store import content_key
-from seatfem.study.accuracy.part_errors import tells_waves
 from seatfem.study.impacts.contact import RunError, check_step
+from seatfem.study.ladders.level import tells_waves
 from seatfem.study.method import FIELDS, has_key, is_given, value_of, written
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.plan import Plan

@@ -23,6 +23,7 @@ from seatfem.jobs.desk import ONE_THREAD, Lost, Program, crew
 from seatfem.machine.code import VARIABLE, code_version
 from seatfem.structures.store import Store
 from seatfem.study.impacts.landings import LANDED, STATUS, has_landed, left_out_in_words
+from seatfem.study.ladders.ladder import RATIO
 from seatfem.study.method import FIELDS, is_given
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import Scene, load_scene
@@ -30,8 +31,8 @@ from seatfem.study.scene.measures import FIRST, HARDEST
 from seatfem.study.sweep.effects import pareto_front
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import append, packed_job, read_journal
-from seatfem.study.trade.ladder import BY_HAND, RATIO, Ladder
 from seatfem.study.trade.point import ALL_OPEN, PROCESSOR, Point, stated_choices
+from seatfem.study.trade.rungs import BY_HAND, Rungs
 from seatfem.units import write_quantity
 
 TIME_LIMIT: Final = 20.0  # processor s for one point, the start of its process included
@@ -262,21 +263,21 @@ def measure_trade(
         planned.append(_planned(AS_FILED, scene, empty))
     planning = time.perf_counter() - begun
     rings = max(int(str(point.settings.get("contact.rings") or 1)) for point in planned)
-    ladder = Ladder(scene, rings)
-    rungs, runs = ladder.rungs(quick=quick), _Runs(path, ladder, journal, time_limit, cluster)
+    rungs = Rungs(scene, rings)
+    points, runs = rungs.points(quick=quick), _Runs(path, rungs, journal, time_limit, cluster)
     if cluster is None and not journal.exists():
         # compiled code is on the disk before anything is measured: each family once, for nothing
-        first = {point.family: replace(point, after="") for point in reversed(rungs) if point.varied == "diagonal"}
+        first = {point.family: replace(point, after="") for point in reversed(points) if point.varied == "diagonal"}
         run_points(path, tuple(first.values()), None, time_limit=LONGER * time_limit)
-    runs.carry_out(rungs, progress=progress)
-    runs.check_landed([point.name for point in rungs])
+    runs.carry_out(points, progress=progress)
+    runs.check_landed([point.name for point in points])
     runs.carry_out(planned, LONGER)
     finer = runs.finer(1 if quick else FINEST)
     exact, back = runs.reference(len(finer), lambda _, done: progress("reference", done))
     judged, values, others = tuple(scene.accuracy.judged), runs.found[exact].summary, runs.found[back].summary
     floor = {name: _relative(others, values, name) / (RATIO - 1) for name in judged}
-    points, title = (*rungs, *finer, *planned), scene.title or path.stem
-    return Trade(title, judged, scene.accuracy.target, points, runs.found, exact, floor, planning)
+    title = scene.title or path.stem
+    return Trade(title, judged, scene.accuracy.target, (*points, *finer, *planned), runs.found, exact, floor, planning)
 
 
 @dataclass
@@ -284,7 +285,7 @@ class _Runs:
     """Points of one scene that are carried out; ``found``: their outcomes by name."""
 
     path: Path
-    ladder: Ladder
+    rungs: Rungs
     journal: Path
     limit: float
     cluster: str | None = None
@@ -300,7 +301,7 @@ class _Runs:
     def check_landed(self, names: Sequence[str]) -> None:
         """Raise `TradeError` where the scene asks for a landing, and each of these points that ended has none."""
         ended = [each for name in names if (each := self.found.get(name)) is not None and each.state == "done"]
-        scene = self.ladder.scene
+        scene = self.rungs.scene
         if ended and not any(_answers(each, scene.accuracy.judged) for each in ended):
             why = left_out_in_words((each.summary[STATUS] for each in ended), "points")
             remedy = f"lengthen run.duration = {write_quantity(scene.run.duration, 'time')}, or ask for the whole run"
@@ -308,17 +309,16 @@ class _Runs:
 
     def seconds(self, top: int, notches: int) -> float:
         """Return the predicted seconds of a mesh that many notches finer than the rung ``top``; infinite if unknown."""
-        centre = self.ladder.centre
-        last = self.found.get(self.ladder.finer(top).name) if centre.size else None
+        last = self.found.get(self.rungs.finer(top).name) if self.rungs.drawn else None
         if last is None or last.state != "done":
             return math.inf
-        return processor_of(last) * GROWTH[centre.is_solid] ** notches
+        return processor_of(last) * GROWTH[self.rungs.is_solid] ** notches
 
     def finer(self, most: int) -> list[Point]:
         """Run the diagonal above the centre while a rung is predicted to end in half the limit; return its points."""
         added: list[Point] = []
         while len(added) < most and self.seconds(len(added), 1) <= self.limit / 2:
-            added.append(self.ladder.finer(len(added) + 1))
+            added.append(self.rungs.finer(len(added) + 1))
             self.carry_out(added[-1:])
         return added
 
@@ -330,8 +330,8 @@ class _Runs:
         """
         notches = [n for n in (3, 2) if self.seconds(top, n) <= LONGER * self.limit / 2]
         tried = []
-        for fineness in [top + n for n in (*notches, 1.0, 0.5)] if self.ladder.centre.size else [float(FINEST)]:
-            pair = [self.ladder.reference(fineness, coarser=coarser) for coarser in (False, True)]
+        for fineness in [top + n for n in (*notches, 1.0, 0.5)] if self.rungs.drawn else [float(FINEST)]:
+            pair = [self.rungs.reference(fineness, coarser=coarser) for coarser in (False, True)]
             self.carry_out(pair, LONGER, progress)
             exact, back = (point.name for point in pair)
             if failed := [name for name in (exact, back) if self.found[name].state != "done"]:

@@ -1,27 +1,26 @@
-"""Knowledge of the planner about a scene before it chooses, and the ladders that it chooses from."""
+"""Knowledge of the planner about a scene before it chooses."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Final
 
 from impact.bodies.body import Body
 from impact.notices import Progress, silent
-from impact.runs.variations import SAFETY
+from impact.runs.variations import NARROWER, SAFETY
 from seatfem.machine.resources import Machine
+from seatfem.structures.estimates.costs import SeatModel, coarse_of, seat_model
 from seatfem.structures.estimates.surrogate import Patch, Sizes, Surrogate, sizes_for
 from seatfem.structures.method import Applicability, Method
 from seatfem.structures.rings import Division, share_left
 from seatfem.structures.store import Store
-from seatfem.study.accuracy.part_errors import lowest_band
-from seatfem.study.accuracy.prerun import Bench, locate_contact_window, surrogate_striker
-from seatfem.study.accuracy.sensitivity import Changes, Sensitivity
 from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.ladders import BANDS, TOLERANCES
-from seatfem.study.method import BAND, PORTS, TOLERANCE, RunMethod, is_given, stated_method
-from seatfem.study.planning.lips import (
+from seatfem.study.method import BAND, PORTS, RINGS, TOLERANCE, RunMethod, is_given, stated_method
+from seatfem.study.prerun.bench import Bench, locate_contact_window, surrogate_striker
+from seatfem.study.prerun.lips import (
     Arcs,
     PlateBand,
     choose_arc_count,
@@ -31,9 +30,14 @@ from seatfem.study.planning.lips import (
     one_port_in_place,
     with_parts,
 )
-from seatfem.study.safety import FINEST, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
+from seatfem.study.prerun.sensitivity import Changes, Sensitivity
+from seatfem.study.safety import FINEST, FIRST_WAVE, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
 
+BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
+"""Band edges that are chosen from [Hz]: five a decade, so that different contact scenes share a seat."""
+TOLERANCES: Final = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
+RING_NUMBERS: Final = (1, 4, 8)
 PER_ARC: Final = 0.8  # element size over the length of an arc, at most: meshes are a little coarser than asked for
 
 
@@ -53,6 +57,7 @@ class PlanningContext:
         look: what a coarse real seat may take, predicted [s]; 0: none is made.
         band: of a plate that strikes; ``None`` of other strikers.
         simpler: by the name of a simpler model of the striker, what it would change.
+        without: levels that are not to be chosen.
     """
 
     scene: Scene
@@ -66,6 +71,7 @@ class PlanningContext:
     one_port: Changes | None = None
     store: Store = field(default_factory=Store.default)
     look: float = LONGEST_LOOK
+    without: tuple[str, ...] = ()
 
     @staticmethod
     def from_scene(
@@ -100,8 +106,19 @@ class PlanningContext:
             bench = _bench(looked_at, surrogate, stopper, progress)
         sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact)
         method = stated_method(looked_at)
-        kept = Store.default() if store is None else store
-        return PlanningContext(scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port, kept)
+        return PlanningContext(
+            scene,
+            method,
+            surrogate,
+            sensitivity,
+            machine,
+            arcs,
+            band,
+            simpler,
+            one_port,
+            Store.default() if store is None else store,
+            without=without,
+        )
 
     @property
     def patch(self) -> Patch | None:
@@ -193,6 +210,30 @@ class PlanningContext:
         if self.patch is not None:
             evened = PATCH_BAR * self.patch.evened / float(self.surrogate.greens.static_compliance()[0, 0])
         return self.per_g(evened * share_left(rings))
+
+    @cached_property
+    def left_by_rings(self) -> Mapping[int, Changes]:
+        """Return what the patch leaves in every number of rings that may be taken: one where they do not matter."""
+        stated = is_given(self.scene, RINGS) or self.one_port is not None  # arcs, which it stands for, have no more
+        numbers = (self.stated.seat.rings or 1,) if stated else RING_NUMBERS
+        chosen = numbers if self.sensitivity.worst(self.of_rings(1)) > 0 else numbers[:1]
+        return {rings: self.of_rings(rings) for rings in chosen}
+
+
+def lowest_band(patch: Patch) -> float:
+    """Return the narrowest band that describes a body [Hz]: its first resonance, a plate's in bending, and more."""
+    bends = patch.bending_frequency / (2 * math.pi)
+    return NARROWER * (bends or patch.c_p / (FIRST_WAVE * patch.depth))
+
+
+def finite_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
+    """Return the size of the seat's finite elements; ``None`` for a closed form, and for matrices, not yet known."""
+    return None if method.seat.exact else seat_model(scene.seat, method.seat, scene.run.duration)
+
+
+def coarser_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
+    """Return the coarser elements behind the mesh error; ``None`` where no mesh is made for the run."""
+    return None if method.seat.exact else coarse_of(scene.seat, method.seat, scene.run.duration)
 
 
 def _bench(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Bench:

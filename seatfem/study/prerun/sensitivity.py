@@ -19,10 +19,10 @@ import impact
 from impact.runs.variations import NARROWER, Values, larger, left_by_step, narrowed, times
 from seatfem.structures.method import at_once, bed
 from seatfem.structures.rings import Division, face_compliance
-from seatfem.study.accuracy.part_errors import other_modes
-from seatfem.study.accuracy.prerun import Bench, relative_changes
 from seatfem.study.method import MODES as REED_MODES
 from seatfem.study.method import has_key, is_given, value_of
+from seatfem.study.prerun.bench import Bench, relative_changes
+from seatfem.study.prerun.other_modes import other_modes
 from seatfem.study.safety import FEWER, MUCH_SHORTER, OFF, REED_MARGIN, STIFFER
 
 COARSE: Final = 40  # steps per filter width of the pre-runs that compare models, not steps

@@ -1,0 +1,220 @@
+"""The ladder of models: a spring, a closed form, or finite elements with waves, each with what it leaves out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+from impact.greens.base import GreensFunction
+from impact.quantities import percent
+from impact.runs.variations import Terms, safety, times
+from seatfem.structures.cache import Cache
+from seatfem.structures.estimates.costs import seat_seconds
+from seatfem.structures.estimates.surrogate import ERRORS
+from seatfem.structures.method import Method, with_start
+from seatfem.study.impacts.contact import seat_beside, seat_of
+from seatfem.study.ladders.ladder import BodyLadder, ComputedRun, Option
+from seatfem.study.method import MODEL, RunMethod, is_given
+from seatfem.study.prerun.bench import locate_contact_window
+from seatfem.study.prerun.context import PlanningContext, finite_elements, lowest_band
+from seatfem.study.prerun.sensitivity import Changes
+from seatfem.study.safety import (
+    AIM,
+    DOUBT,
+    DOUBT_OF_ARCS,
+    DOUBT_OF_COARSE,
+    FLOOR_OF_SPRING,
+    LEVEL_SHARE,
+    OVERSTATED,
+    SHEAR_SHARE,
+)
+from seatfem.study.scene import Scene
+from seatfem.study.scene.measures import short_words
+
+COARSE_TOLERANCE: Final = 0.02  # of the coarse seat's reduction: looser ones take as long and tell less
+PER_FILTER, REED_MODES = 320, 80
+"""Of its pre-runs: with 40 and 40 the peak of a thin reed on a plate changed ten times as much as in the run."""
+IMPOSSIBLE: Final = (ArithmeticError, OSError, RuntimeError, ValueError)
+"""What a seat that cannot be made ends with: the run tells of it, a plan is made by the surrogate."""
+CHEAP: Final = "harmonics"  # modes of half sections, of a few hundred unknowns each
+CHEAPER: Final = "; seat.model = 'spring' would be enough, but would need a finer mesh or shorter steps"
+
+
+@dataclass(frozen=True)
+class Level(BodyLadder):
+    """The level of modelling of a body; the next better one, as far as that costs little, is the neighbour."""
+
+    def neighbours(self, run: ComputedRun) -> Terms | None:
+        """Return the run with g larger by the level's own error; of the seat also with what a cheap level leaves out,
+        to first order, and with the shear of a thick beam on either side."""
+        solved = run.solved(self.role)
+        assert solved is not None
+        level = run.with_larger_g(self.role, solved.level_error)
+        if level is None or self.role != "seat":
+            return level
+        return (*level, *_shear(run), *_better(run))
+
+    def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
+        """Yield a stated level alone; else a spring, a closed form that neglects something, and waves."""
+        scene, stated = context.scene, context.stated.seat
+        if self.role != "seat":
+            yield option
+        elif not context.reduced:
+            yield replace(option, why=f"seat.{scene.seat.level(0.0).reason}")
+        elif not context.drawn:
+            yield replace(option, why=scene.seat.level(0.0).reason)
+        else:
+            yield from self._levels(context, option, stated.level if is_given(scene, MODEL) else None)
+
+    def _levels(self, context: PlanningContext, option: Option, stated: str | None) -> Iterator[Option]:
+        waves, why = context.waves, context.waves.reason
+        if stated in (None, "spring") and "spring" not in context.without:
+            spring = without_waves(context)
+            yield option.with_seat({MODEL: spring.left}, {"level": "spring"}, why=spring.words)
+            enough = spring.enough(context.scene.accuracy.target)
+            why = f"{why}; {spring.words}{CHEAPER if enough else ''}"
+        if stated in (None, "rod") and "rod" not in context.without:
+            yield from _rod(context, option)
+        if stated not in ("spring", "rod"):
+            yield option.with_seat({}, {"level": waves.level}, why=why)
+
+
+def _shear(run: ComputedRun) -> Terms:
+    """Return the variations of beams with their shear, where it counts."""
+    scene, terms = run.scene, list[Terms]()
+    for kind, body, at in ((scene.reed, "reed", scene.contact.at), (scene.seat, "seat", None)):
+        error = 0.0 if kind.slender is None else kind.slender.shear_error(at)
+        if error > SHEAR_SHARE * scene.accuracy.target:
+            terms.append(run.with_larger_g("reed" if body == "reed" else "seat", error) or ())
+    return tuple(term for each in terms for term in each)
+
+
+def _better(run: ComputedRun) -> Terms:
+    """Return the run on a better level of the seat, as far as one is known that costs little."""
+    drawn, method = run.scene.seat.drawn, run.method
+    better = with_start(run.seat.greens) or waves_beside(run.scene, method)
+    if better is None and drawn is not None:
+        better = drawn.beyond(method.seat.level)
+    return () if better is None else ((run.with_greens("seat", better),),)
+
+
+def tells_waves(scene: Scene, method: RunMethod) -> bool:
+    """Return whether a run on the statics of a seat measures what its waves change: of a body of revolution in arcs."""
+    body, seat = scene.seat.drawn, method.seat
+    return seat.static and seat.in_arcs and body is not None and body.elements_of(seat) == CHEAP
+
+
+def method_beside(scene: Scene, method: RunMethod) -> Method | None:
+    """Return how the seat with its waves is computed: on the mesh of its statics, in no wider a band than its first
+    resonances need; ``None`` where it has them already, or they are expensive."""
+    body, seat = scene.seat.drawn, method.seat
+    if not tells_waves(scene, method) or body is None or (patch := body.patch()) is None:
+        return None
+    assert seat.bandwidth is not None
+    spec, band = body.mesh_spec(seat), min(seat.bandwidth, lowest_band(patch))
+    level = body.level(0.0).level
+    return replace(seat, level=level, bandwidth=band, size=spec.size, contact_size=spec.patch_size)
+
+
+def waves_beside(scene: Scene, method: RunMethod) -> GreensFunction | None:
+    """Return the seat with its waves, as `method_beside` says.
+
+    Statics end after the first velocity and lose what waves bring back, in one scene of seed 403 4.3 % of the impulse.
+    A surrogate knows neither the seat's section nor its harmonics.
+    """
+    how = method_beside(scene, method)
+    return None if how is None else seat_beside(scene, how).greens
+
+
+def _rod(context: PlanningContext, option: Option) -> Iterator[Option]:
+    """Yield a bar as a rod: lateral inertia and the clamped end are left out."""
+    seat = context.scene.seat.drawn
+    if seat is None or (form := seat.closed_form()) is None or (better := seat.beyond("rod")) is None:
+        return
+    inertia, end = context.sensitivity.between(form, better), context.per_g(seat.form_error)
+    errors = {name: value + end[name] for name, value in inertia.items()}
+    name = max(context.sensitivity.asked, key=lambda measure: errors[measure])
+    words = short_words(name)
+    why = f"a rod, without lateral inertia and the clamped end, is off by {percent(errors[name])} in {words}"
+    yield option.with_seat({MODEL: errors}, {"level": "rod"}, why=why)
+
+
+@dataclass(frozen=True)
+class WithoutWaves:
+    """Changes that a spring in place of a seat makes.
+
+    Attributes:
+        changes: relative, measure by measure, without any doubt.
+        doubt: factor by which they may be larger.
+        asked: measures that count.
+        measured: whether on a coarse real seat.
+    """
+
+    changes: Changes
+    doubt: float
+    asked: tuple[str, ...]
+    measured: bool = False
+
+    @property
+    def left(self) -> Mapping[str, float]:
+        """Return the changes with their doubt, and no less than a spring can know."""
+        return {name: max(change, FLOOR_OF_SPRING) for name, change in times(self.doubt, self.changes).items()}
+
+    def enough(self, target: float) -> bool:
+        """Return whether a spring is enough: its bar is within the part of the target that plans aim at."""
+        return all(safety(name) * self.left[name] <= AIM * target for name in self.asked)
+
+    @property
+    def words(self) -> str:
+        """Return the largest change of what is asked for, and how it is known."""
+        name = max(self.asked, key=lambda measure: self.changes[measure])
+        by = "measured on a coarse mesh of the seat" if self.measured else "estimated"
+        words = short_words(name)
+        return f"without waves: {percent(self.changes[name])} change of {words} ({by})"
+
+
+def without_waves(context: PlanningContext) -> WithoutWaves:
+    """Return what statics in place of the waves of a drawn seat change, by its surrogate; where that leaves open
+    whether they are enough for the target, by a coarse real seat, if that is cheap."""
+    measures, doubt = context.sensitivity.asked, DOUBT if context.arcs is None else DOUBT_OF_ARCS
+    guess = WithoutWaves(context.sensitivity.spring, doubt, measures)
+    if not _leaves_open(context, guess):
+        return guess
+    method = coarse_method(context)
+    if _seconds(context, method) > context.look:
+        return guess
+    try:
+        seat = seat_of(context.scene, Cache(None, context.store), method=method, mesh_error=False)
+    except IMPOSSIBLE:
+        return guess
+    return WithoutWaves(changes_on(context, seat.greens), DOUBT_OF_COARSE, measures, measured=True)
+
+
+def coarse_method(context: PlanningContext) -> Method:
+    """Return the coarsest method whose seat shows its waves: up to its first resonances, its face in one ring."""
+    coarse = context.elements(context.lowest_band, COARSE_TOLERANCE, ERRORS[0])
+    return replace(coarse, level=context.waves.level, rings=coarse.rings if coarse.in_arcs else 1)
+
+
+def _seconds(context: PlanningContext, method: Method) -> float:
+    """Return the predicted time to make a seat [s]."""
+    model = finite_elements(context.scene, replace(context.stated, seat=method))
+    assert model is not None
+    return sum(seat_seconds(model, context.machine).values())
+
+
+def changes_on(context: PlanningContext, seat: GreensFunction) -> Changes:
+    """Return what the statics of this seat alone change."""
+    bench = context.sensitivity.bench
+    window = locate_contact_window(bench.scene, seat, bench.striker, bench.stopper)
+    on = replace(bench, seat=seat, window=window)
+    return replace(context.sensitivity, bench=on, per_filter=PER_FILTER, reed_modes=REED_MODES).spring
+
+
+def _leaves_open(context: PlanningContext, guess: WithoutWaves) -> bool:
+    """Return whether the guess takes more of the target than a level may by itself, and may be too large by what it
+    overstates."""
+    target = context.scene.accuracy.target
+    largest = max(safety(name) * guess.changes[name] for name in guess.asked)
+    return guess.doubt * largest > target / LEVEL_SHARE and largest / OVERSTATED <= AIM * target

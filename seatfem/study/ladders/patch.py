@@ -1,0 +1,253 @@
+"""Ladders of the struck patch: its rings, the arcs of a lip, one port in their place, and the parts of a stopper."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from typing import Final
+
+import impact
+from impact.greens.base import GreensFunction
+from impact.greens.modal import ModalGreens
+from impact.march.problem import ContactProblem
+from impact.runs.variations import Terms, Variation, with_body
+from seatfem.structures.estimates.costs import PORTS_POWER
+from seatfem.structures.estimates.surrogate import on_its_patch
+from seatfem.structures.lip import AnyLip
+from seatfem.structures.method import bed
+from seatfem.structures.rings import (
+    MOST_RINGS,
+    OF_TWICE,
+    Division,
+    across_behind,
+    as_a_whole,
+    divided_less,
+    face_compliance,
+    left_by,
+    parts_behind,
+    parts_joined,
+    with_fewer_rings,
+)
+from seatfem.study.impacts.contact import problem_of, solved_striker, striker_of
+from seatfem.study.impacts.validity import ONE_PORT
+from seatfem.study.ladders.ladder import ComputedRun, Ladder, Neighbour, Option
+from seatfem.study.method import PORTS, RINGS, RunMethod, chooses_one_port
+from seatfem.study.prerun.context import RING_NUMBERS, PlanningContext
+from seatfem.study.safety import ONE_PORT_BAR
+from seatfem.study.scene import Scene
+from seatfem.study.scene.lips import across_of, arcs_behind_rings, behind_the_reed, lip_of
+
+PORTS_IN_A_TRADE: Final = (16, 64)  # of a lip, beside the centre's
+
+
+@dataclass(frozen=True)
+class Rings(Ladder):
+    """The rings of the patch, or the parts across the arcs of a lip."""
+
+    def finer(self, value: int, factor: float, scene: Scene) -> int:
+        """Return more rings."""
+        return next((number for number in RING_NUMBERS if number > value), MOST_RINGS)
+
+    def neighbours(self, run: ComputedRun) -> Terms | None:
+        """Return the run with other rings: in place of one or two many, on the coarser mesh; in place of more one.
+
+        A patch that moves as its mean is softer than under the striker's face. Along a lip: see `of_rings_across`. A
+        rod or spring has no patch, and of a function from a file it is not known.
+        """
+        seat, division, divided = run.seat, run.division, run.seat.in_rings
+        rings = division.rings
+        if division.arcs > 1:
+            return of_rings_across(run)
+        if rings > 2:
+            return ((run.with_greens("seat", with_fewer_rings(seat.greens, 1), left_by(rings)),),)
+        if divided is None:
+            return () if seat.plane else None
+        varied, same = (run.with_greens("seat", g).problem for g in (divided, with_fewer_rings(divided, rings)))
+        return ((Variation(varied, 1 + left_by(Division.from_greens(divided).rings), same),),)
+
+    def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
+        """Yield the patch in every number of rings; a rod's end stays plane, matrices know no patch."""
+        along_a_lip = context.arcs is not None
+        if along_a_lip or option.elements is None or context.patch is None:
+            yield option
+            return
+        for rings, changes in context.left_by_rings.items():
+            more = rings**PORTS_POWER
+            costs = {"seconds": option.seconds * more, "poles": option.poles * rings * more}
+            yield option.with_seat({RINGS: changes}, {"rings": rings}, **costs)
+
+    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+        """Yield the rings that a plan has chosen, where the centre has one."""
+        rings = centre.seat.rings or 1
+        if rings > 1:
+            yield Neighbour(f"{rings} rings", "rings", {RINGS: rings})
+
+
+def of_rings_across(run: ComputedRun) -> Terms | None:
+    """Return the variation of the rings across the lip's arcs: more on both bodies, each open by its own height.
+
+    On the seat as a whole over a half-space, which tells the parts from each other; the rings hardly depend on the
+    arcs, of which half as many serve. A film knows no rings.
+    """
+    scene, problem, division = run.scene, run.problem, run.division
+    rings, weight = across_behind(division.rings)
+    arcs, most = arcs_behind_rings(scene, division), max(rings, division.rings)
+    if scene.contact.film is not None:
+        return ()
+    many = _on_a_half_space(run, lip_of(scene, arcs, most))
+    if many is None:
+        return None
+    finest = Division(arcs, most)
+    plate = _greens_along(run, finest) if scene.reed.thin_plate is not None else None
+
+    def struck(division: Division) -> ContactProblem:
+        striker = problem.striker if plate is None else striker_of(scene, greens=parts_joined(plate, finest, division))
+        return problem_of(scene, striker, impact.Body(divided_less(many, division)), run.body("stopper"))
+
+    return ((Variation(struck(Division(arcs, rings)), weight, struck(Division(arcs, division.rings))),),)
+
+
+@dataclass(frozen=True)
+class Arcs(Ladder):
+    """The arcs of a lip: twice as many on both bodies, or half as many where no more can be."""
+
+    def finer(self, value: int, factor: float, scene: Scene) -> int:
+        """Return twice as many."""
+        return 2 * value
+
+    def neighbours(self, run: ComputedRun) -> Terms | None:
+        """Return the run with other arcs, each with its own opening, on a coarser mesh of the seat."""
+        scene, division, finer = run.scene, run.division, run.seat.in_rings
+        if division.arcs == 1:
+            return ()
+        other, weight = parts_behind(division), OF_TWICE
+        if finer is None or Division.from_greens(finer) != other:
+            return None
+        if other == division:
+            other, weight = Division(division.arcs // 2, division.rings), OF_TWICE - 1
+        striker = run.problem.striker
+        if scene.reed.thin_plate is not None:
+            striker = striker_of(scene, greens=_greens_along(run, other))
+        same, stopper = impact.Body(divided_less(finer, division)), run.body("stopper")
+        as_before = problem_of(scene, run.problem.striker, same, stopper)
+        varied = problem_of(scene, striker, impact.Body(divided_less(finer, other)), stopper)
+        return ((Variation(varied, weight, as_before),),)
+
+    def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
+        """Yield the option with what the arcs and the rings across them leave, which the pre-runs chose."""
+        arcs = context.arcs
+        if arcs is None:
+            yield option
+            return
+        across = {RINGS: arcs.across} if arcs.across else {}
+        yield replace(option, changes={**option.changes, PORTS: arcs.left, **across})
+
+    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+        """Yield other numbers of arcs of a lip that a plate lands on."""
+        if centre.ports is not None and centre.reed.bandwidth is not None:
+            for ports in PORTS_IN_A_TRADE:
+                if ports != centre.ports:
+                    yield Neighbour(f"{ports} ports", "ports", {PORTS: ports})
+
+
+@dataclass(frozen=True)
+class OnePort(Ladder):
+    """One port in place of the arcs of a lip, which a plan may choose."""
+
+    def applies(self, run: ComputedRun) -> bool:
+        """Return whether a plan has chosen it."""
+        return chooses_one_port(run.scene, run.method)
+
+    def neighbours(self, run: ComputedRun) -> Terms | None:
+        """Return `ONE_PORT_BAR` times what as many arcs as a scene has by default, each with rings across, change,
+        against one port on the same half-space, and as it was run: one change may be small by accident."""
+        scene = run.scene
+        lip = lip_of(scene, None, across_of(scene))
+        many = _on_a_half_space(run, lip)
+        if lip is None or many is None:
+            return None
+        one = impact.Body(divided_less(many, Division(1, scene.contact.rings)))
+        as_before = problem_of(scene, run.problem.striker, one, run.body("stopper"))
+        striker = striker_of(scene, greens=_greens_along(run, lip.division))
+        varied = problem_of(scene, striker, impact.Body(many), run.body("stopper"))
+        return ((Variation(varied, ONE_PORT_BAR, as_before), Variation(varied, ONE_PORT_BAR)),)
+
+    def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
+        """Yield the option with what one port leaves, where the pre-runs chose it."""
+        left = {} if context.one_port is None else {ONE_PORT: context.one_port}
+        yield replace(option, changes={**option.changes, **left})
+
+    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+        """Yield one port in place of several."""
+        if centre.reed.bandwidth is not None and (centre.ports or 1) > 1:
+            yield Neighbour("one port", "one port", in_place=ONE_PORT)
+
+
+def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> ModalGreens | None:
+    """Return the seat as a whole, with a half-space under the parts of a lip; ``None`` where either is not known."""
+    surrogate = run.scene.seat.surrogate(run.scene.run.duration, run.scene.reed.face)
+    whole = as_a_whole(run.seat.greens).modal or surrogate.greens.modal
+    if lip is None or whole is None or surrogate.patch is None:
+        return None
+    return on_its_patch(whole, lip, surrogate.patch)
+
+
+def _greens_along(run: ComputedRun, parts: Division) -> GreensFunction | None:
+    """Return the Green's function of the plate with the lip in these parts."""
+    along = run.method.along(run.scene, parts.arcs, parts.rings)
+    solved = solved_striker(run.scene, method=along.reed, mesh_error=False)
+    return None if solved is None else solved.greens
+
+
+@dataclass(frozen=True)
+class StopperParts(Ladder):
+    """The parts in which a stopper is met: twice as many arcs, or other rings."""
+
+    def applies(self, run: ComputedRun) -> bool:
+        """Return whether the stopper was computed, or is met in parts."""
+        if run.scene.stopper is None or run.body("stopper") is None:
+            return False
+        return run.solved("stopper") is not None or run.scene.stopper.parts != Division()
+
+    def neighbours(self, run: ComputedRun) -> Terms | None:
+        """Return the run with other parts of the stopper, on both bodies; ``None`` where the body is not known in
+        these."""
+        scene, problem, body, solved = run.scene, run.problem, run.body("stopper"), run.solved("stopper")
+        assert scene.stopper is not None
+        assert body is not None
+        division = scene.stopper.parts
+        other, weight = _beside(division)
+        if solved is None:  # springs side by side, or a body that moves as a whole
+            springs = len(body.greens.ports) > 1
+            own, other_greens = body.greens, bed(other, 1 / face_compliance(body.greens)) if springs else body.greens
+        else:
+            models = [each for each in (solved.in_rings, solved.greens) if each is not None]
+            model = next((each for each in models if _holds(each, division) and _holds(each, other)), None)
+            if model is None:
+                return () if solved.plane else None
+            own, other_greens = divided_less(model, division), divided_less(model, other)
+        stopper = scene.stopper.model_copy(update={"arcs": other.arcs, "rings": other.rings})
+        changed, striker = scene.model_copy(update={"stopper": stopper}), problem.striker
+        if scene.reed.thin_plate is not None and (lip := behind_the_reed(scene)) is not None:
+            behind = replace(lip, arcs=other.arcs, rings=other.rings)  # type: ignore[type-var]
+            how = replace(run.method.reed, behind=behind)
+            reed = solved_striker(changed, method=how, mesh_error=False)
+            striker = striker_of(changed, greens=None if reed is None else reed.greens)
+        same = problem if own is body.greens else with_body(problem, body, replace(body, greens=own))
+        varied = problem_of(changed, striker, problem.target, replace(body, greens=other_greens))
+        return ((Variation(varied, weight, same),),)
+
+
+def _beside(division: Division) -> tuple[Division, float]:
+    """Return the parts that others are compared with, and the share of what they change that is left: twice as many
+    arcs, half as many where no more can be; several rings in place of one or two, one in place of more."""
+    other = parts_behind(division)
+    if division.arcs == 1:
+        return (Division(), left_by(division.rings)) if division.rings > 2 else (other, 1 + left_by(other.rings))
+    return (Division(division.arcs // 2, division.rings), OF_TWICE - 1) if other == division else (other, OF_TWICE)
+
+
+def _holds(greens: GreensFunction, division: Division) -> bool:
+    """Return whether the parts of a patch make those of a coarser division."""
+    known = Division.from_greens(greens)
+    return known.arcs % division.arcs == 0 and known.rings % division.rings == 0

@@ -1,0 +1,170 @@
+"""Ladders of the reductions: the band of the seat, the tolerance of what is reduced, modes of a plate that strikes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+from impact.runs.variations import NARROWER, Terms, narrowed
+from seatfem.structures.estimates.costs import TOLERANCE_POWER, highest_pole, seat_memory, seat_seconds
+from seatfem.structures.estimates.surrogate import ERRORS
+from seatfem.structures.rings import Division
+from seatfem.study.impacts.contact import striker_of
+from seatfem.study.impacts.validity import BEAM, simpler_bodies
+from seatfem.study.ladders.ladder import RATIO, BodyLadder, ComputedRun, Elements, Neighbour, Option, large_percent
+from seatfem.study.ladders.mesh import too_many_modes
+from seatfem.study.method import BAND, REED_BAND, TOLERANCE, RunMethod, stated_method
+from seatfem.study.prerun.context import BANDS, PlanningContext
+from seatfem.study.prerun.other_modes import with_other_modes
+from seatfem.study.prerun.sensitivity import Changes
+from seatfem.study.safety import FEWER_POLES, LEAST_FINER
+from seatfem.study.scene import Scene
+from seatfem.units import write_quantity
+
+UNCOUNTED: Final = 1e-6  # time of a reduction over its band, of a body whose modes cannot be counted yet [s/Hz]
+LOOSER_AND_STRICTER: Final = (0.1, 0.003)  # tolerances of a trade
+OF_A_BEAM: Final = 20e3  # Hz: of the plate in whose place a beam stands, which starts as it does
+
+
+def measured_draws(run: ComputedRun) -> bool:
+    """Return whether the seat is a fit to a record, whose draws take the place of a reduction's error."""
+    fit = run.scene.seat.fit()
+    return fit is not None and bool(fit.draws)
+
+
+@dataclass(frozen=True)
+class Bandwidth(BodyLadder):
+    """The band of a body's reduction; the highest modes that it keeps are left out, or tell how the next go on."""
+
+    def describe(self, value: float) -> str:
+        """Return a frequency with its unit."""
+        return write_quantity(value, "frequency", 3)
+
+    def finer(self, value: float, factor: float, scene: Scene) -> float | None:
+        """Return a wider band; of a plate at most as far as its theory goes."""
+        if self.role == "reed":
+            plate = scene.reed.thin_plate
+            return float(min(value * factor**0.5, math.inf if plate is None else max(value, plate.widest_band)))
+        return next((edge for edge in BANDS if edge > value * (1 + 1e-9)), float(LEAST_FINER * value))
+
+    def neighbours(self, run: ComputedRun) -> Terms | None:
+        """Return the run without the highest modes of the body, as moved into its residual.
+
+        A Krylov space keeps modes far beyond the band: of the seat those down to 1.6 below the last are left out.
+        Where the reduction's own error is not known, its ladder says so.
+        """
+        solved, body = run.solved(self.role), run.body(self.role)
+        assert solved is not None
+        assert body is not None
+        if solved.greens.error_estimate.reduction is None:
+            return ()
+        if self.role == "seat":
+            modal = solved.greens.modal
+            if measured_draws(run) or run.scene.seat.elastic is None or modal is None or len(modal.omega) == 0:
+                return ()
+            highest = float(modal.frequencies_hz.max())
+            return ((run.with_greens("seat", narrowed(modal, highest / NARROWER)),),)
+        scene = run.scene
+        struck = scene.reed.thin_plate if self.role == "reed" else scene.stopper and scene.stopper.body.elastic
+        if struck is None:
+            return ()
+        return (tuple(run.with_body(self.role, other, share) for other, share in with_other_modes(body)),)
+
+    def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
+        """Yield the bands up to one above which nothing counts, or in which modes are too many; of statics the
+        narrowest; of a plate that strikes the one that its pre-runs chose."""
+        if self.role != "seat":
+            of_reed = {} if context.band is None else {REED_BAND: context.band.left}
+            yield replace(option, changes={**option.changes, **of_reed})
+            return
+        if not context.reduced or option.seat.exact:
+            yield option
+            return
+        if option.seat.static:
+            yield option.with_seat({}, {"bandwidth": context.lowest_band})
+            return
+        for band in context.bands:
+            if band > context.bands[0]:
+                seat = replace(context.elements(band, context.tolerances[0], ERRORS[0]), level=option.seat.level)
+                if too_many_modes(context, replace(option.method, seat=seat)):
+                    return
+            yield option.with_seat({}, {"bandwidth": band})
+            if context.sensitivity.worst(context.sensitivity.above(band)) <= context.sensitivity.finest:
+                return
+
+    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+        """Yield narrower and wider bands; beside a plate's also the beam in its place."""
+        name, value = ("band", centre.seat.bandwidth) if self.role == "seat" else ("reed band", centre.reed.bandwidth)
+        if value is None or (self.role != "seat" and centre.ports is None) or self.role == "stopper":
+            return
+        if self.role == "reed" and has_a_beam(scene):
+            yield Neighbour("beam", "beam", {self.key: min(OF_A_BEAM, value)}, in_place=BEAM)
+        for k in (-1, 1):
+            yield Neighbour(f"{name} x {RATIO**k:.2f}", name, {self.key: value * RATIO**k})
+
+
+def has_a_beam(scene: Scene) -> bool:
+    """Return whether a beam is known that could stand in place of the scene's plate."""
+    method = stated_method(scene).replaced({REED_BAND: OF_A_BEAM}).along(scene, 1)
+    striker = striker_of(scene, method=method.reed)
+    return BEAM in dict(simpler_bodies(scene, striker, Division()))
+
+
+@dataclass(frozen=True)
+class Tolerance(BodyLadder):
+    """The tolerance of a body's reduction; g is larger by the error that the reduction states."""
+
+    falls: bool = True
+
+    def describe(self, value: float) -> str:
+        """Return a tolerance in percent."""
+        return large_percent(value)
+
+    def finer(self, value: float, factor: float, scene: Scene) -> float | None:
+        """Return a stricter tolerance."""
+        return value / factor if self.role == "seat" else None
+
+    def neighbours(self, run: ComputedRun) -> Terms | None:
+        """Return the run with g larger by the reduction's error; that of a fit to a record is among its draws."""
+        solved = run.solved(self.role)
+        assert solved is not None
+        if self.role == "seat" and measured_draws(run):
+            return ()
+        return run.with_larger_g(self.role, solved.greens.error_estimate.reduction)
+
+    def extend(self, context: PlanningContext, option: Option) -> Iterable[Option]:
+        """Yield the tolerances, with the cost of the seat; a stricter one keeps modes farther beyond the band."""
+        elements, band = option.elements, option.seat.bandwidth or 0.0
+        if self.role != "seat" or elements is None:
+            yield option
+            return
+        for tolerance in context.tolerances[:1] if option.seat.static else context.tolerances:
+            errors: dict[str, Changes] = {}
+            if not option.seat.static:
+                reach = band * max(1.0, FEWER_POLES * highest_pole(elements.model, tolerance))
+                errors = {BAND: context.sensitivity.above(reach), TOLERANCE: context.per_g(tolerance)}
+            costs = _costs(context, elements, tolerance, band, static=option.seat.static)
+            yield option.with_seat(errors, {"tolerance": tolerance}, **costs)
+
+    def beside(self, scene: Scene, centre: RunMethod) -> Iterator[Neighbour]:
+        """Yield a looser and a stricter one; arcs of a lip take modes alone."""
+        if self.role == "seat" and centre.seat.bandwidth is not None and (centre.ports or 1) == 1:
+            for tolerance in LOOSER_AND_STRICTER:
+                yield Neighbour(f"tolerance {tolerance:g}", "tolerance", {TOLERANCE: tolerance})
+
+
+def _costs(
+    context: PlanningContext, elements: Elements, tolerance: float, band: float, *, static: bool
+) -> Mapping[str, float]:
+    """Return the predicted seconds, bytes and poles of a seat reduced to a tolerance."""
+    over_band, model = UNCOUNTED * band, elements.model
+    if model is None:
+        return {"seconds": over_band * tolerance**TOLERANCE_POWER}
+    ratio, rates = tolerance / elements.tolerance, context.machine
+    own = model.stricter(ratio)
+    models = [own] if elements.coarser is None else [own, elements.coarser.stricter(ratio)]
+    seconds = sum(sum(seat_seconds(each, rates, static=static).values()) for each in models)
+    seconds += 0.0 if own.drawn else over_band
+    return {"seconds": seconds, "memory": seat_memory(own)[0], "poles": 0.0 if static else own.poles}

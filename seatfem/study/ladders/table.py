@@ -1,0 +1,118 @@
+"""The ladders that there are.
+
+A key that is declared here is in the error budget, in plans, in further rounds and in the measured trade, and is finer
+in a reference; a way in which bodies are computed that is in no table here fails a test.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from seatfem.structures.rings import MOST_RINGS
+from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Source
+from seatfem.study.impacts.validity import ONE_PORT
+from seatfem.study.ladders.ladder import Ladder
+from seatfem.study.ladders.level import Level
+from seatfem.study.ladders.mesh import ElementOrder, ElementSize
+from seatfem.study.ladders.modes import ModeCount
+from seatfem.study.ladders.patch import Arcs, OnePort, Rings, StopperParts
+from seatfem.study.ladders.record import MeasuredRecord
+from seatfem.study.ladders.reduction import Bandwidth, Tolerance
+from seatfem.study.ladders.step import TimeStep
+from seatfem.study.method import (
+    BAND,
+    CONTACT_SIZE,
+    FIELDS,
+    MODEL,
+    MODES,
+    ORDER,
+    PORTS,
+    REDUCTION,
+    REED_BAND,
+    RINGS,
+    SEAT_MODES,
+    SIZE,
+    STEP,
+    TOLERANCE,
+    RunMethod,
+)
+
+DECLARED: list[Ladder] = [
+    Level(MODEL, "model"),
+    Bandwidth(BAND, "reduction"),
+    ElementSize(SIZE, "mesh"),
+    ElementSize(CONTACT_SIZE, "mesh"),
+    ElementOrder(ORDER, "mesh"),
+    Tolerance(TOLERANCE, "reduction"),
+    Arcs(PORTS, "patch"),
+    OnePort(ONE_PORT, LIP),
+    Rings(RINGS, "patch"),
+    ModeCount(SEAT_MODES, "model"),
+    MeasuredRecord("seat.file", RECORD),
+    TimeStep(STEP, "time_step"),
+    ModeCount(MODES, "model", of_seat=False, role="reed"),
+    ElementSize(
+        "reed.mesh.size", STRIKER, "mesh", ("reed.mesh.contact_size", "reed.mesh.order"), of_seat=False, role="reed"
+    ),
+    Tolerance("reed.greens.tolerance", STRIKER, "reduction", of_seat=False, role="reed"),
+    Bandwidth(REED_BAND, STRIKER, of_seat=False, role="reed"),
+    Level("reed.model", STRIKER, "level", of_seat=False, role="reed"),
+    ElementSize(
+        "stopper.mesh.size",
+        STOPPER,
+        "mesh",
+        ("stopper.mesh.contact_size", "stopper.mesh.order"),
+        of_seat=False,
+        role="stopper",
+    ),
+    Tolerance("stopper.greens.tolerance", STOPPER, "reduction", of_seat=False, role="stopper"),
+    Bandwidth("stopper.greens.bandwidth", STOPPER, of_seat=False, role="stopper"),
+    Level("stopper.model", STOPPER, "level", of_seat=False, role="stopper"),
+    StopperParts("stopper.arcs", STOPPER, "patch", ("stopper.rings",), of_seat=False),
+    ModeCount("stopper.n_modes", STOPPER, of_seat=False, role="stopper"),
+]
+"""Those of a seat in the order in which a plan decides them."""
+SAME_ANSWER: Final = "another way to the same g, to within its tolerance"
+LEFT_OUT: Final[Mapping[str, str]] = {
+    f"{role}.{key}": SAME_ANSWER
+    for role in ("seat", "reed", "stopper")
+    for key in ("greens.method", "greens.max_vectors", "greens.backend", "mesh.shape")
+}
+"""Keys of how a scene is computed that no error bar knows, and why."""
+
+
+def ladders() -> tuple[Ladder, ...]:
+    """Return every ladder that is declared."""
+    return tuple(DECLARED)
+
+
+def ladder_of(key: str) -> Ladder | None:
+    """Return the ladder of a key; ``None`` of a key that has none."""
+    return next((ladder for ladder in DECLARED if ladder.key == key), None)
+
+
+def source_of(key: str) -> Source:
+    """Return the source of error that a key, or a model, is behind. Raises `KeyError` where it has none."""
+    for ladder in DECLARED:
+        if key in (ladder.key, *ladder.also):
+            return ladder.source
+    raise KeyError(key)
+
+
+def described(key: str, value: Any) -> str:
+    """Return a key's value with its unit."""
+    return str(value) if (ladder := ladder_of(key)) is None else ladder.describe(value)
+
+
+def not_finer(method: RunMethod, reference: RunMethod) -> tuple[str, ...]:
+    """Return the keys of a ``method`` that a ``reference`` for it has no finer value of; models and element orders must
+    be the same at least."""
+    same, coarse = (MODEL, ORDER, REDUCTION), []
+    for key in FIELDS:
+        value, other, ladder = method.value(key), reference.value(key), ladder_of(key)
+        if key in same or value is None or other is None or ladder is None or (key == RINGS and value == MOST_RINGS):
+            continue
+        if other >= value if ladder.falls else other <= value:
+            coarse.append(key)
+    return tuple(coarse)

@@ -1,0 +1,261 @@
+"""The rungs of a scene in the measured trade: every model that describes its seat, coarse to fine.
+
+Not the full product of all choices, but
+- the diagonal: mesh and band refined together by `RATIO`, for every level of modelling that applies;
+- around one centre, each key of `seatfem.study.ladders.table` varied alone, and reduction and history, which change
+  times alone;
+- the column under the contact as a spring and as a rod: what is used where there are no finite elements, and no lip.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final
+
+from impact.march.history import Engine
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.method import PER_WAVELENGTH, AnyLevel, Method
+from seatfem.structures.reduction.greens import reducers
+from seatfem.structures.rings import MOST_RINGS
+from seatfem.study.ladders.ladder import RATIO
+from seatfem.study.ladders.patch import PORTS_IN_A_TRADE
+from seatfem.study.ladders.reduction import LOOSER_AND_STRICTER
+from seatfem.study.ladders.step import PER_FILTER
+from seatfem.study.ladders.table import ladders
+from seatfem.study.method import (
+    BAND,
+    CONTACT_SIZE,
+    MODEL,
+    MODES,
+    ORDER,
+    PORTS,
+    REDUCTION,
+    REED_BAND,
+    RINGS,
+    SIZE,
+    STEP,
+    TOLERANCE,
+    RunMethod,
+    is_given,
+    stated_method,
+    written,
+)
+from seatfem.study.scene import Scene
+from seatfem.study.trade.point import Point, Settings
+
+BY_HAND: Final = "by hand"  # what is varied where there are no finite elements
+BAND_PER_FILTER: Final = 0.5  # band of the centre times the width of the filter, where the file gives none
+DEPTH: Final = 3  # rungs of the diagonal below the centre
+ACROSS: Final = {True: 1, False: 2}  # elements over the column's height and the patch's width; true: in 3-D
+SOLID: Final = ("sector", "3d")  # levels with three-dimensional meshes
+ENGINES: Final[tuple[Engine, ...]] = ("poles", "fft", "direct")
+ENGINE_STEPS: Final = 100_000  # at most, where engines are compared: the direct sum takes their square
+REFERENCE_MODES: Final = 128
+REFERENCE_PORTS: Final = 128
+_QUICK: Final = (
+    *("order 1", "reed modes 10", "2 steps per filter", "32 steps per filter"),
+    *("one port", "beam", *(f"{ports} ports" for ports in PORTS_IN_A_TRADE)),
+)
+
+
+def centre_of(scene: Scene) -> RunMethod:
+    """Return the method that the rungs are built around: what the file states; what it leaves open follows the filter's
+    band, its waves and the struck face."""
+    seat, method = scene.seat, replace(stated_method(scene), time_step=None)
+    if not seat.traits.is_reduced:
+        return replace(method, seat=replace(method.seat, bandwidth=None, size=None, contact_size=None, lip=None))
+    band = method.seat.bandwidth if is_given(scene, BAND) else None
+    band = band or BAND_PER_FILTER / scene.run.filter_width
+    method = replace(method, seat=replace(method.seat, bandwidth=band))
+    if (drawn := seat.drawn) is None:
+        return replace(method, seat=replace(method.seat, size=None, contact_size=None, lip=None))
+    level = next(a.level for a in drawn.levels() if a.applies and a.error == 0.0)
+    size, contact_size = _sizes(drawn, method.seat, level, band)
+    chosen = replace(method.seat, level=level, size=size, contact_size=contact_size, order=2)
+    return replace(method, seat=chosen)
+
+
+def _sizes(seat: Drawn, stated: Method, level: AnyLevel, bandwidth: float) -> tuple[float, float]:
+    """Return element sizes in bulk and contact: `ACROSS` the column's height and the patch, and the slowest wave."""
+    wave, column = seat.slowest / (PER_WAVELENGTH[seat.discrete(level)] * bandwidth), seat.column()
+    across = ACROSS[level in SOLID]
+    size = stated.size or (wave if column is None else min(wave, column.height / across))
+    contact = stated.contact_size or (0.4 * size if column is None else min(size, column.width / across))
+    return size, min(contact, size)
+
+
+def settings_of(method: RunMethod, changes: Mapping[str, object] | None = None) -> Settings:
+    """Return a method of the trade as stated keys, with other values of some; without those that it leaves open."""
+    seat, drawn, along = method.seat, method.seat.size is not None, method.ports is not None
+    values: dict[str, object] = {
+        MODEL: seat.level if drawn else None,
+        SIZE: seat.size,
+        CONTACT_SIZE: seat.contact_size,
+        ORDER: seat.order if drawn else None,
+        BAND: seat.bandwidth,
+        TOLERANCE: seat.tolerance if seat.bandwidth else None,
+        MODES: method.reed.n_modes,
+        PORTS: method.ports,
+        REED_BAND: method.reed.bandwidth if along else None,
+        **(changes or {}),
+    }
+    return {key: written(key, value) for key, value in values.items() if value is not None}
+
+
+@dataclass(frozen=True)
+class Rungs:
+    """The rungs of a scene; ``rings``: of the patch, where a plan takes several."""
+
+    scene: Scene
+    rings: int = 1
+
+    @cached_property
+    def centre(self) -> RunMethod:
+        """Return the method that the rungs are built around."""
+        return centre_of(self.scene)
+
+    @property
+    def drawn(self) -> bool:
+        """Return whether the seat is meshed, so that its mesh can be refined."""
+        return self.centre.seat.size is not None
+
+    @property
+    def is_solid(self) -> bool:
+        """Return whether its meshes are three-dimensional."""
+        return self.centre.seat.level in SOLID
+
+    @property
+    def family(self) -> str:
+        """Return the level of the centre; of a seat that is not drawn "as given"."""
+        return str(self.centre.seat.level) if self.drawn else "as given"
+
+    def points(self, *, quick: bool = False) -> tuple[Point, ...]:
+        """Return every rung that applies to the scene, each family from coarse to fine; ``quick``: about a third."""
+        by_hand = self._by_hand() if self.centre.ports is None else ()
+        points = (*by_hand, *self._diagonals(2 if quick else DEPTH), *self._around())
+        return tuple(p for p in points if not quick or p.varied in (BY_HAND, "diagonal") or p.name in _QUICK)
+
+    def _by_hand(self) -> Iterator[Point]:
+        """Yield the column as a spring and as a rod."""
+        seat = self.scene.seat
+        if (column := seat.column()) is None:
+            return
+        spring = {"kind": "spring", "stiffness": f"{column.stiffness!r} N/m"}
+        yield Point(
+            "spring, column E A/h" if seat.drawn is not None else "spring, E A/L", "spring", BY_HAND, {"seat": spring}
+        )
+        if seat.closed_form() is not None:  # its column is what the rod is
+            return
+        rod = {
+            "kind": "rod",
+            "young": f"{column.young!r} Pa",
+            "density": f"{column.density!r} kg/m^3",
+            "length": f"{column.height!r} m",
+            "area": f"{column.area!r} m^2",
+            "damping_ratio": seat.loss,
+        }
+        yield Point("rod, column", "rod", BY_HAND, {"seat": rod})
+
+    def _diagonals(self, depth: int) -> Iterator[Point]:
+        """Yield mesh and band together, for each level; that of the centre last, and up to the centre."""
+        if not self.drawn:
+            yield Point("as given", "as given", "diagonal", settings_of(self.centre))
+            return
+        for k in (-1, 0):
+            yield replace(self._rung("spring", k), name=_name("spring, statics", k))
+        for model in self.scene.seat.levels():
+            if model.applies and model.error > 0:  # a closed form: nothing to refine
+                yield Point(model.level, model.level, "diagonal", settings_of(self.centre, {MODEL: model.level}))
+            elif model.applies and model.level != self.family and self.centre.ports is None:  # none else along a lip
+                yield from self._chain(model.level, -depth, -1)
+        yield from self._chain(self.family, -depth, 0)
+
+    def _chain(self, family: str, first: int, last: int) -> Iterator[Point]:
+        """Yield the rungs of one level; none is tried beyond one that did not end."""
+        before = ""
+        for k in range(first, last + 1):
+            rung = replace(self._rung(family, k), after=before)
+            before = rung.name
+            yield rung
+
+    def _rung(self, family: str, fineness: float) -> Point:
+        settings = settings_of(self._refined(fineness), {MODEL: family})
+        return Point(_name(family, fineness), family, "diagonal", settings)
+
+    def _refined(self, fineness: float, *, band: bool = True) -> RunMethod:
+        """Return the centre with its mesh (and ``band``) finer by `RATIO` to the power ``fineness``."""
+        seat, factor = self.centre.seat, RATIO**fineness
+        values: dict[str, object] = {SIZE: seat.size, CONTACT_SIZE: seat.contact_size}
+        finer = {key: value / factor for key, value in values.items() if isinstance(value, float)}
+        if band and seat.bandwidth is not None:
+            finer[BAND] = seat.bandwidth * factor
+        return self.centre.replaced(finer)
+
+    def finer(self, fineness: int) -> Point:
+        """Return the diagonal beyond the centre, for as far as it can be afforded."""
+        return replace(self._rung(self.family, fineness), after=_name(self.family, fineness - 1))
+
+    def _around(self) -> Iterator[Point]:
+        """Yield each key varied alone, the rest being the centre's; then reductions, and engines of the history."""
+        centre = self.centre.replaced({RINGS: self.rings})
+        for ladder in ladders():
+            for near in ladder.beside(self.scene, centre):
+                settings = settings_of(self.centre, near.values)
+                yield Point(near.name, self.family, near.varied, settings, in_place=near.in_place)
+        if centre.seat.bandwidth is not None and (centre.ports or 1) == 1:  # arcs take modes alone
+            yield from self._reductions()
+        yield from self._engines()
+
+    def _reductions(self) -> Iterator[Point]:
+        """Yield every reduction that applies; on hexahedra, of diagonal mass, those that need them and the usual."""
+        seat, level, (usual, *_) = self.scene.seat, self.centre.seat.level, reducers()
+        if level == "harmonics":
+            return
+        as_matrix = seat.loss == 0 and seat.elastic is not None and seat.elastic.loss_at(1.0) > 0
+        swept = self.is_solid and seat.drawn is not None and seat.drawn.is_swept
+        for name, each in reducers().items():
+            settings = settings_of(self.centre, {REDUCTION: name})
+            point = Point(f"reduction {name}", self.family, "reduction", settings)
+            if not each.diagonal_mass and (each.modal_damping or as_matrix):
+                yield point
+            if swept and (each.diagonal_mass or name == usual):
+                hexes = {**settings, "seat.mesh.shape": "hex"}
+                yield replace(point, name=f"hexahedra, {point.name}", settings=hexes)
+
+    def _engines(self) -> Iterator[Point]:
+        """Yield engines of the history at one step that all of them can afford."""
+        run, seat = self.scene.run, self.scene.seat
+        number = max(2, min(64, math.floor(ENGINE_STEPS * run.filter_width / run.duration)))
+        settings = settings_of(self.centre, {STEP: run.filter_width / number})
+        for engine in ENGINES:
+            if engine != "poles" or seat.drawn is not None or seat.column() is None:  # of a rod by hand there are none
+                yield Point(f"history {engine}", self.family, "history", settings, engine)
+
+    def reference(self, fineness: float, *, coarser: bool = False) -> Point:
+        """Return a point finer than all rungs in every choice; ``coarser``: the same, one notch back in all.
+
+        ``fineness``: of the mesh, above the centre's.
+        """
+        centre, back, plate = self.centre, 1 if coarser else 0, self.scene.reed.thin_plate
+        finer: dict[str, object] = {}
+        if centre.seat.bandwidth is not None:
+            finer[BAND] = centre.seat.bandwidth * RATIO ** (max(2.0, fineness) - back)
+            finer[TOLERANCE] = min(LOOSER_AND_STRICTER) / 3 * RATIO ** (2 * back)
+        if centre.reed.n_modes is not None:
+            finer[MODES] = round(REFERENCE_MODES / RATIO**back)
+        if centre.ports is not None and centre.reed.bandwidth is not None and plate is not None:
+            finer[PORTS] = round(REFERENCE_PORTS / 2**back)
+            finer[REED_BAND] = min(centre.reed.bandwidth * RATIO ** (2 - back), plate.widest_band)
+        if self.rings > 1:
+            finer[RINGS] = min(MOST_RINGS, 2 * self.rings) if not coarser else self.rings
+        settings = {**settings_of(self._refined(fineness - back, band=False), finer), STEP: None}
+        steps = round(4 * max(PER_FILTER) / RATIO**back)
+        name = "reference, one notch back" if coarser else "reference"
+        return Point(f"{name} ({fineness:g})", self.family, "reference", settings, least_steps=steps)
+
+
+def _name(family: str, fineness: float) -> str:
+    return f"{family}, size / {RATIO**fineness:.2f}" if fineness else f"{family}, centre"
