@@ -23,15 +23,16 @@ from seatfem.structures.method import LevelError
 from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import RunError, measures_of, problem_of, seat_of, striker_of
 from seatfem.study.impacts.touches import SOURCES
-from seatfem.study.ladders import level
-from seatfem.study.ladders.level import changes_on, coarse_method, without_waves
+from seatfem.study.ladders.level import changes_on, without_waves
 from seatfem.study.method import BAND, STEP, RunMethod, as_stated, is_given, stated_method
 from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
+from seatfem.study.prerun import look
 from seatfem.study.prerun.bench import Bench, advanced, locate_contact_window
-from seatfem.study.prerun.context import BANDS, PlanningContext
+from seatfem.study.prerun.context import PlanningContext
+from seatfem.study.prerun.look import BANDS, coarse_method
 from seatfem.study.prerun.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.study.safety import AIM, DOUBT_OF_COARSE, FREE
 from seatfem.study.scene import Scene
@@ -505,9 +506,10 @@ class TestWithoutWaves:
     """Where the surrogate leaves open whether a spring is enough, a coarse real seat tells."""
 
     @staticmethod
-    def seen(*parts: str) -> PlanningContext:
+    def seen(*parts: str, look: float | None = None) -> PlanningContext:
         scene = scene_of(*parts)
-        return PlanningContext.from_scene(scene, scene.seat.surrogate(scene.run.duration, scene.reed.face), Machine())
+        surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
+        return PlanningContext.from_scene(scene, surrogate, Machine(), look=look)
 
     @staticmethod
     def level_of(seen: PlanningContext) -> str:
@@ -518,7 +520,7 @@ class TestWithoutWaves:
         found = without_waves(seen)
         assert found.measured
         assert found.enough(seen.scene.accuracy.target)
-        assert self.level_of(replace(seen, look=0.0)) != "spring"
+        assert self.level_of(self.seen(BENT, look=0.0)) != "spring"
         assert self.level_of(seen) == "spring"
 
     def test_a_seat_whose_waves_count_keeps_them(self) -> None:
@@ -532,7 +534,9 @@ class TestWithoutWaves:
     def test_a_coarse_seat_changes_as_much_as_a_fine_one(self) -> None:
         """Of a mesh twice as fine and a band twice as wide, within the doubt that plans have."""
         seen = self.seen(CONE)
-        method = coarse_method(seen)
+        patch = seen.surrogate.patch
+        assert patch is not None
+        method = coarse_method(seen.scene, patch)
         twice = replace(
             method, size=method.size / 2, contact_size=method.contact_size / 2, bandwidth=2 * method.bandwidth
         )
@@ -546,7 +550,7 @@ class TestWithoutWaves:
         def impossible(*args: object, **more: object) -> None:
             raise ModelError("no mesh")
 
-        monkeypatch.setattr(level, "seat_of", impossible)
+        monkeypatch.setattr(look, "seat_of", impossible)
         found = without_waves(self.seen(BENT))
         assert not found.measured
 

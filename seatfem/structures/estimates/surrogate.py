@@ -224,12 +224,14 @@ class Surrogate:
         exact: whether it is the body itself.
         words: what it is.
         patch: of a body of finite elements, where known.
+        band: up to which it is the body itself, on a coarse mesh [Hz]; ``None`` of others.
     """
 
     greens: GreensFunction
     exact: bool
     words: str
     patch: Patch | None = None
+    band: float | None = None
 
 
 @dataclass(frozen=True)

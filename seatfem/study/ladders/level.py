@@ -17,7 +17,8 @@ from seatfem.study.impacts.contact import seat_beside, seat_of
 from seatfem.study.ladders.ladder import BodyLadder, ComputedRun, Option
 from seatfem.study.method import MODEL, RunMethod, is_given
 from seatfem.study.prerun.bench import locate_contact_window
-from seatfem.study.prerun.context import PlanningContext, finite_elements, lowest_band
+from seatfem.study.prerun.context import PlanningContext, finite_elements
+from seatfem.study.prerun.look import COARSE_TOLERANCE, IMPOSSIBLE, lowest_band
 from seatfem.study.prerun.sensitivity import Changes
 from seatfem.study.safety import (
     AIM,
@@ -32,11 +33,8 @@ from seatfem.study.safety import (
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import short_words
 
-COARSE_TOLERANCE: Final = 0.02  # of the coarse seat's reduction: looser ones take as long and tell less
 PER_FILTER, REED_MODES = 320, 80
 """Of its pre-runs: with 40 and 40 the peak of a thin reed on a plate changed ten times as much as in the run."""
-IMPOSSIBLE: Final = (ArithmeticError, OSError, RuntimeError, ValueError)
-"""What a seat that cannot be made ends with: the run tells of it, a plan is made by the surrogate."""
 CHEAP: Final = "harmonics"  # modes of half sections, of a few hundred unknowns each
 CHEAPER: Final = "; seat.model = 'spring' would be enough, but would need a finer mesh or shorter steps"
 
@@ -175,11 +173,15 @@ class WithoutWaves:
 
 
 def without_waves(context: PlanningContext) -> WithoutWaves:
-    """Return what statics in place of the waves of a drawn seat change, by its surrogate; where that leaves open
-    whether they are enough for the target, by a coarse real seat, if that is cheap."""
-    measures, doubt = context.sensitivity.asked, DOUBT if context.arcs is None else DOUBT_OF_ARCS
-    guess = WithoutWaves(context.sensitivity.spring, doubt, measures)
-    if not _leaves_open(context, guess):
+    """Return what statics in place of the waves of a drawn seat change: on the coarse real seat that the plan has
+    looked at, else on its surrogate; of a lip in arcs, where that leaves open whether they are enough for the target,
+    on a coarse real seat in arcs, if that is cheap."""
+    sensitivity = context.sensitivity
+    if context.surrogate.band is not None and context.arcs is None:
+        closely = replace(sensitivity, per_filter=PER_FILTER, reed_modes=REED_MODES)
+        return WithoutWaves(closely.spring, DOUBT_OF_COARSE, sensitivity.asked, measured=True)
+    guess = WithoutWaves(sensitivity.spring, DOUBT if context.arcs is None else DOUBT_OF_ARCS, sensitivity.asked)
+    if context.arcs is None or not _leaves_open(context, guess):
         return guess
     method = coarse_method(context)
     if _seconds(context, method) > context.look:
@@ -188,13 +190,13 @@ def without_waves(context: PlanningContext) -> WithoutWaves:
         seat = seat_of(context.scene, Cache(None, context.store), method=method, mesh_error=False)
     except IMPOSSIBLE:
         return guess
-    return WithoutWaves(changes_on(context, seat.greens), DOUBT_OF_COARSE, measures, measured=True)
+    return WithoutWaves(changes_on(context, seat.greens), DOUBT_OF_COARSE, sensitivity.asked, measured=True)
 
 
 def coarse_method(context: PlanningContext) -> Method:
-    """Return the coarsest method whose seat shows its waves: up to its first resonances, its face in one ring."""
+    """Return the coarsest method whose seat in arcs shows its waves: up to its first resonances."""
     coarse = context.elements(context.lowest_band, COARSE_TOLERANCE, ERRORS[0])
-    return replace(coarse, level=context.waves.level, rings=coarse.rings if coarse.in_arcs else 1)
+    return replace(coarse, level=context.waves.level)
 
 
 def _seconds(context: PlanningContext, method: Method) -> float:

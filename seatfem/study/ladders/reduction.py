@@ -16,7 +16,8 @@ from seatfem.study.impacts.validity import BEAM, simpler_bodies
 from seatfem.study.ladders.ladder import RATIO, BodyLadder, ComputedRun, Elements, Neighbour, Option, large_percent
 from seatfem.study.ladders.mesh import too_many_modes
 from seatfem.study.method import BAND, REED_BAND, TOLERANCE, RunMethod, stated_method
-from seatfem.study.prerun.context import BANDS, PlanningContext
+from seatfem.study.prerun.context import PlanningContext
+from seatfem.study.prerun.look import BANDS
 from seatfem.study.prerun.other_modes import with_other_modes
 from seatfem.study.prerun.sensitivity import Changes
 from seatfem.study.safety import FEWER_POLES, LEAST_FINER

@@ -23,7 +23,8 @@ from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Alternative, Plan
 from seatfem.study.planning.reasons import WORDS, choices_of
-from seatfem.study.prerun.context import BANDS, TOLERANCES, PlanningContext
+from seatfem.study.prerun.context import TOLERANCES, PlanningContext
+from seatfem.study.prerun.look import BANDS
 from seatfem.study.safety import LONGEST, MEMORY, STEP_UP
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files
@@ -165,6 +166,11 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
     if surrogate.patch is None and not surrogate.exact:
         notes.append(f"{surrogate.words}: this plan is rough; the run measures its errors")
     seat = plan.scene.seat
+    if seat.traits.is_reduced and surrogate.patch is not None and surrogate.band is None:
+        notes.append(
+            "this plan has not looked at a coarse model of the seat, which takes longer than a plan may; it rests on an "
+            f"estimate: {surrogate.words}"
+        )
     if seat.elastic is not None and seat.drawn is None:
         notes.append(
             f"the error of the mesh in {seat.files()[0].name} is not known and not part of the uncertainty; "

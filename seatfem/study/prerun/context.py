@@ -10,10 +10,10 @@ from typing import Final
 
 from impact.bodies.body import Body
 from impact.notices import Progress, silent
-from impact.runs.variations import NARROWER, SAFETY
+from impact.runs.variations import SAFETY
 from seatfem.machine.resources import Machine
 from seatfem.structures.estimates.costs import SeatModel, coarse_of, seat_model
-from seatfem.structures.estimates.surrogate import Patch, Sizes, Surrogate, sizes_for
+from seatfem.structures.estimates.surrogate import Patch, Sizes, Surrogate
 from seatfem.structures.method import Applicability, Method
 from seatfem.structures.rings import Division, share_left
 from seatfem.structures.store import Store
@@ -30,12 +30,11 @@ from seatfem.study.prerun.lips import (
     one_port_in_place,
     with_parts,
 )
+from seatfem.study.prerun.look import BANDS, element_sizes, look_at, lowest_band
 from seatfem.study.prerun.sensitivity import Changes, Sensitivity
-from seatfem.study.safety import FINEST, FIRST_WAVE, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
+from seatfem.study.safety import FINEST, LONGEST_LOOK, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
 
-BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
-"""Band edges that are chosen from [Hz]: five a decade, so that different contact scenes share a seat."""
 TOLERANCES: Final = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
 RING_NUMBERS: Final = (1, 4, 8)
 PER_ARC: Final = 0.8  # element size over the length of an arc, at most: meshes are a little coarser than asked for
@@ -70,7 +69,7 @@ class PlanningContext:
     simpler: Mapping[str, Changes] = field(default_factory=dict)
     one_port: Changes | None = None
     store: Store = field(default_factory=Store.default)
-    look: float = LONGEST_LOOK
+    look: float = LONGEST_LOOK[False]
     without: tuple[str, ...] = ()
 
     @staticmethod
@@ -81,9 +80,15 @@ class PlanningContext:
         progress: Progress = silent,
         without: tuple[str, ...] = (),
         store: Store | None = None,
+        look: float | None = None,
     ) -> PlanningContext:
-        """Look at a scene by pre-runs, as closely as the tightest target asks for; ``without``: `ONE_PORT`, or
-        levels."""
+        """Look at a scene by pre-runs, as closely as the tightest target asks for.
+
+        ``without``: `ONE_PORT`, or levels; ``look``: what a coarse real seat may take, predicted [s].
+        """
+        store = Store.default() if store is None else store
+        longest = LONGEST_LOOK[scene.seat.drawn is None or bool(scene.seat.files())] if look is None else look
+        surrogate = look_at(scene, surrogate, machine, store, longest)
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
         stopper = None
         if scene.stopper is not None:  # a look costs nothing: the run computes it
@@ -104,7 +109,8 @@ class PlanningContext:
         if one_port is not None:
             arcs, looked_at, surrogate = None, with_parts(looked_at, Division(1, scene.contact.rings)), whole
             bench = _bench(looked_at, surrogate, stopper, progress)
-        sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact)
+        known = math.inf if surrogate.band is None else surrogate.band
+        sensitivity = Sensitivity(bench, scene.accuracy.judged, finest, exact=surrogate.exact, band=known)
         method = stated_method(looked_at)
         return PlanningContext(
             scene,
@@ -116,8 +122,9 @@ class PlanningContext:
             band,
             simpler,
             one_port,
-            Store.default() if store is None else store,
-            without=without,
+            store,
+            longest,
+            without,
         )
 
     @property
@@ -185,11 +192,10 @@ class PlanningContext:
 
     def sizes(self, band: float, error: float) -> Sizes:
         """Return the sizes of elements for an error of g; those of the file where it states them."""
-        seat = self.stated.seat
         assert self.patch is not None
-        chosen = sizes_for(self.patch, band, error, seat.order)
-        size = seat.size or max(chosen.size, seat.contact_size or 0.0)
-        return Sizes(size, seat.contact_size or min(size, chosen.contact_size, self._of_an_arc))
+        sizes = element_sizes(self.patch, self.stated.seat, band, error)
+        near = self.stated.seat.contact_size or min(sizes.contact_size, self._of_an_arc)
+        return replace(sizes, contact_size=near)
 
     @property
     def _of_an_arc(self) -> float:
@@ -218,12 +224,6 @@ class PlanningContext:
         numbers = (self.stated.seat.rings or 1,) if stated else RING_NUMBERS
         chosen = numbers if self.sensitivity.worst(self.of_rings(1)) > 0 else numbers[:1]
         return {rings: self.of_rings(rings) for rings in chosen}
-
-
-def lowest_band(patch: Patch) -> float:
-    """Return the narrowest band that describes a body [Hz]: its first resonance, a plate's in bending, and more."""
-    bends = patch.bending_frequency / (2 * math.pi)
-    return NARROWER * (bends or patch.c_p / (FIRST_WAVE * patch.depth))
 
 
 def finite_elements(scene: Scene, method: RunMethod) -> SeatModel | None:

@@ -54,6 +54,7 @@ class Sensitivity:
         asked: measures that count; changes are told of all that a pre-run knows.
         finest: relative change below which no ladder is followed further.
         exact: whether the seat of the bench is the scene's own.
+        band: up to which the modes of that seat are known [Hz].
         per_filter: steps per filter width of the pre-runs that compare models.
         reed_modes: of the pre-runs that compare seats.
     """
@@ -62,6 +63,7 @@ class Sensitivity:
     asked: tuple[str, ...]
     finest: float
     exact: bool = False
+    band: float = math.inf
     per_filter: int = COARSE
     reed_modes: int = MODES
     _runs: dict[tuple[int, float], Values] = field(default_factory=dict, init=False, repr=False, compare=False)
@@ -188,8 +190,11 @@ class Sensitivity:
     def above(self, frequency: float) -> Changes:
         """Return what a seat with modes up to ``frequency`` [Hz] leaves: those down to 1.6 below, or all above.
 
-        No less than with more modes: a small change may be an accident. Of a seat without modes: nothing.
+        No less than with more modes: a small change may be an accident. Of a seat without modes: nothing. Beyond the
+        band in which they are known, what they leave there falls with the frequency, to first order.
         """
+        if frequency > self.band:
+            return times(self.band / frequency, self.above(self.band))
         return self._above(math.floor(math.log(frequency, NARROWER)))
 
     def _above(self, rung: int) -> Changes:

@@ -1,0 +1,70 @@
+"""A look at the seat before anything is chosen: its real geometry on a coarse mesh, assembled and reduced."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Final
+
+from impact.runs.variations import NARROWER
+from seatfem.machine.resources import Machine
+from seatfem.structures.cache import Cache
+from seatfem.structures.estimates.costs import seat_model, seat_seconds
+from seatfem.structures.estimates.surrogate import ERRORS, Patch, Sizes, Surrogate, sizes_for
+from seatfem.structures.method import Method
+from seatfem.structures.store import Store
+from seatfem.study.impacts.contact import seat_of
+from seatfem.study.method import BAND, TOLERANCE, is_given, stated_method
+from seatfem.study.safety import FIRST_WAVE
+from seatfem.study.scene import Scene
+
+BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
+"""Band edges that are chosen from [Hz]: five a decade, so that different contact scenes share a seat."""
+PER_FILTER: Final = 0.5  # band of the look times the width of the filter
+COARSE_TOLERANCE: Final = 0.02  # of its reduction: looser ones take as long and tell less
+IMPOSSIBLE: Final = (ArithmeticError, OSError, RuntimeError, ValueError)
+"""What a seat that cannot be made ends with: the run tells of it, a plan is made by the surrogate."""
+
+
+def look_at(scene: Scene, surrogate: Surrogate, machine: Machine, store: Store, longest: float) -> Surrogate:
+    """Return the seat itself on a coarse mesh, as a whole, in place of its surrogate; the surrogate of a seat that is
+    not reduced or is exact, and where the look is predicted to take more than ``longest`` [s]."""
+    if not scene.seat.traits.is_reduced or surrogate.exact or surrogate.patch is None:
+        return surrogate
+    method = coarse_method(scene, surrogate.patch)
+    model = seat_model(scene.seat, method, scene.run.duration)
+    if model is None or sum(seat_seconds(model, machine).values()) > longest:
+        return surrogate
+    try:
+        seat = seat_of(scene, Cache(None, store), method=method, mesh_error=False)
+    except IMPOSSIBLE:
+        return surrogate
+    words = f"coarse mesh of the seat, {surrogate.words}"
+    return replace(surrogate, greens=seat.greens, words=words, band=method.bandwidth)
+
+
+def coarse_method(scene: Scene, patch: Patch) -> Method:
+    """Return the coarsest method whose seat shows the waves that the filter passes, its face in one ring."""
+    stated = stated_method(scene).seat
+    wanted = max(lowest_band(patch), PER_FILTER / scene.run.filter_width)
+    band = next((edge for edge in BANDS if edge >= wanted), BANDS[-1])
+    how = replace(stated, level=scene.seat.level(0.0).level, rings=1, lip=None)
+    how = how if is_given(scene, BAND) else replace(how, bandwidth=band)
+    how = how if is_given(scene, TOLERANCE) else replace(how, tolerance=COARSE_TOLERANCE)
+    if scene.seat.drawn is None:
+        return how
+    sizes = element_sizes(patch, stated, how.bandwidth or band, ERRORS[0])
+    return replace(how, size=sizes.size, contact_size=sizes.contact_size)
+
+
+def element_sizes(patch: Patch, stated: Method, band: float, error: float) -> Sizes:
+    """Return the sizes of elements for an error of g; those of the file where it states them."""
+    chosen = sizes_for(patch, band, error, stated.order)
+    size = stated.size or max(chosen.size, stated.contact_size or 0.0)
+    return Sizes(size, stated.contact_size or min(size, chosen.contact_size))
+
+
+def lowest_band(patch: Patch) -> float:
+    """Return the narrowest band that describes a body [Hz]: its first resonance, a plate's in bending, and more."""
+    bends = patch.bending_frequency / (2 * math.pi)
+    return NARROWER * (bends or patch.c_p / (FIRST_WAVE * patch.depth))
