@@ -168,8 +168,8 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
     seat = plan.scene.seat
     if seat.traits.is_reduced and surrogate.patch is not None and surrogate.band is None:
         notes.append(
-            "this plan has not looked at a coarse model of the seat, which takes longer than a plan may; it rests on an "
-            f"estimate: {surrogate.words}"
+            "this plan has not looked at a coarse model of the seat, which takes longer than a plan may; it rests on "
+            f"an estimate: {surrogate.words}"
         )
     if seat.elastic is not None and seat.drawn is None:
         notes.append(
