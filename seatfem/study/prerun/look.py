@@ -39,8 +39,10 @@ def look_at(scene: Scene, surrogate: Surrogate, machine: Machine, store: Store, 
         seat = seat_of(scene, Cache(None, store), method=method, mesh_error=False)
     except IMPOSSIBLE:
         return surrogate
-    words = f"coarse mesh of the seat, {surrogate.words}"
-    return replace(surrogate, greens=seat.greens, words=words, band=method.bandwidth)
+    modal = seat.greens.modal
+    highest = 0.0 if modal is None or not len(modal.omega) else float(modal.frequencies_hz.max())
+    band = max(method.bandwidth or 0.0, highest / NARROWER)
+    return replace(surrogate, greens=seat.greens, words=f"coarse mesh of the seat, {surrogate.words}", band=band)
 
 
 def coarse_method(scene: Scene, patch: Patch) -> Method:

@@ -191,10 +191,11 @@ class Sensitivity:
         """Return what a seat with modes up to ``frequency`` [Hz] leaves: those down to 1.6 below, or all above.
 
         No less than with more modes: a small change may be an accident. Of a seat without modes: nothing. Beyond the
-        band in which they are known, what they leave there falls with the frequency, to first order.
+        band in which they are known, what they leave falls with the square of the frequency: what is left out yields
+        as its statics, which are kept, but for its inertia.
         """
         if frequency > self.band:
-            return times(self.band / frequency, self.above(self.band))
+            return times((self.band / frequency) ** 2, self.above(self.band))
         return self._above(math.floor(math.log(frequency, NARROWER)))
 
     def _above(self, rung: int) -> Changes:
