@@ -17,7 +17,7 @@ from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.parts import Mesh
 from seatfem.structures.kinds.selectors import in_scene_words
-from seatfem.structures.kinds.structure import Finding
+from seatfem.structures.kinds.structure import Finding, Inputs, LipFace
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import (
     DISCRETE,
@@ -71,8 +71,9 @@ class Drawn(Elastic):
         return of_same_names(self.shape, self)  # type: ignore[type-var]
 
     @property
-    def no_lip(self) -> str:
-        return super().no_lip or (struck_as_a_whole(self.model) if self.model in WHOLE else "")
+    def lip_face(self) -> LipFace:
+        face = super().lip_face
+        return replace(face, no_lip=face.no_lip or (struck_as_a_whole(self.model) if self.model in WHOLE else ""))
 
     def land(self) -> Land:
         # as it is drawn, without the mesh of a run
@@ -103,11 +104,9 @@ class Drawn(Elastic):
     def copies(self) -> Mapping[AnyLevel, int]:
         return {"sector": self.sectors}
 
-    def content(self) -> dict[str, object]:
-        return {**super().content(), "shape": self.mesh.shape}
-
-    def made_by(self) -> tuple[type, ...]:
-        return (*super().made_by(), type(self.geometry()))
+    def inputs(self) -> Inputs:
+        made = super().inputs()
+        return Inputs({**made.content, "shape": self.mesh.shape}, (*made.classes, type(self.geometry())))
 
     def problems(self) -> Iterator[Finding]:
         yield from self.unknown_names(self.geometry().patches, ("seat",))

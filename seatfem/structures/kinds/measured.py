@@ -125,9 +125,13 @@ file = "response.csv"
     )
 
     def problems(self) -> Iterator[Finding]:
-        yield from opened(self.measured, {"file": self.file})
+        yield from opened(self.response, {"file": self.file})
 
-    def measured(self) -> FrequencyResponse:
+    @property
+    def measured(self) -> FrequencyResponseFile | None:
+        return self
+
+    def response(self) -> FrequencyResponse:
         """Return the measured response of the contact, read once in a process.
 
         Raises:
@@ -151,6 +155,7 @@ file = "response.csv"
             return Solved(self.fit().greens, about={"seat_model": f"poles fitted to {self.file.name}"})
 
     def fit(self) -> PoleFit:
+        """Return the poles fitted to its record, those tried, and its other draws."""
         return read_once(_fitted, (self._asked, self.tolerance, self.free), self.file)
 
 

@@ -17,8 +17,8 @@ from seatfem.structures.estimates.surrogate import Face, Surrogate
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.kinds.selectors import in_scene_words
-from seatfem.structures.kinds.striking import At
-from seatfem.structures.kinds.structure import Traits
+from seatfem.structures.kinds.striking import At, Push
+from seatfem.structures.kinds.structure import Inputs, Traits
 from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.method import Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews, arc, of_sheet
@@ -101,8 +101,9 @@ class ThinPlate(Moving):
             raise KeyProblem(key, words)
         return self
 
-    def made_by(self) -> tuple[type, ...]:
-        return (*super().made_by(), type(self.geometry()))
+    def inputs(self) -> Inputs:
+        made = super().inputs()
+        return replace(made, classes=(*made.classes, type(self.geometry())))
 
     @property
     def radius(self) -> float:
@@ -247,15 +248,14 @@ class ThinPlate(Moving):
         if not isinstance(place, np.ndarray):
             super().check_place(place, key)
 
-    def pushed_at(self, body: Body, place: float | Array | None) -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
+        if by == "springs" and place is None:
+            place = self.spring_points
         if not isinstance(place, np.ndarray):
-            return super().pushed_at(body, place)
+            return super().pushed_at(body, place, by)
         plate = self.plate(body.greens)
         patches = (Patch(plate.sheet.shape.centre + point[None, :], np.ones(1)) for point in place)
         return np.column_stack([plate.at(patch, "the place of a spring or force") for patch in patches])
-
-    def pushed_by_springs(self, body: Body, points: Array | None) -> Array:
-        return self.pushed_at(body, self.spring_points if points is None else points)
 
     def weight(self, body: Body) -> tuple[Array, float]:
         plate = self.plate(body.greens)

@@ -319,7 +319,7 @@ def sources_of(
     }
     if chooses_one_port(scene, method):
         sources[LIP] = _of_one_port(scene, method, seat, problem)
-    if (fit := scene.seat.fit()) is not None and fit.draws:
+    if (measured := scene.seat.measured) is not None and (fit := measured.fit()).draws:
         sources["reduction"], sources[RECORD] = (), _of_record(scene, seat, problem, fit.draws)
     beside = {STRIKER: of_striker(scene, reed, problem), STOPPER: of_stopper(scene, method, problem)}
     for name, parts in beside.items():
