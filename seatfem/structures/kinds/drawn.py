@@ -76,8 +76,6 @@ class Drawn(Elastic):
         return replace(face, no_lip=face.no_lip or (struck_as_a_whole(self.model) if self.model in WHOLE else ""))
 
     def land(self) -> Land:
-        # as it is drawn, without the mesh of a run
-
         return inspect_geometry(self.geometry()).land(self.struck_face, self.own_axis)
 
     @property
@@ -122,8 +120,6 @@ class Drawn(Elastic):
         if shape.rectangle is not None and shape.plan is not None:
             views = of_prism(name, shape.rectangle.sides, shape.rectangle.patch, shape.plan.height)
             return views if self.clamped else replace(views, held=())
-        # of bodies in files only
-
         inspected, struck = inspect_geometry(shape, picture=not coarse), self.struck_face
         normals = [face.normal for face in inspected.faces if struck in face.groups]
         normal = normals[0] if normals else None

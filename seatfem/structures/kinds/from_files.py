@@ -95,8 +95,6 @@ file = "seat.step"
         return self.along
 
     def problems(self) -> Iterator[Finding]:
-        # of drawings in files only
-
         try:
             inspected = inspect_geometry(self.geometry())
         except (MeshingError, OSError) as error:
@@ -128,8 +126,6 @@ file = "seat.step"
 
     def patch(self) -> Patch | None:
         """Return the patch as the faces in the file are; raises `GeometryError` without any."""
-        # of drawings in files only
-
         inspected = inspect_geometry(self.geometry())
         if "contact" not in inspected.shape.groups:
             raise GeometryError("\n".join(message for _, message in inspected.problems))

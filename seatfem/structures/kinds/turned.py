@@ -121,8 +121,6 @@ class Turned(Drawn):
         }
 
     def measures_inside(self, level: Level) -> float:
-        # of plans only
-
         if level in ("axisymmetric", "harmonics"):
             return section_of(self.geometry().profile).inner.total
         return super().measures_inside(level)
