@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from seatfem.structures.finite_elements import AnyMesh
     from seatfem.structures.inspection.mesh_file import Part
     from seatfem.structures.lands import Land
-    from seatfem.structures.natural_modes import NaturalModes, Wanted
 
 WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # the same of a ring-shaped face of other bodies
 
@@ -232,11 +231,6 @@ class Drawn(Elastic):
 
         spec, level = self.mesh_spec(method), self.elements_of(method)
         return draw_both(self, spec, level, Stopwatch(), progress, method=method, coarser=True)
-
-    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
-        from seatfem.structures.natural_modes import in_space  # of `seatfem modes` only
-
-        return in_space(self, wanted, watch, progress)
 
 
 def struck_as_a_whole(model: str) -> str:

@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from seatfem.structures.inspection.mesh_file import Part
     from seatfem.structures.lands import Land
     from seatfem.structures.mesh.meshing import SeatMesh
-    from seatfem.structures.natural_modes import NaturalModes, Wanted
 
 OTHER_NAMES: Final = {"path": "file"}
 """Keys that are called otherwise in the geometry's specification."""
@@ -237,13 +236,6 @@ file = "seat.msh"
 
     def meshes(self, method: Method, progress: Progress) -> tuple[AnyMesh, AnyMesh | None]:
         return self.read(progress), None
-
-    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
-        from seatfem.structures.natural_modes import of_mesh
-
-        with watch("mesh"):
-            mesh = self.read(progress)
-        return of_mesh(self, mesh, wanted, watch, progress)
 
 
 @lru_cache(maxsize=2)

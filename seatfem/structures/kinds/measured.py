@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
     from impact.measured.pole_fit import PoleFit
     from seatfem.structures.model import SecondOrderModel
-    from seatfem.structures.natural_modes import NaturalModes, Wanted
 
 UNIVERSAL: Final = (".uff", ".unv")
 Made = TypeVar("Made")
@@ -226,13 +225,6 @@ damping_ratio = 0.02
         """Return the model in the files, read once in a process. Raises `ModelError`, `OSError`."""
         files = (self.mass, self.stiffness, self.damping, self.contact)
         return read_once(_matrices, (*files, self.system, self.first_dof, self.constrained), *filter(None, files))
-
-    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
-        from seatfem.structures.natural_modes import of_one  # of `seatfem modes` only
-
-        model = self.system_of_equations()
-        with watch("modes"):
-            return of_one(model, None, wanted, progress)
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from seatfem.structures.kinds.measured import FrequencyResponseFile
     from seatfem.structures.kinds.thin_plate import ThinPlate
     from seatfem.structures.lip import AnyLip
-    from seatfem.structures.natural_modes import NaturalModes, Wanted
+    from seatfem.structures.model import SecondOrderModel
 
 NO_RING: Final = (
     "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
@@ -289,9 +289,8 @@ class Structure(Striking):
         assert greens is not None
         return Solved(greens, about={"seat_model": self._model_words}, plane=self.traits.plane)
 
-    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
-        """Return its modes, complete by inertia, whatever excites them; ``None`` where there is nothing to take them
-        from."""
+    def system_of_equations(self) -> SecondOrderModel | None:
+        """Return the matrices in its files; ``None`` of a body that has none."""
         return None
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:

@@ -26,7 +26,6 @@ from seatfem.structures.shapes import Flat
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
-    from seatfem.structures.natural_modes import NaturalModes, Wanted
     from seatfem.structures.sheets import PlateModes, Sheet, SolvedSheet
 
 SHORTEST: Final = 1 / 6  # thickness over a bending wave that is a plate's
@@ -218,13 +217,6 @@ class ThinPlate(Moving):
             solved = self.solved(method.lip, method.bandwidth, method.behind, mesh_error=mesh_error)
         about = {"seat_model": f"Mindlin plate, {len(solved.modes.omega)} modes", "seat_dof": solved.model.size}
         return Solved(solved.greens, model=solved.model, modes=solved.modes, about=about)
-
-    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
-        from seatfem.structures.natural_modes import of_one  # of `seatfem modes` only
-        from seatfem.structures.sheets import model_of  # as above
-
-        with watch("modes"):
-            return of_one(model_of(self.sheet(), self.lips(None)), None, wanted, progress)
 
     @property
     def spring_points(self) -> Array | None:

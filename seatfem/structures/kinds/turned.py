@@ -13,9 +13,7 @@ from pydantic import Field, model_validator
 from impact.after.histories import Spans
 from impact.bodies.body import Body
 from impact.greens.base import Array
-from impact.notices import Progress
 from seatfem.fields import Angle, KeyProblem, Length, of_same_names
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures.estimates.samples import section_of
 from seatfem.structures.estimates.surrogate import Column
 from seatfem.structures.kinds.drawn import Drawn, struck_as_a_whole
@@ -31,7 +29,6 @@ if TYPE_CHECKING:
     from impact.after.stresses import ReedStress
     from impact.exact.contact_stress import ShearMaximum
     from seatfem.structures.lip import AnyLip
-    from seatfem.structures.natural_modes import NaturalModes, Wanted
 
 MOST_HARMONICS: Final = 1000  # that are taken of a part of a ring (`seatfem.structures.reduction.harmonics`)
 NARROWEST: Final = 2 * math.pi / MOST_HARMONICS
@@ -124,13 +121,6 @@ class Turned(Drawn):
         if level in ("axisymmetric", "harmonics"):
             return section_of(self.geometry().profile).inner.total
         return super().measures_inside(level)
-
-    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
-        from seatfem.structures.natural_modes import by_harmonics  # of `seatfem modes` only
-
-        if self.isotropic and self.model != "3d":
-            return by_harmonics(self, wanted, watch, progress)
-        return super().natural_modes(wanted, watch, progress)
 
 
 class Annular(Turned):
