@@ -22,7 +22,7 @@ from seatfem.structures.formats.uff import read_frf_uff, read_modes_uff
 from seatfem.structures.inspection.cad import FileState, opened, state_of
 from seatfem.structures.kinds.elastic import Reduced
 from seatfem.structures.kinds.motion import Moving, ResponseColumns, ResponseUnits, stated_in
-from seatfem.structures.kinds.structure import Finding, Traits
+from seatfem.structures.kinds.structure import Finding, Measured, Traits
 from seatfem.structures.method import Method, Solved
 from seatfem.structures.rings import with_fewer_rings
 from seatfem.units import write_quantity
@@ -127,7 +127,7 @@ file = "response.csv"
         yield from opened(self.response, {"file": self.file})
 
     @property
-    def measured(self) -> FrequencyResponseFile | None:
+    def measured(self) -> Measured | None:
         return self
 
     def response(self) -> FrequencyResponse:
@@ -154,7 +154,6 @@ file = "response.csv"
             return Solved(self.fit().greens, about={"seat_model": f"poles fitted to {self.file.name}"})
 
     def fit(self) -> PoleFit:
-        """Return the poles fitted to its record, those tried, and its other draws."""
         return read_once(_fitted, (self._asked, self.tolerance, self.free), self.file)
 
 

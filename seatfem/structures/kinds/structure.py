@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Protocol
 
 from pydantic import Field
 from pydantic.fields import FieldInfo
@@ -25,10 +25,11 @@ from seatfem.structures.method import Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews
 
 if TYPE_CHECKING:
+    from impact.measured.frf import FrequencyResponse
+    from impact.measured.pole_fit import PoleFit
     from seatfem.structures.kinds.beam import Beam
     from seatfem.structures.kinds.drawn import Drawn
     from seatfem.structures.kinds.elastic import Elastic
-    from seatfem.structures.kinds.measured import FrequencyResponseFile
     from seatfem.structures.kinds.thin_plate import ThinPlate
     from seatfem.structures.lip import AnyLip
     from seatfem.structures.model import SecondOrderModel
@@ -99,6 +100,16 @@ class LipFace:
 
     ring: tuple[float, float] | None = None
     no_lip: str = ""
+
+
+class Measured(Protocol):
+    """A body that is known by a measured response."""
+
+    def response(self) -> FrequencyResponse:
+        """Return the measured response of the contact, read once in a process. Raises as its reader."""
+
+    def fit(self) -> PoleFit:
+        """Return the poles fitted to its record, those tried, and its other draws."""
 
 
 @dataclass(frozen=True)
@@ -176,7 +187,7 @@ class Structure(Striking):
         return None
 
     @property
-    def measured(self) -> FrequencyResponseFile | None:
+    def measured(self) -> Measured | None:
         """Return the body as one whose poles are fitted to a measured response; ``None`` of others."""
         return None
 
