@@ -83,7 +83,7 @@ def _rows(scene: Scene) -> Iterator[tuple[str, str]]:
 def _struck(body: Structure, along: Contact | Literal[False]) -> str:
     """Return what is known of a body's struck face, and of a response that was measured, without any mesh."""
     facts = []
-    if (ring := body.struck_ring) is not None:
+    if (ring := body.lip_face.ring) is not None:
         mean, width = (write_quantity(size, "length") for size in ring)
         facts.append(f"flat ring, mean radius {mean}, width {width}")
     elif along and along.along_a_lip and (lip := body.lip()) is not None:
@@ -92,7 +92,8 @@ def _struck(body: Structure, along: Contact | Literal[False]) -> str:
         about, digits = ("", 5) if ring else ("about ", 2)  # of coarse flat triangles
         area, width = write_quantity(patch.area, "area", digits), write_quantity(patch.width, "length", digits)
         facts.append(f"area {about}{area}, narrowest width {about}{width}")
-    if (response := body.measured()) is not None:
+    if body.measured is not None:
+        response = body.measured.response()
         first, last = (write_quantity(float(f), "frequency") for f in (response.frequency[0], response.frequency[-1]))
         facts.append(f"response at {len(response.frequency)} frequencies, {first} to {last}")
     return "; ".join(facts)

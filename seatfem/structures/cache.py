@@ -51,7 +51,7 @@ def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> 
     if how.get("rings") == 1:
         del how["rings"]
     how |= {name: lip.content for name in ("lip", "behind") if (lip := getattr(method, name)) is not None}
-    parts: dict[str, object] = {**structure.content(), "method": how}
+    parts: dict[str, object] = {**structure.inputs().content, "method": how}
     if not mesh_error:
         parts["mesh_error"] = False
     if code := _from_elsewhere(structure, method):
@@ -73,7 +73,7 @@ def _from_elsewhere(structure: Structure, method: Method) -> list[str]:
         from seatfem.structures.reduction.reducer import defined  # for load time
 
         reductions = [each for each in defined() if method.reduction in (AUTO, each.name)]
-    return sources_from_elsewhere(*structure.made_by(), *reductions)
+    return sources_from_elsewhere(*structure.inputs().classes, *reductions)
 
 
 def load_cached(path: Path, key: str, duration: float, tell: Tell | None = None) -> GreensFunction | None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -259,10 +260,7 @@ def _around(
     """Return an arc of the ring, by Fourier harmonics."""
     arc, rings = body.struck_arc, method.rings or 1
     assert arc is not None
-
-    def build(harmonic: int) -> SecondOrderModel:
-        return matrices(body, mesh, "harmonics", rings=rings, harmonic=harmonic)
-
+    build = partial(_harmonic, body, mesh, rings)
     patches = {name: RingPatch(0.0, arc, name) for name in ring_names("contact", rings)}
     aims = replace(_aims(body, method, duration), distributed=False)
     with watch("reduction"):
@@ -282,10 +280,7 @@ def _along(
     """Return all of the ring in arcs, by Fourier harmonics."""
     lip = method.lip
     assert isinstance(lip, Lip)
-
-    def build(harmonic: int) -> SecondOrderModel:
-        return matrices(body, mesh, "harmonics", rings=lip.rings, harmonic=harmonic)
-
+    build = partial(_harmonic, body, mesh, lip.rings)
     width, faces = 2 * np.pi / lip.arcs, ring_names("contact", lip.rings)
     patches = [RingPatch(float(angle), width, face) for angle in lip.angles for face in faces]
     with watch("reduction"):
@@ -299,6 +294,10 @@ def _along(
         )
     about = {"seat_model": AT_ONCE if method.static else LIP_MODES, **_mesh_keys(mesh)}
     return Solved(_from_mesh(greens, mesh), None, mesh, about=about)
+
+
+def _harmonic(body: Elastic, mesh: AnyMesh, rings: int, harmonic: int) -> SecondOrderModel:
+    return matrices(body, mesh, "harmonics", rings=rings, harmonic=harmonic)
 
 
 def _aims(body: Reduced, method: Method, duration: float) -> Aims:

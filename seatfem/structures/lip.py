@@ -44,7 +44,18 @@ class AnyLip(ABC):
     """Flat faces between two lines each. Places along them are shares of their area, one face after the other.
 
     Its centre line runs half way between both lines, along cuts across.
+
+    Attributes:
+        arcs: of equal areas.
+        rings: across each arc.
+        offset: of its centre from the body's own point of contact [m].
+        side: what the names of its ports begin with; "" of the seat's.
     """
+
+    arcs: int
+    rings: int
+    offset: tuple[float, float]
+    side: str
 
     def __post_init__(self) -> None:
         """Raise `ModelError` of numbers of parts below one, or above `MOST_PORTS` together."""
@@ -53,26 +64,6 @@ class AnyLip(ABC):
                 f"a lip of {self.arcs} segments by {self.rings} rings: each at least 1, together at most {MOST_PORTS}: "
                 "take fewer contact.ports or contact.rings"
             )
-
-    @property
-    @abstractmethod
-    def arcs(self) -> int:
-        """Return the number of arcs, of equal areas."""
-
-    @property
-    @abstractmethod
-    def rings(self) -> int:
-        """Return the number of rings across each arc."""
-
-    @property
-    @abstractmethod
-    def offset(self) -> tuple[float, float]:
-        """Return the offset of its centre from the body's own point of contact [m]."""
-
-    @property
-    @abstractmethod
-    def side(self) -> str:
-        """Return what the names of its ports begin with; "" of the seat's."""
 
     @property
     @abstractmethod

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final
 
@@ -21,7 +21,7 @@ from seatfem.structures.estimates.sizes import check_elastic
 from seatfem.structures.finite_elements import draw, matrices
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.kinds.turned import Turned
+from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.mesh.meshing import SeatMesh
 from seatfem.structures.mesh.plane_meshes import MeridianMesh
 from seatfem.structures.method import Level, Method
@@ -29,6 +29,7 @@ from seatfem.structures.model import Array, ModelError, SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.modes import Modes, solve_modes
 from seatfem.structures.reduction.ring_patches import RingPatch
+from seatfem.structures.sheets import model_of
 
 DEFAULT_COUNT: Final = 20
 _FEWEST_SEEN: Final = 10  # modes that a mesh can tell apart, however few are asked for
@@ -112,32 +113,34 @@ class Wanted:
         return Wanted(DEFAULT_COUNT if count is None and up_to_hz is None else count, up_to_hz)
 
 
-def in_space(body: Drawn, wanted: Wanted, watch: Stopwatch, progress: Progress = silent) -> NaturalModes:
-    """Return the modes of a drawn body, complete by inertia, whatever excites them."""
-    with watch("mesh"):
-        mesh = _drawn(body, "3d", wanted, progress)
-    assert not isinstance(mesh, MeridianMesh)
-    return of_mesh(body, mesh, wanted, watch, progress)
-
-
-def of_mesh(
-    body: Elastic, mesh: SeatMesh, wanted: Wanted, watch: Stopwatch, progress: Progress = silent
-) -> NaturalModes:
-    """Return the same on a mesh of the whole body."""
-    check_elastic(body, mesh, "3d", body.greens.method)
-    with watch("assembly"):
-        model = matrices(body, mesh, "3d", progress)
+def modes_of(body: Structure, wanted: Wanted, watch: Stopwatch, progress: Progress = silent) -> NaturalModes | None:
+    """Return a body's modes, complete by inertia, whatever excites them; ``None`` where there is nothing to take them
+    from."""
+    model, mesh = body.system_of_equations(), None
+    if (plate := body.thin_plate) is not None:
+        with watch("modes"):
+            model = model_of(plate.sheet(), plate.lips(None))
+    elif (elastic := body.elastic) is not None:
+        drawn = body.drawn
+        around = drawn is not None and drawn.traits.revolved and drawn.isotropic and drawn.model != "3d"
+        with watch("mesh"):
+            mesh = (
+                elastic.meshes(Method(), progress)[0]
+                if drawn is None
+                else _drawn(drawn, "harmonics" if around else "3d", wanted, progress)
+            )
+        if isinstance(mesh, MeridianMesh):
+            with watch("modes"):
+                return _around(elastic, mesh, wanted, progress)
+        check_elastic(elastic, mesh, "3d", elastic.greens.method)
+        with watch("assembly"):
+            model = matrices(elastic, mesh, "3d", progress)
+    if model is None:
+        return None
     with watch("modes"):
-        return of_one(model, mesh, wanted, progress)
-
-
-def by_harmonics(body: Turned, wanted: Wanted, watch: Stopwatch, progress: Progress = silent) -> NaturalModes:
-    """Return the same of a solid of revolution, harmonic by harmonic."""
-    with watch("mesh"):
-        section = _drawn(body, "harmonics", wanted, progress)
-    assert isinstance(section, MeridianMesh)
-    with watch("modes"):
-        return _around(body, section, wanted, progress)
+        solved = solve_modes(model, wanted.count, up_to_hz=wanted.up_to_hz, progress=progress)
+        modes = tuple(_listed(model, solved, _elastic_compliance(model, solved)))
+        return NaturalModes(modes, solved.complete, mesh, model.size, "the whole body")
 
 
 def _drawn(body: Drawn, level: Level, wanted: Wanted, progress: Progress) -> SeatMesh | MeridianMesh:
@@ -150,21 +153,13 @@ def _drawn(body: Drawn, level: Level, wanted: Wanted, progress: Progress) -> Sea
     return draw(body, body.mesh_spec(method), level, progress, method=method)
 
 
-def of_one(model: SecondOrderModel, mesh: SeatMesh | None, wanted: Wanted, progress: Progress) -> NaturalModes:
-    """Return the modes of a model of the whole body."""
-    solved = solve_modes(model, wanted.count, up_to_hz=wanted.up_to_hz, progress=progress)
-    static = _elastic_compliance(model, solved)
-    modes = tuple(_listed(model, solved, static))
-    return NaturalModes(modes, solved.complete, mesh, model.size, "the whole body")
-
-
-def _around(body: Turned, mesh: MeridianMesh, wanted: Wanted, progress: Progress) -> NaturalModes:
+def _around(body: Elastic, mesh: MeridianMesh, wanted: Wanted, progress: Progress) -> NaturalModes:
     """Return the modes harmonic by harmonic, until none has a mode below what is asked for."""
 
     def build(harmonic: int, torsion: bool = False) -> SecondOrderModel:
         return matrices(body, mesh, "harmonics", harmonic=harmonic, torsion=torsion)
 
-    patch = RingPatch(0.0, 2 * math.pi if body.arc is None else body.arc)
+    patch = RingPatch(0.0, 2 * math.pi if body.struck_arc is None else body.struck_arc)
     all_modes: list[Mode] = []
     compliances: dict[int, float] = {}
     complete, empty, harmonic, dof = True, 0, 0, 0
@@ -177,7 +172,7 @@ def _around(body: Turned, mesh: MeridianMesh, wanted: Wanted, progress: Progress
             modes = solve_modes(model, most, up_to_hz=highest or wanted.up_to_hz)
             complete = complete and modes.complete
             static = _elastic_compliance(model, modes)
-            weight = float(patch.coefficients(harmonic)) ** 2 if body.arc is not None else float(harmonic == 0)
+            weight = float(patch.coefficients(harmonic)) ** 2 if body.struck_arc is not None else float(harmonic == 0)
             if model.ports:
                 compliances[harmonic] = static or 0.0
             all_modes += _listed(model, modes, None if not model.ports else static, harmonic, torsion, weight)
@@ -186,7 +181,7 @@ def _around(body: Turned, mesh: MeridianMesh, wanted: Wanted, progress: Progress
         harmonic += 1
         progress("harmonics", harmonic / (harmonic + 4))
     progress("harmonics", 1.0)
-    all_modes = _shared(all_modes, patch, compliances, build, arc=body.arc is not None)
+    all_modes = _shared(all_modes, patch, compliances, build, arc=body.struck_arc is not None)
     searched = f"nodal diameters 0 to {harmonic - 1}, torsion among them"
     return NaturalModes(tuple(all_modes), complete, mesh, dof, searched)
 
@@ -267,7 +262,7 @@ def _shared(
     each = np.interp(all_n, known, scaled) / np.maximum(all_n, 1)
     total = float(np.sum(patch.coefficients(all_n) ** 2 * each))
 
-    def of_all(mode: Mode) -> float | None:
-        return None if mode.share is None else mode.share * compliances[mode.diameters or 0] / total
-
-    return [Mode(m.frequency_hz, m.residual, of_all(m), m.diameters, m.family, m.model, m.shape) for m in found]
+    return [
+        mode if mode.share is None else replace(mode, share=mode.share * compliances[mode.diameters or 0] / total)
+        for mode in found
+    ]

@@ -65,7 +65,7 @@ STRIKERS: Final = {
 
 
 def may_strike(kind: type[Structure]) -> bool:
-    return kind.__module__.startswith("seatfem.") and bool(kind.model_construct().moved_by)
+    return kind.__module__.startswith("seatfem.") and bool(kind.traits.moved_by)
 
 
 def scene_of(kind: str, folder: Path) -> Scene:

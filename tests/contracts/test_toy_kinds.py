@@ -17,7 +17,7 @@ from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.fields import Length, Mass, Stiffness
 from seatfem.structures.kinds import kinds_of
-from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.kinds.structure import Structure, Traits
 from seatfem.structures.kinds.turned import Turned
 from seatfem.structures.shapes import Turning
 from seatfem.structures.shapes.profile import Profile, polygon
@@ -59,18 +59,12 @@ def toys() -> Iterator[None]:
     class ToyHammer(Structure):
         """A mass on a spring, drawn back and let go."""
 
+        traits: ClassVar[Traits] = Traits(moved_by=("drawn_back",))
+
         kind: Literal["toy_hammer"]
         mass: Mass = Field(description="of the head")
         stiffness: Stiffness = Field(description="of its spring")
         drawn_back: Length | None = Field(None, description="how far it is drawn back")
-
-        @property
-        def motion(self) -> str:
-            return "" if self.drawn_back is None else "drawn_back"
-
-        @property
-        def moved_by(self) -> tuple[str, ...]:
-            return ("drawn_back",)
 
         def closed_form(self) -> GreensFunction | None:
             omega = np.array([np.sqrt(self.stiffness / self.mass)])

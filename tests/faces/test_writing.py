@@ -153,7 +153,7 @@ def test_an_error_of_the_disk_names_the_file_that_was_meant(tmp_path: Path) -> N
 def test_a_folder_that_cannot_be_written_to_is_found_first(
     verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for place in ("seatfem.study.runs.pipeline.plan_scene", "seatfem.structures.natural_modes.in_space"):
+    for place in ("seatfem.study.runs.pipeline.plan_scene", "seatfem.study.runs.pipeline.modes_of"):
         monkeypatch.setattr(place, lambda *given, **named: pytest.fail("computed"))
     monkeypatch.setattr("seatfem.study.trade.trade.plan_scene", lambda *given, **named: pytest.fail("planned"))
     (tmp_path / "file").write_text("", encoding="utf-8")

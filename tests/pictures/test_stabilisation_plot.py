@@ -53,7 +53,7 @@ def test_a_run_on_a_noisy_record_draws_what_was_tried(tmp_path: Path) -> None:
     assert list(pictures) == ["fit.png", "stabilisation.png"]
     pictures["stabilisation.png"](tmp_path / "stabilisation.png")
     assert (tmp_path / "stabilisation.png").stat().st_size > 20_000
-    response = seat.measured()
+    response = seat.response()
     assert response is not None
     plot_stabilisation(response, seat.fit().tried, tmp_path / "drawn.svg")
     drawn = (tmp_path / "drawn.svg").read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate
 from seatfem.structures.fields.corners import sharp_nodes
 from seatfem.structures.fields.recovery import StressField, at_time, largest, von_mises
-from seatfem.structures.fields.sites import plate_nodes, plate_points, plate_shear, plate_stress
+from seatfem.structures.fields.sites import plate_nodes, plate_points, plate_stress
 from seatfem.structures.lip import Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.model import Array, ModelError
@@ -42,8 +42,6 @@ def test_a_strip_under_a_tip_force_is_a_beam() -> None:
     stress = (plate_stress(mesh, beam, THICKNESS, model, sites) @ push).reshape(-1, 6)
     exact = -6 * (LENGTH - x) / (WIDTH * THICKNESS**2)  # compressed where it bends towards
     np.testing.assert_allclose(stress[:, 0], exact, rtol=0.01)
-    shear = (plate_shear(mesh, beam, THICKNESS, model, sites) @ push).reshape(-1, 2)
-    np.testing.assert_allclose(shear[:, 0], 1.5 / (WIDTH * THICKNESS), rtol=0.02)
 
 
 def field_error(columns: int) -> float:
@@ -75,7 +73,6 @@ def test_pure_bending_is_exact() -> None:
         w = xx * x**2 / 2 + yy * y**2 / 2 + xy * x * y
         unknowns = np.stack([w, mesh.side * (xx * x + xy * y), mesh.side * (yy * y + xy * x)], axis=1).ravel()
         sites = plate_nodes(mesh)
-        assert np.abs(plate_shear(mesh, material, THICKNESS, model, sites) @ unknowns).max() < 1.0
         return (plate_stress(mesh, material, THICKNESS, model, sites) @ unknowns).reshape(-1, 6)
 
     moment = 200e9 * THICKNESS**3 / 12 / (1 - 0.3**2) * np.array([1 + 0.3 * 2, 2 + 0.3 * 1, 0, 0, 0, 0.7 * 0.5])

@@ -18,9 +18,9 @@ from seatfem.structures.fields import peaks, recovery, solids
 from seatfem.structures.fields.peaks import largest, principal, von_mises
 from seatfem.structures.fields.recovery import Response, at_time, field_of, histories, mises_range, recover
 from seatfem.structures.fields.sites import at_points, on_surface
-from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, felt, mixing_of, solid_stress
+from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, felt, solid_stress
 from seatfem.structures.materials import Material
-from seatfem.structures.reduction.ring_patches import RingPatch
+from seatfem.structures.reduction.ring_patches import RingPatch, mixing_of
 from tests.ring_mesh import around
 
 STEEL = Material(200e9, 0.3, 7850.0)

@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures.natural_modes import Wanted
+from seatfem.structures.natural_modes import Wanted, modes_of
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.scene import Scene
 from tests.gallery import load_text
@@ -48,7 +48,7 @@ def twist(x: float) -> float:
 
 def test_modes_of_a_free_sphere(tmp_path: Path) -> None:
     """Its facet is a 100th of its section and moves them by less than a part in a thousand; six are rigid."""
-    modes = scene_of(tmp_path).reed.natural_modes(Wanted(48), Stopwatch(), lambda *given: None)
+    modes = modes_of(scene_of(tmp_path).reed, Wanted(48), Stopwatch(), lambda *given: None)
     assert modes.complete
     found = 2 * np.pi * modes.frequencies_hz * RADIUS / SHEAR_WAVE
     assert np.sum(found == 0) == 6

@@ -9,7 +9,7 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures.cache import build, key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.model import ModelError
-from seatfem.structures.natural_modes import Wanted
+from seatfem.structures.natural_modes import Wanted, modes_of
 from seatfem.structures.sheets import Sheet, SolvedSheet
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.scene import Scene, SceneError, load_scene
@@ -90,7 +90,7 @@ def test_it_is_struck_and_stops(tmp_path: Path) -> None:
 
 def test_natural_modes(tmp_path: Path) -> None:
     reed = scene_of(tmp_path, FLAPPER + COARSE, more=LANDING).reed
-    modes = reed.natural_modes(Wanted(3), Stopwatch(), lambda *given: None)
+    modes = modes_of(reed, Wanted(3), Stopwatch(), lambda *given: None)
     assert modes.complete
     assert modes.frequencies_hz == pytest.approx((196.6, 915.2, 1644.7), rel=2e-3)
     assert modes.modes[1].share == pytest.approx(0.0, abs=1e-6)  # torsion

@@ -109,7 +109,7 @@ def test_lines_that_do_not_fit_are_advised(tmp_path: Path) -> None:
 )
 def test_what_the_scene_says_of_columns_is_checked(tmp_path: Path, old: str, new: str, words: str) -> None:
     with pytest.raises((SceneError, ValueError), match=words):
-        scene(tmp_path, 0.01, SEAT.replace(old, new)).seat.measured()
+        scene(tmp_path, 0.01, SEAT.replace(old, new)).seat.response()
 
 
 def test_courses_of_any_header(tmp_path: Path) -> None:

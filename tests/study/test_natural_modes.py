@@ -14,7 +14,7 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
 from seatfem.structures.model import ModelError
-from seatfem.structures.natural_modes import Wanted
+from seatfem.structures.natural_modes import Wanted, modes_of
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.runs import pictures
@@ -40,7 +40,7 @@ def seat_of(text, tmp_path):
 
 
 def found(text, tmp_path, count=None, up_to_hz=None):
-    return seat_of(text, tmp_path).seat.natural_modes(Wanted.from_limits(count, up_to_hz), Stopwatch(), silent)
+    return modes_of(seat_of(text, tmp_path).seat, Wanted.from_limits(count, up_to_hz), Stopwatch(), silent)
 
 
 @pytest.fixture(scope="module")
@@ -144,10 +144,10 @@ def test_the_mesh_is_as_fine_as_what_is_looked_for(tmp_path):
     lowest frequencies are within 1 % of those on a mesh that was asked for 16."""
     bar = '[seat]\nkind = "bar"\nlength = "40 mm"\nwidth = "10 mm"\nheight = "8 mm"\nmaterial = "steel"\n'
     wide = seat_of(bar + 'greens = { bandwidth = "2 MHz" }\n', tmp_path).seat
-    few, many = (wide.natural_modes(Wanted(count), Stopwatch(), silent) for count in (6, 16))
+    few, many = (modes_of(wide, Wanted(count), Stopwatch(), silent) for count in (6, 16))
     assert few.dof < 30_000 < many.dof  # 2 MHz: half a million
     assert few.frequencies_hz == pytest.approx(many.frequencies_hz[:6], rel=0.01)
-    below = wide.natural_modes(Wanted(None, 1.01 * many.frequencies_hz[5]), Stopwatch(), silent)
+    below = modes_of(wide, Wanted(None, 1.01 * many.frequencies_hz[5]), Stopwatch(), silent)
     assert len(below.modes) == 6
     assert below.dof < many.dof
 

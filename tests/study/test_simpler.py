@@ -46,9 +46,9 @@ def test_one_port_is_the_plate_struck_by_the_whole_lip(tmp_path: Path) -> None:
     scene = scene_of(tmp_path)
     found = simpler_models(scene, striker_of(scene), bed(Division(8), STIFFNESS), DT)
     assert list(found) == ["one_port", "beam"]
-    assert scene.seat.struck_ring is not None
-    ring = scene.reed.solved(Lip(*scene.seat.struck_ring)).greens
-    gap = 1e-6 + (RADIUS + scene.seat.struck_ring[1] / 2) * math.tan(TILT)  # the rim is lowest
+    assert scene.seat.lip_face.ring is not None
+    ring = scene.reed.solved(Lip(*scene.seat.lip_face.ring)).greens
+    gap = 1e-6 + (RADIUS + scene.seat.lip_face.ring[1] / 2) * math.tan(TILT)  # the rim is lowest
     body = scene.reed.body(ring)
     problem = impact.ContactProblem(body, impact.Body(impact.spring(stiffness=STIFFNESS)), gap=gap)
     expected = impact.solve(problem, dt=DT, duration=scene.run.duration)

@@ -40,7 +40,7 @@ def test_a_uniform_one_is_the_cantilever(tmp_path: Path) -> None:
 def test_a_tapered_one_lands(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, "stepped", TAPERED, '[contact]\ngap = "1 um"\n')
     assert scene.reed.start_at(20e-3) == pytest.approx(0.2e-3)
-    assert scene.reed.reach == 20e-3
+    assert scene.reed.span == 20e-3
     assert striker_of(scene).greens.provenance["kind"] == "stepped cantilever"
     found = summary_of(scene, tmp_path / "out")
     assert found["contact_count"] != 0

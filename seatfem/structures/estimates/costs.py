@@ -20,6 +20,7 @@ from seatfem.structures.estimates.sizes import (
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import BEYOND, COARSENING, Method
+from seatfem.structures.method import memory as forgotten_after
 from seatfem.structures.rings import rings_behind
 from seatfem.structures.shapes.profile import profile_of
 
@@ -154,7 +155,8 @@ def krylov_vectors(structure: Structure, method: Method, duration: float, modes:
     """Return the vectors of one port by a law fitted to bodies of all levels (within a third of them), the undamped
     ones only roughly."""
     assert method.bandwidth is not None
-    k, memory = 2 * math.pi * method.bandwidth, structure.memory(method, duration)
+    k = 2 * math.pi * method.bandwidth
+    memory = min(duration, forgotten_after(structure.loss, method.bandwidth))
     modes = min(modes, method.bandwidth * memory)
     loss = structure.loss if structure.elastic is None else structure.elastic.loss_at(k)
     ratio = min(1.0, loss + 0.15 / (k * memory))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from seatfem.structures.elements.mindlin import SHEAR, PlateMesh, located, shapes_at
+from seatfem.structures.elements.mindlin import PlateMesh, located, shapes_at
 from seatfem.structures.elements.shape_functions import Discretization, gradients, values
 from seatfem.structures.errors import ModelError
 from seatfem.structures.materials import Material
@@ -156,7 +156,7 @@ def plate_stress(
         ModelError: a model of another mesh.
     """
     factor = -material.young * thickness / (2 * (1 - material.poisson**2))
-    nu, (slopes, _) = material.poisson, _at_gauss(mesh, sites)
+    nu, slopes = material.poisson, _at_gauss(mesh, sites)
     rows = np.zeros((len(slopes), 6, 9, 3))
     rows[:, 0, :, 1], rows[:, 0, :, 2] = slopes[..., 0], nu * slopes[..., 1]
     rows[:, 1, :, 1], rows[:, 1, :, 2] = nu * slopes[..., 0], slopes[..., 1]
@@ -165,30 +165,15 @@ def plate_stress(
     return _of_unknowns(mesh, model, sites, rows)
 
 
-def plate_shear(
-    mesh: PlateMesh, material: Material, thickness: float, model: SecondOrderModel, sites: Sites
-) -> sparse.csr_array:
-    """Return the (2 P, n) matrix to the transverse shear xz, yz in the mid-surface [Pa], 3/2 of the mean kappa G (grad
-    w - a).
-
-    Raises as `plate_stress`.
-    """
-    slopes, shapes = _at_gauss(mesh, sites)
-    rows = np.zeros((len(slopes), 2, 9, 3))
-    rows[..., 0] = np.swapaxes(slopes, 1, 2)
-    rows[:, 0, :, 1] = rows[:, 1, :, 2] = -shapes / mesh.side
-    return _of_unknowns(mesh, model, sites, 1.5 * SHEAR * material.lame[1] * rows)
-
-
-def _at_gauss(mesh: PlateMesh, sites: Sites) -> tuple[Array, Array]:
-    """Return (E, 9, 2) slopes of the shape functions and (E, 9) their values, led on from the Gauss points."""
-    shapes, slopes = shapes_at(_GAUSS)
+def _at_gauss(mesh: PlateMesh, sites: Sites) -> Array:
+    """Return (E, 9, 2) slopes of the shape functions, led on from the Gauss points."""
+    _, slopes = shapes_at(_GAUSS)
     s, t = sites.inside
     weights = (1 + 3 * s[:, None] * _GAUSS[:, 0]) * (1 + 3 * t[:, None] * _GAUSS[:, 1]) / 4
     cells: NDArray[np.int64] = mesh.cells[sites.element]
     tangents = np.einsum("gks,ekc->egsc", slopes, mesh.points[cells])
     along = np.einsum("gks,egcs->egkc", slopes, np.linalg.inv(tangents), optimize=True)
-    return np.einsum("eg,egkc->ekc", weights, along), weights @ shapes
+    return np.asarray(np.einsum("eg,egkc->ekc", weights, along))
 
 
 def _of_unknowns(mesh: PlateMesh, model: SecondOrderModel, sites: Sites, rows: Array) -> sparse.csr_array:

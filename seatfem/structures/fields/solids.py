@@ -28,7 +28,7 @@ from seatfem.structures.fields.recovery import StressField
 from seatfem.structures.fields.sites import Array, Sites
 from seatfem.structures.materials import Solid
 from seatfem.structures.model import DofMap, ModelError, SecondOrderModel
-from seatfem.structures.reduction.ring_patches import RingPatch
+from seatfem.structures.reduction.ring_patches import RingPatch, mixing_of
 
 COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
 """Of stress; in a body of revolution rr, tt, zz, tz, rz, rt at the angle 0, the shear tz and rt at a quarter wave."""
@@ -259,16 +259,6 @@ def turned(amplitudes: Array, angles: Array, harmonic: int, *, by_sin: bool) -> 
     phase = harmonic * angles[:, None]
     even_turn, odd_turn = (np.sin(phase), -np.cos(phase)) if by_sin else (np.cos(phase), np.sin(phase))
     return np.asarray(amplitudes * np.where(np.isin(np.arange(amplitudes.shape[-1]), odd), odd_turn, even_turn))
-
-
-def mixing_of(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int) -> Array:
-    """Return the (ports, rings, 2) `Harmonic.mixing` of the patches, in the order of the rings' boundaries."""
-    out = np.zeros((len(patches), len(rings), 2))
-    for i, patch in enumerate(patches.values()):
-        turn = harmonic * patch.angle
-        wave = np.array([np.cos(turn), np.sin(turn) if harmonic else 0.0])
-        out[i, rings.index(patch.boundary)] = patch.coefficients(harmonic) * wave
-    return out
 
 
 def felt(patches: Mapping[str, RingPatch], force: Array, most: int) -> list[int]:

@@ -31,7 +31,7 @@ from seatfem.fields import (
 from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
 from seatfem.structures.kinds.parts import Material
-from seatfem.structures.kinds.striking import At, check_along
+from seatfem.structures.kinds.striking import At, Push, check_along
 from seatfem.structures.kinds.structure import Structure, Traits
 from seatfem.structures.method import Method
 from seatfem.structures.outlines import BodyViews, of_beam
@@ -83,7 +83,7 @@ class Beam(Structure):
     """Base of all beams that bend about their thin side."""
 
     group: ClassVar[str] = "reeds"
-    traits: ClassVar[Traits] = Traits(has_weight=True)
+    traits: ClassVar[Traits] = Traits(has_weight=True, moved_by=("release", "pressure", "point_force", "gravity"))
     theory: ClassVar[type[Any]]
     """The beam in closed form, whose fields have the names of keys of the table or of its material."""
     long: ClassVar[str] = "reed.length"
@@ -128,10 +128,6 @@ class Beam(Structure):
         return of_beam(name, self.widths_along, self.thickness, place, both_ends=self.both_held)
 
     @property
-    def moved_by(self) -> tuple[str, ...]:
-        return ("release", "pressure", "point_force", "gravity")
-
-    @property
     def slender(self) -> Beam | None:
         return self
 
@@ -142,13 +138,11 @@ class Beam(Structure):
     def face(self) -> Face:
         return Face(self.mean_width, self.material.young, self.material.density)
 
-    @property
-    def reach(self) -> float | None:
-        return self.span
-
-    @property
-    def free_point(self) -> float | None:
-        return self.beam().free_point
+    def check_place(self, place: float | Array | None, key: str) -> None:
+        if isinstance(place, np.ndarray):
+            super().check_place(place, key)
+        else:
+            check_along(self.kind, self.span, place, key)
 
     def start_at(self, at: float | None) -> float:
         """Return the deflection of the shape that it is released in: that of a force at the tip, or that of a mode."""
@@ -170,8 +164,6 @@ class Beam(Structure):
         return self._body(n_modes, at)
 
     def _body(self, n_modes: int | None, at: At, *, moved: bool = True) -> Body:
-        # scenes are read without it
-
         return reed(
             self.beam(),
             damping_ratio=self.damping_ratio,
@@ -181,15 +173,13 @@ class Beam(Structure):
             loads=self._loads() if moved else (),
         )
 
-    def pushed_at(self, body: Body, place: float | Array | None) -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
         modal = body.greens.modal
         if place is None or isinstance(place, np.ndarray) or modal is None:
-            return super().pushed_at(body, place)
+            return super().pushed_at(body, place, by)
         return self.beam().modes(len(modal.omega)).deflection(place)[:, None]
 
     def weight(self, body: Body) -> tuple[Array, float]:
-        # as above
-
         modal = body.greens.modal
         assert modal is not None
         modes = self.beam().modes(len(modal.omega))
@@ -197,8 +187,6 @@ class Beam(Structure):
         return load.shape, modes.line_density * modes.length
 
     def _release(self) -> reeds.Release | None:
-        # as above
-
         if self.release is None:
             return None
         if self.release.tip_deflection is not None:
@@ -207,8 +195,6 @@ class Beam(Structure):
         return ModeShape(self.release.mode, self.release.deflection or 0.0, velocity=self.release.velocity or 0.0)
 
     def _loads(self) -> list[ReedLoad]:
-        # as above
-
         reed_loads: list[ReedLoad] = []
         if self.pressure is not None:
             reed_loads.append(loads.Pressure(self.pressure.course))
@@ -267,8 +253,6 @@ class Beam(Structure):
 
     def assumed(self) -> tuple[str, ...]:
         """Return the keys that were not given, with the values that stand for them, as far as a reader must know."""
-        # of runs only
-
         values = {
             "width": text(self.mean_width, "m"),
             "thickness": text(self.thickness, "m"),

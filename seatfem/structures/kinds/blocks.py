@@ -36,9 +36,11 @@ height = "5 mm"
     kind: Literal["bar"]
     fixed: Literal["end"] = Field("end", description="the clamped face")
 
-    def check_motion(self) -> None:
-        if self.model == "rod" and self.velocity is None:
+    @model_validator(mode="after")
+    def _motion_without_modes(self) -> Self:
+        if self.model == "rod" and (self.deflection is not None or self.force is not None):
             raise KeyProblem("model", "a rod in closed form has no modes to be set in motion; use model = 'sector'")
+        return self
 
     def geometry(self) -> Bar:
         return of_same_names(Bar, self)

@@ -49,7 +49,7 @@ class RigidMass(Structure):
     """A rigid striker in free flight, as in a drop test."""
 
     group: ClassVar[str] = "strikers"
-    traits: ClassVar[Traits] = Traits(has_weight=True)
+    traits: ClassVar[Traits] = Traits(has_weight=True, moved_by=("velocity",))
 
     sample: ClassVar[str] = """
 mass = "5 g"
@@ -59,10 +59,6 @@ mass = "5 g"
     kind: Literal["rigid_mass"]
     mass: Mass = Field(description="mass")
     velocity: Approach = Field(description='velocity at the start; towards the seat it is negative, as in "-2 m/s"')
-
-    @property
-    def moved_by(self) -> tuple[str, ...]:
-        return ("velocity",)
 
     @property
     def loose(self) -> str:
@@ -84,7 +80,7 @@ mass = "5 g"
 class Rod(Moving):
     """The straight elastic rod in one dimension, clamped or free at its far end, in closed form."""
 
-    traits: ClassVar[Traits] = Traits(plane=True)
+    traits: ClassVar[Traits] = replace(Moving.traits, is_solved=False, plane=True)
 
     sample: ClassVar[str] = """
 young = "206 GPa"
@@ -122,13 +118,15 @@ damping_ratio = 0.02
     def loose(self) -> str:
         return "" if self.far_end == "fixed" else "seat.far_end = 'free' holds nothing"
 
-    def check_motion(self) -> None:
+    @model_validator(mode="after")
+    def _motion_without_modes(self) -> Self:
         if self.far_end == "fixed" and self.velocity is not None:
             raise KeyProblem("velocity", "a rod that is held cannot translate; set far_end = 'free'")
         for key in ("deflection", "force"):
             if getattr(self, key) is not None:
                 free = "a free rod in closed form has no modes to be set in motion; use velocity"
                 raise KeyProblem(key, NO_MODES if self.far_end == "fixed" else free)
+        return self
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         """Return a column of the cross-section that is given, or of a square one of the same area."""

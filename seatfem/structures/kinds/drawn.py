@@ -17,7 +17,7 @@ from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.parts import Mesh
 from seatfem.structures.kinds.selectors import in_scene_words
-from seatfem.structures.kinds.structure import Finding
+from seatfem.structures.kinds.structure import Finding, Inputs, LipFace
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import (
     DISCRETE,
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from seatfem.structures.finite_elements import AnyMesh
     from seatfem.structures.inspection.mesh_file import Part
     from seatfem.structures.lands import Land
-    from seatfem.structures.natural_modes import NaturalModes, Wanted
 
 WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # the same of a ring-shaped face of other bodies
 
@@ -71,12 +70,11 @@ class Drawn(Elastic):
         return of_same_names(self.shape, self)  # type: ignore[type-var]
 
     @property
-    def no_lip(self) -> str:
-        return super().no_lip or (struck_as_a_whole(self.model) if self.model in WHOLE else "")
+    def lip_face(self) -> LipFace:
+        face = super().lip_face
+        return replace(face, no_lip=face.no_lip or (struck_as_a_whole(self.model) if self.model in WHOLE else ""))
 
     def land(self) -> Land:
-        # as it is drawn, without the mesh of a run
-
         return inspect_geometry(self.geometry()).land(self.struck_face, self.own_axis)
 
     @property
@@ -103,11 +101,9 @@ class Drawn(Elastic):
     def copies(self) -> Mapping[AnyLevel, int]:
         return {"sector": self.sectors}
 
-    def content(self) -> dict[str, object]:
-        return {**super().content(), "shape": self.mesh.shape}
-
-    def made_by(self) -> tuple[type, ...]:
-        return (*super().made_by(), type(self.geometry()))
+    def inputs(self) -> Inputs:
+        made = super().inputs()
+        return Inputs({**made.content, "shape": self.mesh.shape}, (*made.classes, type(self.geometry())))
 
     def problems(self) -> Iterator[Finding]:
         yield from self.unknown_names(self.geometry().patches, ("seat",))
@@ -123,8 +119,6 @@ class Drawn(Elastic):
         if shape.rectangle is not None and shape.plan is not None:
             views = of_prism(name, shape.rectangle.sides, shape.rectangle.patch, shape.plan.height)
             return views if self.clamped else replace(views, held=())
-        # of bodies in files only
-
         inspected, struck = inspect_geometry(shape, picture=not coarse), self.struck_face
         normals = [face.normal for face in inspected.faces if struck in face.groups]
         normal = normals[0] if normals else None
@@ -237,11 +231,6 @@ class Drawn(Elastic):
 
         spec, level = self.mesh_spec(method), self.elements_of(method)
         return draw_both(self, spec, level, Stopwatch(), progress, method=method, coarser=True)
-
-    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
-        from seatfem.structures.natural_modes import in_space  # of `seatfem modes` only
-
-        return in_space(self, wanted, watch, progress)
 
 
 def struck_as_a_whole(model: str) -> str:

@@ -16,7 +16,7 @@ from seatfem.structures.estimates.surrogate import Face, Surrogate, freed, of_pa
 from seatfem.structures.inspection.cad import listed
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.parts import AnyMaterial, AnySupport, GreensSettings, Rayleigh
-from seatfem.structures.kinds.structure import Finding, Traits
+from seatfem.structures.kinds.structure import Finding, LipFace, Traits
 from seatfem.structures.lands import face_lip
 from seatfem.structures.method import AUTO, AnyLevel, Applicability, Level, Method
 from seatfem.structures.method import memory as forgotten_after
@@ -61,14 +61,13 @@ class Reduced(Moving):
     def is_convolved(self) -> bool:
         if self.greens.method == AUTO:
             return self.couples
-        # for load time: most scenes name none
-
         from seatfem.structures.reduction.greens import named  # for load time: most scenes name none
 
         return not named(self.greens.method).oscillators
 
     def memory(self, method: Method, duration: float) -> float:
-        """Return the run, or the time in which uniform damping forgets the band's tail [s]."""
+        """Return how long its g must be right in a run of ``duration`` [s]: until uniform damping has forgotten the
+        band's tail, at most."""
         assert method.bandwidth is not None
         return min(duration, forgotten_after(self.damping_ratio, method.bandwidth))
 
@@ -127,17 +126,15 @@ class Elastic(Reduced):
         return None
 
     @property
-    def no_lip(self) -> str:
-        return "" if self.has_faces else super().no_lip
+    def lip_face(self) -> LipFace:
+        return LipFace() if self.has_faces else super().lip_face
 
     def land(self) -> Land:
         """Return the land that is struck. Raises `ModelError` of what is neither flat rings nor flat strips."""
         raise NotImplementedError
 
     def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
-        # scenes without lips need none
-
-        return None if self.no_lip else face_lip(self.land(), arcs, rings)
+        return None if self.lip_face.no_lip else face_lip(self.land(), arcs, rings)
 
     @property
     def copies(self) -> Mapping[AnyLevel, int]:

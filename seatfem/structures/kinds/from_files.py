@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from seatfem.structures.inspection.mesh_file import Part
     from seatfem.structures.lands import Land
     from seatfem.structures.mesh.meshing import SeatMesh
-    from seatfem.structures.natural_modes import NaturalModes, Wanted
 
 OTHER_NAMES: Final = {"path": "file"}
 """Keys that are called otherwise in the geometry's specification."""
@@ -95,8 +94,6 @@ file = "seat.step"
         return self.along
 
     def problems(self) -> Iterator[Finding]:
-        # of drawings in files only
-
         try:
             inspected = inspect_geometry(self.geometry())
         except (MeshingError, OSError) as error:
@@ -128,8 +125,6 @@ file = "seat.step"
 
     def patch(self) -> Patch | None:
         """Return the patch as the faces in the file are; raises `GeometryError` without any."""
-        # of drawings in files only
-
         inspected = inspect_geometry(self.geometry())
         if "contact" not in inspected.shape.groups:
             raise GeometryError("\n".join(message for _, message in inspected.problems))
@@ -241,13 +236,6 @@ file = "seat.msh"
 
     def meshes(self, method: Method, progress: Progress) -> tuple[AnyMesh, AnyMesh | None]:
         return self.read(progress), None
-
-    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
-        from seatfem.structures.natural_modes import of_mesh
-
-        with watch("mesh"):
-            mesh = self.read(progress)
-        return of_mesh(self, mesh, wanted, watch, progress)
 
 
 @lru_cache(maxsize=2)

@@ -22,7 +22,7 @@ from seatfem.structures.formats.uff import read_frf_uff, read_modes_uff
 from seatfem.structures.inspection.cad import FileState, opened, state_of
 from seatfem.structures.kinds.elastic import Reduced
 from seatfem.structures.kinds.motion import Moving, ResponseColumns, ResponseUnits, stated_in
-from seatfem.structures.kinds.structure import Finding, Traits
+from seatfem.structures.kinds.structure import Finding, Measured, Traits
 from seatfem.structures.method import Method, Solved
 from seatfem.structures.rings import with_fewer_rings
 from seatfem.units import write_quantity
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
     from impact.measured.pole_fit import PoleFit
     from seatfem.structures.model import SecondOrderModel
-    from seatfem.structures.natural_modes import NaturalModes, Wanted
 
 UNIVERSAL: Final = (".uff", ".unv")
 Made = TypeVar("Made")
@@ -125,9 +124,13 @@ file = "response.csv"
     )
 
     def problems(self) -> Iterator[Finding]:
-        yield from opened(self.measured, {"file": self.file})
+        yield from opened(self.response, {"file": self.file})
 
-    def measured(self) -> FrequencyResponse:
+    @property
+    def measured(self) -> Measured | None:
+        return self
+
+    def response(self) -> FrequencyResponse:
         """Return the measured response of the contact, read once in a process.
 
         Raises:
@@ -221,13 +224,6 @@ damping_ratio = 0.02
         """Return the model in the files, read once in a process. Raises `ModelError`, `OSError`."""
         files = (self.mass, self.stiffness, self.damping, self.contact)
         return read_once(_matrices, (*files, self.system, self.first_dof, self.constrained), *filter(None, files))
-
-    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
-        from seatfem.structures.natural_modes import of_one  # of `seatfem modes` only
-
-        model = self.system_of_equations()
-        with watch("modes"):
-            return of_one(model, None, wanted, progress)
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True

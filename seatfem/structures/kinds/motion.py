@@ -223,7 +223,7 @@ AnyPointForce = Annotated[PointForce, BeforeValidator(as_value)]
 class Moving(Structure):
     """Base of all bodies that may strike with a motion of their contact alone."""
 
-    traits: ClassVar[Traits] = Traits(is_solved=True)
+    traits: ClassVar[Traits] = Traits(is_solved=True, moved_by=("velocity", "deflection", "force"))
 
     velocity: Approach | None = Field(
         None, description='of a free reed or mass at the start; negative towards the seat, as in "-2 m/s"'
@@ -232,10 +232,6 @@ class Moving(Structure):
         None, description="of a held reed: released from a static deflection of its contact"
     )
     force: AnyForce | None = Field(None, description="of a reed: force at its contact; a constant one may be text")
-
-    @property
-    def moved_by(self) -> tuple[str, ...]:
-        return ("velocity", "deflection", "force")
 
     def start_at(self, at: float | None) -> float:
         return self.deflection or 0.0

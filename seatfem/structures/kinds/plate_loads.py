@@ -17,7 +17,8 @@ from seatfem.fields import Acceleration, Approach, ExistingFile, KeyProblem, Len
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds.motion import AnyPressure, ForceCourse, as_value
 from seatfem.structures.kinds.record_columns import ColumnsError, between, check_scattered, read_columns
-from seatfem.structures.kinds.striking import At, check_along
+from seatfem.structures.kinds.striking import At, Push, check_along
+from seatfem.structures.kinds.structure import Traits
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import Lip, Patch
 from seatfem.units import write_quantity
@@ -237,6 +238,9 @@ class ClampedPlate(ThinPlate):
     """
 
     group: ClassVar[str] = "reeds"
+    traits: ClassVar[Traits] = replace(
+        ThinPlate.traits, moved_by=("release", "deflection", "force", "pressure", "point_force", "gravity")
+    )
     _beside_greens: ClassVar[frozenset[str]] = ThinPlate._beside_greens | {
         *("pressure", "pressure_radius", "point_force", "gravity", "curvature")
     }
@@ -277,10 +281,6 @@ class ClampedPlate(ThinPlate):
             )
         return self
 
-    @property
-    def moved_by(self) -> tuple[str, ...]:
-        return ("release", "deflection", "force", "pressure", "point_force", "gravity")
-
     def start_at(self, at: float | None) -> float:
         if self.release is not None:
             return self.release.start_at(self.geometry().centre)
@@ -295,21 +295,16 @@ class ClampedPlate(ThinPlate):
         if not isinstance(place, np.ndarray):
             check_along(self.kind, self.geometry().length, place, key)
 
-    def pushed_at(self, body: Body, place: float | Array | None) -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
+        if by == "pressure":
+            return _on_disc(self.plate(body.greens), self.radius)[0][:, None]
         if isinstance(place, np.ndarray):
-            return super().pushed_at(body, place)
+            return super().pushed_at(body, place, by)
         plate = self.plate(body.greens)
         if place is None:
             return plate.centre[:, None]
         point = Patch(np.array([(place, plate.sheet.shape.centre[1])]), np.ones(1))
         return plate.at(point, "the point of a force")[:, None]
-
-    def blown(self, body: Body) -> Array:
-        return _on_disc(self.plate(body.greens), self.radius)[0]
-
-    @property
-    def is_curved(self) -> bool:
-        return self.curvature is not None
 
     def heights(self, points: Array) -> Array:
         places = np.asarray(self.geometry().centre) + points

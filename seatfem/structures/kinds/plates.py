@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Final, Literal
+from typing import ClassVar, Final, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from impact.beams.stepped import SteppedCantilever
 from impact.bodies.body import Body
@@ -13,6 +13,7 @@ from impact.bodies.reeds import ModeShape, reed
 from impact.greens.base import Array, GreensFunction
 from seatfem.fields import KeyProblem, Length, of_same_names
 from seatfem.structures.kinds.plate_loads import ClampedPlate
+from seatfem.structures.kinds.striking import Push, is_loaded
 from seatfem.structures.kinds.structure import SampleScene
 from seatfem.structures.kinds.thin_plate import FRONTS, ThinPlate
 from seatfem.structures.shapes import Disc as DiscOutline
@@ -57,9 +58,11 @@ class FreePlate(ThinPlate):
         turns = 2 * np.pi * np.arange(EVENLY) / EVENLY
         return np.asarray(sum(self.geometry().room) / 2 * np.column_stack([np.cos(turns), np.sin(turns)]))
 
-    def check_motion(self) -> None:
+    @model_validator(mode="after")
+    def _not_deflected(self) -> Self:
         if self.deflection is not None:
             raise KeyProblem("deflection", "a plate that nothing holds cannot be deflected at rest; give it a velocity")
+        return self
 
 
 class Disc(FreePlate):
@@ -101,9 +104,9 @@ contact_width = "1 mm"
         None, description="radial width of the ring that touches; absent: a quarter of the annulus's"
     )
 
-    def blown(self, body: Body) -> Array:
-        """Return how a pressure over its whole face moves the modes."""
-        return self.plate(body.greens).mean
+    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
+        """Return (M, n); a pressure acts over its whole face."""
+        return self.plate(body.greens).mean[:, None] if by == "pressure" else super().pushed_at(body, place, by)
 
 
 class Flapper(ClampedPlate):
@@ -140,7 +143,7 @@ thickness = "0.3 mm"
         is released in: the one of the nearest frequency. ``None`` of other starts, of loads, and where no bending mode
         is near."""
         release = self.release
-        if release is None or release.velocity is None or self.is_loaded:
+        if release is None or release.velocity is None or is_loaded(self):
             return None
         outline, solid = self.geometry(), self.material.solid
         beam = SteppedCantilever(solid.young, solid.density, self.thickness, outline.widths(CHORDS))

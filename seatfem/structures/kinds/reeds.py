@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self
 
 import numpy as np
@@ -31,7 +32,7 @@ WIDTHS: Final = [["0 mm", "8 mm"], ["2 mm", "6 mm"], ["15 mm", "6 mm"], ["15 mm"
 class Cantilever(UniformBeam):
     """A flat reed, clamped at its root: an Euler-Bernoulli beam; by default as wide and thick as the paper's."""
 
-    traits: ClassVar[Traits] = Traits(has_weight=True, has_stress=True)
+    traits: ClassVar[Traits] = replace(Beam.traits, has_stress=True)
     sample: ClassVar[str] = """
 length = "25 mm"
 width = "10 mm"
@@ -44,27 +45,47 @@ thickness = "0.3 mm"
     def beam(self) -> CantileverBeam:
         return of_same_names(CantileverBeam, self, self.material)
 
-    def stress(
-        self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool, since: float | None = None
-    ) -> ReedStress | None:
+    def stress(self, force: Array, dt: float, body: Body, at: At) -> BeamStress:
+        return BeamStress(self.beam(), force, dt, body, at)
+
+
+@dataclass(frozen=True)
+class BeamStress:
+    """The bending stress of a cantilever under contact forces.
+
+    Attributes:
+        beam: in closed form.
+        force: of the contacts, (n + 1,) or (n + 1, p) [N].
+        dt: time step [s].
+        body: the reed with its motion and its loads.
+        at: where the contacts lie, from its root [m].
+    """
+
+    beam: CantileverBeam
+    force: Array
+    dt: float
+    body: Body
+    at: At
+
+    def largest(self, *, coarsely: bool, since: float | None = None) -> ReedStress:
         from impact.after.stresses import reed_stress  # compiled code, of runs only
 
-        return reed_stress(force, dt, body, self.beam(), contact_at=at, coarsely=coarsely, since=since)
+        known = self.force, self.dt, self.body, self.beam
+        return reed_stress(*known, contact_at=self.at, coarsely=coarsely, since=since)
 
-    def stress_histories(
-        self, force: Array, dt: float, body: Body, at: At, also: Collection[float] = (), *, few: bool = False
-    ) -> Iterator[tuple[str, Array]]:
+    def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
         """Yield the bending stress of both faces at `PLACES`, the contacts and ``also``; ``few``: at the root in their
         place."""
         from impact.after.stresses import bending_stress
 
-        beam = self.beam()
+        beam, at = self.beam, self.at
         contacts = (
             {"contact": at} if isinstance(at, float) else dict(zip(("contact", "stopper"), at or (), strict=False))
         )
         named = {place: name for name, place in {**contacts, "root": 0.0}.items()}
         places = np.unique([*np.linspace(0.0, beam.length, 0 if few else PLACES), *named, *also])
-        for place, stress in zip(places, bending_stress(force, dt, body, beam, places, contact_at=at), strict=True):
+        bending = bending_stress(self.force, self.dt, self.body, beam, places, contact_at=at)
+        for place, stress in zip(places, bending, strict=True):
             name = named.get(place, f"{1e3 * place:.4g} mm from the root")
             yield f"{name}, face towards the seat", stress
             yield f"{name}, face away from the seat", -stress

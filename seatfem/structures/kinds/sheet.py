@@ -221,8 +221,6 @@ thickness = "0.3 mm"
             return self.clamped.segment
         if self.file is None or (frame := self._from_file.frame) is None:
             raise KeyProblem("clamped", "faces are those of a STEP file; give both ends of a straight part")
-        # of outlines in files only
-
         return straight_side(self.file, self.clamped.selectors(), frame)
 
     def geometry(self) -> Outlined:
@@ -243,6 +241,4 @@ thickness = "0.3 mm"
 
 def _drawn(file: Path, unit: float | None, *, oblique: bool = False) -> DrawnOutline:
     """Return what a file holds; raises `KeyProblem`."""
-    # of outlines in files only
-
     return in_scene_words(lambda: outline_in(file, unit, oblique=oblique))

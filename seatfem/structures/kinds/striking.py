@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 import numpy as np
 
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunctionError
-from impact.notices import Advice
 from seatfem.fields import KeyProblem, Table
 from seatfem.structures.estimates.surrogate import Face
 from seatfem.units import write_quantity
@@ -21,8 +20,24 @@ At = float | tuple[float, ...] | None
 """Where a body is touched, from its root [m]: once, or at several places; ``None``: where it is by default."""
 
 
+Push = Literal["force", "springs", "pressure"]
+"""What pushes a body: a force, springs that press it, or a pressure on an effective area at its contact."""
 LOADS: Final = ("force", "pressure", "point_force", "gravity")
 """Keys of kinds that hold known forces."""
+
+
+class KnownStress(Protocol):
+    """The stress of a striker under known contact forces."""
+
+    def largest(self, *, coarsely: bool, since: float | None = None) -> ReedStress:
+        """Return the largest stresses, before and after the time ``since`` at which a landing begins, too [s]."""
+
+    def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
+        """Yield where it may fail, by name: (n + 1,) stress at a free surface, of one axis, > 0 in tension, or
+        (n + 1, 6) tensors, xx, yy, zz, yz, xz, xy [Pa].
+
+        ``also``: places that must be among them, from its root [m]; ``few``: these alone, its root and the contacts.
+        """
 
 
 class Striking(Table):
@@ -31,39 +46,9 @@ class Striking(Table):
     kind: str
 
     @property
-    def is_curved(self) -> bool:
-        """Return whether it is not flat without stress."""
-        return False
-
-    @property
     def face(self) -> Face:
         """Return the face that it touches with."""
         return Face()
-
-    @property
-    def reach(self) -> float | None:
-        """Return the length along which a contact may lie [m]; ``None`` of a body without positions."""
-        return None
-
-    @property
-    def motion(self) -> str:
-        """Return the key that states how it starts or what drives it; "" of a body at rest."""
-        return next((key for key in self.moved_by if getattr(self, key) is not None), "")
-
-    @property
-    def moved_by(self) -> tuple[str, ...]:
-        """Return the keys that would state it; none of a body that cannot strike."""
-        return ()
-
-    @property
-    def is_loaded(self) -> bool:
-        """Return whether known forces drive it."""
-        return any(getattr(self, key, None) is not None for key in LOADS)
-
-    @property
-    def free_point(self) -> float | None:
-        """Return where it is touched unless stated [m]; ``None`` of a body without positions."""
-        return None
 
     def start_at(self, at: float | None) -> float:
         """Return its deflection at a place at the start [m], away from the seat; ``None``: where it is touched."""
@@ -78,11 +63,12 @@ class Striking(Table):
                 f"a {self.kind.replace('_', ' ')} has no places across its face; remove the key, or take a plate: a "
                 "flapper, sheet, disc or ring_plate",
             )
-        check_along(self.kind, self.reach, place, key)
+        check_along(self.kind, None, place, key)
 
-    def pushed_at(self, body: Body, place: float | Array | None) -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
         """Return (M, n) how forces move the modes of its ``body`` [1/sqrt(kg)]: one at a distance from its root [m], or
-        those at points (n, 2) from its contact's centre [m]; ``None``: where it is touched.
+        those at points (n, 2) from its contact's centre [m]; ``None``: where it is touched, or springs press it by
+        default. ``by``: a pressure counts per newton.
 
         Raises `GreensFunctionError` of a body without modes.
         """
@@ -90,43 +76,24 @@ class Striking(Table):
             raise GreensFunctionError(f"load: a reed of kind {self.kind!r} has no modes that a load could move")
         return np.asarray(modal.shapes[:, :1])
 
-    def pushed_by_springs(self, body: Body, points: Array | None) -> Array:
-        """Return as `pushed_at` of springs at points (n, 2) from its contact's centre [m]; ``None``: where they
-        press it by default."""
-        return self.pushed_at(body, points)
-
-    def blown(self, body: Body) -> Array:
-        """Return (M,) how a pressure on an effective area at the contact moves the modes, per newton [1/sqrt(kg)].
-
-        Raises as `pushed_at`."""
-        return self.pushed_at(body, None)[:, 0]
-
     def weight(self, body: Body) -> tuple[Array, float]:
         """Return (M,) how a force spread like its mass moves the modes [1/sqrt(kg)], and the mass [kg]."""
         raise NotImplementedError
 
-    def check_motion(self) -> None:
-        """Raise `KeyProblem` for a motion that it is known not to be capable of."""
-
-    def stress(
-        self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool, since: float | None = None
-    ) -> ReedStress | None:
-        """Return its largest bending stresses under a contact force (n + 1,) [N], or those at several places, (n + 1,
-        p), positive away from the seat, before and after the time ``since`` at which a landing begins, too [s];
-        ``None`` where it has none that is known."""
+    def stress(self, force: Array, dt: float, body: Body, at: At) -> KnownStress | None:
+        """Return its stress under a contact force (n + 1,) [N], or those at several places, (n + 1, p), positive away
+        from the seat; ``None`` where it has none that is known."""
         return None
 
-    def stress_histories(
-        self, force: Array, dt: float, body: Body, at: At, also: Collection[float] = (), *, few: bool = False
-    ) -> Iterator[tuple[str, Array]]:
-        """Yield where it may fail, by name, under contact forces as in `stress`: (n + 1,) stress at a free surface, of
-        one axis, > 0 in tension, or (n + 1, 6) tensors, xx, yy, zz, yz, xz, xy [Pa]; none where none is known.
-        ``also``: places that must be among them, from its root [m]; ``few``: these alone, its root and the contacts."""
-        yield from ()
 
-    def limits(self) -> tuple[Advice, ...]:
-        """Report where it is asked for more than its theory holds."""
-        return ()
+def is_loaded(body: Striking) -> bool:
+    """Return whether known forces drive a body."""
+    return any(getattr(body, key, None) is not None for key in LOADS)
+
+
+def is_curved(body: Striking) -> bool:
+    """Return whether a body is not flat without stress."""
+    return getattr(body, "curvature", None) is not None
 
 
 def check_along(kind: str, reach: float | None, at: float | None, key: str) -> None:

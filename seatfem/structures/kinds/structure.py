@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Protocol
 
 from pydantic import Field
 from pydantic.fields import FieldInfo
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from seatfem.structures.kinds.elastic import Elastic
     from seatfem.structures.kinds.thin_plate import ThinPlate
     from seatfem.structures.lip import AnyLip
-    from seatfem.structures.natural_modes import NaturalModes, Wanted
+    from seatfem.structures.model import SecondOrderModel
 
 NO_RING: Final = (
     "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
@@ -59,6 +59,7 @@ class Traits:
         is_solved: its Green's function must be computed or read before it strikes.
         has_weight: `Structure.weight` is known.
         has_stress: its bending stress is known while it strikes.
+        moved_by: keys that state how it starts or what drives it; none of a body that cannot strike.
     """
 
     needs_gmsh: bool = False
@@ -72,6 +73,43 @@ class Traits:
     is_solved: bool = False
     has_weight: bool = False
     has_stress: bool = False
+    moved_by: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What a Green's function depends on beside the method.
+
+    Attributes:
+        content: as JSON values; files stand for themselves.
+        classes: whose code it depends on.
+    """
+
+    content: Mapping[str, object]
+    classes: tuple[type, ...]
+
+
+@dataclass(frozen=True)
+class LipFace:
+    """What a table says of the face that is struck.
+
+    Attributes:
+        ring: mean radius and width of a flat ring [m]; ``None`` where another face is struck.
+        no_lip: why it is no lip, as far as the table says, and what would help; "" where it may be one.
+    """
+
+    ring: tuple[float, float] | None = None
+    no_lip: str = ""
+
+
+class Measured(Protocol):
+    """A body that is known by a measured response."""
+
+    def response(self) -> FrequencyResponse:
+        """Return the measured response of the contact, read once in a process. Raises as its reader."""
+
+    def fit(self) -> PoleFit:
+        """Return the poles fitted to its record, those tried, and its other draws."""
 
 
 @dataclass(frozen=True)
@@ -148,6 +186,11 @@ class Structure(Striking):
         """Return the body as one whose mesh is made from a drawing, as fine as it is asked for; ``None`` of others."""
         return None
 
+    @property
+    def measured(self) -> Measured | None:
+        """Return the body as one whose poles are fitted to a measured response; ``None`` of others."""
+        return None
+
     # What it is
 
     def files(self) -> tuple[Path, ...]:
@@ -158,13 +201,9 @@ class Structure(Striking):
         """Report what is wrong with its files, once they are opened."""
         return iter(())
 
-    def content(self) -> dict[str, object]:
-        """Return what its Green's function depends on beside the method, as JSON values; files stand for themselves."""
-        return self.model_dump(mode="json", exclude=set(self._beside_greens))
-
-    def made_by(self) -> tuple[type, ...]:
-        """Return the classes whose code its Green's function depends on."""
-        return (type(self),)
+    def inputs(self) -> Inputs:
+        """Return what its Green's function depends on beside the method."""
+        return Inputs(self.model_dump(mode="json", exclude=set(self._beside_greens)), (type(self),))
 
     @property
     def loose(self) -> str:
@@ -172,24 +211,17 @@ class Structure(Striking):
         return ""
 
     @property
-    def struck_ring(self) -> tuple[float, float] | None:
-        """Return the mean radius and width of the flat ring that is struck [m]; ``None`` where another face is."""
-        return None
-
-    @property
-    def no_lip(self) -> str:
-        """Return why there is no `lip`, as far as the table says, and what would help; "" where there may be one."""
-        return "" if self.struck_ring is not None else NO_RING
+    def lip_face(self) -> LipFace:
+        """Return what the table says of the face that is struck."""
+        return LipFace(no_lip=NO_RING)
 
     def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
-        """Return the flat ring-shaped face that is struck, in parts; ``None`` where `no_lip` says why there is none.
+        """Return the flat ring-shaped face that is struck, in parts; ``None`` where `lip_face` says why there is none.
 
         Raises:
             ModelError: a face of a file that is no lip.
         """
-        # scenes without lips need none
-
-        return None if self.struck_ring is None else Lip(*self.struck_ring, arcs, rings)
+        return None if (ring := self.lip_face.ring) is None else Lip(*ring, arcs, rings)
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         """Return its outlines in section and plan, for drawings; a symbol with its name where its shape is not known.
@@ -224,10 +256,6 @@ class Structure(Striking):
         """Return the method that the table states, at the cheapest level whose own error is at most ``error``."""
         return Method(self.level(error).level, rings=rings)
 
-    def memory(self, method: Method, duration: float) -> float:
-        """Return how long its g must be right in a run of ``duration`` [s]."""
-        return duration
-
     @property
     def is_convolved(self) -> bool:
         """Return whether its g will be no sum of oscillators: damping couples its modes, or it is stepped in time."""
@@ -261,14 +289,6 @@ class Structure(Striking):
             return Surrogate(exact, True, f"the {self.kind} itself")
         return unknown(f"kind = {self.kind!r} does not state the size of the struck face", face)
 
-    def measured(self) -> FrequencyResponse | None:
-        """Return the response that its poles are fitted to."""
-        return None
-
-    def fit(self) -> PoleFit | None:
-        """Return the poles fitted to its record, those tried, and its other draws; ``None`` of a body without one."""
-        return None
-
     # Computing it
 
     def solve(
@@ -280,9 +300,8 @@ class Structure(Striking):
         assert greens is not None
         return Solved(greens, about={"seat_model": self._model_words}, plane=self.traits.plane)
 
-    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
-        """Return its modes, complete by inertia, whatever excites them; ``None`` where there is nothing to take them
-        from."""
+    def system_of_equations(self) -> SecondOrderModel | None:
+        """Return the matrices in its files; ``None`` of a body that has none."""
         return None
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
@@ -296,6 +315,11 @@ class Structure(Striking):
         known = self.closed_form() if greens is None else greens
         assert known is not None
         return Body(known)
+
+
+def motion_key(body: Structure) -> str:
+    """Return the key that states how a body starts or what drives it; "" of one at rest."""
+    return next((key for key in body.traits.moved_by if getattr(body, key) is not None), "")
 
 
 def kinds_of() -> tuple[type[Structure], ...]:

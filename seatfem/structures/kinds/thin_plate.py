@@ -17,8 +17,8 @@ from seatfem.structures.estimates.surrogate import Face, Surrogate
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.kinds.selectors import in_scene_words
-from seatfem.structures.kinds.striking import At
-from seatfem.structures.kinds.structure import Traits
+from seatfem.structures.kinds.striking import At, Push
+from seatfem.structures.kinds.structure import Inputs, Traits
 from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.method import Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews, arc, of_sheet
@@ -26,7 +26,6 @@ from seatfem.structures.shapes import Flat
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
-    from seatfem.structures.natural_modes import NaturalModes, Wanted
     from seatfem.structures.sheets import PlateModes, Sheet, SolvedSheet
 
 SHORTEST: Final = 1 / 6  # thickness over a bending wave that is a plate's
@@ -101,8 +100,9 @@ class ThinPlate(Moving):
             raise KeyProblem(key, words)
         return self
 
-    def made_by(self) -> tuple[type, ...]:
-        return (*super().made_by(), type(self.geometry()))
+    def inputs(self) -> Inputs:
+        made = super().inputs()
+        return replace(made, classes=(*made.classes, type(self.geometry())))
 
     @property
     def radius(self) -> float:
@@ -218,13 +218,6 @@ class ThinPlate(Moving):
         about = {"seat_model": f"Mindlin plate, {len(solved.modes.omega)} modes", "seat_dof": solved.model.size}
         return Solved(solved.greens, model=solved.model, modes=solved.modes, about=about)
 
-    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
-        from seatfem.structures.natural_modes import of_one  # of `seatfem modes` only
-        from seatfem.structures.sheets import model_of  # as above
-
-        with watch("modes"):
-            return of_one(model_of(self.sheet(), self.lips(None)), None, wanted, progress)
-
     @property
     def spring_points(self) -> Array | None:
         """Return (n, 2) places where springs press it by default, from its contact's centre [m]; ``None``: there."""
@@ -247,15 +240,14 @@ class ThinPlate(Moving):
         if not isinstance(place, np.ndarray):
             super().check_place(place, key)
 
-    def pushed_at(self, body: Body, place: float | Array | None) -> Array:
+    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
+        if by == "springs" and place is None:
+            place = self.spring_points
         if not isinstance(place, np.ndarray):
-            return super().pushed_at(body, place)
+            return super().pushed_at(body, place, by)
         plate = self.plate(body.greens)
         patches = (Patch(plate.sheet.shape.centre + point[None, :], np.ones(1)) for point in place)
         return np.column_stack([plate.at(patch, "the place of a spring or force") for patch in patches])
-
-    def pushed_by_springs(self, body: Body, points: Array | None) -> Array:
-        return self.pushed_at(body, self.spring_points if points is None else points)
 
     def weight(self, body: Body) -> tuple[Array, float]:
         plate = self.plate(body.greens)

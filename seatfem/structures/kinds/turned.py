@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 
 import numpy as np
@@ -13,14 +13,12 @@ from pydantic import Field, model_validator
 from impact.after.histories import Spans
 from impact.bodies.body import Body
 from impact.greens.base import Array
-from impact.notices import Progress
 from seatfem.fields import Angle, KeyProblem, Length, of_same_names
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures.estimates.samples import section_of
 from seatfem.structures.estimates.surrogate import Column
 from seatfem.structures.kinds.drawn import Drawn, struck_as_a_whole
-from seatfem.structures.kinds.striking import At
-from seatfem.structures.kinds.structure import NO_RING, SampleScene, Traits
+from seatfem.structures.kinds.striking import At, Push
+from seatfem.structures.kinds.structure import NO_RING, LipFace, SampleScene, Traits
 from seatfem.structures.lip import Lip
 from seatfem.structures.method import QUARTERS, Level, Method
 from seatfem.structures.outlines import BodyViews, Size, length_text, of_profile
@@ -31,7 +29,6 @@ if TYPE_CHECKING:
     from impact.after.stresses import ReedStress
     from impact.exact.contact_stress import ShearMaximum
     from seatfem.structures.lip import AnyLip
-    from seatfem.structures.natural_modes import NaturalModes, Wanted
 
 MOST_HARMONICS: Final = 1000  # that are taken of a part of a ring (`seatfem.structures.reduction.harmonics`)
 NARROWEST: Final = 2 * math.pi / MOST_HARMONICS
@@ -78,15 +75,14 @@ class Turned(Drawn):
         return self.arc
 
     @property
-    def struck_ring(self) -> tuple[float, float] | None:
-        face = self._flat_face()
-        return None if face is None or face.inner == 0 else (face.radius, face.width)
-
-    @property
-    def no_lip(self) -> str:
+    def lip_face(self) -> LipFace:
         if self.arc is not None:
-            return "with arc is struck on that part of its ring alone; remove arc, or the key"
-        return struck_as_a_whole(self.model) if self.model in UNDIVIDED else ("" if self._flat_face() else NO_RING)
+            return LipFace(no_lip="with arc is struck on that part of its ring alone; remove arc, or the key")
+        if self.model in UNDIVIDED:
+            return LipFace(no_lip=struck_as_a_whole(self.model))
+        if (face := self._flat_face()) is None:
+            return LipFace(no_lip=NO_RING)
+        return LipFace(None if face.inner == 0 else (face.radius, face.width))
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         name = self.kind.replace("_", " ")
@@ -98,8 +94,6 @@ class Turned(Drawn):
 
     def _flat_face(self) -> Lip | None:
         """Return the flat ring or disc that is struck all around; ``None`` where another face is."""
-        # scenes without lips need none
-
         if self.arc is not None or self.model in UNDIVIDED or not self.isotropic:
             return None
         edges = [edge for edge in self.geometry().profile.edges if edge.name == "contact"]
@@ -124,18 +118,9 @@ class Turned(Drawn):
         }
 
     def measures_inside(self, level: Level) -> float:
-        # of plans only
-
         if level in ("axisymmetric", "harmonics"):
             return section_of(self.geometry().profile).inner.total
         return super().measures_inside(level)
-
-    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
-        from seatfem.structures.natural_modes import by_harmonics  # of `seatfem modes` only
-
-        if self.isotropic and self.model != "3d":
-            return by_harmonics(self, wanted, watch, progress)
-        return super().natural_modes(wanted, watch, progress)
 
 
 class Annular(Turned):
@@ -249,15 +234,37 @@ damping_ratio = 0.005
         diameter = Size("plan", 1, -radius, radius, radius, f"Ø {length_text(self.diameter)}")
         return replace(super().views(at), sizes=(diameter,))
 
-    def pushed_by_springs(self, body: Body, points: Array | None) -> Array:
-        """Return (M, n) of its translation alone, as a spring through its centre does: not its facet, which yields."""
-        modal, pushed = body.greens.modal, super().pushed_by_springs(body, points)
+    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
+        """Return (M, n); springs move its translation alone, as one through its centre does, not its facet, which
+        yields."""
+        modal, pushed = body.greens.modal, super().pushed_at(body, place, by)
         assert modal is not None
-        return np.where(modal.omega[:, None] == 0, pushed, 0.0)
+        return np.where(modal.omega[:, None] == 0, pushed, 0.0) if by == "springs" else pushed
 
-    def stress(
-        self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool, since: float | None = None
-    ) -> ReedStress | None:
+    def stress(self, force: Array, dt: float, body: Body, at: At) -> FacetStress:
+        return FacetStress(np.abs(force), dt, self.geometry().contact_radius, self.material.mean.poisson)
+
+    def struck_part(self) -> tuple[float, float, float]:
+        return self.struck_area, self.geometry().contact_radius, self.diameter
+
+
+@dataclass(frozen=True)
+class FacetStress:
+    """The stress below the facet of a ball under the (n + 1,) force that presses it.
+
+    Attributes:
+        pressed: the force [N].
+        dt: time step [s].
+        facet: its radius [m].
+        poisson: Poisson's ratio of the ball.
+    """
+
+    pressed: Array
+    dt: float
+    facet: float
+    poisson: float
+
+    def largest(self, *, coarsely: bool, since: float | None = None) -> ReedStress:
         """Return the largest von Mises stress on the axis below the facet, and its depth in place of its place.
 
         The facet's pressure is uniform, as its port in the Green's function has it: p = N/(pi a^2). The stress below it
@@ -267,37 +274,31 @@ damping_ratio = 0.005
         """
         from impact.after.stresses import NO_STRESS, PeakStress, stress_by_spans
 
-        spans, facet = Spans.of_run(force, dt, since), self.geometry().contact_radius
-        most, pressed = self._most_stressed, np.abs(force)
-        number = spans.of_times(np.arange(len(force)))
+        spans, pressed, most = Spans.of_run(self.pressed, self.dt, since), self.pressed, self._most_stressed
+        number = spans.of_times(np.arange(len(pressed)))
 
         def largest(chosen: slice) -> PeakStress:
             in_spans = np.isin(number, np.arange(spans.count)[chosen])
             if not pressed[in_spans].any():
                 return NO_STRESS
             step = int(np.argmax(np.where(in_spans, pressed, 0.0)))
-            value = 2 * most.stress * pressed[step] / (math.pi * facet**2)
-            return PeakStress(float(value), most.depth * facet, dt * step)
+            value = 2 * most.stress * pressed[step] / (math.pi * self.facet**2)
+            return PeakStress(float(value), most.depth * self.facet, self.dt * step)
 
         return stress_by_spans(spans, largest)
 
-    def stress_histories(
-        self, force: Array, dt: float, body: Body, at: At, also: Collection[float] = (), *, few: bool = False
-    ) -> Iterator[tuple[str, Array]]:
-        """Yield the tensors at the depth below the facet where the von Mises stress is largest, as of `stress`."""
+    def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
+        """Yield the tensors at the depth below the facet where the von Mises stress is largest, as of `largest`."""
         from impact.exact.contact_stress import disk_axis_stress
 
-        facet, depth = self.geometry().contact_radius, self._most_stressed.depth
-        across, along = disk_axis_stress(np.array([depth]), poisson=self.material.mean.poisson)
-        tensors = np.zeros((len(force), 6))
+        facet, depth = self.facet, self._most_stressed.depth
+        across, along = disk_axis_stress(np.array([depth]), poisson=self.poisson)
+        tensors = np.zeros((len(self.pressed), 6))
         tensors[:, :2], tensors[:, 2] = across[0], along[0]
-        yield f"{length_text(depth * facet)} below the facet", tensors * np.abs(force)[:, None] / (math.pi * facet**2)
+        yield f"{length_text(depth * facet)} below the facet", tensors * self.pressed[:, None] / (math.pi * facet**2)
 
     @property
     def _most_stressed(self) -> ShearMaximum:
         from impact.exact.contact_stress import disk_shear_maximum
 
-        return disk_shear_maximum(poisson=self.material.mean.poisson)
-
-    def struck_part(self) -> tuple[float, float, float]:
-        return self.struck_area, self.geometry().contact_radius, self.diameter
+        return disk_shear_maximum(poisson=self.poisson)

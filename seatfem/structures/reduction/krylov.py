@@ -101,15 +101,9 @@ class KrylovBasis:
 
         ``size``: on so many of its first vectors.
         """
-        first, k = self.rigid, self.size if size is None else size
-        values, vectors = np.linalg.eigh(self._stiffness[first:k, first:k])
-        if values[0] < -1e-8 * self.shift**2:
-            raise ModelError(f"K is indefinite, check its constraints: Ritz value {values[0]:.2e} 1/s^2 relative to M")
-        zero = 0.0 if first else 1e-10 * self.shift**2  # free bodies whose rigid shapes are not known
-        square = np.concatenate([np.zeros(first), np.where(values < zero, 0.0, values)])
-        coefficients = np.eye(k)
-        coefficients[first:, first:] = vectors
-        return np.sqrt(square), coefficients.T @ self._ports[:k], coefficients
+        k = self.size if size is None else size
+        omega, coefficients = ritz_pairs(self._stiffness[:k, :k], self.rigid, self.shift)
+        return omega, coefficients.T @ self._ports[:k], coefficients
 
     def combined(self, coefficients: Array) -> Array:
         """Return the (n, m) product of V and ``coefficients`` (size, m)."""
@@ -118,6 +112,18 @@ class KrylovBasis:
     def orthogonality_error(self) -> float:
         """Return the largest entry of V'MV - I."""
         return float(np.abs(self.V.T @ (self.model.M @ self.V) - np.eye(self.size)).max())
+
+
+def ritz_pairs(stiffness: Array, rigid: int, shift: float) -> tuple[Array, Array]:
+    """Return (omega (k,), coefficients (k, k)) of the Ritz pairs of a projected K on vectors with V'MV = I, the first
+    ``rigid`` of which are rigid motions. Raises `ModelError` of an indefinite K."""
+    values, vectors = np.linalg.eigh(stiffness[rigid:, rigid:])
+    if values.min(initial=0.0) < -1e-8 * shift**2:
+        raise ModelError(f"K is indefinite, check its constraints: Ritz value {values[0]:.2e} 1/s^2 relative to M")
+    zero = 0.0 if rigid else 1e-10 * shift**2  # free bodies whose rigid shapes are not known
+    coefficients = np.eye(len(stiffness))
+    coefficients[rigid:, rigid:] = vectors
+    return np.sqrt(np.concatenate([np.zeros(rigid), np.where(values < zero, 0.0, values)])), coefficients
 
 
 @dataclass(frozen=True)

@@ -70,15 +70,18 @@ def mixing(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int) ->
 
     With them g_ij gains sum over the matrices of X g_n X'; matrices of zeros are left out.
     """
-    matrices = []
-    for wave in (np.cos, np.sin):
-        weight = np.zeros((len(patches), len(rings)))
-        for i, patch in enumerate(patches.values()):
-            amplitude = float(patch.coefficients(harmonic) * wave(harmonic * patch.angle))
-            weight[i, rings.index(patch.boundary)] = amplitude if abs(amplitude) > 1e-12 else 0.0
-        if np.any(weight):
-            matrices.append(weight)
-    return matrices
+    waves = np.moveaxis(mixing_of(patches, rings, harmonic), 2, 0)
+    return [weight for wave in waves if np.any(weight := np.where(np.abs(wave) > 1e-12, wave, 0.0))]
+
+
+def mixing_of(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int) -> Array:
+    """Return (p, rings, 2) what the patches' forces are on the rings, as cos and as sin n th."""
+    out = np.zeros((len(patches), len(rings), 2))
+    for i, patch in enumerate(patches.values()):
+        turn = harmonic * patch.angle
+        wave = np.array([np.cos(turn), np.sin(turn)])
+        out[i, rings.index(patch.boundary)] = patch.coefficients(harmonic) * wave
+    return out
 
 
 def summed(patches: Mapping[str, RingPatch], harmonics: NDArray[np.int64], law: Array, places: list[int]) -> Array:

@@ -29,6 +29,7 @@ from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, Damping, SecondOrderModel, as_csr
 from seatfem.structures.reduction.eigen_search import rigid_shapes
 from seatfem.structures.reduction.factorization import Factorization, factorize
+from seatfem.structures.reduction.krylov import ritz_pairs
 from seatfem.structures.reduction.reducer import USUAL, Cost, Grown, Reducer, Reduction, Space, factorized
 from seatfem.structures.reduction.residual import feeding, passivity_of_poles, reciprocity, residual
 
@@ -184,12 +185,8 @@ class SecondOrderBasis:
 
     def coupled(self, damping: Damping) -> Coupled:
         """Return the small model, its K diagonal, with 2 zeta w, zeta = ratio + phi' H phi/(2 w^2), added to its C."""
-        k, rigid = self.size, self.rigid
-        values, inner = np.linalg.eigh(self._k[rigid:k, rigid:k])
-        vectors = np.eye(k)
-        vectors[rigid:, rigid:] = inner
-        zero = 0.0 if rigid else 1e-10 * self.shift**2
-        omega = np.sqrt(np.concatenate([np.zeros(rigid), np.where(values < zero, 0.0, values)]))
+        k = self.size
+        omega, vectors = ritz_pairs(self._k[:k, :k], self.rigid, self.shift)
         rotated = vectors.T @ self._c[:k, :k] @ vectors
         loss = None if damping.loss is None else self.Q.T @ (damping.loss @ self.Q)
         lost = None if loss is None else np.einsum("ji,jk,ki->i", vectors, loss, vectors)

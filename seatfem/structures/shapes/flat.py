@@ -101,8 +101,34 @@ class Flat(Shape):
         occ.extrude([(2, self.sheet(occ))], 0.0, 0.0, 1e3 * self.thickness)
 
 
+class Round(Flat):
+    """A sheet about the origin that nothing holds, with or without a round hole."""
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        return 0.0, 0.0
+
+    @property
+    def is_mirrored(self) -> bool:
+        return True
+
+    @property
+    def is_clamped(self) -> bool:
+        return False
+
+    @property
+    def area(self) -> float:
+        hole, edge = self.room
+        return math.pi / 4 * ((2 * edge) ** 2 - (2 * hole) ** 2)
+
+    @property
+    def around(self) -> tuple[Array, ...]:
+        hole, edge = self.room
+        return tuple(loops.whole(self.centre, radius) for radius in (edge, hole) if radius)
+
+
 @dataclass(frozen=True)
-class Disc(Flat):
+class Disc(Round):
     """Round sheet about the origin, underside at z = 0 (metres). The group "contact" is the upper side."""
 
     family: ClassVar[str] = "disc"
@@ -115,36 +141,16 @@ class Disc(Flat):
         require_below(self, "thickness", self.diameter / 2, f"half the diameter: {THINNER}")
 
     @property
-    def centre(self) -> tuple[float, float]:
-        return 0.0, 0.0
-
-    @property
     def room(self) -> tuple[float, float]:
         return 0.0, self.diameter / 2
-
-    @property
-    def is_mirrored(self) -> bool:
-        return True
-
-    @property
-    def area(self) -> float:
-        return math.pi / 4 * self.diameter**2
 
     @property
     def narrowest(self) -> float:
         return self.diameter
 
-    @property
-    def is_clamped(self) -> bool:
-        return False
-
-    @property
-    def around(self) -> tuple[Array, ...]:
-        return (loops.whole(self.centre, self.diameter / 2),)
-
 
 @dataclass(frozen=True)
-class RingPlate(Flat):
+class RingPlate(Round):
     """Annular sheet about the origin, underside at z = 0 (metres). The group "contact" is the upper side."""
 
     family: ClassVar[str] = "ring_plate"
@@ -159,33 +165,12 @@ class RingPlate(Flat):
         require_below(self, "thickness", self.narrowest, f"the ring's radial width: {THINNER}")
 
     @property
-    def centre(self) -> tuple[float, float]:
-        return 0.0, 0.0
-
-    @property
     def room(self) -> tuple[float, float]:
         return self.inner_diameter / 2, self.outer_diameter / 2
 
     @property
-    def is_mirrored(self) -> bool:
-        return True
-
-    @property
-    def area(self) -> float:
-        return math.pi / 4 * (self.outer_diameter**2 - self.inner_diameter**2)
-
-    @property
     def narrowest(self) -> float:
         return (self.outer_diameter - self.inner_diameter) / 2
-
-    @property
-    def is_clamped(self) -> bool:
-        return False
-
-    @property
-    def around(self) -> tuple[Array, ...]:
-        hole, edge = self.room
-        return loops.whole(self.centre, edge), loops.whole(self.centre, hole)
 
 
 @dataclass(frozen=True)

@@ -132,7 +132,7 @@ def solved_stopper(scene: Scene) -> Solved | None:
         return None
     stopper = scene.stopper.body
     with in_role("stopper", stopper):
-        lip = None if stopper.no_lip else stopper_lip(scene)
+        lip = None if stopper.lip_face.no_lip else stopper_lip(scene)
         how = None if lip is None else replace(stopper.stated(rings=lip.rings), lip=lip)
         return _computed(stopper, scene.run.duration, method=how)
 
@@ -194,7 +194,8 @@ def stress_of(
         return None
     pushed = pushes(striker, force, stopper)
     marched = without_springs(with_recorded_loads(striker, opening, dt), pushed, dt)
-    return scene.reed.stress(pushed, dt, marched, scene.contact_at, coarsely=coarsely, since=since)
+    stress = scene.reed.stress(pushed, dt, marched, scene.contact_at)
+    return None if stress is None else stress.largest(coarsely=coarsely, since=since)
 
 
 def bending_look(scene: Scene) -> StressLook | None:

@@ -154,9 +154,7 @@ def _undeformed(scene: Scene, spring: ValveSpring) -> float:
 
 def _shapes(scene: Scene, spring: ValveSpring, body: Body) -> Array:
     """Return the (M, S) shapes of the body's modes at the springs of a table [1/sqrt(kg)]."""
-    if spring.at is not None:
-        return scene.reed.pushed_at(body, spring.at)
-    return scene.reed.pushed_by_springs(body, spring.places)
+    return scene.reed.pushed_at(body, spring.places if spring.at is None else spring.at, by="springs")
 
 
 def loaded(scene: Scene, body: Body) -> Body:
@@ -196,7 +194,8 @@ def _blown(scene: Scene, load: ExternalLoad, body: Body) -> Load:
     assert load.area is not None
     area, closed = load.area, load.area(0.0)
     by_opening = (lambda opening: area(opening) / closed) if load.by_lift else None
-    return Load(scene.reed.blown(body), scaled(load.pressure.course, closed), by_opening)
+    shape = scene.reed.pushed_at(body, None, by="pressure")[:, 0]
+    return Load(shape, scaled(load.pressure.course, closed), by_opening)
 
 
 SLACK: Final = 1e-2  # of the largest deflection of its ports: what modes left out may be off by

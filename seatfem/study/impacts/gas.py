@@ -40,7 +40,7 @@ def gas_loads(scene: Scene, body: Body) -> Iterator[Load]:
     """Yield the gas loads on the striker's ``body``: a prescribed pressure is one load for each direction of dp."""
     if scene.gas is None:
         return
-    drive, shape = gas_of(scene), scene.reed.blown(body)
+    drive, shape = gas_of(scene), scene.reed.pushed_at(body, None, by="pressure")[:, 0]
     if isinstance(drive, Compressor):
         at_start = drive.valve.push(0.0, drop(drive, float(drive.start()[PRESSURE])))
         yield Load(shape, partial(np.full_like, fill_value=at_start, dtype=float), feedback=drive)

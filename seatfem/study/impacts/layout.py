@@ -16,6 +16,7 @@ from seatfem.pictures.layout import Action, Layout, Placed, Way
 from seatfem.pictures.rendering import Picture
 from seatfem.pictures.scene_drawing import draw_layout
 from seatfem.structures.errors import ModelError
+from seatfem.structures.kinds.striking import is_curved
 from seatfem.structures.outlines import BodyViews, length_text, round_sizes
 from seatfem.structures.rings import Division
 from seatfem.study.scene import Scene
@@ -44,7 +45,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         MeshingError, OSError: gmsh cannot be run; a file is not there.
     """
     contact, reed, stopper = scene.contact, scene.reed, scene.stopper
-    at = reed.free_point if contact.at is None else contact.at
+    at = scene.own_place
     shape = None if reed.thin_plate is None else reed.thin_plate.geometry()
     root = shape.centre[0] if shape is not None and shape.is_clamped else at  # away, of the contact's middle
     seen = reed.views(at).turned_over()
@@ -121,9 +122,9 @@ def _face_words(views: BodyViews) -> str:
 def _start(scene: Scene, at: float | None) -> Array | None:
     """Return (n, 2) x and deflection of a reed with positions along it that is released from a deflected shape."""
     reed = scene.reed
-    if reed.reach is None or at is None:
+    if reed.slender is None or at is None:
         return None
-    x = np.linspace(0.0, reed.reach, START_POINTS)
+    x = np.linspace(0.0, reed.slender.span, START_POINTS)
     shape = np.array([reed.start_at(float(place)) for place in x])
     return np.column_stack([x - at, shape]) if np.abs(shape).max() > 0 else None
 
@@ -211,7 +212,7 @@ def _release(reed: Any) -> Iterator[Action]:
     for key, words in (("tip_deflection", "released from"), ("deflection", "released from")):
         value = getattr(release, key, None)
         if value is not None:
-            place = 0.0 if reed.reach is None else None
+            place = 0.0 if reed.slender is None else None
             yield Action(
                 f"{words} {length_text(value)}" + ("" if place is None else " at the contact"), 0.0, 0.0, _sign(value)
             )
@@ -256,7 +257,7 @@ def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planne
     if division.count > 1:
         rings = f" x {division.rings} rings" if division.rings > 1 else ""
         yield f"contact in {division.arcs} segments{rings}"
-    elif scene.reed.thin_plate is not None and not scene.seat.no_lip and not planned:
+    elif scene.reed.thin_plate is not None and not scene.seat.lip_face.no_lip and not planned:
         yield "contact as a whole, unless the plan divides it into segments"
     if contact.tilt:
         axis = math.degrees(contact.tilt_axis)
@@ -264,7 +265,7 @@ def _notes(scene: Scene, bodies: Sequence[Placed], division: Division, *, planne
         yield f"lip tilted {tilt:.3g}° about the direction {axis:.3g}° from the reed's axis"
     if contact.waviness:
         yield "the lip is wavy (contact.waviness)"
-    if scene.reed.is_curved:
+    if is_curved(scene.reed):
         yield "the reed is curved without stress (reed.curvature), drawn flat"
     if contact.preload:
         yield "starts pressed on its seat (preload)"

@@ -87,13 +87,14 @@ def of_beam(
 def beam_histories(
     scene: Scene, striker: impact.Body, touches: Touches, stress: ReedStress | None, *, few: bool = False
 ) -> Iterator[tuple[str, Array]]:
-    """Yield histories as `seatfem.structures.kinds.Structure.stress_histories` does. ``stress``: the largest ones,
+    """Yield histories as `seatfem.structures.kinds.striking.KnownStress.histories` does. ``stress``: the largest ones,
     whose places are among them."""
     force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
     peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
     also = {peak.at for peak in peaks if peak is not None}
     marched = without_springs(with_recorded_loads(striker, lift_of(touches), dt), force, dt)
-    yield from scene.reed.stress_histories(force, dt, marched, scene.contact_at, also, few=few)
+    if (known := scene.reed.stress(force, dt, marched, scene.contact_at)) is not None:
+        yield from known.histories(also, few=few)
 
 
 def block_from(scene: Scene, touches: Touches) -> int:

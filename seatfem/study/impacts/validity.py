@@ -34,7 +34,8 @@ def validity_advice(
     scene: Scene, seat: GreensFunction | None = None, reed: GreensFunction | None = None
 ) -> tuple[Advice, ...]:
     """Return advice on what the run answers beyond the limits of its theory or of its data."""
-    advice = [*scene.reed.limits(), *_misfits(scene, seat, reed)]
+    flat = scene.reed.slender or scene.reed.thin_plate
+    advice = [*(() if flat is None else flat.limits()), *_misfits(scene, seat, reed)]
     for role, greens in (("seat", seat), ("reed", reed)):
         band = None if greens is None else fit_of(greens).highest
         if band is None or scene.run.filter_width >= 1 / band:
@@ -57,7 +58,7 @@ def film_notes(scene: Scene, result: ImpactResult) -> tuple[str, ...]:
     """Return the note that a gas would give way under the largest force of its film."""
     if (keys := scene.contact.film) is None or keys.viscosity > THICKEST_GAS:
         return ()
-    film = keys.on_ring(scene.seat.struck_ring)
+    film = keys.on_ring(scene.seat.lip_face.ring)
     bars = film_force_peak(result) / film.tension * keys.tension_limit / 1e5
     if bars <= 1:
         return ()
@@ -70,13 +71,13 @@ def film_notes(scene: Scene, result: ImpactResult) -> tuple[str, ...]:
 
 def covered_notes(scene: Scene) -> tuple[str, ...]:
     """Return that a beam covers only a part of the lip that it strikes, which the model presses all around."""
-    reed, ring = scene.reed, scene.seat.struck_ring
-    at = reed.free_point if scene.contact.at is None else scene.contact.at
-    if ring is None or reed.reach is None or at is None:
+    reed, ring = scene.reed, scene.seat.lip_face.ring
+    beam, at = reed.slender, scene.own_place
+    if ring is None or beam is None or at is None:
         return ()
     angle = 2 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
     along, across = at + ring[0] * np.cos(angle), ring[0] * np.sin(angle)
-    share = float(np.mean((along >= 0) & (along <= reed.reach) & (np.abs(across) <= reed.face.width / 2)))
+    share = float(np.mean((along >= 0) & (along <= beam.span) & (np.abs(across) <= reed.face.width / 2)))
     if share >= COVERED:
         return ()
     outer, place = write_quantity(2 * ring[0] + ring[1], "length", 3), write_quantity(at, "length")
@@ -157,7 +158,7 @@ def fit_of(greens: GreensFunction) -> Fit:
 def _misfits(scene: Scene, seat: GreensFunction | None, reed: GreensFunction | None) -> Iterator[Advice]:
     """Yield that the fit to a record misses more of it than its noise explains, with the lines."""
     for role, body, greens in (("seat", scene.seat, seat), ("reed", scene.reed, reed)):
-        if greens is None or body.measured() is None:
+        if greens is None or body.measured is None:
             continue
         from impact.measured.pole_fit import BLOCK_LIMIT, in_words  # of measured bodies only
 

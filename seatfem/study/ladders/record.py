@@ -23,14 +23,13 @@ class MeasuredRecord(Ladder):
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the seat is a fit to a record, with draws."""
-        return measured_draws(run)
+        return bool(measured_draws(run))
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run on each draw, with what lies above the band ringing at its end, and with g larger by a misfit
         beyond the noise."""
-        record, fit = run.scene.seat.fit(), fit_of(run.seat.greens)
-        assert record is not None
-        terms = [tuple(run.with_greens("seat", draw, OF_DRAWS) for draw in record.draws)]
+        fit = fit_of(run.seat.greens)
+        terms = [tuple(run.with_greens("seat", draw, OF_DRAWS) for draw in measured_draws(run))]
         if fit.highest is not None and (ringing := _ringing_from(run.seat.greens, 2 * math.pi * fit.highest)):
             terms.append((run.with_greens("seat", ringing),))
         return (*terms, *(run.with_larger_g("seat", fit.unexplained) or ()))

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+from impact.greens.base import GreensFunction
 from impact.runs.variations import NARROWER, Terms, narrowed
 from seatfem.structures.estimates.costs import TOLERANCE_POWER, highest_pole, seat_memory, seat_seconds
 from seatfem.structures.estimates.surrogate import ERRORS
@@ -29,10 +30,10 @@ LOOSER_AND_STRICTER: Final = (0.1, 0.003)  # tolerances of a trade
 OF_A_BEAM: Final = 20e3  # Hz: of the plate in whose place a beam stands, which starts as it does
 
 
-def measured_draws(run: ComputedRun) -> bool:
-    """Return whether the seat is a fit to a record, whose draws take the place of a reduction's error."""
-    fit = run.scene.seat.fit()
-    return fit is not None and bool(fit.draws)
+def measured_draws(run: ComputedRun) -> tuple[GreensFunction, ...]:
+    """Return the draws of a seat that is a fit to a record, which take the place of a reduction's error."""
+    measured = run.scene.seat.measured
+    return () if measured is None else tuple(measured.fit().draws)
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from impact.greens.base import GreensFunction
 from impact.notices import Progress
 from impact.runs.variations import SAFETY, larger, safety, times, total
 from seatfem.structures.estimates.surrogate import Surrogate, on_its_patch
+from seatfem.structures.kinds.striking import is_curved
 from seatfem.structures.rings import (
     ACROSS,
     FEWEST_ARCS,
@@ -181,7 +182,7 @@ def several_needed(scene: Scene) -> str:
     names, contact = all_measures(), scene.contact
     if along := [name for name in scene.accuracy.measures if names[name].needs_line]:
         return f"{along[0]} needs lip segments"
-    if uneven := contact.uneven or ("curvature" if scene.reed.is_curved else ""):
+    if uneven := contact.uneven or ("curvature" if is_curved(scene.reed) else ""):
         return f"a single contact point cannot represent {uneven}"
     if scene.stress is not None or scene.life is not None:
         return "stress under the lip is asked for"

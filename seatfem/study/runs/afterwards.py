@@ -217,7 +217,7 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
         with watch("simpler models"):
             simpler = simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
     errors, bar = None, None
-    if (fit := scene.seat.fit()) is not None and fit.draws:
+    if (measured := scene.seat.measured) is not None and (fit := measured.fit()).draws:
         with watch("spring baseline"):
             others = [static_stiffness(draw) for draw in fit.draws]
             errors = _left_by_record(done, touches, stress, stiffness, others)

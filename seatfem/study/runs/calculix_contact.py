@@ -21,6 +21,7 @@ from seatfem.structures.formats.calculix_contact import PlateStriker, check_patc
 from seatfem.structures.formats.calculix_deck import CalculixBody, Integers, calculix_body
 from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.kinds.striking import is_curved, is_loaded
 from seatfem.structures.lands import FaceLip, face_lip, land_of
 from seatfem.structures.lip import AnyLip, tilted
 from seatfem.structures.mesh.plane_meshes import CLAMPED
@@ -186,8 +187,8 @@ def of_mass(scene: Scene, seat: DeckSeat, greens: GreensFunction, dt: float) -> 
 
 def check_landing(scene: Scene) -> None:
     """Raise `DeckError` of a scene of a plate that no deck can hold."""
-    _refuse(scene, {"contact.waviness": scene.contact.waviness, "reed.curvature": scene.reed.is_curved})
-    if scene.reed.is_loaded:
+    _refuse(scene, {"contact.waviness": scene.contact.waviness, "reed.curvature": is_curved(scene.reed)})
+    if is_loaded(scene.reed):
         raise DeckError("reed: a deck holds none of its loads; remove pressure, gravity and forces from [reed]")
 
 

@@ -136,11 +136,12 @@ def _through_store(key: str, drawn: list[Path], names: list[str], folder: Path) 
 
 
 def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
-    response, fitted = scene.seat.measured(), seat.greens.modal or seat.greens.pole_sum
-    if response is not None and fitted is not None:
+    measured, fitted = scene.seat.measured, seat.greens.modal or seat.greens.pole_sum
+    if measured is not None and fitted is not None:
+        response, fit = measured.response(), measured.fit()
         width = scene.run.filter_width
         drawn: list[Picture] = [("fit.png", lambda path: plot_fit(response, fitted, path, width=width))]
-        if (fit := scene.seat.fit()) is not None and len(fit.tried) > 1:
+        if len(fit.tried) > 1:
             drawn.append(("stabilisation.png", partial(plot_stabilisation, response, fit.tried)))
         return drawn
     if seat.model is None or seat.mesh is None:

@@ -19,7 +19,7 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.pictures.rendering import Painter
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures.cache import Cache
-from seatfem.structures.natural_modes import Wanted
+from seatfem.structures.natural_modes import Wanted, modes_of
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.impacts.contact import RunError, check_step, seat_of
 from seatfem.study.impacts.drives import valve_spring_keys
@@ -242,7 +242,7 @@ def write_modes(
     check_writable(folder / "modes.csv")
     watch = Stopwatch()
     check_files(scene)
-    natural = scene.seat.natural_modes(Wanted.from_limits(count, up_to_hz), watch, progress)
+    natural = modes_of(scene.seat, Wanted.from_limits(count, up_to_hz), watch, progress)
     if natural is None:
         raise RunError(
             f"seat.kind = {scene.seat.kind!r} has neither finite elements nor matrices to take modes from; use a "

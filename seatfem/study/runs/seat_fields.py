@@ -16,7 +16,7 @@ from impact.notices import Progress
 from seatfem.structures.fields.corners import near, singular_points
 from seatfem.structures.fields.recovery import MORE, VECTORS, Response, StressField, field_of
 from seatfem.structures.fields.sites import Sites, at_points, on_surface
-from seatfem.structures.fields.solids import AnyField, Harmonic, RingField, elements_of, felt, mixing_of, solid_stress
+from seatfem.structures.fields.solids import AnyField, Harmonic, RingField, elements_of, felt, solid_stress
 from seatfem.structures.finite_elements import AnyMesh, draw, matrices
 from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.elastic import Elastic
@@ -25,7 +25,7 @@ from seatfem.structures.lip import Lip
 from seatfem.structures.mesh.plane_meshes import MeridianMesh
 from seatfem.structures.method import BEYOND, COARSENING
 from seatfem.structures.model import ModelError, SecondOrderModel
-from seatfem.structures.reduction.ring_patches import RingPatch
+from seatfem.structures.reduction.ring_patches import RingPatch, mixing_of
 from seatfem.structures.rings import Division, ring_names
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from seatfem.fields import Contradictions, keys_of, within
-from seatfem.structures.kinds.striking import check_along
+from seatfem.structures.kinds.striking import check_along, is_curved
+from seatfem.structures.kinds.structure import motion_key
 from seatfem.structures.rings import Division
 from seatfem.study.scene.measures import LifeMargin, Stress, any_needs_stress
 from seatfem.units import write_quantity
@@ -28,7 +29,7 @@ def contradictions_of(scene: Scene) -> Contradictions:
     yield from _of_roles(scene)
     yield from _of_loads(scene)
     yield from _of_bases(scene)
-    yield from _of_contact(scene.reed, scene.seat.struck_ring, scene.contact.at)
+    yield from _of_contact(scene.reed, scene.seat.lip_face.ring, scene.contact.at)
     yield from contradictions_of_start(scene)
     yield from _of_lip(scene.seat, scene.reed, scene.contact)
     yield from _of_parts(scene.seat, scene.contact, scene.stress, scene.run.duration)
@@ -50,17 +51,15 @@ def _of_gas(gas: CompressorGas, duration: float) -> Contradictions:
 
 def _of_roles(scene: Scene) -> Contradictions:
     """Yield where what is struck is not at rest, or what strikes does not move."""
-    if scene.seat.motion:
-        yield f"seat.{scene.seat.motion}", "the struck body is at rest; remove the key, or use the body as the reed"
-    reed, moved_by = scene.reed, scene.reed.moved_by
+    if key := motion_key(scene.seat):
+        yield f"seat.{key}", "the struck body is at rest; remove the key, or use the body as the reed"
+    reed, moved_by = scene.reed, scene.reed.traits.moved_by
     if not moved_by:
         yield "reed.kind", f"a body of kind {reed.kind!r} cannot move; take a kind that can"
-    if not reed.motion and not (scene.load or scene.base or scene.spring) and scene.gas is None:
+    if not motion_key(reed) and not (scene.load or scene.base or scene.spring) and scene.gas is None:
         others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
         words = type(reed).model_fields[moved_by[0]].description or ""
         yield f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}"
-    with keys_of("reed"):
-        reed.check_motion()
 
 
 def _of_loads(scene: Scene) -> Contradictions:
@@ -97,8 +96,8 @@ def _of_bases(scene: Scene) -> Contradictions:
 
 
 def _of_contact(reed: Structure, ring: tuple[float, float] | None, at: float | None) -> Contradictions:
-    check_along(reed.kind, reed.reach, at, "contact.at")
-    if ring is None or reed.reach is None or at is None:
+    check_along(reed.kind, None if reed.slender is None else reed.slender.span, at, "contact.at")
+    if ring is None or reed.slender is None or at is None:
         return
     if at < (outer := ring[0] + ring[1] / 2) * (1 - 1e-9):
         words = f"the lip's middle is {write_quantity(at, 'length')} from the clamp, and the lip reaches"
@@ -110,7 +109,8 @@ def contradictions_of_start(scene: Scene) -> Contradictions:
     """Yield where the stopper meets the reed before the start. Raises `KeyProblem` of a place that the reed has not."""
     if (stopper := scene.stopper) is None:
         return
-    check_along(scene.reed.kind, scene.reed.reach, stopper.at, "stopper.at")
+    beam = scene.reed.slender
+    check_along(scene.reed.kind, None if beam is None else beam.span, stopper.at, "stopper.at")
     if stopper.parts != Division() and scene.reed.thin_plate is None:
         key = "arcs" if (stopper.arcs or 1) > 1 else "tilt" if stopper.tilt else "rings"
         words = f"a reed of kind {scene.reed.kind!r} touches with one rigid face"
@@ -131,13 +131,13 @@ def contradictions_of_start(scene: Scene) -> Contradictions:
 
 
 def _of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradictions:
-    if (key := contact.along_a_lip) and (why := seat.no_lip):
+    if (key := contact.along_a_lip) and (why := seat.lip_face.no_lip):
         yield f"contact.{key}", f"a seat of kind {seat.kind!r}, {why}"
-    if seat.is_curved:
+    if is_curved(seat):
         yield "seat.curvature", "only the reed may be curved; remove the key"
-    if reed.is_curved and (why := seat.no_lip):
+    if is_curved(reed) and (why := seat.lip_face.no_lip):
         yield "reed.curvature", f"a seat of kind {seat.kind!r}, {why}"
-    if reed.is_curved and contact.ports == 1:
+    if is_curved(reed) and contact.ports == 1:
         yield "contact.ports", "a single contact point has only a mean gap, reed.curvature needs several: remove it"
     if any(contact.offset) and reed.thin_plate is None:
         yield "contact.offset", f"a body of kind {reed.kind!r} touches with one rigid face; remove the key"
@@ -146,7 +146,7 @@ def _of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradiction
 def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, duration: float) -> Contradictions:
     """Yield what is wrong with the film on its lip, its stress, and the rings of its contact face."""
     if contact.film is not None:
-        yield from within("contact", contact.film.check(seat.struck_ring, seat.kind, contact.rings))
+        yield from within("contact", contact.film.check(seat.lip_face.ring, seat.kind, contact.rings))
     if stress is not None:
         if seat.elastic is None:
             yield "stress", f"a seat of kind {seat.kind!r} has no finite elements; remove the table"
@@ -160,7 +160,7 @@ def _of_reed_stress(scene: Scene) -> Contradictions:
     wanted = scene.accuracy.measures
     name = LifeMargin.name if LifeMargin.name in wanted else Stress.name
     if any_needs_stress(wanted) and not (scene.reed.traits.has_stress or scene.reed.thin_plate is not None):
-        bends = "has no bending stress that is known" if scene.reed.reach else "does not bend, it has no stress"
+        bends = "has no bending stress that is known" if scene.reed.slender else "does not bend, it has no stress"
         words = f"{name} is asked of a body of kind {scene.reed.kind!r}, which {bends}: remove it, or use a cantilever"
         yield "accuracy.measures", f"{words} or a plate"
     if LifeMargin.name in wanted and (scene.life is None or scene.life.demand() is None):

@@ -31,6 +31,7 @@ from seatfem.fields import (
     one_of,
 )
 from seatfem.structures.kinds import Structure, kinds_of
+from seatfem.structures.kinds.structure import motion_key
 from seatfem.structures.rings import MOST_CHOSEN, MOST_PORTS, MOST_RINGS, Division
 
 
@@ -230,8 +231,8 @@ gap = "1.5 mm"
             yield "tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg"
         if self.tilt and self.arcs == 1:
             yield "arcs", "a single contact point has only a mean gap, tilt needs several: remove one key"
-        if self.body.motion:
-            yield self.body.motion, "a stopper is at rest; remove the key, or strike with the body"
+        if key := motion_key(self.body):
+            yield key, "a stopper is at rest; remove the key, or strike with the body"
 
     @property
     def parts(self) -> Division:

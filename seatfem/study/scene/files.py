@@ -36,9 +36,9 @@ over the middle of a lip a beam covers a half or a third; less than a tenth of a
 def misplaced(scene: Scene) -> Iterator[Finding]:
     """Yield that the reed lies beside the face that it is to strike, in plan, or does not reach across it."""
     contact, reed, seat = scene.contact, scene.reed, scene.seat
-    if reed.reach is None and reed.thin_plate is None:  # solids strike with a face of their own, as it is stated
+    if reed.slender is None and reed.thin_plate is None:  # solids strike with a face of their own, as it is stated
         return
-    at = reed.free_point if contact.at is None else contact.at
+    at = scene.own_place
     try:
         over, face = reed.views(at, coarse=True).turned_over(), seat.views(coarse=True)
     except ModelError:  # of faces that cannot be found, which are told where they are needed

@@ -262,7 +262,7 @@ def _begun(kind: type[Structure], motion: str = "") -> Mapping[str, Any]:
 def _body(role: str, kind: type[Structure], stated: Stated) -> list[str]:
     words = textwrap.wrap((kind.__doc__ or "").replace("`", ""), WIDE - 2)
     values = {key: value for key, value in stated[role].items() if key != "kind"}
-    moving = kind.model_construct().moved_by if role == "seat" else ()
+    moving = kind.traits.moved_by if role == "seat" else ()
     head = [f"[{role}]", *(f"# {line}" for line in words), f'kind = "{kind_of(kind)}"']
     return [*head, *table_lines(kind, values, leave=("kind", *moving), of=role, beside=stated), ""]
 

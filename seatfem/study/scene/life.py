@@ -85,7 +85,7 @@ def varied(scene: Scene, name: str, value: float) -> Scene:
     if name == "tilt":
         from seatfem.study.scene.lips import usual_ports  # it reads whole scenes
 
-        if scene.seat.no_lip or reed.thin_plate is None or (contact.ports or usual_ports(scene)) == 1:
+        if scene.seat.lip_face.no_lip or reed.thin_plate is None or (contact.ports or usual_ports(scene)) == 1:
             raise KeyProblem("tilt", "contact is not along a lip: state contact.ports, 16 or more, or contact.tilt")
         if abs(value) > STEEPEST:
             raise KeyProblem("tilt", f"it must be at most {math.degrees(STEEPEST):g} deg")
@@ -264,6 +264,6 @@ source = "report, page"
 def turn_of(scene: Scene) -> float | None:
     """Return the time of one turn of the crank by which loads repeat [s]; ``None`` without, or with several."""
     courses: list[object] = [course for load in scene.load for course in (load.pressure, load.force, load.base_motion)]
-    courses += [scene.gas, *(getattr(scene.reed, key, None) for key in scene.reed.moved_by)]
+    courses += [scene.gas, *(getattr(scene.reed, key, None) for key in scene.reed.traits.moved_by)]
     turns = {60.0 / rpm for course in courses if (rpm := getattr(course, "rpm", None)) is not None}
     return turns.pop() if len(turns) == 1 else None

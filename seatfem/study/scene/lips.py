@@ -14,6 +14,7 @@ from impact.greens.base import Array
 from impact.march.laws import SqueezeFilm
 from impact.march.problem import ContactProblem
 from seatfem.fields import KeyProblem
+from seatfem.structures.kinds.striking import is_curved
 from seatfem.structures.lip import AnyLip, tilted
 from seatfem.structures.rings import FEWEST_ARCS, MOST_CHOSEN, Division, across_behind
 from seatfem.study.scene import Scene, SceneError
@@ -33,8 +34,8 @@ def usual_ports(scene: Scene) -> int:
     """Return the number of arcs of a scene that states none: `USUAL` where it opens unevenly or lies off the middle, or
     where a plate that touches where the lip is meets a ring, else one."""
     touches = (reed := scene.reed.thin_plate) is not None and not reed.states_contact
-    uneven = scene.contact.uneven or scene.reed.is_curved or any(scene.contact.offset)
-    many = (touches and scene.seat.struck_ring is not None) or uneven
+    uneven = scene.contact.uneven or is_curved(scene.reed) or any(scene.contact.offset)
+    many = (touches and scene.seat.lip_face.ring is not None) or uneven
     return min(USUAL, MOST_CHOSEN // scene.contact.rings) if many else 1
 
 
@@ -47,7 +48,7 @@ def lip_of(scene: Scene, ports: int | None = None, rings: int | None = None) -> 
     arcs, rings = ports or scene.contact.ports or usual_ports(scene), rings or scene.contact.rings
     reed = scene.reed.thin_plate
     open_ports = arcs == 1 and scene.contact.ports is None
-    if arcs == 1 and (reed is None or (open_ports and (reed.states_contact or scene.seat.struck_ring is None))):
+    if arcs == 1 and (reed is None or (open_ports and (reed.states_contact or scene.seat.lip_face.ring is None))):
         return None
     lip = scene.seat.lip(arcs, rings)
     stated = ports or scene.contact.ports
@@ -123,7 +124,7 @@ def gaps_of(scene: Scene, division: Division) -> Array:
     on the whole lip, rims included, into however many parts it is divided. Raises `SceneError` where that height is
     not known.
     """
-    lip = scene.seat.lip(division.arcs, division.rings) if scene.contact.uneven or scene.reed.is_curved else None
+    lip = scene.seat.lip(division.arcs, division.rings) if scene.contact.uneven or is_curved(scene.reed) else None
     if lip is None:
         return np.full(len(division.names), scene.contact.gap)
     angles = lip.turns(lip.places_in_arcs)
@@ -145,11 +146,11 @@ def films_of(scene: Scene, division: Division) -> tuple[SqueezeFilm | None, ...]
     contact, arcs, rings = scene.contact, division.arcs, division.rings
     if contact.film is None:
         return (None,) * (arcs * rings)
-    whole, lip = contact.film.on_ring(scene.seat.struck_ring), scene.seat.lip(arcs)
+    whole, lip = contact.film.on_ring(scene.seat.lip_face.ring), scene.seat.lip(arcs)
     shares, rises = np.full(arcs, 1 / arcs), np.zeros(arcs)
     if lip is not None:
         shares = lip.lengths / lip.lengths.sum()
-    if lip is not None and (contact.uneven or scene.reed.is_curved):
+    if lip is not None and (contact.uneven or is_curved(scene.reed)):
         rises = np.ptp(_heights(scene, lip.lines_across(2), lip.turns(lip.places_in_arcs)), axis=(1, 2))
     parts = (whole.part(float(share) / rings) for share in shares)
     films = (replace(part, floor=part.floor + float(rise) / 2) for part, rise in zip(parts, rises, strict=True))
@@ -175,7 +176,7 @@ def of_the_reed(scene: Scene, points: Array, offset: tuple[float, float]) -> Arr
     """Return the heights of the stress-free reed over a flat one, at points (..., 2) about what is off its contact by
     ``offset`` [m]. Raises `SceneError` where they are not known."""
     reed = scene.reed.thin_plate
-    if reed is None or not reed.is_curved:
+    if reed is None or not is_curved(reed):
         return np.zeros(points.shape[:-1])
     try:
         return reed.heights((offset + points).reshape(-1, 2)).reshape(points.shape[:-1])

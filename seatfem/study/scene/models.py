@@ -15,6 +15,7 @@ from pydantic import Field, ValidationError, ValidationInfo, model_validator
 from seatfem.fields import Contradictions, KeyProblem, Table, absent, default, kind_of, one_of, read_rpm
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.kinds.striking import is_loaded
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.shapes.cad import STEP_SUFFIXES
 from seatfem.study.scene.agreement import contradictions_of
@@ -220,12 +221,18 @@ class Scene(Table):
         return bodies if self.stopper is None else {**bodies, "stopper": self.stopper.body}
 
     @property
+    def own_place(self) -> float | None:
+        """Return where on the reed its seat's contact lies [m], the tip of a beam unless stated; ``None`` of others."""
+        beam = self.reed.slender
+        return beam.beam().free_point if self.contact.at is None and beam is not None else self.contact.at
+
+    @property
     def contact_at(self) -> float | tuple[float, float] | None:
         """Return where on the reed the contacts lie [m]: the seat's, and the stopper's where that is another place."""
         at = self.contact.at
         if self.stopper is None or self.stopper.at is None:
             return at
-        place = self.reed.free_point if at is None else at
+        place = self.own_place
         assert place is not None
         return at if self.stopper.at == place else (place, self.stopper.at)
 
@@ -250,7 +257,7 @@ class Scene(Table):
     @property
     def is_loaded(self) -> bool:
         """Return whether known forces drive the reed, or gas or springs do, or bases move."""
-        return bool(self.load or self.base or self.spring) or self.gas is not None or self.reed.is_loaded
+        return bool(self.load or self.base or self.spring) or self.gas is not None or is_loaded(self.reed)
 
     @property
     def is_blown_by_lift(self) -> bool:
