@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from impact.greens.base import Array
 from impact.notices import Progress, silent
+from impact.quantities import finite_or_none
 from seatfem.pictures.rendering import Picture
 from seatfem.pictures.stress_plot import plot_stress, write_stress_vtu
 from seatfem.structures.fields.corners import edge_distances, local_maxima, near, peak_mesh_error
@@ -190,8 +191,8 @@ def stress_keys(stress: SeatStress | None) -> dict[str, object]:
         "peak_seat_stress_at_m": place,
         "peak_seat_stress_time_s": float(peak.von_mises_time[k]),
         "peak_seat_principal_stress_Pa": float(peak.principal.max()),
-        "error_bar_peak_seat_stress_Pa": None if math.isnan(stress.bar) else stress.bar,
-        "error_bar_peak_seat_principal_stress_Pa": None if math.isnan(stress.tension_bar) else stress.tension_bar,
+        "error_bar_peak_seat_stress_Pa": finite_or_none(stress.bar),
+        "error_bar_peak_seat_principal_stress_Pa": finite_or_none(stress.tension_bar),
         "peak_seat_stress_over_rho_c0_v": None if math.isnan(stress.front) else value / stress.front,
     }
 

@@ -26,7 +26,7 @@ from seatfem.study.impacts.contact import marched, problem_of, run_contacts
 from seatfem.study.impacts.plate_stress import Forces, pushes_of
 from seatfem.study.impacts.touches import force_of, stress_since
 from seatfem.study.planning.plan import Plan
-from seatfem.study.runs.kept import kept_numbers
+from seatfem.study.runs.kept import cached_numbers
 from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress
@@ -97,9 +97,9 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
 
     own, finer = _told(seat), _told(None)
     if seat is not None and SEAT in looks:
-        finer = kept_numbers(done, done.touches, "stress in the seat at half the step", partial(_at_half, done))
+        finer = cached_numbers(done, done.touches, "stress in the seat at half the step", partial(_at_half, done))
     what = f"errors left in {', '.join(sorted(looks))}"
-    errors = kept_numbers(done, done.touches, what, lambda: error_bars_of(done, look, finer, progress))
+    errors = cached_numbers(done, done.touches, what, lambda: error_bars_of(done, look, finer, progress))
     if seat is not None and SEAT in looks:
         raw = [math.nan if abs(finer[name] - own[name]) > RAW * own[name] else errors[name] for name in (SEAT, TENSION)]
         seat = replace(seat, bar=seat.bar + raw[0], tension_bar=seat.tension_bar + raw[1])
