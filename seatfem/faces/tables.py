@@ -131,10 +131,11 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
     for key, head in OF_LANDINGS.items():
         if loaded or key not in (STATIC, EXCESS):
             values = [as_number(record.get(key)) for record in shown]
-            factor, unit = prefix_of(unit_of(key), max((abs(value) for value in values if value), default=0.0))
+            stated = [bar_of(record, key) for record in shown]
+            largest = (max((abs(each) for each in column if each), default=0.0) for column in (values, stated))
+            factor, unit = prefix_of(unit_of(key), *largest)
             table.add_column(f"{head}\n[{plain(unit)}]" if unit else head, justify="right")
-            bars = (bar_of(record, key) for record in shown)
-            columns.append([in_text(key, *each, "", factor) for each in zip(values, bars, strict=True)])
+            columns.append([in_text(key, *each, "", factor) for each in zip(values, stated, strict=True)])
     for cells in zip(*columns, strict=True):
         table.add_row(*cells)
     notes = ["landings sorted by their largest force"]
@@ -276,7 +277,8 @@ def _beside(baseline: float | None, value: float | None, bar: float | None, row:
     if own is not None and not row.of_each_step:
         return in_text(row.key, baseline, own, row.unit)
     far = value and baseline and not 0.1 < abs(baseline / value) < 1000
-    factor, unit = prefix_of(row.unit, *([] if value is None or far else [value]), baseline)
+    like_the_seat = [] if value is None or far else [value, *([] if bar is None or not math.isfinite(bar) else [bar])]
+    factor, unit = prefix_of(row.unit, *like_the_seat, baseline)
     places = None if value is None or bar is None or far else places_of(factor * value, factor * bar)
     mark = ", raw" if row.of_each_step else ""
     return with_unit(rounded(factor * baseline, places), unit) + mark
