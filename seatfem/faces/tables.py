@@ -41,7 +41,6 @@ from seatfem.results import (
     LIFE_CYCLES,
     OF_LANDINGS,
     STATIC,
-    Group,
     Result,
     asked,
     is_loaded,
@@ -181,20 +180,15 @@ def result_table(summary: Summary) -> Table:
         style = "dim" if group == "raw" else None
         if number:
             table.add_section()
-        table.add_row(_heading(group, summary), style=style or "bold")
+        step = f", step {duration(summary['time_step_s'])}" if "time_step_s" in summary else ""
+        heading = which_landing(summary) if group == "landing" else results.HEADINGS[group].replace("{step}", step)
+        table.add_row(heading, style=style or "bold")
         for row in rows:
             table.add_row(f" {words_of(row, summary)}", *_cells(_last_cycle(summary, row), row), style=style)
     if (residual := as_number(summary.get("energy_residual"))) is not None:
         table.add_row(" energy balance error", percent(residual), style="dim")
     table.caption = "\n".join(_notes(summary)) or None
     return table
-
-
-def _heading(group: Group, summary: Summary) -> str:
-    if group == "landing":
-        return which_landing(summary)
-    step = f", step {duration(summary['time_step_s'])}" if "time_step_s" in summary else ""
-    return results.HEADINGS[group].replace("{step}", step)
 
 
 def _last_cycle(summary: Summary, row: Result) -> Summary:

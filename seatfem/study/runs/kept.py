@@ -94,15 +94,12 @@ def _method(scene: Scene, values: Mapping[str, object]) -> RunMethod:
         raise ValueError(f"{values[MODEL]}, {values[REDUCTION]} must be the stated ones")
     numbers = {key: values[key] for key in FIELDS if key not in (MODEL, REDUCTION)}
     for value in numbers.values():
-        if value is not None and (isinstance(value, bool) or not isinstance(value, int | float) or not _sound(value)):
+        numeric = isinstance(value, int | float) and not isinstance(value, bool)
+        if value is not None and not (numeric and 0 < value < math.inf):
             raise ValueError(f"{value!r} must be a positive number")
     ports, rings = numbers.pop(PORTS), numbers[RINGS]
     along = stated.along(scene, ports, rings) if isinstance(ports, int) and isinstance(rings, int) else stated
     return along.replaced({MODEL: values[MODEL], **numbers})
-
-
-def _sound(value: float) -> bool:
-    return math.isfinite(value) and value > 0
 
 
 def _plan_file(scene: Scene) -> Path:

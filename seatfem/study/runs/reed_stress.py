@@ -85,7 +85,10 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     if stresses.after_contact is None:
         return PlateReedStress(stresses, math.nan, field, peaks)
     worst = field.at(np.array([int(of_run.after_contact.von_mises.argmax())]))
-    fewer = largest(_with_fewer_modes(worst), force, dt)
+    modes = worst.modal.shape[2]
+    lowest = np.arange(modes) < max(1, round(FEWER * modes))
+    of_lowest = StressField(worst.points, worst.static, worst.modal[..., lowest], in_some_modes(worst.body, lowest))
+    fewer = largest(of_lowest, force, dt)
     coarser = plate_modes(plate.sheet, COARSENING)
     lips = lips_of_plate(scene, _division(done))
     on_coarser_mesh = plate_field(done, striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio)))
@@ -123,12 +126,6 @@ def stress_on_another_seat(done: Round, touches: Touches) -> ReedStress | None:
 
 def _division(done: Round) -> Division:
     return Division.from_greens(done.seat.greens)
-
-
-def _with_fewer_modes(field: StressField) -> StressField:
-    modes = field.modal.shape[2]
-    lowest = np.arange(modes) < max(1, round(FEWER * modes))
-    return StressField(field.points, field.static, field.modal[..., lowest], in_some_modes(field.body, lowest))
 
 
 def _value(found: LargestStress) -> float:

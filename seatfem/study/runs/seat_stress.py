@@ -125,7 +125,10 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     peaks = largest(field, force, dt).after_contact
     worst = int(peaks.von_mises.argmax())
     both = field.at(np.array([worst, int(peaks.principal.argmax())]))
-    others = [fewer.at(np.array([worst, int(peaks.principal.argmax())])), *_without(both)]
+    others = [fewer.at(np.array([worst, int(peaks.principal.argmax())]))]
+    if isinstance(both, RingField) and (harmonics := len(both.harmonics)) > 1:
+        count = max(1, int(FEWER_HARMONICS * harmonics))
+        others.append(RingField(both.section, both.angles, both.harmonics[:count]))
     bars = np.sum([np.abs(_both(largest(other, force, dt).after_contact) - _both(peaks)) for other in others], axis=0)
     if coarser is None:
         bars = bars * math.nan
@@ -169,14 +172,6 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
 def _both(found: Largest) -> Array:
     """Return (2,) the largest von Mises stress and the largest tension of all places [Pa]."""
     return np.array([found.von_mises.max(), found.principal.max()])
-
-
-def _without(field: AnyField) -> list[AnyField]:
-    """Return the same with `FEWER_HARMONICS` of its harmonics, where it is a sum of several."""
-    if not isinstance(field, RingField) or len(field.harmonics) < 2:
-        return []
-    count = max(1, int(FEWER_HARMONICS * len(field.harmonics)))
-    return [RingField(field.section, field.angles, field.harmonics[:count])]
 
 
 def stress_keys(stress: SeatStress | None) -> dict[str, object]:

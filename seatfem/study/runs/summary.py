@@ -53,6 +53,14 @@ def summarise(
     """
     result, stopper = touches.seat, touches.stopper
     raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
+    number, (start, end) = measures.hardest_group(result, filter_width)
+    film: dict[str, object] = {}
+    if result.energy.film_loss is not None:
+        film = {
+            "film_force_peak_N": measures.film_force_peak(result),
+            "stiction_force_peak_N": measures.stiction_force_peak(result),
+            "film_loss_J": float(result.energy.film_loss[-1]),
+        }
     touched = len(groups) > 0
     thrown_back = stopper is not None and bool(np.any(stopper.force))
     values = measured(touches, filter_width, stress, asked)
@@ -70,14 +78,18 @@ def summarise(
             "contact_count": len(groups),
             "contact_count_raw": len(raw),
             "restitution": None if thrown_back and math.isfinite(result.striker_mass) else _restitution(result),
-            **_blow_keys(result, filter_width),
+            "peak_time_s": finite_or_none(measures.peak_time(result, filter_width)),
+            "hardest_blow": None if math.isnan(start) else number + 1,
+            "hardest_blow_start_s": finite_or_none(float(start)),
+            "hardest_blow_duration_s": finite_or_none(float(end - start)),
+            "hardest_blow_restitution": None if math.isfinite(result.striker_mass) else _restitution(result, number),
             "impact_velocity_m_per_s": finite_or_none(measures.impact_velocity(result)),
             "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
             **reed_stress_keys(stress),
             "energy_residual": result.energy.residual,
             "energy_by_work": ", ".join(result.energy.by_work),
             "contact_loss_J": float(result.energy.contact_loss[-1]),
-            **_film_keys(result),
+            **film,
             "time_step_s": result.dt,
             "history_engine": result.engine,
             **_line_keys(touches.line, result.dt, filter_width),
@@ -172,30 +184,6 @@ def _place(line: Line, arc: int) -> tuple[float | None, float]:
     """Return the angle [deg] and the length along the line [m] of the middle of an arc of a lip."""
     middle = float(np.cumsum(line.lengths)[arc] - line.lengths[arc] / 2)
     return line.degrees_at(middle / float(line.lengths.sum())), middle
-
-
-def _blow_keys(result: ImpactResult, width: float) -> dict[str, object]:
-    """Return when the peak is, and the group of contacts that holds it: which one, from 1 on, how long, its
-    restitution, of a held striker; ``None`` without contact."""
-    number, (start, end) = measures.hardest_group(result, width)
-    return {
-        "peak_time_s": finite_or_none(measures.peak_time(result, width)),
-        "hardest_blow": None if math.isnan(start) else number + 1,
-        "hardest_blow_start_s": finite_or_none(float(start)),
-        "hardest_blow_duration_s": finite_or_none(float(end - start)),
-        "hardest_blow_restitution": None if math.isfinite(result.striker_mass) else _restitution(result, number),
-    }
-
-
-def _film_keys(result: ImpactResult) -> dict[str, object]:
-    """Return a film's largest forces against closing and opening, over the whole patch, and what it took."""
-    if result.energy.film_loss is None:
-        return {}
-    return {
-        "film_force_peak_N": measures.film_force_peak(result),
-        "stiction_force_peak_N": measures.stiction_force_peak(result),
-        "film_loss_J": float(result.energy.film_loss[-1]),
-    }
 
 
 def _line_keys(line: Line | None, dt: float, width: float) -> dict[str, object]:
