@@ -147,3 +147,8 @@ def cut(text: str, width: int = WIDTH) -> str:
     """Return one line of at most ``width`` characters."""
     line = " ".join(text.split())
     return line if len(line) <= width else f"{line[: width - 4]} ..."
+
+
+def finite_or_none(value: float) -> float | None:
+    """Return a finite number, else ``None``: JSON knows no infinity."""
+    return value if math.isfinite(value) else None

@@ -87,7 +87,8 @@ def in_text(key: str, value: float | None, bar: float | None, unit: str, factor:
         return "-"
     if unit == "kg":  # its prefixes are those of the gram
         value, bar, unit = 1e3 * value, None if bar is None else 1e3 * bar, "g"
-    factor, prefixed = prefix_of(unit, value) if factor is None else (factor, unit)
+    known_bar = bar if bar is not None and math.isfinite(bar) else 0.0
+    factor, prefixed = prefix_of(unit, value, known_bar) if factor is None else (factor, unit)
     number = factor * value
     if bar is None:
         return with_unit(rounded(number, None), prefixed)

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.files.safe_files import CSV_LIMIT, opened_file, write_whole
+from impact.quantities import finite_or_none
 
 Array = NDArray[np.float64]
 
@@ -301,4 +302,4 @@ def without_nan(value: object) -> object:
         return {key: without_nan(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [without_nan(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return finite_or_none(value) if isinstance(value, float) else value

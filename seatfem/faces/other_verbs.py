@@ -1,13 +1,14 @@
-"""Verbs that take no scene (init, faces, verify, doctor), and those that take the folder of a run (report, view,
-export).
+"""Verbs that compute no scene of their own: faces, init, verify and doctor; report, view and export, which take the
+folder of a run; sweep and optimise, which take a study.
 """
 
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar
 
 from cyclopts import Parameter
 
@@ -28,9 +29,12 @@ from seatfem.study.safety import Effort
 from seatfem.verify import verification_table_view
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from seatfem.study.sweep.optimum import SearchAhead
     from seatfem.study.sweep.sweep import Ahead
 
+Made = TypeVar("Made")
 
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
 
@@ -188,9 +192,6 @@ def _calibrate(common: Common) -> int:
     return DONE
 
 
-# Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
-
-
 def report(folder: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
     """Write a run as one web page, to be opened without a network: numbers, reasons, curves to zoom into, pictures.
 
@@ -201,12 +202,17 @@ def report(folder: Path, /, *, output: Output = None, common: Common = COMMON) -
     output:
         The file [default: report.html in that folder].
     """
+    _write_page(folder, output, lines(quiet=common.quiet))
+    return DONE
+
+
+def _write_page(folder: Path, output: Path | None, terminal: Console) -> Path:
     from seatfem.faces.report.page import write_report
 
     path = output or folder / "report.html"
     write_report(folder, path)
-    lines(quiet=common.quiet).print(f"wrote {path}")
-    return DONE
+    terminal.print(f"wrote {path}")
+    return path
 
 
 def view(
@@ -227,12 +233,10 @@ def view(
     output:
         The file [default: report.html in that folder].
     """
-    from seatfem.faces.report.page import open_in_browser, write_report
+    from seatfem.faces.report.page import open_in_browser
 
-    path = output or folder / "report.html"
-    write_report(folder, path)
     terminal = lines(quiet=common.quiet)
-    terminal.print(f"wrote {path}")
+    path = _write_page(folder, output, terminal)
     if not no_browser and not open_in_browser(path):
         terminal.print(f"no browser opens here; open {path.resolve()} in one")
     return DONE
@@ -264,9 +268,6 @@ def export(
     return DONE
 
 
-# Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
-
-
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Work(Effort):
@@ -292,6 +293,18 @@ class Work(Effort):
 USUAL: Final = Work()
 
 
+def _run_study(
+    study: Path, folder: Path, work: Work, common: Common, carry_out: Callable[..., Made]
+) -> tuple[str, Made]:
+    """Return the heading of a study, and what its table or its search came to in a folder."""
+    from seatfem.study.sweep.study import load_study
+
+    definition, spoken = load_study(study), lines(stderr=True, quiet=common.quiet)
+    with progress_of(common) as progress:
+        made = carry_out(definition, folder, work, file=study, progress=progress, tell=spoken.print)
+    return definition.heading, made
+
+
 def sweep(
     study: Annotated[Path, Parameter(help="The study file (TOML): a scene and the values of its varied keys.")],
     /,
@@ -308,18 +321,14 @@ def sweep(
         Folder for table, reports and journal [default: the study's name + "-sweep"].
     """
     from seatfem.study.sweep.charts import write_reports
-    from seatfem.study.sweep.study import load_study
     from seatfem.study.sweep.sweep import PARQUET, TABLE, run_study
 
-    definition = load_study(study)
     folder, terminal = output or Path(f"{study.stem}-sweep"), lines(quiet=common.quiet)
-    spoken = lines(stderr=True, quiet=common.quiet)
-    with progress_of(common) as progress:
-        table = run_study(definition, folder, work, file=study, progress=progress, tell=spoken.print)
+    heading, table = _run_study(study, folder, work, common, run_study)
     files, gaps = write_reports(table, folder, pictures=not work.no_pictures)
     states = list(table.columns["status"])
     counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
-    terminal.print(f"{definition.heading}: {len(table)} scenes, {counts}")
+    terminal.print(f"{heading}: {len(table)} scenes, {counts}")
     sentences = (table.left_out_in_words(), *table.ranges(), *table.empty_in_words(), *table.failures())
     print_outcome(terminal, sentences, gaps, (folder / TABLE, *filter(Path.exists, [folder / PARQUET]), *files))
     return DONE if table.has_numbers.all() and not table.unanswered() else FAILED
@@ -342,16 +351,12 @@ def optimise(
     """
     from seatfem.study.sweep.best import draw_search
     from seatfem.study.sweep.optimum import run_optimum
-    from seatfem.study.sweep.study import load_study
 
-    definition = load_study(study)
     folder, terminal = output or Path(f"{study.stem}-optimum"), lines(quiet=common.quiet)
-    spoken = lines(stderr=True, quiet=common.quiet)
-    with progress_of(common) as progress:
-        optimum = run_optimum(definition, folder, work, file=study, progress=progress, tell=spoken.print)
+    heading, optimum = _run_study(study, folder, work, common, run_optimum)
     numbers = optimum.as_json()
     counts = f"{numbers['searched']} scenes searched, {numbers['failed']} failed, {numbers['confirmed']} confirmed"
-    terminal.print(f"{definition.heading}: {counts}")
+    terminal.print(f"{heading}: {counts}")
     files, picture = [folder / name for name in ("optimum.json", "optimum.csv", "search.csv")], folder / "search.png"
     gap = "" if work.no_pictures else draw_search(optimum, picture)
     files += [] if work.no_pictures or gap else [picture]

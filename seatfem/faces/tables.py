@@ -41,7 +41,6 @@ from seatfem.results import (
     LIFE_CYCLES,
     OF_LANDINGS,
     STATIC,
-    Group,
     Result,
     asked,
     is_loaded,
@@ -131,10 +130,11 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
     for key, head in OF_LANDINGS.items():
         if loaded or key not in (STATIC, EXCESS):
             values = [as_number(record.get(key)) for record in shown]
-            factor, unit = prefix_of(unit_of(key), max((abs(value) for value in values if value), default=0.0))
+            stated = [bar_of(record, key) for record in shown]
+            largest = (max((abs(each) for each in column if each), default=0.0) for column in (values, stated))
+            factor, unit = prefix_of(unit_of(key), *largest)
             table.add_column(f"{head}\n[{plain(unit)}]" if unit else head, justify="right")
-            bars = (bar_of(record, key) for record in shown)
-            columns.append([in_text(key, *each, "", factor) for each in zip(values, bars, strict=True)])
+            columns.append([in_text(key, *each, "", factor) for each in zip(values, stated, strict=True)])
     for cells in zip(*columns, strict=True):
         table.add_row(*cells)
     notes = ["landings sorted by their largest force"]
@@ -180,20 +180,15 @@ def result_table(summary: Summary) -> Table:
         style = "dim" if group == "raw" else None
         if number:
             table.add_section()
-        table.add_row(_heading(group, summary), style=style or "bold")
+        step = f", step {duration(summary['time_step_s'])}" if "time_step_s" in summary else ""
+        heading = which_landing(summary) if group == "landing" else results.HEADINGS[group].replace("{step}", step)
+        table.add_row(heading, style=style or "bold")
         for row in rows:
             table.add_row(f" {words_of(row, summary)}", *_cells(_last_cycle(summary, row), row), style=style)
     if (residual := as_number(summary.get("energy_residual"))) is not None:
         table.add_row(" energy balance error", percent(residual), style="dim")
     table.caption = "\n".join(_notes(summary)) or None
     return table
-
-
-def _heading(group: Group, summary: Summary) -> str:
-    if group == "landing":
-        return which_landing(summary)
-    step = f", step {duration(summary['time_step_s'])}" if "time_step_s" in summary else ""
-    return results.HEADINGS[group].replace("{step}", step)
 
 
 def _last_cycle(summary: Summary, row: Result) -> Summary:
@@ -276,7 +271,8 @@ def _beside(baseline: float | None, value: float | None, bar: float | None, row:
     if own is not None and not row.of_each_step:
         return in_text(row.key, baseline, own, row.unit)
     far = value and baseline and not 0.1 < abs(baseline / value) < 1000
-    factor, unit = prefix_of(row.unit, *([] if value is None or far else [value]), baseline)
+    like_the_seat = [] if value is None or far else [value, *([] if bar is None or not math.isfinite(bar) else [bar])]
+    factor, unit = prefix_of(row.unit, *like_the_seat, baseline)
     places = None if value is None or bar is None or far else places_of(factor * value, factor * bar)
     mark = ", raw" if row.of_each_step else ""
     return with_unit(rounded(factor * baseline, places), unit) + mark

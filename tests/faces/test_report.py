@@ -13,6 +13,7 @@ import subprocess
 import sys
 import webbrowser
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from PIL import Image
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.faces.report.asked import AskedError
-from seatfem.faces.report.figures import MOST, _envelope, body_figure
+from seatfem.faces.report.figures import MOST, _envelope, body_figure, lip_figure
 from seatfem.faces.report.page import SCREENS, _landings, _notes, _shares, _state, report_page
 from seatfem.faces.report.sections import ReportError, hot_spots, life_table, provenance
 from seatfem.pictures.moving import save_moving
@@ -96,6 +97,16 @@ def test_a_curve_keeps_its_peaks() -> None:
     kept = _envelope(values)
     assert len(kept) <= MOST + 2
     assert {17, 123_456, 0, 199_999} <= set(kept.tolist())
+
+
+def test_force_along_the_lip_is_that_of_segments_not_of_the_parts_across_them() -> None:
+    """Two segments of three rings each, in newtons."""
+    force = np.array([[0, 0, 0, 0, 0, 0], [1, 2, 3, 10, 20, 30], [0, 1, 0, 0, 10, 0]], dtype=float)
+    run: Any = SimpleNamespace(force=force, time=np.array([0.0, 1e-6, 2e-6]))
+    (drawn,) = lip_figure(run, 2).data
+    assert list(drawn.y) == ["1", "2"]
+    np.testing.assert_allclose(drawn.z, [[6, 1], [60, 10]])
+    assert len(lip_figure(run).data[0].y) == 6
 
 
 def test_a_body_that_is_too_large_loses_frames_and_says_so() -> None:

@@ -9,6 +9,7 @@ from rich.console import Console
 from seatfem.faces.report.sections import omissions, provenance
 from seatfem.faces.tables import result_table
 from seatfem.faces.verdict import difference, lasting, simpler, verdict
+from seatfem.readings import in_text
 from seatfem.study.safety import in_words
 
 ABSENT = ...  # of a key that is not there
@@ -364,3 +365,10 @@ def test_a_baseline_far_off_has_a_unit_of_its_own() -> None:
     assert row("peak force, 2 us mean", **{PEAK: 1183.0, "error_bar_" + PEAK: 1.0, "spring_" + PEAK: 76.09}).startswith(
         "peak force, 2 us mean 1.1830 ± 0.0010 kN 76.09 N -94 %"
     )
+
+
+@pytest.mark.parametrize(
+    ("value", "bar", "text"), [(0.0, 2.3e-7, "0 ± 230 ns"), (0.0, None, "0 s"), (1e-3, 2e-6, "1.0000 ± 0.0020 ms")]
+)
+def test_zero_is_written_in_the_unit_of_its_bar(value: float, bar: float | None, text: str) -> None:
+    assert in_text("first_contact_s", value, bar, "s") == text

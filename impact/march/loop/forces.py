@@ -1,6 +1,5 @@
-"""The force of one contact over one step, by its law, its film and the rule of the step (`impact.march.laws`,
-`impact.march.film`).
-"""
+"""The force of one contact over one step, by its law, its film and the rule of the step (see
+`impact.march.laws`)."""
 
 from __future__ import annotations
 

@@ -197,19 +197,23 @@ def energy_figure(run: ImpactResult) -> Figure:
     return figure.figure(f"energy [{unit}]", zoomed=False)
 
 
-def lip_figure(run: ImpactResult) -> Figure:
-    """Draw force on each segment of the lip over time, the mean of each interval, while anything is pressed."""
+def lip_figure(run: ImpactResult, arcs: int | None = None) -> Figure:
+    """Draw force on each segment of the lip over time, the mean of each interval, while anything is pressed.
+
+    ``arcs``: number of segments, each of equally many parts across; absent: each part is one.
+    """
     first, last = _pressed([run])
-    force, time = run.force[first:last], run.time[first:last]
+    parts, time = run.force[first:last], run.time[first:last]
+    force = parts.reshape(len(parts), arcs or parts.shape[1], -1).sum(axis=2)
     size = max(1, math.ceil(len(time) / CELLS))
     whole = len(time) // size * size
     mean = force[:whole].reshape(-1, size, force.shape[1]).mean(axis=1)
     factor, unit = scaled(float(mean.max(initial=0.0)), "N")
     rate, time_unit = scaled(float(time[-1]), "s")
     figure = _empty(f"time [{time_unit}]")
-    arcs = [f"{k + 1}" for k in range(force.shape[1])]
+    names = [f"{k + 1}" for k in range(force.shape[1])]
     colours = {"colorscale": "Cividis", "colorbar": {"title": f"force [{unit}]"}}
-    figure.add_heatmap(x=_short(rate * time[:whole:size]), y=arcs, z=_short(factor * mean.T), **colours)
+    figure.add_heatmap(x=_short(rate * time[:whole:size]), y=names, z=_short(factor * mean.T), **colours)
     figure.update_layout(hovermode="closest")
     figure.update_yaxes(title="segment of the lip", showgrid=False)
     return figure

@@ -38,7 +38,7 @@ from seatfem.faces.tables import landings_of, landings_table, result_table
 from seatfem.faces.verdict import LANDED, judged_words, lasting, pressed_on, simpler, verdict
 from seatfem.pictures.moving import KEPT, moving_bodies
 from seatfem.readings import as_number
-from seatfem.results import LANDING, asked, name_of
+from seatfem.results import LANDING, PORTS, asked, name_of
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
 from seatfem.study.safety import in_words
@@ -146,7 +146,8 @@ def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, F
         figures["Contact force"] = (CURVES + first + step, draw.force_figure(runs, width, landings))
         if "lip" in runs:
             words = "Each row is a segment of the lip, counted from the direction of the reed's tip."
-            figures["Along the lip"] = (words, draw.lip_figure(runs["lip"]))
+            arcs = as_number(summary.get(PORTS))
+            figures["Along the lip"] = (words, draw.lip_figure(runs["lip"], None if arcs is None else int(arcs)))
         figures["Motion"] = (CURVES + "Positive away from the seat.", draw.motion_figure(runs, landings))
         words = "The energy input is the work of the loads and of the release."
         figures["Energy"] = (CURVES + words, draw.energy_figure(runs["wave"]))

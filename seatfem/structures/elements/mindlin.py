@@ -23,9 +23,9 @@ from types import MappingProxyType
 from typing import Final, Literal
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.spatial import cKDTree
 
 from impact.quantities import brief
 from seatfem.structures.elements.supports import whole_model
@@ -44,6 +44,8 @@ _NORM: Final = 15 / 8  # 1 over the squares of both parts of the pattern that 2 
 _FLAT: Final = 1e-6  # of the element's area: a Jacobian below it is folded
 _NEAREST: Final = 16  # elements that are searched for a point, those with the nearest centres
 _NEWTON: Final = 12
+_BEYOND: Final = 1.5  # reference coordinates at most, of points beyond an element
+_REACH: Final = 1.25  # times the farthest node from the centre: sides bulge between nodes
 _SETTLED: Final = 1e-12  # of the reference element
 _INSIDE: Final = 1e-6  # of the reference element, that a point on the outline may lie outside
 
@@ -187,7 +189,7 @@ def average(mesh: PlateMesh, *patches: Patch, names: Sequence[str] = ("port",)) 
 def deflections(mesh: PlateMesh, nodal: Array, points: Array) -> Array:
     """Return the (q,) deflections at points (q, 2) [m], by those (n,) at the nodes. Raises as `average`."""
     cells, inside = located(mesh, points, np.full(len(points), "a point"))
-    return np.asarray(np.sum(shapes_at(inside)[0] * nodal[mesh.cells[cells]], axis=1))
+    return np.asarray(_interpolate(mesh.cells[cells], inside, nodal))
 
 
 def everywhere(mesh: PlateMesh) -> Array:
@@ -307,34 +309,106 @@ def located(mesh: PlateMesh, points: Array, names: NDArray[np.str_]) -> tuple[In
 
     Elements are tried in the order of their centres' distance. ``names``: (q,) whose points they are.
     """
-    count = min(_NEAREST, len(mesh.cells))
-    near = np.reshape(cKDTree(mesh.points[mesh.cells[:, 8]]).query(points, k=count)[1], (len(points), count))
-    best, inside = near[:, 0].astype(np.int64), np.full((len(points), 2), 2.0)
-    lost = np.arange(len(points))
-    for k in range(count):
-        coordinates = _inside(mesh.points[mesh.cells[near[lost, k]]], points[lost])
-        better = np.abs(coordinates).max(axis=1) < np.abs(inside[lost]).max(axis=1)
-        best[lost[better]], inside[lost[better]] = near[lost[better], k], coordinates[better]
-        lost = lost[np.abs(inside[lost]).max(axis=1) > 1 + _INSIDE]
-        if not len(lost):
-            return best, inside
-    x, y = 1e3 * points[lost[0]]
-    name = names[lost[0]]
+    cells, inside = _locate(np.ascontiguousarray(mesh.points[mesh.cells]), np.ascontiguousarray(points, dtype=float))
+    beyond = np.abs(inside) > 1 + _INSIDE
+    if not beyond.any():
+        return cells, inside
+    outside = np.flatnonzero(beyond.any(axis=1))
+    x, y = 1e3 * points[outside[0]]
+    name = names[outside[0]]
     raise ModelError(
-        f"plate: {str(name)!r} reaches off it: {np.sum(names[lost] == name)} of its {np.sum(names == name)} points lie "
-        f"outside, the first at ({x:.4g}, {y:.4g}) mm"
+        f"plate: {str(name)!r} reaches off it: {np.sum(names[outside] == name)} of its {np.sum(names == name)} points "
+        f"lie outside, the first at ({x:.4g}, {y:.4g}) mm"
     )
 
 
-def _inside(corners: Array, targets: Array) -> Array:
-    """Return the (q, 2) reference coordinates of points (q, 2) in elements of nodes (q, 9, 2), or beyond."""
-    inside = np.zeros_like(targets)
+@njit(cache=True)
+def _nine_shapes(s: float, t: float, values: Array, slopes: Array) -> None:
+    """Write the values (9,) and slopes (9, 2) of `shapes_at` at one point."""
+    for k in range(9):
+        i, j = _NODES[k]
+        in_s = s * (s + i) / 2 if i else 1 - s * s
+        in_t = t * (t + j) / 2 if j else 1 - t * t
+        values[k] = in_s * in_t
+        slopes[k, 0] = (s + i / 2 if i else -2 * s) * in_t
+        slopes[k, 1] = in_s * (t + j / 2 if j else -2 * t)
+
+
+@njit(cache=True, error_model="numpy")
+def _solve_inside(nodes: Array, x: float, y: float, inside: Array, values: Array, slopes: Array) -> bool:
+    """Move the reference coordinates (2,) to those of a point in an element of nodes (9, 2), or beyond; return whether
+    they settle. The last two arrays are room to work in."""
     for _ in range(_NEWTON):
-        shapes, slopes = shapes_at(inside)
-        off = np.einsum("qk,qkc->qc", shapes, corners) - targets
-        tangents = np.einsum("qks,qkc->qcs", slopes, corners)
-        step = np.linalg.solve(tangents + 1e-12 * np.abs(tangents).max() * np.eye(2), off[..., None])[..., 0]
-        inside = np.clip(inside - step, -1.5, 1.5)
-        if np.abs(step).max() < _SETTLED:
-            break
-    return inside
+        _nine_shapes(inside[0], inside[1], values, slopes)
+        off_x, off_y, a, b, c, d = -x, -y, 0.0, 0.0, 0.0, 0.0
+        for k in range(9):
+            off_x += values[k] * nodes[k, 0]
+            off_y += values[k] * nodes[k, 1]
+            a += slopes[k, 0] * nodes[k, 0]
+            b += slopes[k, 1] * nodes[k, 0]
+            c += slopes[k, 0] * nodes[k, 1]
+            d += slopes[k, 1] * nodes[k, 1]
+        shift = 1e-12 * max(abs(a), abs(b), abs(c), abs(d))  # where the element is folded beyond its sides
+        a, d = a + shift, d + shift
+        step_s, step_t = (d * off_x - b * off_y) / (a * d - b * c), (a * off_y - c * off_x) / (a * d - b * c)
+        inside[0] = min(max(inside[0] - step_s, -_BEYOND), _BEYOND)
+        inside[1] = min(max(inside[1] - step_t, -_BEYOND), _BEYOND)
+        if max(abs(step_s), abs(step_t)) < _SETTLED:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _locate(nodes: Array, points: Array) -> tuple[Integers, Array]:
+    """Return the elements (q,) and reference coordinates (q, 2) of points (q, 2) on elements of nodes (m, 9, 2).
+
+    The first that is tried is the element of the point before, from its coordinates on: points come along lines.
+    """
+    count, last = len(nodes), -1
+    reach = np.zeros(count)  # squares of the distances that an element's points may have from its centre
+    for e in range(count):
+        for k in range(8):
+            x, y = nodes[e, k, 0] - nodes[e, 8, 0], nodes[e, k, 1] - nodes[e, 8, 1]
+            reach[e] = max(reach[e], _REACH**2 * (x * x + y * y))
+    cells, coordinates = np.zeros(len(points), np.int64), np.full((len(points), 2), 2.0)
+    distances, inside, start = np.empty(count), np.empty(2), np.zeros(2)
+    values, slopes = np.empty(9), np.empty((9, 2))
+    for q in range(len(points)):
+        x, y = points[q]
+        if last >= 0 and (x - nodes[last, 8, 0]) ** 2 + (y - nodes[last, 8, 1]) ** 2 < reach[last]:
+            settled = _solve_inside(nodes[last], x, y, start, values, slopes)
+            if settled and max(abs(start[0]), abs(start[1])) <= 1:
+                cells[q] = last
+                coordinates[q] = start
+                continue
+        for e in range(count):
+            distances[e] = (x - nodes[e, 8, 0]) ** 2 + (y - nodes[e, 8, 1]) ** 2
+        best = 2.0
+        for _ in range(min(_NEAREST, count)):
+            e = np.argmin(distances)
+            near = distances[e] < reach[e]
+            distances[e] = np.inf
+            if not near:
+                continue
+            inside[:] = 0.0
+            _solve_inside(nodes[e], x, y, inside, values, slopes)
+            farthest = max(abs(inside[0]), abs(inside[1]))
+            if farthest < best:
+                best, cells[q] = farthest, e
+                coordinates[q] = inside
+            if best <= 1 + _INSIDE:
+                break
+        last = cells[q] if best <= 1 + _INSIDE else -1
+        start[:] = coordinates[q]
+    return cells, coordinates
+
+
+@njit(cache=True)
+def _interpolate(cells: Integers, inside: Array, nodal: Array) -> Array:
+    """Return (q,) values at reference coordinates (q, 2) of elements of nodes (q, 9), from those (n,) at the nodes."""
+    result, values, slopes = np.zeros(len(cells)), np.empty(9), np.empty((9, 2))
+    for q in range(len(cells)):
+        _nine_shapes(inside[q, 0], inside[q, 1], values, slopes)
+        for k in range(9):
+            result[q] += values[k] * nodal[cells[q, k]]
+    return result

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self
 
 import numpy as np
@@ -15,6 +16,7 @@ from impact.bodies.body import Body, Load, ModalState
 from impact.greens.base import Array, GreensFunction
 from seatfem.fields import Acceleration, Approach, ExistingFile, KeyProblem, Length, Position, Table
 from seatfem.structures.errors import ModelError
+from seatfem.structures.kinds.measured import read_once
 from seatfem.structures.kinds.motion import AnyPressure, ForceCourse, as_value
 from seatfem.structures.kinds.record_columns import ColumnsError, between, check_scattered, read_columns
 from seatfem.structures.kinds.striking import At, Push, check_along
@@ -29,6 +31,10 @@ if TYPE_CHECKING:
 
 HEIGHTS: Final = [["0 mm", "0 um"], ["15 mm", "20 um"], ["30 mm", "60 um"]]
 COLUMNS: Final = {"x": "length", "y": "length", "height": "length"}
+
+
+def _read_heights(path: Path) -> dict[str, Array]:
+    return read_columns(path, COLUMNS, ("x", "height"))
 
 
 class Curvature(Table):
@@ -73,7 +79,7 @@ class Curvature(Table):
 
     def _table(self) -> Mapping[str, Array]:
         assert self.file is not None
-        table = read_columns(self.file, COLUMNS, ("x", "height"))
+        table = read_once(_read_heights, (self.file,), self.file)
         if "y" not in table and (len(table["x"]) < 2 or np.any(np.diff(table["x"]) <= 0)):
             raise ColumnsError(f"{self.file}: at least two rows are needed, and x must increase from one to the next")
         if "y" in table:

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from impact.files.csv_table import normal_unit, read_csv
 from impact.files.safe_files import MB
 from impact.greens.base import Array
 from seatfem.units import UnitError, parse_quantity
+
+if TYPE_CHECKING:
+    from scipy.spatial import Delaunay
 
 LARGEST: Final = 50 * MB
 
@@ -60,4 +65,14 @@ def between(table: Mapping[str, Array], name: str, points: Array) -> Array:
     """Return (n,) values of a column at points (n, 2), linear between those of a table; nan outside."""
     from scipy.interpolate import LinearNDInterpolator  # of scattered points only
 
-    return np.asarray(LinearNDInterpolator(np.column_stack([table["x"], table["y"]]), table[name])(points))
+    with threadpool_limits(limits=1, user_api="blas"):  # two unknowns a triangle: threads take 100 times as long
+        triangles = _triangulate(np.column_stack([table["x"], table["y"]]).tobytes())
+        return np.asarray(LinearNDInterpolator(triangles, table[name])(points))
+
+
+@lru_cache(maxsize=2)
+def _triangulate(points: bytes) -> Delaunay:
+    """Return the triangles between points (n, 2)."""
+    from scipy.spatial import Delaunay  # as above
+
+    return Delaunay(np.frombuffer(points).reshape(-1, 2))

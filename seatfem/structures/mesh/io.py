@@ -189,7 +189,7 @@ def to_skfem(arrays: MeshArrays) -> SolidMesh:
 
     MeshTet, MeshTet2, MeshHex or MeshHex2; those of order 2 are isoparametric. Nodes of no element are dropped; a
     subdomain "seat" with all elements is added where the mesh names none. Positive elements stay positive. Raises
-    `MeshError` for a surface that is no part of the mesh; what else can be wrong is found by `mesh_checks`.
+    `MeshError` for a surface that is no part of the mesh; what else can be wrong is found by `mesh/checks.py`.
     """
     kind = arrays.kind
     used = distinct(arrays.vertices)

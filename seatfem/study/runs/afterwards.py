@@ -19,7 +19,7 @@ from impact.greens.base import Array, GreensFunction
 from impact.life.places import Demand, judged, on_planes
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, Tell
-from impact.quantities import percent
+from impact.quantities import finite_or_none, percent
 from impact.runs.variations import SAFETY, Budget, Values, Variation, budget_of
 from seatfem.machine.resources import Stopwatch
 from seatfem.pictures.cell_grid import skin_of, skin_of_plate, skin_of_section
@@ -171,7 +171,7 @@ def gas_bars(done: Round) -> dict[str, list[float | None]]:
 
     bars: dict[str, list[float | None]] = {}
     for name, bar in error_bars_of(done, look).items():
-        bars.setdefault(f"error_bar_{name.partition(' ')[0]}", []).append(bar if math.isfinite(bar) else None)
+        bars.setdefault(f"error_bar_{name.partition(' ')[0]}", []).append(finite_or_none(bar))
     return bars
 
 
@@ -355,7 +355,7 @@ def afterwards(
     keys |= run_keys(done, stressed, life, life_at_spring)
     if life.below is not None and life.below[0].tensor_margin is not None:
         bar = contact_margin_bar(done, life.below[0].tensor_margin)
-        keys |= {"error_bar_life_contact_margin": bar if math.isfinite(bar) else None}
+        keys |= {"error_bar_life_contact_margin": finite_or_none(bar)}
     keep(keys)
     with watch("life curves"):
         price = done.spent.get("contact", 0.0) + watch.stages["life"] / 2
@@ -380,7 +380,7 @@ def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
     """Return for summary.json the keys that a beam's stress has, and the error bar."""
     if stress is None:
         return {}
-    bar = None if math.isnan(stress.bar) else stress.bar
+    bar = finite_or_none(stress.bar)
     landing = stress.found.after_landing
     of_landing = {} if landing is None else {"landing_peak_reed_stress_Pa": landing.value}
     bars = {f"error_bar_{key}": bar for key in ("peak_reed_stress_after_contact_Pa", *of_landing)}

@@ -1,7 +1,7 @@
-"""What is kept of runs: plans that they ended with, and numbers that take long to find, by the hash of all they
-depend on.
+"""This module stores of runs the plans that they ended with and numbers that take long to compute, as JSON files named
+by the hash of all that they depend on.
 
-A plan is data: the values of its keys, and what it tells. It is kept where a run met its target by refining.
+A plan is data: the values of its keys, and what it says. It is stored where a run met its target by refining.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from seatfem.structures.natural_modes import Mode
 
 
-MOST_PLANS: Final = 100_000  # bytes of the file
+MOST_BYTES: Final = 100_000  # of a file
+OLDEST: Final = 2000  # files that are stored of numbers, the last written first
 NOTE: Final = "plan of the last run of this scene, which reached its target"
 UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 
@@ -42,28 +43,29 @@ UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 def cached_plan(scene: Scene) -> Plan | None:
     """Return the plan of this scene's last run that met its target; ``None``: there was none, or it is not sound."""
     try:
-        return plan_told(scene, json.loads(read_text(_plan_file(scene), MOST_PLANS, ValueError)), NOTE)
+        return plan_from_json(scene, json.loads(read_text(_plan_file(scene), MOST_BYTES, ValueError)), NOTE)
     except UNSOUND:
         return None
 
 
-def plan_told(scene: Scene, found: Mapping[str, Any], note: str) -> Plan | None:
-    """Return a plan of ``scene`` as `told` has it, with a ``note`` of where it is from; ``None``: it is not sound."""
+def plan_from_json(scene: Scene, data: Mapping[str, Any], note: str) -> Plan | None:
+    """Return a plan of ``scene`` from what `plan_to_json` returns, with a ``note`` of where it is from; ``None``: it is
+    not sound."""
     try:
-        method = _method(scene, found["values"])
-        cost = Cost(**found["cost"])
-        alternatives = tuple(Alternative(**{**each, "cost": Cost(**each["cost"])}) for each in found["alternatives"])
-        choices = tuple(Choice(**choice) for choice in found["choices"])
-        error, shares, parts = (dict(found[name]) for name in ("error", "shares", "parts"))
+        method = _method(scene, data["values"])
+        cost = Cost(**data["cost"])
+        alternatives = tuple(Alternative(**{**each, "cost": Cost(**each["cost"])}) for each in data["alternatives"])
+        choices = tuple(Choice(**choice) for choice in data["choices"])
+        error, shares, parts = (dict(data[name]) for name in ("error", "shares", "parts"))
         if not all(set(scene.accuracy.judged) <= set(each) for each in (error, *shares.values(), *parts.values())):
             return None
-        notes, without = map(str, found["notes"]), tuple(found["without"])
+        notes, without = map(str, data["notes"]), tuple(data["without"])
     except UNSOUND:
         return None
     return Plan(scene, method, choices, cost, error, alternatives, shares, False, (*notes, note), without, parts)
 
 
-def told(plan: Plan) -> dict[str, Any]:
+def plan_to_json(plan: Plan) -> dict[str, Any]:
     """Return a plan without its scene, as JSON can hold it."""
     return {
         "values": {key: plan.method.value(key) for key in FIELDS},
@@ -79,14 +81,10 @@ def told(plan: Plan) -> dict[str, Any]:
 
 
 def save_plan(done: Round) -> None:
-    """Keep the plan of a round that met the target and was not the first, where the store can be written to."""
-    plan = done.plan
-    if done.met is not True or done.number == 1:
-        return
-    with suppress(OSError, TypeError):
-        path = _plan_file(plan.scene)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, json.dumps(told(plan)).encode())
+    """Store the plan of a round that met the target and was not the first, where the cache can be written to."""
+    if done.met is True and done.number > 1:
+        with suppress(OSError, TypeError):
+            _save_json(_plan_file(done.plan.scene), plan_to_json(done.plan))
 
 
 def _method(scene: Scene, values: Mapping[str, object]) -> RunMethod:
@@ -96,15 +94,12 @@ def _method(scene: Scene, values: Mapping[str, object]) -> RunMethod:
         raise ValueError(f"{values[MODEL]}, {values[REDUCTION]} must be the stated ones")
     numbers = {key: values[key] for key in FIELDS if key not in (MODEL, REDUCTION)}
     for value in numbers.values():
-        if value is not None and (isinstance(value, bool) or not isinstance(value, int | float) or not _sound(value)):
+        numeric = isinstance(value, int | float) and not isinstance(value, bool)
+        if value is not None and not (numeric and 0 < value < math.inf):
             raise ValueError(f"{value!r} must be a positive number")
     ports, rings = numbers.pop(PORTS), numbers[RINGS]
     along = stated.along(scene, ports, rings) if isinstance(ports, int) and isinstance(rings, int) else stated
     return along.replaced({MODEL: values[MODEL], **numbers})
-
-
-def _sound(value: float) -> bool:
-    return math.isfinite(value) and value > 0
 
 
 def _plan_file(scene: Scene) -> Path:
@@ -113,16 +108,17 @@ def _plan_file(scene: Scene) -> Path:
     return cache_folder() / "ended" / f"{key}.json"
 
 
-MOST_KEPT: Final = 100_000  # bytes of a file
-OLDEST: Final = 2000  # files that are kept, the last written first
+def _save_json(path: Path, data: Mapping[str, Any]) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, json.dumps(data).encode())
 
 
-def kept_numbers(
+def cached_numbers(
     done: Round, touches: Touches, what: str, compute: Callable[[], Mapping[str, Any]]
 ) -> Mapping[str, Any]:
-    """Return numbers of one run of a round as they are on file, else as ``compute`` finds them, and keep them there.
+    """Return numbers of one run of a round as they are on file, else as ``compute`` returns them, and store them.
 
-    They are found again where scene, method, forces of the run and program are the same; a folder that cannot be
+    They are read again where scene, method, forces of the run and program are the same; a folder that cannot be
     written to, and a file that is damaged, cost the time to compute alone.
 
     Args:
@@ -133,14 +129,14 @@ def kept_numbers(
     """
     path = _number_file(done, touches, what)
     with suppress(*UNSOUND):
-        numbers = json.loads(read_text(path, MOST_KEPT, ValueError))
+        numbers = json.loads(read_text(path, MOST_BYTES, ValueError))
         if isinstance(numbers, dict):
             return numbers
     numbers = dict(compute())
     with suppress(OSError, TypeError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, json.dumps(numbers).encode())
-        _prune(path.parent)
+        _save_json(path, numbers)
+        for file in sorted(path.parent.glob("*.json"), key=lambda file: -file.stat().st_mtime)[OLDEST:]:
+            file.unlink(missing_ok=True)
     return numbers
 
 
@@ -158,13 +154,6 @@ def _number_file(done: Round, touches: Touches, what: str) -> Path:
         }
     )
     return cache_folder() / "numbers" / f"{key}.json"
-
-
-def _prune(folder: Path) -> None:
-    """Delete the files written longest ago beyond `OLDEST`."""
-    files = sorted(folder.glob("*.json"), key=lambda file: -file.stat().st_mtime)
-    for file in files[OLDEST:]:
-        file.unlink(missing_ok=True)
 
 
 @dataclass(frozen=True)

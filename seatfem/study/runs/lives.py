@@ -19,7 +19,7 @@ from impact.after.stresses import ReedStress
 from impact.files.csv_table import write_csv
 from impact.life.places import margin_error
 from impact.notices import Progress, Tell, silent
-from impact.quantities import in_time
+from impact.quantities import finite_or_none, in_time
 from seatfem.pictures.rendering import Picture
 from seatfem.pictures.stress_plot import plot_margins
 from seatfem.structures.fields.recovery import StressField, hottest, mises_range, tensor_histories
@@ -39,8 +39,8 @@ from seatfem.study.impacts.life import (
     of_beam,
 )
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.runs.kept import UNSOUND, kept_numbers
-from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress, parts_of_plate, plate_pushes, struck_in
+from seatfem.study.runs.kept import UNSOUND, cached_numbers
+from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress, parts_of_plate, struck_in
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_fields import force_by_port
 from seatfem.study.runs.seat_stress import SeatStress
@@ -93,7 +93,7 @@ def lives(
     def judge() -> Mapping[str, Any]:
         return as_json(_judged(done, stressed, touches, stress, progress, with_seat=with_seat))
 
-    numbers = kept_numbers(done, touches, what, judge)
+    numbers = cached_numbers(done, touches, what, judge)
     with suppress(*UNSOUND):
         return from_json(done.plan.scene, numbers)
     return _judged(done, stressed, touches, stress, progress, with_seat=with_seat)
@@ -138,8 +138,7 @@ def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
 
 def _of_plate(done: Round, field: StressField, touches: Touches) -> Histories:
     """Yield the histories in both faces where stress changes most in each part of the plate."""
-    force, dt = plate_pushes(done, touches), touches.seat.dt
-    field = struck_in(field, done, touches)
+    (field, force), dt = struck_in(field, done, touches), touches.seat.dt
     regions = parts_of_plate(done, field.points)
     ranges = mises_range(field, force, dt, since=block_from(done.plan.scene, touches))
     spots = hottest(ranges, regions)
@@ -289,7 +288,7 @@ def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: fl
         bar = margin_error(margin, bars_of(done, stressed).get(body_of(at), math.inf))
     seconds = time.perf_counter() - start
     tell(f"{name} = {value:.4g} {unit}: margin {margin:.4g}, {at}; {in_time(seconds)}")
-    return margin, bar if math.isfinite(bar) else None
+    return margin, finite_or_none(bar)
 
 
 def curve_keys(curves: Sequence[MarginCurve]) -> Mapping[str, object]:

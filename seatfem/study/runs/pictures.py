@@ -92,10 +92,13 @@ def draw_run(
         return files, gaps
     names, key = [name for name, _ in of_seat], key_of(scene.seat, method.seat)
     try:
-        kept = _through_store(key, [file for file in files if file.name in names], names, folder)
+        store = Store.default()
+        for file in (file for file in files if file.name in names):
+            store.keep(key, file)
+        copies = () if names else store.fetch(key, folder)  # where nothing of the seat can be drawn
     except (StoreError, OSError) as problem:
         return files, (*gaps, f"pictures of the seat are not kept for later runs: {problem}")
-    return (*files, *kept), gaps
+    return (*files, *copies), gaps
 
 
 def ahead(scene: Scene, method: RunMethod, seat: Solved, painter: Painter) -> None:
@@ -125,14 +128,6 @@ def gas_pictures(scene: Scene, touches: Touches) -> list[Picture]:
         plot_gas(run.drive, run.history, run.angle, run.volume, path, stop=stop, title=scene.title or "Reed valve")
 
     return [("gas.png", draw)]
-
-
-def _through_store(key: str, drawn: list[Path], names: list[str], folder: Path) -> tuple[Path, ...]:
-    """Keep what was drawn of the seat; where nothing of it can be drawn, copies of what was kept."""
-    store = Store.default()
-    for file in drawn:
-        store.keep(key, file)
-    return () if names else store.fetch(key, folder)
 
 
 def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:

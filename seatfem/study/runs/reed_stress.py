@@ -85,7 +85,10 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     if stresses.after_contact is None:
         return PlateReedStress(stresses, math.nan, field, peaks)
     worst = field.at(np.array([int(of_run.after_contact.von_mises.argmax())]))
-    fewer = largest(_with_fewer_modes(worst), force, dt)
+    modes = worst.modal.shape[2]
+    lowest = np.arange(modes) < max(1, round(FEWER * modes))
+    of_lowest = StressField(worst.points, worst.static, worst.modal[..., lowest], in_some_modes(worst.body, lowest))
+    fewer = largest(of_lowest, force, dt)
     coarser = plate_modes(plate.sheet, COARSENING)
     lips = lips_of_plate(scene, _division(done))
     on_coarser_mesh = plate_field(done, striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio)))
@@ -99,38 +102,30 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
 
 def plate_field(done: Round, striker: Body | None = None) -> StressField:
     """Return the stress in a face of the plate in a round; ``striker``: the same on another mesh."""
-    striker, division = striker or done.striker, _division(done)
-    field = plate_stress.plate_field(done.plan.scene, striker, division)
-    return struck_in(field, done, done.touches, striker)
+    striker, touches = striker or done.striker, done.touches
+    field = plate_stress.plate_field(done.plan.scene, striker, _division(done))
+    return struck_by(field, striker, lift_of(touches), plate_pushes(done, touches), touches.seat.dt)
 
 
-def struck_in(field: StressField, done: Round, touches: Touches, striker: Body | None = None) -> StressField:
-    """Return the field of a plate as one run of a round has it: the round's own, or one on another seat.
-
-    ``striker``: on another mesh than the round's.
-    """
+def struck_in(field: StressField, done: Round, touches: Touches) -> tuple[StressField, Array]:
+    """Return the field of a plate as one run of a round has it, the round's own or one on another seat, and the forces
+    that `plate_pushes` returns."""
     pushes = plate_pushes(done, touches)
-    return struck_by(field, striker or done.striker, lift_of(touches), pushes, touches.seat.dt)
+    return struck_by(field, done.striker, lift_of(touches), pushes, touches.seat.dt), pushes
 
 
 def stress_on_another_seat(done: Round, touches: Touches) -> ReedStress | None:
     """Return the largest stresses of the plate of a round in a run on another seat; ``None`` where none is known."""
     since = stress_since(touches, done.plan.scene.accuracy.landing)
-    field = struck_in(plate_stress.plate_field(done.plan.scene, done.striker, _division(done)), done, touches)
+    field, pushes = struck_in(plate_stress.plate_field(done.plan.scene, done.striker, _division(done)), done, touches)
     if not len(field.points):
         return None
-    stresses = largest(field, plate_pushes(done, touches), touches.seat.dt, since=since)
+    stresses = largest(field, pushes, touches.seat.dt, since=since)
     return plate_stress.stresses_of_plate(done.plan.scene, field, stresses)
 
 
 def _division(done: Round) -> Division:
     return Division.from_greens(done.seat.greens)
-
-
-def _with_fewer_modes(field: StressField) -> StressField:
-    modes = field.modal.shape[2]
-    kept = np.arange(modes) < max(1, round(FEWER * modes))
-    return StressField(field.points, field.static, field.modal[..., kept], in_some_modes(field.body, kept))
 
 
 def _value(found: LargestStress) -> float:

@@ -24,7 +24,6 @@ from seatfem.study.ladders.level import tells_waves
 from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP
 from seatfem.study.planning.plan import Plan
 from seatfem.study.safety import in_words as source_in_words
-from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.study.scene.measures import in_words as spoken
 from seatfem.units import write_quantity
@@ -124,7 +123,9 @@ class Round:
 
 def missed(done: Round) -> tuple[str, ...]:
     """Return what misses the target, by how much, because of what; and why the run stopped short."""
-    target = done.plan.scene.accuracy.target
+    plan, target = done.plan, done.plan.scene.accuracy.target
+    counted = {SEAT_MODES: plan.method.seat.n_modes is not None, MODES: plan.scene.reed.slender is not None}
+    modes = [key for key, is_counted in counted.items() if is_counted]
     sentences = []
     for name in done.judged:
         if math.isinf(bar := done.left.relative(name)):
@@ -132,9 +133,10 @@ def missed(done: Round) -> tuple[str, ...]:
         elif bar > target:
             source = done.left.dominant(name)
             remedy = REMEDIES.get(source, "")
-            if source == "patch" and done.plan.method.ports is not None:
-                remedy = f"divide the lip by more {_parts_behind(done.plan, name)}"
-            if source == "model" and (modes := _modes_kept(done.plan)):
+            if source == "patch" and plan.method.ports is not None:
+                errors = {key: plan.parts.get(key, {}).get(name, 0.0) for key in (PORTS, RINGS)}
+                remedy = f"divide the lip by more {max(errors, key=errors.__getitem__)}"
+            if source == "model" and modes:
                 remedy = f"keep more {' or '.join(modes)}"
             sentences.append(
                 f"{spoken(name)} has an uncertainty of {percent(bar)}, above accuracy.target = {percent(target)}; "
@@ -145,17 +147,6 @@ def missed(done: Round) -> tuple[str, ...]:
             f"stopped short of the target after {done.number} round{'s'[: done.number > 1]}: {done.stopped}"
         )
     return tuple(sentences)
-
-
-def _parts_behind(plan: Plan, measure: str) -> str:
-    """Return the key of a lip's parts that is predicted to leave more."""
-    return max((PORTS, RINGS), key=lambda key: plan.parts.get(key, {}).get(measure, 0.0))
-
-
-def _modes_kept(plan: Plan) -> list[str]:
-    """Return the keys of numbers of modes that the bodies have."""
-    kept = {SEAT_MODES: plan.method.seat.n_modes is not None, MODES: plan.scene.reed.slender is not None}
-    return [key for key, has_some in kept.items() if has_some]
 
 
 def in_words(done: Round) -> str:
@@ -186,47 +177,36 @@ OF_EITHER: Final = "a lower bandwidth (or fewer modes) of the seat, or of the st
 
 def remarks(done: Round) -> tuple[str, ...]:
     """Return remarks in sentences, the most general first."""
-    limits = map(str, validity_advice(done.plan.scene, done.seat.greens, done.striker.greens))
-    notes = (
-        *film_notes(done.plan.scene, done.result),
-        *stopper_notes(done.plan.scene),
-        *dishing_notes(done.plan.scene),
-        *covered_notes(done.plan.scene),
+    scene = done.plan.scene
+    empty = [name for name in scene.accuracy.judged if done.landed and name not in done.left.values]
+    assumed = () if scene.reed.slender is None else scene.reed.slender.assumed()
+    return (
+        *([f"asked for, but without a value: {', '.join(map(spoken, empty))}: {NO_VALUE}"] if empty else []),
+        *([f"not given, taken from the paper's reed: {', '.join(assumed)}"] if assumed else []),
+        *map(str, validity_advice(scene, done.seat.greens, done.striker.greens)),
+        *_advice(done),
+        *film_notes(scene, done.result),
+        *stopper_notes(scene),
+        *dishing_notes(scene),
+        *covered_notes(scene),
+        *_no_bar(done),
     )
-    return (*_empty(done), *_assumed_reed(done), *limits, *_advice(done), *notes, *_no_bar(done))
-
-
-def _empty(done: Round) -> tuple[str, ...]:
-    """Return the measures that were asked for and have no value."""
-    names = [name for name in done.plan.scene.accuracy.judged if done.landed and name not in done.left.values]
-    return (f"asked for, but without a value: {', '.join(map(spoken, names))}: {NO_VALUE}",) if names else ()
-
-
-def _assumed_reed(done: Round) -> tuple[str, ...]:
-    """Return what of the reed was not given and taken from the paper's, with its value."""
-    reed = done.plan.scene.reed.slender
-    assumed = () if reed is None else reed.assumed()
-    return (f"not given, taken from the paper's reed: {', '.join(assumed)}",) if assumed else ()
 
 
 def _advice(done: Round) -> tuple[str, ...]:
     """Return advice on the run, in keys of the scene; none about a chosen step with an error within the target."""
     measured = done.met is True and not done.plan.is_given(STEP)
     narrower, sentences = NARROWER if done.plan.scene.stopper is None else OF_EITHER, []
+    narrower_reed = "a lower reed.greens.bandwidth" if done.plan.scene.reed.slender is None else f"fewer {MODES}"
     for advice in done.result.advice:
         of_the_step = "dt <=" in advice.remedy
         if not (measured and of_the_step):
             of_reed = "striker" in advice.name
             remedy = _STEP.sub(lambda word: f"{STEP} <= {write_quantity(float(word[1]), 'time', 2)}", advice.remedy)
-            remedy = remedy.replace("fewer modes", _fewer_modes(done.plan.scene) if of_reed else narrower)
+            remedy = remedy.replace("fewer modes", narrower_reed if of_reed else narrower)
             name = _NAMES.get(advice.name, advice.name)
             sentences.append(str(replace(advice, name=name, remedy=remedy)))
     return tuple(sentences)
-
-
-def _fewer_modes(scene: Scene) -> str:
-    """Return the key that takes the highest modes from the reed."""
-    return f"fewer {MODES}" if scene.reed.slender is not None else "a lower reed.greens.bandwidth"
 
 
 def _no_bar(done: Round) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from impact.greens.base import Array
 from impact.notices import Progress, silent
+from impact.quantities import finite_or_none
 from seatfem.pictures.rendering import Picture
 from seatfem.pictures.stress_plot import plot_stress, write_stress_vtu
 from seatfem.structures.fields.corners import edge_distances, local_maxima, near, peak_mesh_error
@@ -124,7 +125,10 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     peaks = largest(field, force, dt).after_contact
     worst = int(peaks.von_mises.argmax())
     both = field.at(np.array([worst, int(peaks.principal.argmax())]))
-    others = [fewer.at(np.array([worst, int(peaks.principal.argmax())])), *_without(both)]
+    others = [fewer.at(np.array([worst, int(peaks.principal.argmax())]))]
+    if isinstance(both, RingField) and (harmonics := len(both.harmonics)) > 1:
+        count = max(1, int(FEWER_HARMONICS * harmonics))
+        others.append(RingField(both.section, both.angles, both.harmonics[:count]))
     bars = np.sum([np.abs(_both(largest(other, force, dt).after_contact) - _both(peaks)) for other in others], axis=0)
     if coarser is None:
         bars = bars * math.nan
@@ -170,14 +174,6 @@ def _both(found: Largest) -> Array:
     return np.array([found.von_mises.max(), found.principal.max()])
 
 
-def _without(field: AnyField) -> list[AnyField]:
-    """Return the same with `FEWER_HARMONICS` of its harmonics, where it is a sum of several."""
-    if not isinstance(field, RingField) or len(field.harmonics) < 2:
-        return []
-    count = max(1, int(FEWER_HARMONICS * len(field.harmonics)))
-    return [RingField(field.section, field.angles, field.harmonics[:count])]
-
-
 def stress_keys(stress: SeatStress | None) -> dict[str, object]:
     """Return for summary.json the largest von Mises stress in the seat, where and when, also over rho c_0 v."""
     if stress is None:
@@ -190,8 +186,8 @@ def stress_keys(stress: SeatStress | None) -> dict[str, object]:
         "peak_seat_stress_at_m": place,
         "peak_seat_stress_time_s": float(peak.von_mises_time[k]),
         "peak_seat_principal_stress_Pa": float(peak.principal.max()),
-        "error_bar_peak_seat_stress_Pa": None if math.isnan(stress.bar) else stress.bar,
-        "error_bar_peak_seat_principal_stress_Pa": None if math.isnan(stress.tension_bar) else stress.tension_bar,
+        "error_bar_peak_seat_stress_Pa": finite_or_none(stress.bar),
+        "error_bar_peak_seat_principal_stress_Pa": finite_or_none(stress.tension_bar),
         "peak_seat_stress_over_rho_c0_v": None if math.isnan(stress.front) else value / stress.front,
     }
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from impact.files.csv_table import write_csv
 from impact.greens.base import Array
+from impact.quantities import finite_or_none
 from impact.storage.hdf5 import StorageError, finite_array, opened, written
 from seatfem.pictures.rendering import Picture
 from seatfem.pictures.stress_plot import plot_stress_histories
@@ -119,7 +120,7 @@ def spot_keys(spots: Spots) -> dict[str, object]:
                 "von_mises_Pa": spot.value,
                 "time_s": spot.time,
                 "at_m": list(spot.at),
-                "edge_distance_m": spot.edge if math.isfinite(spot.edge) else None,
+                "edge_distance_m": finite_or_none(spot.edge),
                 "part": spot.part,
                 "component": spot.component,
                 "component_Pa": spot.leading,

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Final
 
 import numpy as np
@@ -19,7 +18,7 @@ from impact.march.problem import ContactProblem
 from impact.notices import Progress, silent
 from impact.quantities import percent
 from impact.runs.variations import Values, budget_of, changes, times
-from seatfem.structures.fields.recovery import StressField, largest
+from seatfem.structures.fields.recovery import largest
 from seatfem.structures.rings import Division
 from seatfem.study.accuracy.error_budget import sources_of
 from seatfem.study.impacts.contact import marched, problem_of, run_contacts
@@ -27,7 +26,7 @@ from seatfem.study.impacts.plate_stress import Forces, pushes_of
 from seatfem.study.impacts.touches import force_of, stress_since
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.planning.plan import Plan
-from seatfem.study.runs.kept import kept_numbers
+from seatfem.study.runs.kept import cached_numbers
 from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress
@@ -82,92 +81,70 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     force of a first touch, which has no limit without a law of contact that yields: no bar is known of it.
     """
     since = stress_since(done.touches, done.plan.scene.accuracy.landing)
-    seat = seat_stress(done, progress)
-    reed = plate_reed_stress(done, since) if done.plate is None else _with_its_bar(done)
-    looks: dict[str, Callable[[Forces], Values]] = {}
-    if seat is not None and np.any(done.result.force):
-        looks[SEAT] = partial(_in_the_seat, seat)
-    if reed is not None and done.plate is None and reed.found.after_contact is not None:
-        looks[REED] = partial(_in_the_reed, done, reed.largest_at)
-    if not looks:
+    seat, reed = seat_stress(done, progress), done.plate
+    if reed is None:
+        reed = plate_reed_stress(done, since)
+    elif REED in done.left.values:  # a measure of the round, which has its bar there
+        bar = done.left.bar(REED)
+        reed = replace(reed, bar=bar if math.isfinite(bar) else math.nan)
+    of_seat = seat if np.any(done.result.force) else None
+    of_reed = reed if done.plate is None and reed is not None and reed.found.after_contact is not None else None
+    if of_seat is None and of_reed is None:
         return seat, reed
 
     def look(stepper: impact.ContactStepper) -> Values:
-        forces = Forces.from_march(stepper)
-        return {name: value for each in looks.values() for name, value in each(forces).items()}
+        forces, values = Forces.from_march(stepper), dict[str, float]()
+        if of_seat is not None:
+            peaks = largest(of_seat.largest_at, -forces.by(of_seat.division), forces.dt).after_contact
+            values |= {SEAT: float(peaks.von_mises.max()), TENSION: float(peaks.principal.max())}
+        if of_reed is not None:
+            division = Division.from_greens(done.seat.greens) if done.touches.parts is not None else Division()
+            pushes = pushes_of(of_reed.largest_at.body.greens, forces.by(division), division, forces.stopper)
+            values[REED] = float(largest(of_reed.largest_at, pushes, forces.dt).after_contact.von_mises.max())
+        return values
 
-    own, finer = _told(seat), _told(None)
-    if seat is not None and SEAT in looks:
-        finer = kept_numbers(done, done.touches, "stress in the seat at half the step", partial(_at_half, done))
-    what = f"errors left in {', '.join(sorted(looks))}"
-    errors = kept_numbers(done, done.touches, what, lambda: error_bars_of(done, look, finer, progress))
-    if seat is not None and SEAT in looks:
+    def peaks_at_half_the_step() -> Values:  # whose faster pairs answer a sharper blow
+        touches = run_contacts(done.plan.scene, done.striker, done.seat.greens, done.result.dt / 2)
+        return _peaks_of(seat_stress(replace(done, touches=touches)))
+
+    own, finer = _peaks_of(seat), _peaks_of(None)
+    if of_seat is not None:
+        finer = cached_numbers(done, done.touches, "stress in the seat at half the step", peaks_at_half_the_step)
+    judged = {REED: of_reed, SEAT: of_seat}
+    what = f"errors left in {', '.join(sorted(name for name, each in judged.items() if each is not None))}"
+    errors = cached_numbers(done, done.touches, what, lambda: error_bars_of(done, look, finer, progress))
+    if seat is not None and of_seat is not None:
         raw = [math.nan if abs(finer[name] - own[name]) > RAW * own[name] else errors[name] for name in (SEAT, TENSION)]
         seat = replace(seat, bar=seat.bar + raw[0], tension_bar=seat.tension_bar + raw[1])
-    if REED in looks and reed is not None:
-        reed = replace(reed, bar=reed.bar + errors[REED])
+    if of_reed is not None:
+        reed = replace(of_reed, bar=of_reed.bar + errors[REED])
     return seat, reed
 
 
 def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
     """Return in sentences what the stress of a seat leaves out, and why it has no bar."""
+    sentences: list[str] = []
     if seat is None:
         return ()
-    return (*_without_waves(plan), *_without_bar(seat))
-
-
-def _without_waves(plan: Plan) -> tuple[str, ...]:
-    """Return what the stress of a seat leaves out whose contact was computed on its static stiffness."""
-    if plan.level != "spring":
-        return ()
-    change = max(plan.shares.get("model", {}).values(), default=0.0)
-    words = f", predicted to change by {percent(change)} at most with them" if change else ""
-    return (
-        "stress in the seat: the contact force behind it is that on the seat's static stiffness, without waves in the "
-        f"seat{words}; the stress has the waves that this force sends in. To have them in the force, too, state "
-        "seat.model",
-    )
-
-
-def _without_bar(seat: SeatStress) -> tuple[str, ...]:
-    """Return why a stress of the seat has no error bar; nothing where both have one."""
-    if not (math.isnan(seat.bar) or math.isnan(seat.tension_bar)):
-        return ()
+    if plan.level == "spring":
+        change = max(plan.shares.get("model", {}).values(), default=0.0)
+        words = f", predicted to change by {percent(change)} at most with them" if change else ""
+        sentences.append(
+            "stress in the seat: the contact force behind it is that on the seat's static stiffness, without waves in "
+            f"the seat{words}; the stress has the waves that this force sends in. To have them in the force, too, "
+            "state seat.model"
+        )
     bars = {"peak_seat_stress_Pa": seat.bar, "peak_seat_principal_stress_Pa": seat.tension_bar}
-    names = [name for name, bar in bars.items() if math.isnan(bar)]
-    return (
-        f"uncertainty of {' and '.join(names)} not known: half the time step changes it by more than "
-        f"{100 * RAW:g} %, as for the raw force of a first touch, or there is no coarser mesh to compare with; state a "
-        "compliant contact.law, or a shorter run.time_step",
-    )
+    if names := [name for name, bar in bars.items() if math.isnan(bar)]:
+        sentences.append(
+            f"uncertainty of {' and '.join(names)} not known: half the time step changes it by more than "
+            f"{100 * RAW:g} %, as for the raw force of a first touch, or there is no coarser mesh to compare with; "
+            "state a compliant contact.law, or a shorter run.time_step"
+        )
+    return tuple(sentences)
 
 
-def _at_half(done: Round) -> Values:
-    """Return the largest stresses in the seat at half the step, whose faster pairs answer a sharper blow."""
-    touches = run_contacts(done.plan.scene, done.striker, done.seat.greens, done.result.dt / 2)
-    return _told(seat_stress(replace(done, touches=touches)))
-
-
-def _with_its_bar(done: Round) -> PlateReedStress | None:
-    """Return the stress of a plate that was a measure of the round, with the bar that it has there."""
-    if done.plate is None or REED not in done.left.values:
-        return done.plate
-    bar = done.left.bar(REED)
-    return replace(done.plate, bar=bar if math.isfinite(bar) else math.nan)
-
-
-def _in_the_seat(seat: SeatStress, forces: Forces) -> Values:
-    peaks = largest(seat.largest_at, -forces.by(seat.division), forces.dt).after_contact
-    return {SEAT: float(peaks.von_mises.max()), TENSION: float(peaks.principal.max())}
-
-
-def _in_the_reed(done: Round, field: StressField, forces: Forces) -> Values:
-    division = Division.from_greens(done.seat.greens) if done.touches.parts is not None else Division()
-    pushes = pushes_of(field.body.greens, forces.by(division), division, forces.stopper)
-    return {REED: float(largest(field, pushes, forces.dt).after_contact.von_mises.max())}
-
-
-def _told(seat: SeatStress | None) -> Values:
+def _peaks_of(seat: SeatStress | None) -> Values:
     """Return the largest stresses in the seat."""
     if seat is None:
         return {}

@@ -21,6 +21,7 @@ from impact.after.stresses import PeakStress, ReedStress
 from impact.bodies.body import Body
 from impact.files.safe_files import whole_file
 from impact.greens.base import GreensFunction
+from impact.quantities import finite_or_none
 from impact.runs.variations import Budget
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.method import Solved
@@ -52,6 +53,14 @@ def summarise(
     """
     result, stopper = touches.seat, touches.stopper
     raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
+    number, (start, end) = measures.hardest_group(result, filter_width)
+    film: dict[str, object] = {}
+    if result.energy.film_loss is not None:
+        film = {
+            "film_force_peak_N": measures.film_force_peak(result),
+            "stiction_force_peak_N": measures.stiction_force_peak(result),
+            "film_loss_J": float(result.energy.film_loss[-1]),
+        }
     touched = len(groups) > 0
     thrown_back = stopper is not None and bool(np.any(stopper.force))
     values = measured(touches, filter_width, stress, asked)
@@ -69,14 +78,18 @@ def summarise(
             "contact_count": len(groups),
             "contact_count_raw": len(raw),
             "restitution": None if thrown_back and math.isfinite(result.striker_mass) else _restitution(result),
-            **_blow_keys(result, filter_width),
-            "impact_velocity_m_per_s": _known(measures.impact_velocity(result)),
+            "peak_time_s": finite_or_none(measures.peak_time(result, filter_width)),
+            "hardest_blow": None if math.isnan(start) else number + 1,
+            "hardest_blow_start_s": finite_or_none(float(start)),
+            "hardest_blow_duration_s": finite_or_none(float(end - start)),
+            "hardest_blow_restitution": None if math.isfinite(result.striker_mass) else _restitution(result, number),
+            "impact_velocity_m_per_s": finite_or_none(measures.impact_velocity(result)),
             "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
             **reed_stress_keys(stress),
             "energy_residual": result.energy.residual,
             "energy_by_work": ", ".join(result.energy.by_work),
             "contact_loss_J": float(result.energy.contact_loss[-1]),
-            **_film_keys(result),
+            **film,
             "time_step_s": result.dt,
             "history_engine": result.engine,
             **_line_keys(touches.line, result.dt, filter_width),
@@ -149,7 +162,7 @@ def _landing_record(
         "place_m": place[1],
         "pressed_on": landing.pressed_on,
         "cut_off": landing.cut_off,
-        **{f"error_bar_{key}": bar if math.isfinite(bar) else None for key, bar in bars.items()},
+        **{f"error_bar_{key}": finite_or_none(bar) for key, bar in bars.items()},
     }
 
 
@@ -164,37 +177,13 @@ def spring_bar_keys(left: Budget | None) -> dict[str, object]:
     if left is None:
         return {}
     names = [name for name in left.values if not is_of_a_landing(name)]
-    return {f"error_bar_spring_{key_of(name)}": bar if math.isfinite(bar := left.bar(name)) else None for name in names}
+    return {f"error_bar_spring_{key_of(name)}": finite_or_none(left.bar(name)) for name in names}
 
 
 def _place(line: Line, arc: int) -> tuple[float | None, float]:
     """Return the angle [deg] and the length along the line [m] of the middle of an arc of a lip."""
     middle = float(np.cumsum(line.lengths)[arc] - line.lengths[arc] / 2)
     return line.degrees_at(middle / float(line.lengths.sum())), middle
-
-
-def _blow_keys(result: ImpactResult, width: float) -> dict[str, object]:
-    """Return when the peak is, and the group of contacts that holds it: which one, from 1 on, how long, its
-    restitution, of a held striker; ``None`` without contact."""
-    number, (start, end) = measures.hardest_group(result, width)
-    return {
-        "peak_time_s": _known(measures.peak_time(result, width)),
-        "hardest_blow": None if math.isnan(start) else number + 1,
-        "hardest_blow_start_s": _known(float(start)),
-        "hardest_blow_duration_s": _known(float(end - start)),
-        "hardest_blow_restitution": None if math.isfinite(result.striker_mass) else _restitution(result, number),
-    }
-
-
-def _film_keys(result: ImpactResult) -> dict[str, object]:
-    """Return a film's largest forces against closing and opening, over the whole patch, and what it took."""
-    if result.energy.film_loss is None:
-        return {}
-    return {
-        "film_force_peak_N": measures.film_force_peak(result),
-        "stiction_force_peak_N": measures.stiction_force_peak(result),
-        "film_loss_J": float(result.energy.film_loss[-1]),
-    }
 
 
 def _line_keys(line: Line | None, dt: float, width: float) -> dict[str, object]:
@@ -232,11 +221,6 @@ def _mean_angle(line: Line, pressed: NDArray[np.bool_]) -> float | None:
     return round(float(np.degrees(np.arctan2(np.sin(turns).sum(), np.cos(turns).sum()))), 9) % 360
 
 
-def _known(value: float) -> float | None:
-    """Return the value; ``None`` for nan."""
-    return None if math.isnan(value) else value
-
-
 def stopper_keys(touches: Touches, filter_width: float) -> dict[str, object]:
     """Return the keys of the stopper's contact, if there is one. ``stopper_peak_force_N`` is raw, of a single step."""
     if (result := touches.stopper) is None:
@@ -265,14 +249,14 @@ def _restitution(result: ImpactResult, group: int = 0) -> float | None:
         value = measures.restitution(result, group=group)
     except measures.MeasureError:
         return None
-    return value if math.isfinite(value) else None
+    return finite_or_none(value)
 
 
 def regime_keys(striker: Body, seat: GreensFunction, result: ImpactResult) -> dict[str, object]:
     """Return the regime of the impact, in one line and in numbers; ``None`` for a number without meaning."""
     numbers = regime(striker, Body(seat), result)
     return {"regime": in_words(numbers)} | {
-        f"regime_{name}": value if math.isfinite(value) else None
+        f"regime_{name}": finite_or_none(value)
         for name, value in (
             ("mass_ratio", numbers.mass_ratio),
             ("round_trips_per_contact", numbers.round_trips_per_contact),
@@ -335,7 +319,7 @@ def accuracy_keys(done: Round) -> dict[str, object]:
         "accuracy_met": done.met,
         "accuracy_rounds": done.number,
         "accuracy_round_time_s": sum(done.spent.values()),
-        "peak_memory_bytes": done.memory if math.isfinite(done.memory) else None,
+        "peak_memory_bytes": finite_or_none(done.memory),
         "accuracy_stopped_because": done.stopped,
     }
 
@@ -350,7 +334,7 @@ def plan_keys(plan: Plan, seconds: float) -> dict[str, object]:
         "plan_predicted_time_s": plan.cost.seconds,
         "plan_predicted_memory_bytes": plan.cost.memory,
         **{
-            f"plan_predicted_error_{key_of(each)}": _known(error)
+            f"plan_predicted_error_{key_of(each)}": finite_or_none(error)
             for name, error in plan.error.items()
             for each in (name, asked_name(name))
         },

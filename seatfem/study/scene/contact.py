@@ -224,7 +224,7 @@ gap = "1.5 mm"
         if self.gap is not None and self.lift is not None:
             yield "lift", "gap is given too; keep one of the two"
         if self.lift is not None and self.lift <= 0:
-            yield "lift", f"{1e3 * self.lift:g} mm: the stopper would lie below the seat; it must be more than 0 mm"
+            yield "lift", f"{1e3 * self.lift:g} mm: the reed could not leave its seat; it must be more than 0 mm"
         if (self.arcs or 1) * self.rings > MOST_PORTS:
             yield "arcs", f"{self.arcs} segments in {self.rings} rings are more than {MOST_PORTS}: take fewer"
         if abs(self.tilt) > STEEPEST:

@@ -112,7 +112,7 @@ def stopper_gaps(scene: Scene) -> Array:
     def heights(points: Array) -> Array:
         return tilted(points, stopper.tilt, stopper.tilt_axis) - of_the_reed(scene, points, (0.0, 0.0))
 
-    return _openings(scene.stopper_gap, lip, heights)
+    return _openings(scene.stopper_gap, lip, _lines_sought(scene), heights)
 
 
 def gaps_of(scene: Scene, division: Division) -> Array:
@@ -128,14 +128,22 @@ def gaps_of(scene: Scene, division: Division) -> Array:
     if lip is None:
         return np.full(len(division.names), scene.contact.gap)
     angles = lip.turns(lip.places_in_arcs)
-    return _openings(scene.contact.gap, lip, lambda points: _heights(scene, points, angles))
+    return _openings(scene.contact.gap, lip, _lines_sought(scene), lambda points: _heights(scene, points, angles))
 
 
-def _openings(gap: float, lip: AnyLip, heights: Callable[[Array], Array]) -> Array:
+def _lines_sought(scene: Scene) -> int:
+    return ACROSS if scene.reed.is_curved else 2
+
+
+def _openings(gap: float, lip: AnyLip, across: int, heights: Callable[[Array], Array]) -> Array:
     """Return the means (parts,) of the heights of (arcs, lines, n, 2) points along the parts' centre lines over the
-    lowest of the lip, which is open by ``gap`` [m]."""
-    lowest = heights(lip.lines_across(ACROSS)).min()
-    return np.asarray(gap + (heights(lip.lines()) - lowest).mean(axis=-1)).ravel()
+    lowest of the lip, sought on so many lines, which is open by ``gap`` [m].
+
+    Under a flat reed the height is linear along a cut, h(s) = h(0) + s (h(1) - h(0)): that of a tilted plane, and what
+    waviness adds depends on the angle alone. Its least value is on a rim, so that two lines hold the lowest.
+    """
+    height = heights(np.concatenate([lip.lines_across(across), lip.lines()], axis=1))
+    return np.asarray(gap + (height[:, across:] - height[:, :across].min()).mean(axis=-1)).ravel()
 
 
 def films_of(scene: Scene, division: Division) -> tuple[SqueezeFilm | None, ...]:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.pictures.drawing import gap_of
-from impact.quantities import brief
+from impact.quantities import brief, finite_or_none
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.impacts.landings import BAR, LANDED, STATUS, counts, left_out_in_words, needs_landing
 from seatfem.study.scene import SceneError
@@ -230,14 +230,19 @@ class Optimum:
         bars = {name: _bar(best, name) for name in self.goal.measures}
         for limit in self.goal.subject_to:
             margin, bar = limit.margin(best.value(limit.measure)), bars[limit.measure]
-            found = {"margin": _known(margin), "error_bar": _known(bar), "holds": bool(limit.holds(margin, bar))}
+            found = {
+                "margin": finite_or_none(margin),
+                "error_bar": finite_or_none(bar),
+                "holds": bool(limit.holds(margin, bar)),
+            }
             limits.append({"constraint": str(limit), **found})
         return {
             "words": self.in_words(),
             "met": self.is_met,
             "keys": changes_at(self.study, best.point),
             "measures": {
-                name: {"value": _known(best.value(name)), "error_bar": _known(bar)} for name, bar in bars.items()
+                name: {"value": finite_or_none(best.value(name)), "error_bar": finite_or_none(bar)}
+                for name, bar in bars.items()
             },
             "constraints": limits,
             "told_apart": self.is_told_apart,
@@ -297,10 +302,6 @@ def violation(found: Found, goal: Optimise) -> float:
 
 def _bar(found: Found, measure: str) -> float:
     return found.value(BAR + measure)
-
-
-def _known(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def _with_bar(found: Found, measure: str) -> str:

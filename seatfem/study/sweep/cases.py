@@ -25,7 +25,7 @@ from seatfem.study.ladders.level import tells_waves
 from seatfem.study.method import FIELDS, has_key, is_given, value_of, written
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.plan import Plan
-from seatfem.study.runs.kept import plan_told, told
+from seatfem.study.runs.kept import plan_from_json, plan_to_json
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene, SceneError, load_scene, located
 from seatfem.study.scene.parcel import by_content
@@ -96,7 +96,7 @@ def start_of(plan: Plan) -> Start:
         "like": _like(scene),
         "work": sum(cost.parts[stage] for stage in OF_ALL),
         "seat": {key: written(key, value) for key, value in chosen.items() if value not in (None, "auto")},
-        "plan": told(plain),
+        "plan": plan_to_json(plain),
     }
 
 
@@ -108,7 +108,7 @@ def begun(scene: Scene, start: Start, *, as_it_is: bool = False) -> Plan | None:
     """
     if start.get("like") != _like(scene):
         return None
-    plan = plan_told(scene, start["plan"], NOTE)
+    plan = plan_from_json(scene, start["plan"], NOTE)
     if plan is not None and plan.method.seat.static and not tells_waves(scene, plan.method) and not as_it_is:
         return None
     return plan
