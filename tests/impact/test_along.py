@@ -46,19 +46,6 @@ def test_where_it_is_largest() -> None:
     assert where == pytest.approx(40 / 64, abs=1e-12)
 
 
-def test_time_without_force_counts_as_such() -> None:
-    """A span longer than the contact has nothing on either side, whether or not the record shows it."""
-    short = np.random.default_rng(3).random((12, 8))
-    long = np.concatenate([np.zeros((30, 8)), short, np.zeros((7, 8))])
-    for span in (5.5, 12.0, 20.3):
-        peaks = [line_force_peak(force, DT, span * DT, LENGTH, 0.25) for force in (short, long)]
-        assert peaks[1][0] == pytest.approx(peaks[0][0], rel=1e-12)
-        assert peaks[1][1] == peaks[0][1]
-    whole = short.sum() / 20.3 / LENGTH
-    assert line_force_peak(long, DT, 20.3 * DT, LENGTH, 1.0)[0] == pytest.approx(whole, rel=1e-12)
-    assert line_force_peak(np.zeros((9, 8)), DT, DT, LENGTH, 0.25)[0] == 0.0
-
-
 def test_arcs_joined_in_pairs_keep_what_whole_pairs_carry() -> None:
     """A front that runs around: means over a quarter of the line, with 32 arcs and with 16."""
     rng = np.random.default_rng(1)
@@ -67,12 +54,6 @@ def test_arcs_joined_in_pairs_keep_what_whole_pairs_carry() -> None:
     fine, coarse = (line_force_peak(f, DT, 4 * DT, LENGTH, 0.25)[0] for f in (many, few))
     assert coarse <= fine * (1 + 1e-12)  # the finer one has the coarser one's parts, and those in between
     np.testing.assert_allclose(over_arcs(many, 0.25)[:, ::2] * 8, over_arcs(few, 0.25) * 4, atol=1e-12)
-
-
-def test_a_part_across_the_beginning_has_its_middle_there() -> None:
-    force = np.zeros((4, 8))
-    force[1, [7, 0]] = 1.0
-    assert line_force_peak(force, DT, DT, LENGTH, 0.25)[1] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_uneven_arcs_are_weighed_by_their_lengths() -> None:

@@ -114,15 +114,3 @@ def test_a_seat_that_comes_up_is_struck_as_by_what_comes_down() -> None:
     assert rose.energy.residual < 1e-9
     assert rose.energy.input[-1] > 0.5 * 1e-3 * v**2
     assert rose.target_displacement[-1] > 0.9 * v * 60e-6
-
-
-def test_a_stopper_that_comes_down_is_as_near() -> None:
-    """The sign of a contact from above."""
-    for side, way in ((1, 3e-6), (-1, -3e-6)):
-        target = impact.Body(impact.spring(stiffness=1e7), base=lambda t, way=way: way * np.minimum(t / 1e-5, 1.0))
-        contact = impact.Contact(target, gap=2e-6, law=impact.LinearSpring(1e7), side=side)
-        problem = impact.ContactProblem(impact.Body(impact.spring(stiffness=1e7)), contacts=[contact])
-        result = impact.solve(problem, dt=1e-7, duration=3e-5)
-        assert result.gap[-1] < 0
-        assert result.force[-1] == pytest.approx(1e-6 / 3e-7, rel=1e-6)  # three springs in a row, pressed by 1 um
-        assert result.energy.residual < 1e-9

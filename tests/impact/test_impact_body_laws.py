@@ -10,11 +10,8 @@ from impact import (
     Body,
     GreensFunctionError,
     Hertz,
-    LawError,
     LinearSpring,
-    ModalGreens,
     ModalState,
-    Residual,
     Signorini,
 )
 from impact.march.laws import PASSIVE, no_user_law
@@ -36,16 +33,6 @@ def test_mass_of_free_and_held_bodies() -> None:
     assert math.isinf(Body(impact.spring(stiffness=1.0)).mass)
 
 
-def test_translation_becomes_modal_velocity() -> None:
-    """A rigid and an elastic mode: only the rigid one carries the translation."""
-    shapes = np.array([[0.5], [2.0]])
-    greens = ModalGreens(np.array([0.0, 3.0]), np.zeros(2), shapes, Residual.none())
-    start = Body(greens, velocity=-2.0, state=ModalState(np.array([0.0, 0.1]), np.zeros(2))).modal_start()
-    assert shapes[:, 0] @ start.velocity == pytest.approx(-2.0)
-    np.testing.assert_allclose(start.velocity[1], 0.0)
-    np.testing.assert_allclose(start.displacement, [0.0, 0.1])
-
-
 @pytest.mark.parametrize(
     ("make", "words"),
     [
@@ -65,13 +52,6 @@ def test_translation_becomes_modal_velocity() -> None:
 def test_impossible_bodies_are_refused(make: object, words: str) -> None:
     with pytest.raises(GreensFunctionError, match=words):
         make()  # type: ignore[operator]
-
-
-@pytest.mark.parametrize("law", [LinearSpring, Hertz])
-@pytest.mark.parametrize("stiffness", [0.0, -1.0, math.inf, math.nan])
-def test_impossible_stiffness_is_refused(law: type, stiffness: float) -> None:
-    with pytest.raises(LawError, match=f"{law.__name__}.stiffness"):
-        law(stiffness=stiffness)
 
 
 @pytest.mark.parametrize("exponent", range(-30, 31, 3))

@@ -204,24 +204,6 @@ def test_spectrum_of_a_half_sine() -> None:
     assert amplitude[0] == pytest.approx(measures.impulse(result), rel=1e-13)
 
 
-def test_spectrum_is_the_transform_of_the_stepwise_force() -> None:
-    """Against the integral of exp(-2 pi i f t) over each step, at the grid's own frequencies."""
-    force = np.random.default_rng(3).uniform(0, 1, 37)
-    result = record(force)
-    frequency, amplitude = measures.spectrum(result)
-    assert frequency[1] == pytest.approx(1 / (37 * DT))
-    time = result.time
-    for f, value in zip(frequency[1:], amplitude[1:], strict=True):
-        phases = np.exp(-2j * np.pi * f * time)
-        integral = np.sum(force * np.diff(phases)) / (-2j * np.pi * f)
-        assert value == pytest.approx(abs(integral), rel=1e-10)
-    for resolution in (0.0, -1.0, math.nan):
-        with pytest.raises(MeasureError, match="must be positive"):
-            measures.spectrum(result, resolution=resolution)
-    with pytest.raises(MeasureError, match="no steps"):
-        measures.spectrum(record(np.zeros(0)))
-
-
 @pytest.mark.parametrize("width", [2.0, 5.0, 12.3, 80.0])
 def test_hann_average_against_quadrature(width: float) -> None:
     """Integral of N(t - s) (1 + cos(2 pi s/w))/w, by the midpoint rule with 2,000 points per step."""
@@ -252,10 +234,3 @@ def test_averages_keep_impulse_and_constants_and_pass_what_they_claim() -> None:
         assert np.abs(passed).max() == pytest.approx(math.sqrt(0.5), abs=2e-3)
     with pytest.raises(MeasureError, match="window 'box' is unknown"):
         measures.filtered_force(result, 40 * DT, window="box")  # type: ignore[arg-type]
-
-
-def test_preload_is_no_part_of_averages() -> None:
-    result = replace(record(np.ones(20)), force=np.concatenate([[7.0], np.ones(20)]))
-    assert measures.impulse(result) == pytest.approx(20 * DT)
-    assert measures.filtered_force(result, 4 * DT)[:3] == pytest.approx([0.5, 0.75, 1.0])
-    assert measures.contact_intervals(result) == pytest.approx(np.array([[0.0, 20 * DT]]))

@@ -8,8 +8,6 @@ import pytest
 
 import impact
 from impact import Body, ContactError, ContactProblem, ModalGreens, Residual, measures
-from impact.march.motion import Discrete
-from impact.march.prepared import step_count
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1, mass 6
 
@@ -78,12 +76,6 @@ def test_advice_on_a_contact_that_the_end_cuts() -> None:
     (advice,) = impact.solve(mass_on(rod), dt=0.01, duration=0.03).advice
     assert advice.name == "share of the impulse in contacts of fewer than 10 steps"
     assert not impact.solve(mass_on(rod), dt=1e-4, duration=0.03).advice
-
-
-def test_gap_delays_the_contact() -> None:
-    result = impact.solve(mass_on(impact.fixed_rod(**ROD), gap=0.5), dt=0.01, duration=1.0)
-    assert measures.contact_intervals(result)[0, 0] == pytest.approx(0.5, abs=0.0101)
-    np.testing.assert_allclose(result.gap[:50], 0.5 - result.time[:50], atol=1e-12)
 
 
 @pytest.mark.parametrize("target", ["fixed", "damped", "free", "spring"])
@@ -223,30 +215,6 @@ def test_bare_residual_spring_rings_with_the_step_the_exponential_does_not() -> 
     assert bare[1][0] > 2 * bare[0][0]
     assert exponential[1][0] == pytest.approx(exponential[0][0], rel=0.01)
     assert bare[1][2] < 1e-3
-
-
-def test_problems_that_share_discretised_bodies_are_marched_alike() -> None:
-    """A body at a step, its free motion included, serves several problems: bit for bit what each would make itself."""
-    striker = impact.rigid_mass(mass=6.0, velocity=-1.0)
-    dt, duration = 0.01, 2.0
-    moving = Discrete.from_body(striker, dt, step_count(dt, duration))
-    moving = replace(moving, free=moving.free_motion())
-    for rod in (truncated_rod(10), impact.fixed_rod(**ROD)):
-        problem = ContactProblem(striker, Body(rod), gap=0.005)
-        still = Discrete.from_body(problem.bodies[1], dt, step_count(dt, duration))
-        own, shared = (impact.prepare(problem, dt, duration, bodies=given) for given in (None, (moving, still)))
-        forces = []
-        for prepared in (own, shared):
-            stepper = impact.ContactStepper(prepared)
-            stepper.advance(prepared.steps)
-            forces.append(stepper.force)
-        assert np.array_equal(*forces)
-        assert np.max(forces[0]) > 0
-        for length, step in ((2 * duration, dt), (duration, dt / 2)):
-            with pytest.raises(ContactError, match="must be those of the problem"):
-                impact.prepare(problem, step, length, bodies=(moving, still))
-    with pytest.raises(ContactError, match="must be those of the problem over 200 steps"):
-        impact.prepare(mass_on(truncated_rod(10)), dt, duration, bodies=(moving, still))
 
 
 def truncated_rod(n: int, bare: bool = False) -> ModalGreens:

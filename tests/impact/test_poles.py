@@ -50,22 +50,6 @@ def test_modes_and_their_poles_are_the_same_function(ports: tuple[int, int]) -> 
     assert POLES.filtered_matrix(T, 3e-4)[ports] == pytest.approx(POLES.filtered(T, 3e-4, *ports), rel=1e-12)
 
 
-@pytest.mark.parametrize("greens", [MODAL, POLES])
-def test_nothing_answers_before_the_pulse(greens: impact.GreensFunction) -> None:
-    early = np.array([-1.0, -3e-4, -1e-9, 0.0])
-    assert np.all(greens.filtered_matrix(early, 3e-4) == 0.0)
-    assert greens.filtered(1.5e-4, 3e-4) > 0.0
-
-
-def test_static_and_initial_values() -> None:
-    assert np.array_equal(POLES.static_compliance(), MODAL.static_compliance())  # inf: a rigid body
-    held = replace(MODAL, omega=np.maximum(MODAL.omega, 100.0))
-    assert impact.PoleGreens.from_modal(held).static_compliance() == pytest.approx(held.static_compliance(), rel=1e-12)
-    assert POLES.initial_value() == pytest.approx(MODAL.initial_value(), abs=1e-14)
-    assert POLES.damping_ratios == pytest.approx([0.02, 0.3, 0.0])
-    assert POLES.frequencies_hz == pytest.approx([1e3, 2.3e3, 8e3])
-
-
 def test_step_weights_are_differences_of_the_step_response_of_full_precision() -> None:
     with_spring = replace(POLES, compliance=1e-8 * np.array([[2.0, 1.0], [1.0, 2.0]]))
     n = 1000  # not a square: the last row of the blocks is cut
@@ -196,11 +180,6 @@ def test_a_residue_turned_too_far_gains_energy() -> None:
         assert pole_passivity(pair).passive is passive, turn
 
 
-def test_an_undamped_pole_must_be_a_mode() -> None:
-    assert not pole_passivity(impact.PoleGreens(np.array([1e3j]), np.array([[1.0 + 0j]]))).passive
-    assert not pole_passivity(impact.PoleGreens(np.array([1e3j]), np.array([[np.sqrt(1j)]]))).passive
-
-
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -218,8 +197,3 @@ def test_what_is_refused(change: dict[str, np.ndarray], words: str) -> None:
     good = impact.PoleGreens(np.array([-1 + 1j]), np.ones((1, 1), complex))
     with pytest.raises(GreensFunctionError, match=words):
         replace(good, **change)
-
-
-def test_a_critical_mode_has_no_simple_poles() -> None:
-    with pytest.raises(GreensFunctionError, match="double pole"):
-        impact.PoleGreens.from_modal(replace(MODAL, zeta=np.ones(5)))

@@ -60,12 +60,6 @@ def test_a_load_at_the_contact_bends_as_a_contact_force_does(at: float | None) -
     np.testing.assert_allclose(held, 0.0, atol=1e-9 * exact.max())
 
 
-def test_a_preload_was_there_before() -> None:
-    stress = bending_stress(np.full(9, 3.0), 1e-6, reed(4), BEAM, X)
-    exact = 6 * 3.0 * (BEAM.length - X) / (BEAM.width * BEAM.thickness**2)
-    np.testing.assert_allclose(stress, np.repeat(exact[:, None], 9, axis=1), atol=1e-9 * exact.max())
-
-
 def test_free_vibration_in_one_mode() -> None:
     """sigma = (E h/2) w'' cos(omega t), w'' by differences of the shape itself; peak at the clamp, at its sampling."""
     body, k = reed(6, release=impact.ModeShape(3, 1e-4)), 2
@@ -108,29 +102,6 @@ def test_the_impact_of_a_long_beam() -> None:
         stress = bending_stress(result.force, dt, body, BEAM, [at], contact_at=at)[0, late].mean()
         errors.append(-stress / (math.sqrt(3 * BEAM.young * BEAM.density) * speed) - 1)
     assert abs(errors[1]) < 0.01
-
-
-def test_forces_at_two_places_add() -> None:
-    """The reed is linear: both at once bend it as each alone does; a stopper pulls where a seat would push."""
-    steps = np.arange(401)
-    forces = np.column_stack([np.maximum(np.sin(steps / 30), 0.0), -2 * np.maximum(np.sin(steps / 50 - 1), 0.0)])
-    forces[0] = 0.0
-    places = (BEAM.length, 0.6 * BEAM.length)
-    both = bending_stress(forces, 1e-6, reed(8, contact_at=places), BEAM, X, contact_at=places)
-    each = [
-        bending_stress(forces[:, k], 1e-6, reed(8, contact_at=at), BEAM, X, contact_at=at)
-        for k, at in enumerate(places)
-    ]
-    # each residual follows at its own rate, which differs by the place: 0.1 % of the stress
-    np.testing.assert_allclose(both, sum(each), atol=5e-3 * np.abs(both).max())
-    steady = np.repeat([[3.0, -2.0]], 9, axis=0)
-    stress = bending_stress(steady, 1e-6, reed(4, contact_at=places), BEAM, X, contact_at=places)
-    moment = 3.0 * (places[0] - X) - 2.0 * np.maximum(places[1] - X, 0.0)
-    exact = 6 * moment / (BEAM.width * BEAM.thickness**2)
-    np.testing.assert_allclose(stress, np.repeat(exact[:, None], 9, axis=1), atol=1e-9 * np.abs(exact).max())
-    whole = reed_stress(forces, 1e-6, reed(8, contact_at=places), BEAM, contact_at=places)
-    assert whole.after_contact is not None
-    assert whole.after_contact.value >= 0.99 * np.abs(both).max()
 
 
 def test_impossible_stress_is_refused() -> None:

@@ -16,7 +16,6 @@ from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import (
     CadPart,
-    ColourFace,
     ConeFace,
     CylinderFace,
     GeometryError,
@@ -25,7 +24,6 @@ from seatfem.structures.shapes import (
     PlaneFace,
     PointFace,
     Region,
-    decode,
     encode,
 )
 
@@ -124,10 +122,6 @@ def test_solids_become_conformal_regions(regions):
 def corners_area(mesh, facets) -> float:
     a, b, c = np.moveaxis(mesh.p[:, mesh.facets[:, facets]], 1, 0)
     return float(np.linalg.norm(np.cross((b - a).T, (c - a).T), axis=1).sum()) / 2
-
-
-def test_regions_have_names_without_asking():
-    assert {"solid_1", "solid_2"} <= set(make_mesh(CadPart(INSERT), COARSE).mesh.subdomains)
 
 
 def test_regions_that_are_not_there_list_what_is():
@@ -253,19 +247,6 @@ def test_brep_file(tmp_path):
     subprocess.run([sys.executable, "-c", script, str(path)], check=True, stdout=subprocess.DEVNULL)
     part = CadPart(path, unit=1e-3, contact=PlaneFace(UP, 4e-3), fixed=PlaneFace(DOWN, 0.0))
     assert make_mesh(part, COARSE).quality.volume == pytest.approx(200e-9, rel=1e-12)
-
-
-def test_plain_data_round_trip():
-    part = CadPart(
-        INSERT,
-        contact=(PlaneFace(UP, 9e-3), CylinderFace(1e-3), ConeFace(0.5), PointFace((0.0, 0.0, 1.0)), NamedFace("a")),
-        fixed=ColourFace((0, 0, 255, 255)),
-        groups=(Group("side", CylinderFace(12e-3)),),
-        regions=(Region("ring", colour=ORANGE), Region("body", order=1)),
-    )
-    assert decode(json.loads(json.dumps(encode(part)))) == part
-    with pytest.raises(GeometryError, match="each name must stand once"):
-        CadPart(INSERT, groups=(Group("fixed", CylinderFace(1e-3)),))
 
 
 def test_a_contradictory_surface_is_named_with_its_place(tmp_path):

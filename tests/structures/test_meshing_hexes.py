@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from seatfem.structures.mesh.meshing import content_hash, make_mesh
-from seatfem.structures.mesh.spec import MeshSpec, boundary_lines, graded
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, GeometryError, Stopper, ValvePlate
 
 CONE = ConicalSeat(contact_width=1e-3)
@@ -132,24 +132,6 @@ def test_extruded_layers_grow_from_the_contact():
     assert 0.35e-3 < steps[-1] < 0.6e-3
 
 
-def test_graded_fills_the_length():
-    places = graded(5.0, 0.4, 1.0, 0.5)
-    steps = np.diff(places)
-    assert places[0] == 0.0
-    assert places[-1] == pytest.approx(5.0, rel=1e-15)
-    assert np.all(np.diff(steps) > -1e-12)
-    assert 0.3 < steps[0] < 0.5
-    assert steps[-1] < 1.3
-    assert list(graded(1.0, 2.0, 2.0, 0.5)) == [0.0, 1.0]
-
-
-def test_boundary_lines_of_two_quadrilaterals():
-    plane = {"cells": np.array([[0, 1, 4, 3], [1, 2, 5, 4]])}
-    assert {frozenset(line) for line in boundary_lines(plane).tolist()} == {
-        frozenset(line) for line in [(0, 1), (1, 2), (2, 5), (5, 4), (4, 3), (3, 0)]
-    }
-
-
 def test_each_land_is_a_group_of_its_own():
     seat = make_mesh(PLATE, HEX)
     lands = [seat.mesh.boundaries[f"land_{k}"] for k in (1, 2, 3)]
@@ -158,11 +140,6 @@ def test_each_land_is_a_group_of_its_own():
         points = seat.mesh.p[:, seat.mesh.facets[:, land]]
         radius = np.hypot(points[0] - x, points[1] - y)
         assert 3e-3 - 1e-9 < radius.min() < radius.max() < 4e-3 + 1e-9
-
-
-def test_the_sector_counts_in_the_hash():
-    assert content_hash(BAR, HEX) != content_hash(BAR, HEX, 2)
-    assert make_mesh(BAR, HEX, sector=2).provenance.content_hash == content_hash(BAR, HEX, 2)
 
 
 @pytest.mark.parametrize(

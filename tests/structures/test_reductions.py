@@ -13,11 +13,11 @@ from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.method import Aims, memory
 from seatfem.structures.model import Damping, ModelError, Port, SecondOrderModel, as_csr
-from seatfem.structures.reduction.greens import greens_function, reduce_model
+from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modal import Modal
 from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
-from seatfem.structures.reduction.residual import residual, truncate
+from seatfem.structures.reduction.residual import truncate
 from seatfem.structures.reduction.transient import Transient, march
 from tests.rod_model import rod_model
 
@@ -108,15 +108,6 @@ def test_modal_error_is_below_its_estimate(block, damping):
     assert modes.frequencies_hz[-1] < 6e5
 
 
-def test_krylov_keeps_the_static_compliance_and_starts_at_one_over_z(block):
-    greens = Krylov().reduce(block, Damping(), Aims(3e5, 2e-5, 3e-3)).greens
-    static = block.port_matrix.T @ sparse.linalg.spsolve(block.K.tocsc(), block.port_matrix)
-    # the Galerkin compliance converges twice as fast as the basis: far below the tolerance
-    assert greens.static_compliance() == pytest.approx(static, rel=3e-4)
-    start = np.diag([1 / port.impedance for port in block.ports.values()])
-    assert greens.initial_value() == pytest.approx(start, abs=1e-9 * start.max())
-
-
 def test_the_residual_of_a_rod_has_the_time_constant_of_its_cutoff(rod):
     """What n modes of a rod leave out: tau = r0 Z = (2/pi)/w_cut for large n; Rayleigh damping adds beta."""
     modes = all_modes(rod, Damping())
@@ -126,42 +117,6 @@ def test_the_residual_of_a_rod_has_the_time_constant_of_its_cutoff(rod):
         cut = truncate(modes.omega, damping.ratios(modes.omega), modes.shapes, above, nothing, rod, damping)
         # the sum over n > N of 1/(2 n - 1)^2 is 1/(4 N) to 1/N^2, N = 31; the static compliance is exact
         assert 1 / cut.residual.rates[0] == pytest.approx(2 / np.pi / above + extra, rel=2e-3)
-
-
-@pytest.mark.parametrize("zeta", [0.0, 0.1, 0.7, 1.0, 3.0])
-def test_first_velocity_of_a_damped_rod_is_the_closed_forms(zeta):
-    if zeta < 1:
-        start = impact.fixed_rod(**ROD, damping_ratio=zeta).initial_value()[0, 0]
-        assert Damping(zeta).first_velocity() == pytest.approx(start * 1e-4 * np.sqrt(200e9 * 7850.0), rel=1e-9)
-    w = np.geomspace(1e-4, 1e5, 400001)  # the integral over modes at t = 1, any zeta
-    integral = np.trapezoid(impact.greens.oscillator.impulse_response(1.0, w, zeta) * w, np.log(w))
-    if zeta > 0:
-        assert Damping(zeta).first_velocity() == pytest.approx(2 / np.pi * integral, rel=1e-3)
-
-
-def test_an_unknown_impedance_gives_a_bare_spring(rod):
-    bare = SecondOrderModel(rod.M, None, rod.K, {"contact": rod.port_matrix[:, 0]})
-    assert residual(np.array([[2e-9]]), bare, Damping()).compliance[0, 0] == 2e-9
-    relaxed = residual(np.array([[2e-9]]), bare, Damping(0, 0, 1e-7))
-    assert 1 / relaxed.rates == pytest.approx([1e-7], rel=1e-6)
-
-
-def test_a_free_rod_runs_away_with_its_mass():
-    model = rod_model(**ROD, elements=200, fixed_end=False)
-    greens = greens_function(model, bandwidth=3e5, duration=1e-4, tolerance=1e-2, method="krylov")
-    assert greens.omega[0] == 0.0
-    assert greens.shapes[0, 0] ** 2 == pytest.approx(1 / (7850.0 * 1e-4 * 30e-3), rel=1e-9)
-    assert true_error(greens, model, Damping(), 3e5, 1e-4) <= 1.1 * greens.error_estimate.reduction
-
-
-def test_converged_ritz_pairs_are_modes(block):
-    found = reduce_model(block, bandwidth=4e5, duration=2e-5, tolerance=1e-3, method="krylov").modes
-    values = np.sqrt(scipy.linalg.eigvalsh(block.K.toarray(), block.M.toarray())) / (2 * np.pi)
-    assert len(found.frequencies_hz) >= 5
-    for frequency, shape in zip(found.frequencies_hz, found.shapes.T, strict=True):
-        # a residual below 1e-3 bounds the relative error of w^2 by about that
-        assert np.abs(values / frequency - 1).min() < 1e-3
-        assert shape @ block.M @ shape == pytest.approx(1.0, rel=1e-8)
 
 
 def test_solve_modes_finds_all_and_repeats(block):
@@ -175,18 +130,6 @@ def test_solve_modes_finds_all_and_repeats(block):
     assert np.array_equal(
         solve_modes(block, 12, backend="superlu").shapes, solve_modes(block, 12, backend="superlu").shapes
     )
-
-
-def test_a_free_body_has_six_rigid_modes_at_zero():
-    mesh = skfem.MeshTet.init_tensor(*(np.linspace(0, 1e-2, n) for n in (6, 5, 4))).with_boundaries(
-        {"contact": lambda x: x[2] > 1e-2 - 1e-9}
-    )
-    model = assemble(mesh, {"young": 200e9, "poisson": 0.3, "density": 7850.0}, fixed=(), order=2)
-    assert model.size > 600  # the sparse solver, not LAPACK
-    modes = solve_modes(model, 9)
-    assert np.array_equal(modes.frequencies_hz[:6], np.zeros(6))
-    assert modes.frequencies_hz[6] > 1e4
-    assert modes.complete
 
 
 def test_the_marched_samples_are_second_order(rod):
@@ -305,42 +248,11 @@ def test_time_stepping_takes_a_free_body():
         greens.static_compliance()
 
 
-def test_repeated_modes_of_a_symmetric_seat_are_all_found():
-    """A square block: bending about x and about y has one frequency; the count by inertia must include both."""
-    mesh = skfem.MeshHex.init_tensor(*(np.linspace(0, a, n) for a, n in ((1e-2, 5), (1e-2, 5), (4e-3, 3))))
-    model = assemble(
-        mesh.with_boundaries({"fixed": lambda x: x[2] < 1e-9, "contact": lambda x: x[2] > 4e-3 - 1e-9}),
-        {"young": 200e9, "poisson": 0.3, "density": 7850.0},
-        order=2,
-    )
-    assert model.size > 600  # the sparse solver, not LAPACK
-    exact = np.sqrt(scipy.linalg.eigvalsh(model.K.toarray(), model.M.toarray())) / (2 * np.pi)
-    pairs = np.flatnonzero(np.diff(exact[:20]) < 1e-9 * exact[:19])
-    assert len(pairs) >= 3
-    found = Modal().reduce(model, Damping(), Aims(1.5e5, 2e-5, 5e-2))
-    greens, modes = found.greens, found.modes
-    assert greens.origin["counted"]
-    assert modes.frequencies_hz == pytest.approx(exact[: len(modes.frequencies_hz)], rel=1e-8)
-
-
 def test_modal_truncation_advises_against_itself_on_a_large_model(block, monkeypatch):
     monkeypatch.setattr("seatfem.structures.reduction.modal.MODES_ARE_CHEAP", 500)
     asked = greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2, method="modes")
     assert "method='krylov'" in asked.provenance["advice"]
     assert "advice" not in greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2).provenance
-
-
-def test_the_factorization_is_a_stage_of_its_own(rod):
-    stages = []
-    greens_function(
-        rod,
-        bandwidth=1e5,
-        duration=1e-5,
-        tolerance=1e-2,
-        method="krylov",
-        progress=lambda stage, done: stages.append((stage, done)),
-    )
-    assert stages[:3] == [("factorization", 0.0), ("factorization", 1.0), ("reduction", 0.0)]
 
 
 WIDTH, SPAN, SHORT = 1 / 4e5, 4e-5, 5e-6
@@ -370,17 +282,6 @@ def test_g_is_known_for_as_long_as_it_was_computed(block, method):
     impact.prepare(problem, 1e-8, SHORT)
     with pytest.raises(impact.GreensFunctionError, match=r"lasts 6e-06 s but g is known up to 5e-06 s .* 500 steps"):
         impact.prepare(problem, 1e-8, 6e-6)
-
-
-def test_samples_are_known_to_their_end(block):
-    stepped = greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2, method="transient")
-    assert stepped.valid_for == pytest.approx(2e-5)
-
-
-def test_modes_are_modes_at_any_time(block):
-    modes = greens_function(block, bandwidth=1 / WIDTH, duration=SPAN, tolerance=2e-2, method="modes")
-    assert modes.valid_for == np.inf
-    assert late_error(block, modes, 0.0, 30 * SPAN) <= 2 * modes.error_estimate.reduction
 
 
 def test_what_damping_has_forgotten_need_not_be_right(block):
