@@ -129,13 +129,6 @@ def test_hdf5_is_put_together_in_memory_and_sealed(tmp_path: Path) -> None:
         assert np.array_equal(file["values"], np.arange(1000.0))
 
 
-def test_where_memory_runs_out_the_file_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "a.h5"
-    with pytest.raises(MemoryError, match=r"a\.h5: no memory to put the file together"), written(path, "x"):
-        raise RuntimeError("unable to allocate memory block")  # HDF5's own words
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_an_error_of_the_disk_names_the_file_that_was_meant(tmp_path: Path) -> None:
     def failing() -> None:
         with whole_file(tmp_path / "picture.png") as temporary:
@@ -163,14 +156,6 @@ def test_a_folder_that_cannot_be_written_to_is_found_first(
     assert f"{out}" in told
     assert "cannot be written (Not a directory); choose another place with --output" in told
     assert "Traceback" not in told
-
-
-def test_looking_leaves_nothing_behind(tmp_path: Path) -> None:
-    check_writable(tmp_path / "a" / "b" / "result.h5", "c.h5")
-    assert list(tmp_path.iterdir()) == []
-    (tmp_path / "result.h5").mkdir()
-    with pytest.raises(OutputError, match=r"result\.h5: cannot be written \(is a folder"):
-        check_writable(tmp_path / "result.h5")
 
 
 @pytest.mark.filterwarnings("default")
@@ -408,13 +393,3 @@ def test_faces_of_a_part_in_a_folder_that_is_read_only(read_only: tuple[Path, li
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment)
     assert done.returncode == BAD_INPUT
     assert "faces.csv: cannot be written (Permission denied)" in done.stderr
-
-
-def test_a_file_that_cannot_be_begun_is_told_by_its_own_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refused(**options: object) -> None:
-        raise PermissionError(13, "Permission denied", str(tmp_path / ".picture-k3j2.png"))
-
-    monkeypatch.setattr("tempfile.mkstemp", refused)
-    with pytest.raises(OSError, match=r"picture\.png") as caught, whole_file(tmp_path / "picture.png"):
-        pass
-    assert caught.value.filename == str(tmp_path / "picture.png")

@@ -17,7 +17,6 @@ from seatfem.structures.kinds import kinds_of
 from seatfem.structures.outlines import BodyViews, Size, covered_share, crossings, of_beam
 from seatfem.structures.rings import Division
 from seatfem.structures.shapes.loops import inside
-from seatfem.structures.surface_outlines import chained
 from seatfem.study.impacts.layout import cover_note, draw_scene, facts_of, layout_of
 from seatfem.study.scene import Scene, SceneError, load_scene
 
@@ -154,33 +153,6 @@ def test_a_part_that_is_struck_from_below_is_drawn_upside_down(tmp_path: Path) -
     assert layout.notes[0] == "the seat is drawn upside down: its contact face looks along -z of its file"
     boss = crossings(layout.seat.views.section, -11e-3)
     assert (boss.min(), boss.max()) == pytest.approx((-10e-3, 10e-3), rel=0.01)
-
-
-def test_turning_over_twice_changes_nothing() -> None:
-    part = layout_of(example("kidney_landing")).seat.views
-    beam = of_beam("beam", ((0.0, 8e-3), (20e-3, 4e-3)), 0.3e-3, 15e-3)
-    for views in (part, beam):
-        again = views.turned_over().turned_over()
-        for key in ("section", "plan", "contact", "clamp"):
-            for one, other in zip(getattr(views, key), getattr(again, key), strict=True):
-                assert one == pytest.approx(other)
-        assert again.sizes == views.sizes
-    upper = part.turned_over()
-    assert np.concatenate(upper.section)[:, 1].min() == pytest.approx(0.0, abs=1e-9)
-    y = np.concatenate(part.contact)[:, 1]
-    assert np.concatenate(upper.contact)[:, 1].min() == pytest.approx(-y.max())  # a part is no mirror image of itself
-    assert beam.turned_over().plan[0] == pytest.approx(beam.plan[0])  # a reed is drawn as it lies
-
-
-def test_loops_of_lines_in_any_order_are_closed() -> None:
-    rng = np.random.default_rng(7)
-    angles = np.linspace(0, 2 * np.pi, 33)
-    circle = np.column_stack([np.cos(angles), np.sin(angles)])
-    lines = np.concatenate([np.stack([r * circle[:-1], r * circle[1:]], axis=1) for r in (1.0, 2.0)])
-    turned = np.where(rng.random(len(lines))[:, None, None] < 0.5, lines, lines[:, ::-1])
-    loops = chained(turned[rng.permutation(len(lines))], 1e-9)
-    assert sorted(round(float(np.hypot(*loop.T).mean()), 9) for loop in loops) == [1.0, 2.0]
-    assert [len(loop) for loop in loops] == [32, 32]
 
 
 def test_the_share_below_a_reed() -> None:

@@ -72,22 +72,6 @@ def test_static_deflection_under_each_load(load: str, tmp_path: Path) -> None:
     assert q @ seen == pytest.approx(exact, rel=1e-3)
 
 
-@pytest.mark.parametrize("shape", ["force", "pressure"])
-def test_released_from_a_static_shape(shape: str, tmp_path: Path) -> None:
-    """By 0.5 mm at the centre; elsewhere as K says."""
-    scene = scene_of(tmp_path, f'release = {{ deflection = "0.5 mm", shape = "{shape}" }}\n')
-    reed, mean, _ = plate_of(scene)
-    centre = at(reed, reed.geometry().centre[0])
-    u = scipy.sparse.linalg.spsolve(reed.solved().model.K.tocsc(), centre if shape == "force" else mean)
-    state = striker_of(scene).state
-    shapes = reed.solved().plate.modes.shapes
-    assert centre @ shapes @ state.displacement == pytest.approx(5e-4, rel=1e-9)
-    x = at(reed, 12e-3)
-    assert x @ shapes @ state.displacement == pytest.approx(5e-4 * (x @ u) / (centre @ u), rel=1e-3)
-    assert not state.velocity.any()
-    assert scene.reed.start_at(None) == pytest.approx(5e-4)
-
-
 @pytest.mark.parametrize(
     ("own", "load"),
     [
