@@ -20,16 +20,6 @@ def test_means_over_whole_arcs_and_parts_of_arcs() -> None:
     np.testing.assert_allclose(over_arcs(force, 0.01), force, rtol=1e-14)  # at least an arc
 
 
-@pytest.mark.parametrize("share", [0.125, 0.2, 1.0])
-def test_an_even_load_is_its_force_over_the_length(share: float) -> None:
-    """Whatever part is averaged over; a span of the time of half the load halves it."""
-    force = np.zeros((101, 16))
-    force[20:30] = 3.0
-    assert line_force_peak(force, DT, 10 * DT, LENGTH, share)[0] == pytest.approx(16 * 3 / LENGTH, rel=1e-12)
-    assert line_force_peak(force, DT, 20 * DT, LENGTH, share)[0] == pytest.approx(8 * 3 / LENGTH, rel=1e-12)
-    assert line_impulse_peak(force, DT, LENGTH, share)[0] == pytest.approx(16 * 30 * DT / LENGTH, rel=1e-12)
-
-
 def test_where_it_is_largest() -> None:
     """1 + cos(th - t0) per radian: over a quarter about t0 its mean is 1 + sin(a)/a, a = pi/4; arcs of 2 pi/64 leave
     an eighth of the square of half of one."""

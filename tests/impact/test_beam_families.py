@@ -95,19 +95,6 @@ def test_modes_sum_to_the_static_compliance(beam: RectangularBeam) -> None:
         assert np.log(left[60] / left[240]) / np.log(4) == pytest.approx(1, abs=0.1)
 
 
-def test_rotation_is_the_slope_less_the_shear() -> None:
-    """Equilibrium along the beam: kappa A G (w'' - psi') = -rho A omega^2 w, by central differences."""
-    beam = TimoshenkoCantilever(**STUBBY)
-    modes, h = beam.modes(20), 1e-4 * beam.length
-    x = np.array([0.2, 0.5, 0.8]) * beam.length
-    w = [modes.deflection(x + k * h) for k in (-1, 0, 1)]
-    assert modes.rotation is not None
-    psi_slope = (modes.rotation(x + h) - modes.rotation(x - h)) / (2 * h)
-    shear = beam.shear_rigidity * ((w[0] - 2 * w[1] + w[2]) / h**2 - psi_slope)
-    inertia = -beam.line_density * modes.omega[:, None] ** 2 * w[1]
-    np.testing.assert_allclose(shear, inertia, rtol=1e-4, atol=1e-4 * np.abs(inertia).max(axis=1).min())
-
-
 def test_slender_timoshenko_is_euler_bernoulli() -> None:
     """The first frequencies approach from below, with (h/L)^2."""
     defects = []

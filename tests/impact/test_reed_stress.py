@@ -178,20 +178,6 @@ def test_a_preload_bends_the_reed_at_its_start() -> None:
     assert found.before_landing.value == pytest.approx(exact, rel=1e-9)
 
 
-def test_the_largest_is_that_of_every_step() -> None:
-    """A blow of two steps on a reed of few modes: between looks once a radian the largest would be missed."""
-    beam = impact.Cantilever(2e11, 7850.0, 25e-3, 1e-2, 3e-4)
-    body, dt = impact.reed(beam, n_modes=4), 1e-7
-    assert 1 / (float(body.greens.highest_rate) * dt) > 40
-    force = np.zeros(4001)
-    force[1003:1005] = 50.0
-    found = reed_stress(force, dt, body, beam).largest
-    history = np.abs(impact.bending_stress(force, dt, body, beam, found.at)[0])
-    assert found.value == pytest.approx(history.max(), rel=1e-12)
-    assert round(found.time / dt) == history.argmax()
-    assert history[:: int(1 / (2 * body.greens.highest_rate * dt))].max() < 0.998 * found.value
-
-
 def test_a_preloaded_reed_at_rest_under_its_loads_keeps_its_stress() -> None:
     """Nothing moves in equilibrium: the loads were carried before t = 0, as the contact force was."""
     beam = impact.Cantilever(2e11, 7850.0, 25e-3, 1e-2, 3e-4)

@@ -63,22 +63,6 @@ def test_port_averages_the_normal_displacement_and_pushes_with_one_newton():
     assert port.vector.sum() == pytest.approx(1.0, rel=1e-12)
 
 
-def test_sliding_holds_the_normal_only():
-    model = assemble(block(1), STEEL, sliding="side")
-    left = np.setdiff1d(np.arange(model.dofs.points.size), model.dofs.free)
-    on_side = model.dofs.points[0, left // 3] < 1e-9
-    above = model.dofs.points[2, left // 3] > 1e-9
-    assert np.all(left[above & on_side] % 3 == 0)
-    assert above.any()
-
-
-def test_order_two_on_a_first_order_mesh_is_straight_sided():
-    straight = assemble(block(1), STEEL, order=2)
-    curved = assemble(block(2), STEEL)
-    assert straight.size == curved.size
-    assert straight.K.sum() == pytest.approx(curved.K.sum(), rel=1e-9)
-
-
 def test_rayleigh_coefficients_are_recognised():
     assert assemble(block(1), STEEL, rayleigh=(2e3, 1e-8)).rayleigh == pytest.approx((2e3, 1e-8), rel=1e-9)
     assert assemble(block(1), STEEL).rayleigh == (0.0, 0.0)

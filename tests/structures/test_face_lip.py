@@ -172,15 +172,6 @@ def test_faces_that_are_no_lips(edges: np.ndarray, words: str) -> None:
         land_of(edges, (0, 0, 1))
 
 
-def test_a_face_that_is_no_strip_is_refused() -> None:
-    """Its outer line crosses itself."""
-    turns = 2 * np.pi * np.arange(CORNERS) / CORNERS
-    winding = turns + 0.9 * np.sin(4 * turns) * (np.abs(turns - np.pi) < 2)
-    bent = 4e-3 * np.column_stack([np.cos(winding), np.sin(winding)]) * (1 + 0.2 * np.cos(8 * turns))[:, None]
-    with pytest.raises(ModelError, match="cuts across it cross each other; take a narrower face"):
-        face(circle(1e-3), bent)
-
-
 # Lips that are no rings about their middles
 
 BEND, HALF, BORE = (
@@ -221,17 +212,6 @@ def test_a_kidney_port_has_equal_arcs(arcs: int, rings: int) -> None:
     left, right = lip.cuts(np.linspace(0, 1, 200))
     np.testing.assert_allclose(np.linalg.norm(right - left, axis=1), WIDTH, rtol=1e-3)
     np.testing.assert_allclose(left[0], right[0] - (WIDTH, 0), atol=1e-6)  # begins on the x axis
-
-
-def test_places_on_a_kidney_port() -> None:
-    """Of points on cuts: where these are, and the share of the area on their left."""
-    lip, shares = FaceLip(KIDNEY, 16), np.linspace(0.003, 0.997, 77)
-    left, right = lip.cuts(shares)
-    for across in (0.05, 0.5, 0.93):
-        points = left + across * (right - left) + np.array(KIDNEY.centre)[:2]
-        along, found = lip.places(np.column_stack([points, np.zeros(77)]))
-        np.testing.assert_allclose(along, shares, atol=2e-5)
-        np.testing.assert_allclose(found, across, atol=0.08)  # where the lip bends, its outer side has more
 
 
 @pytest.mark.parametrize("turn", [0.0, 2.0])

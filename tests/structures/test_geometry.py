@@ -83,12 +83,6 @@ def test_fingerprint_follows_content_not_path(tmp_path):
     assert fingerprint(CadPart(first)) == fingerprint(CadPart(second)) != fingerprint(CadPart(changed))
 
 
-def test_touching_faces_are_one_patch():
-    # 1-3 and 3-2 share a curve: connected although 1 and 2 do not touch.
-    faces = [ring(1, 1e-3, 2e-3, curves=(1, 2)), ring(2, 3e-3, 4e-3, curves=(5, 6)), ring(3, 2e-3, 3e-3, curves=(2, 5))]
-    assert len(select(faces, PlaneFace(UP, 0.0), "contact")) == 3
-
-
 def test_colour_selector_has_a_tolerance():
     faces = [ring(1, 1e-3, 2e-3, colour=(254, 1, 0, 255)), ring(2, 2e-3, 3e-3, colour=(0, 0, 255, 255)), ring(3, 0, 1)]
     assert [face.tag for face in select(faces, ColourFace((255, 0, 0, 255)), "contact")] == [1]
@@ -110,10 +104,3 @@ def test_step_states_its_unit(tmp_path, entities, unit):
     path = tmp_path / "a.step"
     path.write_text(f"#9=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));\n{entities}\n")
     assert stated_unit(path) == unit
-
-
-def test_step_without_unit_is_an_error(tmp_path):
-    path = tmp_path / "a.step"
-    path.write_text("#9=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));")
-    with pytest.raises(GeometryError, match="states no length unit"):
-        stated_unit(path)

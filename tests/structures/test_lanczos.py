@@ -15,7 +15,7 @@ from seatfem.structures.model import Damping, ModelError
 from seatfem.structures.reduction.eigen_search import rigid_shapes
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.lanczos import Lanczos, nodes
-from seatfem.structures.reduction.lanczos_recursion import Recursion, gauss_rule
+from seatfem.structures.reduction.lanczos_recursion import Recursion
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.residual import truncate
 from tests.rod_model import rod_model
@@ -47,18 +47,6 @@ def every_mode(model, damping):
     p = len(model.ports)
     zeta = damping.ratios(omega)
     return truncate(omega, zeta, shapes.T @ model.port_matrix, np.inf, np.zeros((p, p)), model, damping)
-
-
-def test_gauss_rule_is_the_eigendecomposition_also_with_repeated_values():
-    rng = np.random.default_rng(3)
-    a, b = rng.random(80), rng.random(79)
-    b[40] = 1e-14  # two halves with nearly the same values
-    a[41:], b[41:] = a[:39], b[:38]
-    values, first = gauss_rule(a, b)
-    exact = np.diag(a) + np.diag(b, 1) + np.diag(b, -1)
-    assert values == pytest.approx(np.linalg.eigvalsh(exact), abs=1e-13)
-    for power in (0, 1, 7):  # moments of the measure
-        assert np.sum(first**2 * values**power) == pytest.approx(np.linalg.matrix_power(exact, power)[0, 0], rel=1e-12)
 
 
 def test_the_quadrature_is_exact_until_4k_over_the_highest_frequency_and_not_beyond(model):

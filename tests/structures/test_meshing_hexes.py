@@ -95,33 +95,12 @@ def closed(mesh) -> bool:
     return len(np.unique(named)) == len(named) and not np.any(in_plane)
 
 
-def test_revolved_nodes_lie_on_their_circles():
-    seat = make_mesh(CONE, MeshSpec(3e-3, 1.5e-3, shape="hex", layers=6))
-    assert seat.mesh.nelements % 6 == 0
-    x, y, z = seat.mesh.doflocs
-    radius, angle = np.hypot(x, y), np.arctan2(y, x)
-    on_layer = np.round(angle / (math.pi / 6)) * math.pi / 6
-    assert np.allclose(angle, on_layer, rtol=0, atol=1e-9)
-    # twelve levels of nodes, each the same set of (r, z)
-    section = np.round(np.column_stack([radius, z]), 10)
-    _, count = np.unique(section, axis=0, return_counts=True)
-    assert set(count) == {12}
-
-
 @pytest.mark.parametrize(("curved", "order"), [(True, 4.0), (False, 2.0)])
 def test_convergence_to_the_circle(curved, order):
     # Sectors of 60 and 30 degrees: area of quadratic arcs O(h^4), of chords O(h^2).
     specs = [MeshSpec(4e-3, curved=curved, shape="hex", layers=layers) for layers in (8, 16)]
     errors = [abs(q.volume / q.cad_volume - 1) for q in (make_mesh(SHARP, spec).quality for spec in specs)]
     assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
-
-
-def test_first_order_hexahedra():
-    seat = make_mesh(BLOCK, MeshSpec(3e-3, 1.5e-3, order=1, shape="hex", layers=4))
-    assert seat.order == 1
-    assert seat.mesh.doflocs.shape[1] == seat.mesh.nvertices
-    assert seat.quality.volume == pytest.approx(12e-3 * 10e-3 * 6e-3, rel=1e-12)
-    assert len(np.unique(np.round(seat.mesh.p[2], 9))) == 5
 
 
 def test_extruded_layers_grow_from_the_contact():

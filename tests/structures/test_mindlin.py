@@ -179,24 +179,6 @@ def test_constant_curvature_on_distorted_elements(h: float) -> None:
     assert np.abs(forces[inside]).max() < 1e-10 * (abs(model.K) @ np.abs(u)).max()
 
 
-def test_means_over_patches() -> None:
-    """Of w = x^2 over a ring: centre^2 + (inner^2 + outer^2)/4; a ring ends within elements."""
-    mesh = grid((10, 10), (1.0, 1.0), bulged)
-    w = np.kron(mesh.points[:, 0] ** 2, [1.0, 0.0, 0.0])
-    lip = patch_of(Lip(0.2, 0.1), (0.6, 0.5))
-    assert average(mesh, lip)[0] @ w == pytest.approx(0.36 + (0.15**2 + 0.25**2) / 4, rel=1e-4)
-    assert average(mesh, patch_of(Lip.disc(0.3), (0.4, 0.5)))[0] @ w == pytest.approx(0.16 + 0.3**2 / 4, rel=1e-4)
-    assert patch_of(Lip(0.2, 0.1), (0.0, 0.0)).weights.sum() == pytest.approx(np.pi * (0.25**2 - 0.15**2))
-    assert mesh.area == pytest.approx(1.0, rel=1e-9)
-
-
-def test_damping_of_the_material() -> None:
-    lossy = Material(206e9, 0.3, 7800.0, loss_factor=0.01, rayleigh=(2.0, 0.0))
-    model = assemble_plate(grid((2, 2), (1.0, 1.0)), lossy, 0.1, clamped="left")
-    assert model.damping.alpha == pytest.approx(2.0)
-    assert model.damping.ratio == pytest.approx(0.005)
-
-
 def test_what_cannot_be_is_refused() -> None:
     mesh = grid((2, 2), (1.0, 1.0))
     for thickness in (0.0, -1e-3, float("nan")):

@@ -22,7 +22,6 @@ from seatfem.structures.reduction.transient import Transient, march
 from tests.rod_model import rod_model
 
 ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
-C0 = np.sqrt(200e9 / 7850.0)
 BLOCK_PORTS = {
     "fixed": lambda x: x[2] < 1e-9,
     "left": lambda x: (x[2] > 4e-3 - 1e-9) & (x[0] < 6e-3),
@@ -108,30 +107,6 @@ def test_modal_error_is_below_its_estimate(block, damping):
     assert modes.frequencies_hz[-1] < 6e5
 
 
-def test_the_residual_of_a_rod_has_the_time_constant_of_its_cutoff(rod):
-    """What n modes of a rod leave out: tau = r0 Z = (2/pi)/w_cut for large n; Rayleigh damping adds beta."""
-    modes = all_modes(rod, Damping())
-    above = (modes.omega[30] + modes.omega[31]) / 2
-    nothing = np.zeros((1, 1))
-    for damping, extra in ((Damping(), 0.0), (Damping(0, 0, 3e-8), 3e-8)):
-        cut = truncate(modes.omega, damping.ratios(modes.omega), modes.shapes, above, nothing, rod, damping)
-        # the sum over n > N of 1/(2 n - 1)^2 is 1/(4 N) to 1/N^2, N = 31; the static compliance is exact
-        assert 1 / cut.residual.rates[0] == pytest.approx(2 / np.pi / above + extra, rel=2e-3)
-
-
-def test_solve_modes_finds_all_and_repeats(block):
-    modes = solve_modes(block, 12)
-    exact = np.sqrt(scipy.linalg.eigvalsh(block.K.toarray(), block.M.toarray())[:12]) / (2 * np.pi)
-    assert modes.frequencies_hz == pytest.approx(exact, rel=1e-9)
-    assert modes.complete
-    assert modes.residuals.max() < 1e-8
-    gram = modes.shapes.T @ block.M @ modes.shapes
-    assert gram == pytest.approx(np.eye(12), abs=1e-9)
-    assert np.array_equal(
-        solve_modes(block, 12, backend="superlu").shapes, solve_modes(block, 12, backend="superlu").shapes
-    )
-
-
 def test_the_marched_samples_are_second_order(rod):
     """Newmark against the exact modes of the same matrices, after the pulse: error/4 when h is halved."""
     duration, width = 4e-5, 1e-5
@@ -175,19 +150,6 @@ def test_auto_chooses_and_says_why(block):
     stepped = greens_function(damped, bandwidth=5e4, duration=2e-5, tolerance=3e-2)
     assert stepped.provenance["method"] == "second_order"
     assert "not alpha M + beta K" in stepped.provenance["reason"]
-
-
-def test_a_matched_dashpot_ends_the_echo():
-    """Impedance Z at the port of a fixed rod: half the velocity, echo swallowed, nothing after 2 l/c + pulse."""
-    model = rod_model(**ROD, elements=60)
-    b, Z = model.port_matrix[:, 0], 1e-4 * np.sqrt(200e9 * 7850.0)
-    damped = SecondOrderModel(model.M, sparse.csr_array(Z * np.outer(b, b)), model.K, {"contact": Port(b, 1e-4, Z)})
-    round_trip, width = 2 * 30e-3 / C0, 4e-6
-    greens = greens_function(damped, bandwidth=1 / width, duration=3 * round_trip, tolerance=2e-2)
-    plateau = greens.filtered(np.array([0.8 * round_trip]), width)[0]
-    assert plateau == pytest.approx(1 / (2 * Z), rel=0.02)
-    late = greens.filtered(np.linspace(round_trip + 2 * width, 3 * round_trip, 50), width)
-    assert np.abs(late).max() < 0.02 * plateau + 0.02 / (2 * Z)
 
 
 @pytest.mark.parametrize(

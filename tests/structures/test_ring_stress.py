@@ -73,17 +73,6 @@ def test_one_force_on_all_arcs_is_that_of_the_axisymmetric_body() -> None:
     assert felt({str(k): patch for k, patch in enumerate(arcs(6))}, np.ones((3, 6)), 40) == [0]
 
 
-def test_as_many_harmonics_as_the_pressure_needs() -> None:
-    """1 + cos th over the arcs is harmonics 0 and 1, and their steps aliases n = 23, 25, ... of 1/n, together less than
-    5 %; of one arc of 15 degrees 100 harmonics leave more than that."""
-    patches = {str(k): patch for k, patch in enumerate(arcs(24))}
-    turns = np.array([patch.angle for patch in arcs(24)])
-    assert felt(patches, 1 + np.cos(turns)[None], 100) == [0, 1]
-    one = np.eye(24)[:1]
-    assert felt(patches, one, 100)[-1] == 100
-    assert felt(patches, one, 3) == [0, 1, 2, 3]
-
-
 ARC = RingPatch(math.pi / 8, math.pi / 4)  # an eighth from the x axis on
 
 

@@ -77,15 +77,6 @@ def test_a_shift_that_is_an_eigenvalue_is_moved():
         assert shift.count == np.sum(values < shift.value)
 
 
-def test_the_count_inside_the_spectrum_is_the_number_of_eigenvalues_below():
-    values = SPECTRA["spread"]
-    model = pencil(values)
-    for place in (0, 1, 17, 300, N - 1):
-        middle = (values[place] + values[place - 1]) / 2 if place else values[0] / 2
-        assert counting_shift(model, float(middle), "auto").count == place
-        assert counting_shift(model, float(middle), "superlu").count == place
-
-
 @pytest.fixture(scope="module")
 def square_block():
     mesh = skfem.MeshHex.init_tensor(*(np.linspace(0, a, n) for a, n in ((1e-2, 5), (1e-2, 5), (4e-3, 4))))

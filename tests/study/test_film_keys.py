@@ -13,7 +13,6 @@ from seatfem.structures.method import bed
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import problem_of, run_contacts, striker_of
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.impacts.validity import simpler_keys, simpler_models
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.summary import summarise
 from seatfem.study.scene import Scene
@@ -119,16 +118,6 @@ def test_arcs_under_a_rigid_face_have_the_film_of_one_port(tmp_path: Path) -> No
     np.testing.assert_allclose(many.line.film.sum(axis=1), many.seat.film, atol=1e-9)
     turning, even = (measures.film_force_peak(struck(lip(tmp_path, f"{AIR}\nports = {n}"), n).seat) for n in (8, 1))
     assert turning < 0.5 * even
-
-
-def test_without_the_film_it_is_the_scene_without(tmp_path: Path) -> None:
-    """Beside one port and beam, which keep it."""
-    scene, plain = lip(tmp_path, f"{AIR}\nports = 8"), lip(tmp_path, "ports = 8")
-    found = simpler_models(scene, striker_of(scene), bed(Division(8), STIFFNESS), DT)
-    assert list(found) == ["without_film", "one_port", "beam"]
-    np.testing.assert_array_equal(found["without_film"].seat.force, struck(plain, 8).seat.force)
-    assert found["one_port"].seat.film is not None
-    assert "without_film_impulse_Ns" in simpler_keys(found, 1e-6)
 
 
 def test_tilt_within_an_arc_raises_its_floor(tmp_path: Path) -> None:
