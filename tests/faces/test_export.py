@@ -101,6 +101,13 @@ def test_uneven_frequencies(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+def test_a_scene_is_no_run(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["export", str(tmp_path / "scene.toml"), "--to", "csv"]) == BAD_INPUT
+    assert "takes the folder of a run" in capfd.readouterr().err
+    assert run_command(["export", str(tmp_path / "scene.toml"), "--to", "reduced"]) == BAD_INPUT
+    assert "no such file or folder" in capfd.readouterr().err
+
+
 def test_reduced_models(folder: Path, tmp_path: Path) -> None:
     """The state space is g itself; the matrices are read back, and give g without what is left over."""
     assert run_command(["export", str(folder), "--to", "reduced", "-o", str(tmp_path), "--quiet"]) == DONE
@@ -139,6 +146,12 @@ def test_a_scene_is_computed_for_its_reduced_model(folder: Path, tmp_path: Path)
     rod = impact.fixed_rod(young=2e11, density=7850.0, length=0.1, area=1e-4)
     impact.save_greens(rod, tmp_path / "rod.h5")
     assert run_command(["export", str(tmp_path / "rod.h5"), "--to", "reduced", "-o", str(tmp_path / "r")]) == BAD_INPUT
+
+
+def test_the_folder_of_a_run_makes_decks(folder: Path, tmp_path: Path) -> None:
+    assert run_command(["export", str(folder), "--to", "calculix", "-o", str(tmp_path), "--quiet"]) == DONE
+    assert "CAX8" in (tmp_path / "README.txt").read_text(encoding="utf-8")
+    assert "seat.model = '3d'" in (tmp_path / "README.txt").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")

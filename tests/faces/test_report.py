@@ -20,6 +20,7 @@ import pytest
 from PIL import Image
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
+from seatfem.faces.report.asked import AskedError
 from seatfem.faces.report.figures import MOST, _envelope, body_figure
 from seatfem.faces.report.page import SCREENS, _landings, _notes, _shares, _state, report_page
 from seatfem.faces.report.sections import ReportError, hot_spots, life_table, provenance
@@ -183,6 +184,12 @@ def test_what_is_no_run(tmp_path: Path, content: str | None, message: str) -> No
         report_page(tmp_path)
     assert run_command(["report", str(tmp_path), "--quiet"]) == BAD_INPUT
     assert not (tmp_path / "report.html").exists()
+
+
+def test_a_scene_is_no_folder_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "valve.toml").touch()
+    assert run_command(["report", str(tmp_path / "valve.toml")]) == BAD_INPUT
+    assert "is a file; give the folder of a run (seatfem run -o), as valve-result" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the browser is named by the variable BROWSER")
@@ -438,3 +445,10 @@ def test_the_command_that_does_it_again_is_safe_in_a_shell(tmp_path: Path, chang
     )
     assert shell.stdout.split("\0")[:-1] == ["seatfem", "run", "scene.toml", "--set", change]
     assert not (tmp_path / "made").exists()
+
+
+@pytest.mark.parametrize("line", ["x; touch made", "'a' + 'b'", "'a", "1", "[" * 2000, "'\\x'"])
+def test_a_copy_whose_changes_are_no_texts(tmp_path: Path, line: str) -> None:
+    (tmp_path / "scene.toml").write_text(f"# --set {line}\n[seat]\n", encoding="utf-8")
+    with pytest.raises(AskedError, match="a change must be one text in quotes"):
+        provenance(tmp_path, {})

@@ -129,6 +129,13 @@ def test_hdf5_is_put_together_in_memory_and_sealed(tmp_path: Path) -> None:
         assert np.array_equal(file["values"], np.arange(1000.0))
 
 
+def test_where_memory_runs_out_the_file_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.h5"
+    with pytest.raises(MemoryError, match=r"a\.h5: no memory to put the file together"), written(path, "x"):
+        raise RuntimeError("unable to allocate memory block")  # HDF5's own words
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_an_error_of_the_disk_names_the_file_that_was_meant(tmp_path: Path) -> None:
     def failing() -> None:
         with whole_file(tmp_path / "picture.png") as temporary:
@@ -156,6 +163,14 @@ def test_a_folder_that_cannot_be_written_to_is_found_first(
     assert f"{out}" in told
     assert "cannot be written (Not a directory); choose another place with --output" in told
     assert "Traceback" not in told
+
+
+def test_looking_leaves_nothing_behind(tmp_path: Path) -> None:
+    check_writable(tmp_path / "a" / "b" / "result.h5", "c.h5")
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "result.h5").mkdir()
+    with pytest.raises(OutputError, match=r"result\.h5: cannot be written \(is a folder"):
+        check_writable(tmp_path / "result.h5")
 
 
 @pytest.mark.filterwarnings("default")

@@ -59,6 +59,13 @@ def test_literature(name: str) -> None:
     assert limit < 0.03
 
 
+def test_reduced_modulus_of_equal_and_rigid_partners() -> None:
+    one = cs.reduced_modulus(young=200e9, poisson=0.3)
+    assert one == pytest.approx(200e9 / 0.91, rel=1e-14)
+    assert cs.reduced_modulus(young=200e9, poisson=0.3, young_2=200e9, poisson_2=0.3) == pytest.approx(one / 2)
+    assert one / 2 == pytest.approx(SPHERE["Estar"], rel=1e-12)
+
+
 def test_contact_pressures_carry_the_force() -> None:
     """2/3 pi a^2 p0 and pi/2 b p0; the approach agrees with N = k d^1.5; Johnson's p0 = (6 N E*^2/(pi^3 R^2))^(1/3)."""
     assert 2 / 3 * math.pi * CONTACT.half_width**2 * CONTACT.pressure == pytest.approx(IMPACT.force, rel=1e-13)

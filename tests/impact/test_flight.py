@@ -18,7 +18,7 @@ from impact import (
     prepare,
 )
 from impact.bodies.body import Load, ModalState
-from impact.march.prepared import Prepared
+from impact.march.prepared import BLOCK, Prepared
 
 
 def ball(*, ports: int = 1, modes: int = 0, mass: float = 2.0) -> Body:
@@ -68,3 +68,16 @@ def test_the_weight_is_carried_at_rest() -> None:
     greens = ModalGreens(np.array([3.0]), np.array([0.5]), np.ones((1, 1)), Residual.relaxing(0.1, 5.0))
     result = impact.solve(ContactProblem(ball(), Body(greens)), dt=2e-2, duration=400.0)
     assert result.force[-100:] == pytest.approx(1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("ports", [1, 2])
+@pytest.mark.parametrize("stop", [3, BLOCK - 1, BLOCK, BLOCK + 1, 2 * BLOCK, 2 * BLOCK + 77])
+def test_split_marches_equal_single_ones(ports: int, stop: int) -> None:
+    prepared = prepare(problem(ports, 2), 1e-2, 3 * BLOCK * 1e-2)
+    whole, first, second = (ContactStepper(prepared) for _ in range(3))
+    whole.advance(prepared.steps)
+    first.advance(stop)
+    second.restore(first.checkpoint())
+    second.advance(prepared.steps)
+    assert np.array_equal(whole.force, second.force)
+    assert np.array_equal(whole.gap, second.gap)

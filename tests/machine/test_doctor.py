@@ -95,6 +95,12 @@ def test_pictures_without_egl_need_osmesa(monkeypatch: pytest.MonkeyPatch) -> No
     assert system.os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "vtkOSOpenGLRenderWindow"
 
 
+def test_pictures_without_their_packages(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(system, "PICTURE_PACKAGES", ("matplotlib", "no_such_package"))
+    gap = system.picture_library_gap()
+    assert gap == "no pictures: no_such_package not installed; install with: pip install 'seatfem[pictures]'"
+
+
 @pytest.mark.parametrize(
     ("code", "detail"),
     [

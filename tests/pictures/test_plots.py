@@ -22,7 +22,7 @@ from seatfem.pictures import plots as seat_plots
 from seatfem.pictures import rendering
 from seatfem.pictures.cell_grid import CellGrid
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.model import Material
+from seatfem.structures.model import Material, ModelError
 from seatfem.structures.rings import as_a_whole
 
 pytest.importorskip("matplotlib")
@@ -254,6 +254,12 @@ def test_hexahedra_are_in_the_order_of_vtk(order: int, drawing: None) -> None:
     assert len(grid.linear_cells) == (8 if order == 1 else 64)
 
 
+def test_grid_of_bare_matrices_is_refused(block) -> None:
+    bare = type(block)(block.M, None, block.K, block.ports)
+    with pytest.raises(ModelError, match="does not know its mesh"):
+        CellGrid.of_model(bare)
+
+
 def test_visible_facets_close_the_half_that_is_kept(block) -> None:
     mesh = block.dofs.mesh
     kept = mesh.p[1][mesh.t].mean(axis=0) > 1e-3
@@ -313,6 +319,13 @@ def test_mesh_picture_shows_contact_and_fixed_faces(block, drawing: None, tmp_pa
         r, g, b = np.moveaxis(np.asarray(image.convert("RGB")).astype(int), 2, 0)
     assert ((r > 150) & (g > 60) & (g < 130) & (b < 60)).sum() > 2000
     assert ((b > 130) & (b - r > 60)).sum() > 2000
+
+
+def test_shapes_that_do_not_fit_are_refused(grid: CellGrid, shapes: list[np.ndarray], tmp_path: Path) -> None:
+    with pytest.raises(PictureError, match="give as many"):
+        seat_plots.plot_modes(grid, shapes, [1.0], tmp_path / "modes.png")
+    with pytest.raises(PictureError, match=r"must be finite and \(3, "):
+        seat_plots.write_vtu(grid, [shapes[0].T], [1.0], tmp_path / "modes.vtu")
 
 
 def test_a_missing_library_is_told_before_vtk_is_touched(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -155,6 +155,22 @@ def test_a_part_that_is_struck_from_below_is_drawn_upside_down(tmp_path: Path) -
     assert (boss.min(), boss.max()) == pytest.approx((-10e-3, 10e-3), rel=0.01)
 
 
+def test_turning_over_twice_changes_nothing() -> None:
+    part = layout_of(example("kidney_landing")).seat.views
+    beam = of_beam("beam", ((0.0, 8e-3), (20e-3, 4e-3)), 0.3e-3, 15e-3)
+    for views in (part, beam):
+        again = views.turned_over().turned_over()
+        for key in ("section", "plan", "contact", "clamp"):
+            for one, other in zip(getattr(views, key), getattr(again, key), strict=True):
+                assert one == pytest.approx(other)
+        assert again.sizes == views.sizes
+    upper = part.turned_over()
+    assert np.concatenate(upper.section)[:, 1].min() == pytest.approx(0.0, abs=1e-9)
+    y = np.concatenate(part.contact)[:, 1]
+    assert np.concatenate(upper.contact)[:, 1].min() == pytest.approx(-y.max())  # a part is no mirror image of itself
+    assert beam.turned_over().plan[0] == pytest.approx(beam.plan[0])  # a reed is drawn as it lies
+
+
 def test_the_share_below_a_reed() -> None:
     """A ring of 4 to 5 mm below a beam as wide as its bore, whose tip lies over the middle: 2/(2 pi) of the angle."""
     seat = layout_of(example("flapper_on_annular_seat")).seat.views

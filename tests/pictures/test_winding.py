@@ -40,3 +40,8 @@ def test_a_body_of_revolution_that_is_laid_open_is_closed() -> None:
     assert wound is not None
     way = np.radians(240.0) * 7e-3
     assert _volume(skin.points, wound) == pytest.approx(24e-6 * way, rel=2e-3)
+
+
+def test_a_surface_with_a_rim_has_no_inside() -> None:
+    body = block("Block", ("1",))
+    assert wound_outward(body.points, body.triangles[1:]) is None

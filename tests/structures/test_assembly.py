@@ -98,6 +98,19 @@ def test_empty_patch_inner_facets_and_a_sliding_face_that_is_not_plane():
         assemble(skfem.MeshTet(bent, mesh.t).with_boundaries(mesh.boundaries), STEEL, sliding="side")
 
 
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ((-1.0, 0.3, 7850.0), "young = -1.0 Pa must be positive"),
+        ((2e11, 0.5, 7850.0), "poisson = 0.5 must lie strictly"),
+        ((2e11, 0.3, np.nan), "density = nan"),
+    ],
+)
+def test_bad_materials(values, message):
+    with pytest.raises(ModelError, match=message):
+        Material(*values)
+
+
 def test_a_material_mapping_lists_what_is_missing():
     with pytest.raises(ModelError, match="give poisson, density too"):
         assemble(block(1), {"young": 2e11})

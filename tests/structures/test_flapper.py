@@ -11,7 +11,9 @@ from seatfem.structures.lip import Lip
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.gmsh_process import GmshSession
 from seatfem.structures.mesh.io import MeshError
+from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.plane_meshes import mesh_sheet
+from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import AnnularSeat, Flapper, GeometryError, decode, encode
@@ -69,6 +71,12 @@ def test_area_and_places() -> None:
     assert REED.length == pytest.approx(REED.centre[0] + 8e-3)
     assert REED.area == pytest.approx(290.709e-6, rel=1e-5)  # 14 + 78 + 198.709 mm^2
     assert decode(encode(REED)) == REED
+
+
+def test_the_sheet_is_a_solid_too() -> None:
+    mesh = make_mesh(replace(REED, thickness=2e-3), MeshSpec(4e-3, curved=False))
+    assert mesh.quality.volume == pytest.approx(2e-3 * REED.area, rel=0.02)
+    assert {"contact", "fixed"} <= set(mesh.mesh.boundaries)
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import (
     CadPart,
+    ColourFace,
     ConeFace,
     CylinderFace,
     GeometryError,
@@ -24,6 +25,7 @@ from seatfem.structures.shapes import (
     PlaneFace,
     PointFace,
     Region,
+    decode,
     encode,
 )
 
@@ -247,6 +249,19 @@ def test_brep_file(tmp_path):
     subprocess.run([sys.executable, "-c", script, str(path)], check=True, stdout=subprocess.DEVNULL)
     part = CadPart(path, unit=1e-3, contact=PlaneFace(UP, 4e-3), fixed=PlaneFace(DOWN, 0.0))
     assert make_mesh(part, COARSE).quality.volume == pytest.approx(200e-9, rel=1e-12)
+
+
+def test_plain_data_round_trip():
+    part = CadPart(
+        INSERT,
+        contact=(PlaneFace(UP, 9e-3), CylinderFace(1e-3), ConeFace(0.5), PointFace((0.0, 0.0, 1.0)), NamedFace("a")),
+        fixed=ColourFace((0, 0, 255, 255)),
+        groups=(Group("side", CylinderFace(12e-3)),),
+        regions=(Region("ring", colour=ORANGE), Region("body", order=1)),
+    )
+    assert decode(json.loads(json.dumps(encode(part)))) == part
+    with pytest.raises(GeometryError, match="each name must stand once"):
+        CadPart(INSERT, groups=(Group("fixed", CylinderFace(1e-3)),))
 
 
 def test_a_contradictory_surface_is_named_with_its_place(tmp_path):

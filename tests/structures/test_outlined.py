@@ -76,6 +76,20 @@ def test_a_flapper_by_its_corners() -> None:
 
 
 SLOT = ((4e-3, -1e-3), (6e-3, -1e-3, 1.0), (6e-3, 1e-3), (4e-3, 1e-3, 1.0))  # round ends
+DISC = ((10e-3, 0.0, 1.0), (-10e-3, 0.0, 1.0))
+
+
+def test_a_line_cuts_arcs_exactly() -> None:
+    """A disc of radius r beyond x = -r/2: pi r^2 less the segment of 120 degrees; the hole at the other end is gone."""
+    slots = tuple(tuple((x + off, *rest) for x, *rest in SLOT) for off in (-12.5e-3, -2e-3))
+    cut = Outlined(DISC, 0.1e-3, (7e-3, 0.0), side=(-1.0, 0.0, 5e-3), holes=slots)
+    lost = 1e-4 / 2 * (2 * math.pi / 3 - math.sin(2 * math.pi / 3))
+    slot = 4e-6 + math.pi * 1e-6
+    assert cut.area == pytest.approx(math.pi * 1e-4 - lost - slot, rel=1e-9)
+    assert cut.room == pytest.approx((0.0, min(3e-3, 2e-3)))
+    assert cut.narrowest == pytest.approx(5e-3, rel=1e-2)  # from the slot to the rim
+    mesh = plate_modes(Sheet(cut, STEEL, 1e3)).mesh
+    assert mesh.area == pytest.approx(cut.area, rel=2e-3)
 
 
 @pytest.mark.parametrize(

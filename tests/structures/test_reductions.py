@@ -17,7 +17,7 @@ from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modal import Modal
 from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
-from seatfem.structures.reduction.residual import truncate
+from seatfem.structures.reduction.residual import residual, truncate
 from seatfem.structures.reduction.transient import Transient, march
 from tests.rod_model import rod_model
 
@@ -105,6 +105,24 @@ def test_modal_error_is_below_its_estimate(block, damping):
     assert error <= stated <= 2e-2
     assert stated <= 10 * error
     assert modes.frequencies_hz[-1] < 6e5
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.1, 0.7, 1.0, 3.0])
+def test_first_velocity_of_a_damped_rod_is_the_closed_forms(zeta):
+    if zeta < 1:
+        start = impact.fixed_rod(**ROD, damping_ratio=zeta).initial_value()[0, 0]
+        assert Damping(zeta).first_velocity() == pytest.approx(start * 1e-4 * np.sqrt(200e9 * 7850.0), rel=1e-9)
+    w = np.geomspace(1e-4, 1e5, 400001)  # the integral over modes at t = 1, any zeta
+    integral = np.trapezoid(impact.greens.oscillator.impulse_response(1.0, w, zeta) * w, np.log(w))
+    if zeta > 0:
+        assert Damping(zeta).first_velocity() == pytest.approx(2 / np.pi * integral, rel=1e-3)
+
+
+def test_an_unknown_impedance_gives_a_bare_spring(rod):
+    bare = SecondOrderModel(rod.M, None, rod.K, {"contact": rod.port_matrix[:, 0]})
+    assert residual(np.array([[2e-9]]), bare, Damping()).compliance[0, 0] == 2e-9
+    relaxed = residual(np.array([[2e-9]]), bare, Damping(0, 0, 1e-7))
+    assert 1 / relaxed.rates == pytest.approx([1e-7], rel=1e-6)
 
 
 def test_the_marched_samples_are_second_order(rod):
@@ -244,6 +262,12 @@ def test_g_is_known_for_as_long_as_it_was_computed(block, method):
     impact.prepare(problem, 1e-8, SHORT)
     with pytest.raises(impact.GreensFunctionError, match=r"lasts 6e-06 s but g is known up to 5e-06 s .* 500 steps"):
         impact.prepare(problem, 1e-8, 6e-6)
+
+
+def test_modes_are_modes_at_any_time(block):
+    modes = greens_function(block, bandwidth=1 / WIDTH, duration=SPAN, tolerance=2e-2, method="modes")
+    assert modes.valid_for == np.inf
+    assert late_error(block, modes, 0.0, 30 * SPAN) <= 2 * modes.error_estimate.reduction
 
 
 def test_what_damping_has_forgotten_need_not_be_right(block):

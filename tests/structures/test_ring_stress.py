@@ -11,11 +11,12 @@ import pytest
 import skfem
 
 from impact.greens.base import Array
+from impact.life.multiaxial import deviators
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.fields import recovery
 from seatfem.structures.fields.peaks import largest, principal, von_mises
-from seatfem.structures.fields.recovery import Response, at_time, field_of, histories, recover
+from seatfem.structures.fields.recovery import Response, at_time, field_of, histories, mises_range, recover
 from seatfem.structures.fields.sites import at_points
 from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, felt, mixing_of, solid_stress
 from seatfem.structures.materials import Material
@@ -126,6 +127,15 @@ def test_the_largest_of_a_ring_is_that_of_its_histories() -> None:
     np.testing.assert_allclose(some.points, field.points[[worst]])
     then = at_time(some, force, STEP, round(found.von_mises_time[worst] / STEP))
     assert von_mises(then)[0] == pytest.approx(found.von_mises[worst], rel=5e-3)
+
+
+def test_the_range_of_a_ring_is_that_of_its_histories() -> None:
+    """At the times of the histories, whose deviators a box holds."""
+    angles = 2 * math.pi * (np.arange(8) + 0.5) / 8
+    field, force = ring(arcs(8), POINTS, angles, range(6)), PULSE[:, None] * np.array([1.0, 0.4, 0, 0, 0, 0, 0, 0.2])
+    courses = np.moveaxis(histories(field, force, STEP), 1, 2)
+    exact = [math.sqrt(3) * np.linalg.norm(np.ptp(deviators(course), axis=0)) for course in courses]
+    np.testing.assert_allclose(mises_range(field, force, STEP), exact, rtol=5e-3)
 
 
 def test_many_ports_answer_by_modes_as_few_by_krylov_vectors(monkeypatch: pytest.MonkeyPatch) -> None:

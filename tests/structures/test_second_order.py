@@ -153,3 +153,21 @@ def test_refusals():
     damped = SecondOrderModel(model.M, sparse.csr_array(Z * np.outer(b, b)), model.K, {"contact": Port(b)})
     with pytest.raises(ConvergenceError, match=r"25 second-order Krylov vectors leave .*method='transient'"):
         SecondOrderKrylov().reduce(damped, damped.damping, Aims(1e6, 1e-4, 1e-4, 25))
+
+
+@pytest.mark.parametrize("name", ["second_order", "krylov", "lanczos"])
+@pytest.mark.parametrize("frequencies", [(20e3, 50e3, 150e3, 260e3), (250e3, 300e3)])
+def test_a_space_of_all_there_is_is_exact(name: str, frequencies: tuple[float, ...]) -> None:
+    """However high the last poles lie above the band, 100 kHz: with an exponential in their place, g would be off by
+    0.4 % and 7 %."""
+    omega = 2 * np.pi * np.array(frequencies)
+    half = 30 * np.random.default_rng(0).standard_normal((len(omega), len(omega)))
+    C = half @ half.T + np.diag(0.02 * omega) if name == "second_order" else np.zeros_like(half)
+    push = np.linspace(1.0, 2.0, len(omega))
+    model = SecondOrderModel(np.eye(len(omega)), C, np.diag(omega**2), {"contact": Port(push, impedance=5.0)})
+    greens = greens_function(model, bandwidth=100e3, duration=2e-4, tolerance=1e-6, method=name)
+    exact = poles(Coupled(omega, C, push[:, None]), ("contact",))
+    t = np.linspace(0.0, 2e-4, 300)
+    found, right = (g.filtered(t, 1e-5) for g in (greens, exact))
+    assert greens.error_estimate.reduction <= 1e-6
+    assert np.abs(found - right).max() < 1e-9 * np.abs(right).max()

@@ -77,6 +77,14 @@ def test_a_shift_that_is_an_eigenvalue_is_moved():
         assert shift.count == np.sum(values < shift.value)
 
 
+def test_several_shifts_are_taken_for_many(monkeypatch):
+    monkeypatch.setattr(spectrum, "_AT_ONCE", 12)
+    values, model = SPECTRA["clusters"], pencil(SPECTRA["clusters"])
+    found = solve_modes(model, 60)
+    assert found.complete
+    assert found.omega**2 == pytest.approx(values[:60], rel=1e-9)
+
+
 @pytest.fixture(scope="module")
 def square_block():
     mesh = skfem.MeshHex.init_tensor(*(np.linspace(0, a, n) for a, n in ((1e-2, 5), (1e-2, 5), (4e-3, 4))))

@@ -130,6 +130,13 @@ def test_an_optimum_lands(measure: str, tmp_path: Path, monkeypatch: pytest.Monk
     assert found.as_json()["left_out"].endswith(("cut off", "no landing"))
 
 
+def test_an_optimum_of_what_needs_no_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer_here(monkeypatch)
+    found = run_optimum(load_study(study_file(tmp_path, SOUGHT % "landing_count")), tmp_path / "out")
+    assert found.best.value("landing_count") == 0
+    assert found.as_json()["left_out"] == ""
+
+
 def test_no_optimum_where_nothing_lands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answer_here(monkeypatch)
     text = SOUGHT.replace('"0 mm"', '"0.3 mm"') % "impulse_Ns"

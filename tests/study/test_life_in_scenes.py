@@ -159,6 +159,12 @@ def test_without_contact_the_margin_has_no_bar(tmp_path: Path) -> None:
     assert "life_speed_margin" not in outcome.summary
 
 
+def test_nobody_asked(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, gap="0 mm", periods=1).model_copy(update={"life": None})
+    assert keys_of(scene) == {}
+    assert in_words({}) == ""
+
+
 @pytest.mark.parametrize(
     ("life", "strength", "said"),
     [

@@ -110,3 +110,18 @@ def test_lines_that_do_not_fit_are_advised(tmp_path: Path) -> None:
 def test_what_the_scene_says_of_columns_is_checked(tmp_path: Path, old: str, new: str, words: str) -> None:
     with pytest.raises((SceneError, ValueError), match=words):
         scene(tmp_path, 0.01, SEAT.replace(old, new)).seat.measured()
+
+
+def test_courses_of_any_header(tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text("Zeit;p_zyl\n0;-0,1\n1,5;0,2\n9;0,2\n", encoding="utf-8")
+    stated = 'columns = { time = "Zeit", pressure = "p_zyl" }, units = { time = "ms", pressure = "bar" }'
+    course = f'{{ file = "p.csv", {stated} }}'
+    text = '[seat]\nkind = "spring"\nstiffness = "1e7 N/m"\n[reed]\nkind = "rigid_mass"\nmass = "1 g"\n'
+    text += 'velocity = "-1 m/s"\n'
+    text += f'[[load]]\npressure = {course}\narea = "80 mm^2"\n[run]\nduration = "1 ms"\nfilter_width = "20 us"\n'
+    (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
+    pressure = load_scene(tmp_path / "scene.toml").load[0].pressure.course
+    assert pressure(np.array([0.0, 1.5e-3])) == pytest.approx([-1e4, 2e4])
+    (tmp_path / "scene.toml").write_text(text.replace('file = "p.csv"', 'value = "1 bar"'), encoding="utf-8")
+    with pytest.raises(SceneError, match="columns: there is no file; remove the key"):
+        load_scene(tmp_path / "scene.toml")

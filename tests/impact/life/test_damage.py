@@ -189,6 +189,12 @@ def test_extreme_strengths_give_a_number(
     assert found[0].margin >= found[1].margin * (1 - 1e-6) >= 0
 
 
+@pytest.mark.parametrize("blocks", [0.0, -1.0, math.inf, math.nan])
+def test_a_design_number_is_a_number(blocks: float) -> None:
+    with pytest.raises(LifeError, match="blocks = "):
+        margin(reversed_cycles(1e8), INVENTED, SmithWatsonTopper(), blocks=blocks)
+
+
 def test_a_life_needs_a_curve() -> None:
     with pytest.raises(LifeError, match=r"a life needs curve of the material \(a data sheet\)"):
         damage(reversed_cycles(1e8), Strength("a data sheet"), SmithWatsonTopper())

@@ -8,6 +8,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.optimize import nnls
 
 from impact.life.planes import enclosing_sphere
+from impact.life.strength import LifeError
 
 grid = arrays(np.float64, st.tuples(st.integers(1, 25), st.integers(1, 5)), elements=st.integers(-3, 3).map(float))
 
@@ -56,3 +57,10 @@ def test_spheres_by_hand() -> None:
     flat = np.array([[-4.0, 0], [4, 0], [0, 5]])  # circumscribed: 25 + ... : r = (16 + 25)/10
     assert enclosing_sphere(flat)[1] == pytest.approx(4.1, rel=1e-12)
     assert enclosing_sphere(flat * [1, 0.5])[1] == pytest.approx(4, rel=1e-12)
+
+
+def test_one_place() -> None:
+    centre, radius = enclosing_sphere(np.tile([3.0, 4.0], (7, 1)))
+    assert (centre.tolist(), radius) == ([3, 4], 0)
+    with pytest.raises(LifeError, match="must be finite"):
+        enclosing_sphere(np.array([[0.0], [np.nan]]))
