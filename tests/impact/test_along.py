@@ -36,16 +36,6 @@ def test_where_it_is_largest() -> None:
     assert where == pytest.approx(40 / 64, abs=1e-12)
 
 
-def test_arcs_joined_in_pairs_keep_what_whole_pairs_carry() -> None:
-    """A front that runs around: means over a quarter of the line, with 32 arcs and with 16."""
-    rng = np.random.default_rng(1)
-    many = rng.random((40, 32)) * (np.arange(32) // 2 == (np.arange(40) // 3 % 16)[:, None])
-    few = many.reshape(40, 16, 2).sum(axis=2)
-    fine, coarse = (line_force_peak(f, DT, 4 * DT, LENGTH, 0.25)[0] for f in (many, few))
-    assert coarse <= fine * (1 + 1e-12)  # the finer one has the coarser one's parts, and those in between
-    np.testing.assert_allclose(over_arcs(many, 0.25)[:, ::2] * 8, over_arcs(few, 0.25) * 4, atol=1e-12)
-
-
 def test_uneven_arcs_are_weighed_by_their_lengths() -> None:
     """An even force per length is one, whatever the arcs and the part; arcs in halves change no whole ones."""
     lengths = np.array([1.0, 3.0, 2.0, 0.5, 1.5]) * 1e-3

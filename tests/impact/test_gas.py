@@ -225,20 +225,6 @@ def test_the_coupled_march_against_another_solver(degrees: float, start: float, 
         assert np.all(history.states[-1, [FORWARD, BACK]] > 3e-7)
 
 
-def test_flow_and_work_are_the_integrals_of_the_record() -> None:
-    """Areas and pressures of the record by the trapezoidal rule give the masses and the work."""
-    _, history = marched(compressor(), 2.5e-7)
-    volume = np.array([CRANK.volume(t) for t in history.time])
-    work = -np.concatenate([[0], np.cumsum((history.pressure[1:] + history.pressure[:-1]) / 2 * np.diff(volume))])
-    assert work[-1] == pytest.approx(history.states[-1, WORK], rel=1e-3)
-    flux = [
-        AIR.flux(1e5, 293.15, 1e5 - p) * VALVE.flow(x) if p < 1e5 else 0.0
-        for p, x in zip(history.pressure, history.lift, strict=True)
-    ]
-    assert np.trapezoid(flux, history.time) == pytest.approx(history.states[-1, FORWARD], rel=2e-3)
-    assert np.sum(history.flow(FORWARD)[1:] * np.diff(history.time)) == pytest.approx(history.states[-1, FORWARD])
-
-
 def test_a_discharge_valve_lets_out_and_the_ideal_suction_valve_lets_in() -> None:
     crank = replace(CRANK, start=math.pi)
     _, history = marched(compressor("discharge", crank=crank), 5e-7, gap=0.0)

@@ -8,7 +8,7 @@ import pytest
 import impact
 from impact import GreensFunctionError, ModalGreens, Residual
 from impact.exact.closed_form import PowerLaw
-from impact.exact.rods import BareFixedRod, DampedFixedRod, DampedFreeRod
+from impact.exact.rods import BareFixedRod, DampedFixedRod, DampedFreeRod, damped_start
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1
 
@@ -29,6 +29,15 @@ def test_damped_rod_is_the_sum_of_its_modes(zeta: float) -> None:
     limit = 2e-7 if abs(zeta - 1) < 1e-4 else 1e-11
     np.testing.assert_allclose(rod.impulse_response(t), mode_sum(zeta).impulse_response(t), atol=limit / 6)
     np.testing.assert_allclose(rod.step_response(t), mode_sum(zeta).step_response(t), atol=limit / 6)
+
+
+def test_damped_start_is_smooth_through_critical_damping() -> None:
+    assert damped_start(0.0) == pytest.approx(1.0)
+    assert damped_start(0.1) == pytest.approx(0.940948, abs=5e-7)
+    around = [damped_start(1 + d) for d in (-1e-5, 0.0, 1e-5)]
+    assert around[1] == pytest.approx((around[0] + around[2]) / 2, rel=1e-8)
+    with pytest.raises(GreensFunctionError, match="must be >= 0"):
+        damped_start(-0.1)
 
 
 @pytest.mark.parametrize(("zeta", "dt"), [(0.1, 0.01), (0.1, 0.5), (0.7, 0.05), (1.5, 0.02)])

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import impact
 from impact import EnergyLedger, ImpactResult, measures
 from impact.after.measures import MeasureError
 
@@ -122,16 +121,6 @@ def test_restitution_of_a_held_striker_from_its_energy() -> None:
 def test_restitution_that_does_not_exist_is_refused(result: ImpactResult, words: str) -> None:
     with pytest.raises(MeasureError, match=words):
         measures.restitution(result)
-
-
-def test_restitution_of_a_hertz_rebound_is_one_to_first_order_by_the_passive_rule() -> None:
-    errors = []
-    for dt in (2e-3, 1e-3):
-        striker, seat = impact.rigid_mass(mass=1.0, velocity=-1.0), impact.rigid_mass(mass=3.0, velocity=0.0)
-        problem = impact.ContactProblem(striker, seat, law=impact.Hertz(stiffness=100.0))
-        errors.append(1 - measures.restitution(impact.solve(problem, dt=dt, duration=1.0, rule="passive")))
-    assert 0 < errors[1] < 0.01
-    assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.1)
 
 
 def test_what_is_no_width_is_given_by_name() -> None:

@@ -168,16 +168,6 @@ def test_the_start_and_a_landing_cut_the_record() -> None:
     assert alone.after_landing is None
 
 
-def test_a_preload_bends_the_reed_at_its_start() -> None:
-    """6 F L/(b h^2) at the clamp, with no touch before which anything else could be."""
-    found = reed_stress(np.full(9, 3.0), 1e-6, reed(4), BEAM, since=4e-6)
-    exact = 6 * 3.0 * BEAM.length / (BEAM.width * BEAM.thickness**2)
-    assert found.at_start.value == pytest.approx(exact, rel=1e-9)
-    assert found.initial.value == 0.0
-    assert found.before_landing is not None
-    assert found.before_landing.value == pytest.approx(exact, rel=1e-9)
-
-
 def test_a_preloaded_reed_at_rest_under_its_loads_keeps_its_stress() -> None:
     """Nothing moves in equilibrium: the loads were carried before t = 0, as the contact force was."""
     beam = impact.Cantilever(2e11, 7850.0, 25e-3, 1e-2, 3e-4)

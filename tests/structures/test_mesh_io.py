@@ -117,21 +117,6 @@ def test_msh_version_2_with_own_names_and_unit(tmp_path):
         read_mesh(path)
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (MSH2.replace("3 4 2 3 1 1 2 3 4\n", "").replace("$Elements\n3", "$Elements\n2"), "tetrahedra.*found: none"),
-        (MSH2[:120], "bad.msh"),
-        ("nonsense", "bad.msh"),
-    ],
-)
-def test_bad_mesh_files_are_named(tmp_path, content, message):
-    path = tmp_path / "bad.msh"
-    path.write_text(content)
-    with pytest.raises(MeshError, match=message):
-        read_mesh(path, contact="top")
-
-
 def test_wrong_kind_of_file(tmp_path):
     with pytest.raises(FileNotFoundError, match="no such mesh file"):
         read_mesh(tmp_path / "none.msh")

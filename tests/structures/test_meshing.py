@@ -106,14 +106,6 @@ def test_plane_selectors_on_a_step_file():
         make_mesh(CadPart(path, contact=under, fixed=under), COARSE)
 
 
-def test_unit_overrides_what_the_step_file_states():
-    path = MESHES / "bar.step"
-    assert make_mesh(CadPart(path), COARSE).quality.cad_volume == pytest.approx(270e-9, rel=1e-9)
-    inches = make_mesh(CadPart(path, unit=0.0254, overrule=True), MeshSpec(0.0762))
-    assert inches.quality.cad_volume == pytest.approx(270 * 0.0254**3, rel=1e-9)
-    assert inches.quality.volume == pytest.approx(270 * 0.0254**3, rel=1e-9)
-
-
 def test_step_round_trip_keeps_colours(tmp_path):
     bar = Bar(0.02, 0.004, 0.003)
     write_step(bar, tmp_path / "bar.step")

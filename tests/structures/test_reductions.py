@@ -11,7 +11,7 @@ from scipy import sparse
 import impact
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.method import Aims, memory
+from seatfem.structures.method import Aims
 from seatfem.structures.model import Damping, ModelError, Port, SecondOrderModel, as_csr
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.krylov import Krylov
@@ -268,20 +268,6 @@ def test_modes_are_modes_at_any_time(block):
     modes = greens_function(block, bandwidth=1 / WIDTH, duration=SPAN, tolerance=2e-2, method="modes")
     assert modes.valid_for == np.inf
     assert late_error(block, modes, 0.0, 30 * SPAN) <= 2 * modes.error_estimate.reduction
-
-
-def test_what_damping_has_forgotten_need_not_be_right(block):
-    """Once the band's tail has died away, a longer duration changes nothing: not the work, not the answer."""
-    ratio = 0.08
-    end = memory(ratio, 1 / WIDTH)
-    assert np.exp(-ratio * 2 * np.pi * 0.1 / WIDTH * end) == pytest.approx(1e-3)
-    arguments = {"bandwidth": 1 / WIDTH, "tolerance": 1e-2, "damping_ratio": ratio, "method": "krylov"}
-    just, longer = (greens_function(block, duration=d, **arguments) for d in (end, 40 * end))
-    short = greens_function(block, duration=0.2 * end, **arguments)
-    assert (just.valid_for, longer.valid_for) == (np.inf, np.inf)
-    assert short.valid_for == pytest.approx(0.2 * end)
-    assert longer.provenance["vectors"] == just.provenance["vectors"]
-    assert late_error(block, longer, ratio, 10 * end) <= longer.error_estimate.reduction
 
 
 @pytest.mark.parametrize("method", ["krylov", "second_order", "lanczos"])

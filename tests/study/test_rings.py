@@ -11,7 +11,6 @@ import impact
 from impact import measures
 from impact.after.result import as_one
 from impact.greens.modal import ModalGreens, Residual
-from impact.greens.poles import PoleGreens
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
@@ -150,20 +149,6 @@ def test_a_rectangle_is_divided_by_the_distance_from_its_rim() -> None:
     depth = 1 - math.sqrt(1 - (ring_shares(4)[0]))  # of a like strip, in half widths; at least the ring's
     inside = (np.abs(x) < 1 - 3 * depth - 0.4) & (np.abs(y) < 2 - 3 * depth - 0.4)
     assert np.abs(outer[inside]).max(initial=0.0) < 1e-3 * np.abs(outer).max()
-
-
-def test_every_representation_can_be_combined() -> None:
-    modal = ringed(2)
-    t = np.linspace(0, 4e-5, 41)
-    values = np.array([[modal.impulse_response(t, i, j) for j in range(2)] for i in range(2)])
-    sampled = impact.SampledGreens(values, 1e-6, "zero", modal.ports, static=modal.static_compliance())
-    shares = ring_shares(2)
-    expected = np.einsum("i,ijn,j->n", shares, values, shares)
-    for greens in (modal, PoleGreens.from_modal(modal), sampled, modal.scaled(1.0), impact.SumGreens((modal,))):
-        seen = with_fewer_rings(greens, 1)
-        here = seen.impulse_response(t)[:-1]  # at the last sample the tail begins
-        np.testing.assert_allclose(here, expected[:-1], rtol=1e-9, atol=1e-9 * expected.max())
-        assert seen.static_compliance()[0, 0] == pytest.approx(shares @ modal.static_compliance() @ shares, rel=1e-6)
 
 
 SCENE = """
