@@ -300,3 +300,11 @@ def test_a_contact_stiffer_than_the_step_resolves_does_not_ring() -> None:
     assert swing[1] > 1.5 * swing[0]
     assert swing[2] == pytest.approx(swing[0], rel=0.02)
     assert smooth.max() == pytest.approx(rigid.max(), rel=1e-3)
+
+
+def test_the_law_of_a_sphere_has_the_stiffness_of_hertz() -> None:
+    """(4/3) E* sqrt(R), E* of both bodies; a rigid second body where none is given."""
+    steel = 210e9 / (2 * (1 - 0.3**2))
+    law = impact.Hertz.from_sphere(radius=5e-3, young=210e9, poisson=0.3, young_2=210e9, poisson_2=0.3)
+    assert law.stiffness == pytest.approx(4 / 3 * steel * 5e-3**0.5, rel=1e-14)
+    assert impact.Hertz.from_sphere(radius=5e-3, young=210e9, poisson=0.3).stiffness == pytest.approx(2 * law.stiffness)

@@ -188,6 +188,24 @@ def test_spectrum_of_a_half_sine() -> None:
     assert amplitude[0] == pytest.approx(measures.impulse(result), rel=1e-13)
 
 
+def test_spectrum_is_the_transform_of_the_stepwise_force() -> None:
+    """Against the integral of exp(-2 pi i f t) over each step, at the grid's own frequencies."""
+    force = np.random.default_rng(3).uniform(0, 1, 37)
+    result = record(force)
+    frequency, amplitude = measures.spectrum(result)
+    assert frequency[1] == pytest.approx(1 / (37 * DT))
+    time = result.time
+    for f, value in zip(frequency[1:], amplitude[1:], strict=True):
+        phases = np.exp(-2j * np.pi * f * time)
+        integral = np.sum(force * np.diff(phases)) / (-2j * np.pi * f)
+        assert value == pytest.approx(abs(integral), rel=1e-10)
+    for resolution in (0.0, -1.0, math.nan):
+        with pytest.raises(MeasureError, match="must be positive"):
+            measures.spectrum(result, resolution=resolution)
+    with pytest.raises(MeasureError, match="no steps"):
+        measures.spectrum(record(np.zeros(0)))
+
+
 @pytest.mark.parametrize("width", [2.0, 5.0, 12.3, 80.0])
 def test_hann_average_against_quadrature(width: float) -> None:
     """Integral of N(t - s) (1 + cos(2 pi s/w))/w, by the midpoint rule with 2,000 points per step."""

@@ -215,3 +215,10 @@ def test_free_motion_under_live_loads_is_exact_to_round_off() -> None:
     stepper.advance(1500)
     size = np.abs(known.striker_displacement).max()
     np.testing.assert_allclose(stepper.gap[:, 0] - 1.0, known.striker_displacement, atol=1e-12 * size + 1e-15, rtol=0)
+
+
+def test_load_amplitudes_are_checked() -> None:
+    stepper = ContactStepper(impact.prepare(loaded_reed(np.zeros_like), 1e-6, 1e-3))
+    for wrong in (np.zeros(2), np.array([np.nan])):
+        with pytest.raises(ContactError, match="1 finite load amplitudes are needed"):
+            stepper.step(wrong)

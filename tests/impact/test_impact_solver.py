@@ -8,6 +8,8 @@ import pytest
 
 import impact
 from impact import Body, ContactError, ContactProblem, ModalGreens, Residual, measures
+from impact.march.motion import Discrete
+from impact.march.prepared import step_count
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1, mass 6
 
@@ -201,6 +203,30 @@ def test_bare_residual_spring_rings_with_the_step_the_exponential_does_not() -> 
     assert bare[1][0] > 2 * bare[0][0]
     assert exponential[1][0] == pytest.approx(exponential[0][0], rel=0.01)
     assert bare[1][2] < 1e-3
+
+
+def test_problems_that_share_discretised_bodies_are_marched_alike() -> None:
+    """A body at a step, its free motion included, serves several problems: bit for bit what each would make itself."""
+    striker = impact.rigid_mass(mass=6.0, velocity=-1.0)
+    dt, duration = 0.01, 2.0
+    moving = Discrete.from_body(striker, dt, step_count(dt, duration))
+    moving = replace(moving, free=moving.free_motion())
+    for rod in (truncated_rod(10), impact.fixed_rod(**ROD)):
+        problem = ContactProblem(striker, Body(rod), gap=0.005)
+        still = Discrete.from_body(problem.bodies[1], dt, step_count(dt, duration))
+        own, shared = (impact.prepare(problem, dt, duration, bodies=given) for given in (None, (moving, still)))
+        forces = []
+        for prepared in (own, shared):
+            stepper = impact.ContactStepper(prepared)
+            stepper.advance(prepared.steps)
+            forces.append(stepper.force)
+        assert np.array_equal(*forces)
+        assert np.max(forces[0]) > 0
+        for length, step in ((2 * duration, dt), (duration, dt / 2)):
+            with pytest.raises(ContactError, match="must be those of the problem"):
+                impact.prepare(problem, step, length, bodies=(moving, still))
+    with pytest.raises(ContactError, match="must be those of the problem over 200 steps"):
+        impact.prepare(mass_on(truncated_rod(10)), dt, duration, bodies=(moving, still))
 
 
 def truncated_rod(n: int, bare: bool = False) -> ModalGreens:

@@ -11,7 +11,9 @@ from impact.after.stresses import (
     fixed_rod_modes,
     force_response,
     modal_displacement,
+    rod_axial_force,
     rod_displacement,
+    rod_stress,
 )
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1, EA = 12
@@ -20,6 +22,13 @@ TIME = np.linspace(0.0, 9.0, 181)
 
 def rods(zeta: float):
     return impact.fixed_rod(**ROD, damping_ratio=zeta)
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.1, 0.9, 1.0, 2.0])
+def test_at_the_contact_it_is_the_driving_point_response(zeta: float) -> None:
+    rod = rods(zeta)
+    np.testing.assert_allclose(displacement_response(rod, TIME, at=0.0), rod.step_response(TIME), atol=1e-14)
+    np.testing.assert_array_equal(force_response(rod, TIME, at=0.0), 1.0)
 
 
 @pytest.mark.parametrize("at", [0.0, 0.3, 0.75])
@@ -44,6 +53,13 @@ def test_damped_closed_form_is_the_sum_of_modes(zeta: float) -> None:
     np.testing.assert_allclose(ours, modes.step_response(t, 1, 0) + static, atol=1e-8 if zeta == 1.0 else 1e-13)
 
 
+@pytest.mark.parametrize("rod", [rods(0.0), rods(0.2), rods(3.0), impact.free_rod(**ROD)])
+def test_axial_force_is_the_slope_of_the_displacement(rod: impact.GreensFunction) -> None:
+    t, h = TIME[1:] + 0.013, 1e-5  # off the wavefronts
+    slope = (displacement_response(rod, t, at=0.3 - h) - displacement_response(rod, t, at=0.3 + h)) / (2 * h * 2.0)
+    np.testing.assert_allclose(12.0 * slope, force_response(rod, t, at=0.3), atol=1e-7)
+
+
 def test_ends() -> None:
     """u(l) = 0 at a fixed end, no force at a free one, no reflection at a matched one: equations (5)-(6)."""
     np.testing.assert_allclose(displacement_response(rods(0.0), TIME, at=1.0), 0.0, atol=1e-14)
@@ -66,6 +82,16 @@ def test_replayed_force_gives_the_motion_of_the_result(zeta: float) -> None:
     error = np.abs(modal_displacement(modes, result.force, result.dt, port=1) - inside).max()
     assert error < 8.5e-5 * result.force.max()
     assert np.abs(inside).max() > 1000 * error
+
+
+@pytest.mark.parametrize("end", [2.0, np.inf])
+def test_axial_force_agrees_with_the_stress_on_whole_steps(end: float) -> None:
+    rod = impact.rod_with_end_impedance(**ROD, end_impedance=end)
+    striker = impact.rigid_mass(mass=8.0, velocity=-1.0)
+    result = impact.solve(impact.ContactProblem(striker, impact.Body(rod)), dt=0.025, duration=5.0)
+    for at in (0.0, 0.25, 1.0):
+        ours = rod_axial_force(rod, result.force, result.dt, at=at) / 3.0
+        np.testing.assert_allclose(ours, rod_stress(result, rod, area=3.0, at=at), atol=1e-12)
 
 
 def test_impossible_rods_are_refused() -> None:

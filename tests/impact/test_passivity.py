@@ -180,6 +180,16 @@ def test_repair_takes_off_a_mode_of_the_wrong_sign():
     assert json.loads(json.dumps(dict(mended.provenance))) == mended.provenance  # goes into files
 
 
+def test_repair_for_a_step_within_the_spacing():
+    """Linear interpolation adds images above the samples' Nyquist frequency; the repaired samples know them."""
+    greens = SampledGreens(seat_samples(400), DT)
+    assert passivity(greens, DT).passive
+    assert not passivity(greens, 0.3 * DT).passive
+    mended = repair(greens, 0.3 * DT)
+    assert mended.dt == 0.3 * DT
+    assert passivity(mended, 0.3 * DT).passive
+
+
 def test_repair_refuses_a_rigid_tail():
     with pytest.raises(GreensFunctionError, match="subtract t/M"):
         repair(SampledGreens(seat_samples(50), DT, "rigid"))

@@ -151,3 +151,8 @@ def test_what_is_refused(change: dict[str, np.ndarray], words: str) -> None:
     good = impact.PoleGreens(np.array([-1 + 1j]), np.ones((1, 1), complex))
     with pytest.raises(GreensFunctionError, match=words):
         replace(good, **change)
+
+
+def test_a_critical_mode_has_no_simple_poles() -> None:
+    with pytest.raises(GreensFunctionError, match="double pole"):
+        impact.PoleGreens.from_modal(replace(MODAL, zeta=np.ones(5)))
