@@ -34,7 +34,7 @@ def imports(path: Path, *, module_level: bool = False) -> tuple[tuple[int, str],
 def _imports(path: Path) -> tuple[tuple[int, str, bool], ...]:
     """Line, full name, and whether it runs when the file is imported."""
     tree, found = ast.parse(path.read_text(encoding="utf-8"), filename=str(path)), []
-    for node, outside in _statements(tree, True):
+    for node, outside in statements(tree, True):
         if isinstance(node, ast.Import):
             found += [(node.lineno, name.name, outside) for name in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -43,7 +43,7 @@ def _imports(path: Path) -> tuple[tuple[int, str, bool], ...]:
     return tuple(found)
 
 
-def _statements(node: ast.AST, outside: bool) -> Iterator[tuple[ast.AST, bool]]:
+def statements(node: ast.AST, outside: bool) -> Iterator[tuple[ast.AST, bool]]:
     """All below a node, with whether they stand outside functions and are not for types only; no import is within an
     expression."""
     for block in ("body", "handlers", "cases", "orelse", "finalbody"):
@@ -51,7 +51,7 @@ def _statements(node: ast.AST, outside: bool) -> Iterator[tuple[ast.AST, bool]]:
             for_types_only = isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test)
             runs = outside and not for_types_only and not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef)
             yield child, runs
-            yield from _statements(child, runs)
+            yield from statements(child, runs)
 
 
 def offenders(package: str, allowed: tuple[str, ...], files: list[Path], *, module_level: bool = False) -> list[str]:

@@ -18,13 +18,14 @@ WORDS = {"ports", "restitution"}
 
 
 def test_no_key_is_named_where_results_are_shown() -> None:
-    keys = {result.key for result in RESULTS} - WORDS
+    keys = {result.key for result in RESULTS} - WORDS - {"tilt_deg"}
     named = [
         f"{path.relative_to(ROOT)}:{node.lineno} {node.value!r}"
         for path in (ROOT / "seatfem").rglob("*.py")
         if not path.relative_to(ROOT / "seatfem").as_posix().startswith(COMPUTING)
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in keys - {"tilt_deg"}
+        if any(f'"{key}"' in (text := path.read_text(encoding="utf-8")) for key in keys)
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in keys
     ]
     assert named == []
 

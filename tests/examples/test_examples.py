@@ -4,12 +4,14 @@ import ast
 import csv
 import math
 import re
+import runpy
 import subprocess
 import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -33,7 +35,10 @@ ROOT = Path(__file__).parents[2]
 PAPER = sorted((ROOT / "examples" / "paper").glob("*.py"))
 SCRIPTS = sorted((ROOT / "examples").glob("*.py")) + [path for path in PAPER if "__main__" in path.read_text("utf-8")]
 SCENES = sorted({*(ROOT / "examples").glob("*.toml")} - {*(ROOT / "examples").glob("*_study.toml")})
-REEDS = [path for path in SCENES if isinstance((scene := load_scene(path)).reed, Cantilever) and not scene.is_loaded]
+REEDS = [
+    path for path in SCENES if '"cantilever"' in path.read_text("utf-8")  # others are loaded with their CAD files
+    if isinstance((scene := load_scene(path)).reed, Cantilever) and not scene.is_loaded
+]  # fmt: skip
 ARRIVAL, SPEED = 653.3246e-6, 2.133170  # s, m/s; of the freely released reed with 5000 modes
 THICKNESS = 0.305e-3  # m; another one is faster in proportion, all else being equal
 
@@ -54,16 +59,25 @@ def names(paths: list[Path]) -> list[str]:
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=names(SCRIPTS))
-def test_script(script: Path, tmp_path: Path) -> None:
-    """It runs anywhere, without a warning, asserts something, and stays short."""
+def test_script(
+    script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It runs anywhere, without a warning, asserts something, and stays short; one in a process of its own."""
     text = script.read_text(encoding="utf-8")
     assert len(text.splitlines()) <= 80
     assert any(isinstance(node, ast.Assert) for node in ast.walk(ast.parse(text)))
-    command = [sys.executable, "-W", "error", "-W", "ignore::DeprecationWarning", str(script)]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout
-    assert done.stderr == ""
+    if script.stem == "readme":
+        command = [sys.executable, "-W", "error", "-W", "ignore::DeprecationWarning", str(script)]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+        assert done.returncode == 0, done.stderr
+        out, err = done.stdout, done.stderr
+    else:
+        monkeypatch.chdir(tmp_path)
+        with matplotlib.rc_context():
+            runpy.run_path(str(script), run_name="__main__")
+        out, err = capsys.readouterr()
+    assert out
+    assert err == ""
 
 
 def test_the_readme_shows_the_example_that_runs() -> None:
@@ -180,7 +194,12 @@ def test_flapper_between_stops(tmp_path: Path) -> None:
 def test_life_of_a_flapper(tmp_path: Path) -> None:
     """The margin is that of the curves at the scene's own speed and tilt, falls with the speed, and is 1 at the allowed
     one, to the width of the last bracket."""
-    summary = summary_of(load_scene(ROOT / "examples" / "life_of_a_flapper.toml"), tmp_path)
+    fewer = {
+        "life.curves.speed": ["1 m/s", "2 m/s", "6 m/s"],
+        "life.curves.tilt": ["0 deg", "0.1 deg", "0.4 deg"],
+        "contact.ports": 8,
+    }
+    summary = summary_of(load_scene(ROOT / "examples" / "life_of_a_flapper.toml", fewer), tmp_path)
     speed, tilt = (
         np.genfromtxt(tmp_path / f"margin_over_{name}.csv", delimiter=",", skip_header=1)[:, :2].T
         for name in ("speed", "tilt")

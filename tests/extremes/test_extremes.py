@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from impact import Body, GreensFunctionError, Residual, solve
-from impact.greens import oscillator
 from seatfem.jobs import desk
 from seatfem.jobs.processes import LineWorker
 from tests.extremes import (
@@ -212,25 +211,6 @@ def test_precise_cosine(x: float) -> None:
     assert float(c) == pytest.approx(math.cos(x), abs=2e-16)
     assert float(s) == pytest.approx(math.sin(x), abs=2e-16)
     assert abs(c * c + s * s - 1) < Decimal("1e-45")
-
-
-def test_precise_power_is_the_repeated_map() -> None:
-    matrix, offset, x = (
-        ((Decimal("0.9"), Decimal("0.1")), (Decimal("-0.2"), Decimal("0.95"))),
-        (Decimal(1), Decimal(2)),
-        (Decimal(3), Decimal(-1)),
-    )
-    a, b, y = np.array(matrix, dtype=float), np.array(offset, dtype=float), np.array(x, dtype=float)
-    for _ in range(13):
-        y = a @ y + b
-    assert precise.affine_power(matrix, offset, x, 13) == pytest.approx(tuple(y), rel=1e-14)
-
-
-@pytest.mark.parametrize("zeta", [2.5, 1e3, 1e6])
-@pytest.mark.parametrize("t", [1e-3, 1.0, 1e3, 1e6])
-def test_heavily_damped_modes_keep_their_digits(zeta: float, t: float) -> None:
-    ours = float(oscillator.step_response(np.array(t), np.ones(()), np.array(zeta)))
-    assert ours == pytest.approx(precise.step_response(t, 1.0, zeta), rel=1e-13)
 
 
 def test_a_wrong_kernel_is_found() -> None:

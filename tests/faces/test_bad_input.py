@@ -250,8 +250,3 @@ def test_another_file_in_place_of_a_scene_is_told_with_what_to_do(
     assert str(path) in err
     assert [each for each in words if each not in err] == []
     assert all(scene_template(kind) for kind in re.findall(r"init (\w+)", err))  # there are such
-
-
-def test_a_part_that_is_not_there_is_missed_as_any_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command(["plan", str(tmp_path / "bar.step")]) == BAD_INPUT
-    assert "no such file" in capsys.readouterr().err.lower()

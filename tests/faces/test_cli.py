@@ -188,13 +188,6 @@ def test_what_a_run_tells_on_its_way_is_printed_unless_quiet(
     assert capsys.readouterr().err == ""
 
 
-def test_quiet_says_nothing(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
-    for verb in ("run", "greens", "modes"):
-        assert run_command([verb, str(SPRING_SCENE), "--quiet"]) == DONE
-    assert [asked[0] for asked in pipeline.asked] == ["run", "greens", "modes"]
-    assert capsys.readouterr() == ("", "")
-
-
 def test_verbose_dates_what_is_done_and_tells_the_memory(
     pipeline: Pipeline, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -396,12 +389,6 @@ def test_set_changes_keys(pipeline: Pipeline, tmp_path: Path, capfd: pytest.Capt
             assert message in capfd.readouterr().err
 
 
-def test_set_values_are_toml_or_text() -> None:
-    assert terminal.changed("reed.thickness = 0.2 mm") == ("reed.thickness", "0.2 mm")
-    assert terminal.changed("contact.ports=16") == ("contact.ports", 16)
-    assert terminal.changed('reed.release={ mode = 1, velocity = "-2 m/s" }')[1] == {"mode": 1, "velocity": "-2 m/s"}
-
-
 def test_init_writes_a_scene_once(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "mine.toml"
     assert run_command(["init", "ball", "--output", str(file), "--schema"]) == DONE
@@ -489,13 +476,6 @@ def test_dense_products_take_one_thread_unless_asked_for_more(asked: str | None,
     environment |= {} if asked is None else {"OPENBLAS_NUM_THREADS": asked}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
     assert done.stdout.splitlines()[-1] == threads, done.stderr
-
-
-def test_the_program_runs_as_a_module() -> None:
-    for module in ("seatfem", "seatfem.faces.cli"):
-        done = subprocess.run([sys.executable, "-m", module, "run"], capture_output=True, text=True, check=False)
-        assert done.returncode == BAD_INPUT
-        assert "SCENE" in done.stderr + done.stdout
 
 
 def test_brackets_are_no_markup_wherever_text_is_printed(

@@ -195,20 +195,6 @@ def test_the_first_ten_landings_are_shown_and_the_others_counted(summary: dict[s
     assert len(landings_table(records, None).rows) == 13  # type: ignore[union-attr]
 
 
-def test_without_a_static_load_nothing_is_said_of_it(summary: dict[str, object]) -> None:
-    records = [landing(1, static_load_N=0.0, excess_peak_force_N=43.8, place_deg=None, place_m=None)]
-    assert "static" not in " ".join(lines_of(landings_table(records)))
-    assert "place" not in lines_of(landings_table(records))[1]
-    lines = printed(summary, landing_static_load_N=0.0, landing_excess_peak_force_N=43.8)
-    assert "impulse 230.0 ± 1.4 uN s 230.5 uN s +0.22 % 0.36 0.61 %, reached" in lines
-    assert "static" not in " ".join(lines)
-
-
-def test_results_without_landings_are_shown_as_they_are() -> None:
-    assert landings_table(landings_of({})) is None
-    assert "whole run" in printed({"impulse_Ns": 1e-3})
-
-
 @pytest.fixture
 def toy() -> Iterator[None]:
     class Square(Measure):

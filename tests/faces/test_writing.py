@@ -408,13 +408,3 @@ def test_faces_of_a_part_in_a_folder_that_is_read_only(read_only: tuple[Path, li
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment)
     assert done.returncode == BAD_INPUT
     assert "faces.csv: cannot be written (Permission denied)" in done.stderr
-
-
-def test_a_file_that_cannot_be_begun_is_told_by_its_own_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refused(**options: object) -> None:
-        raise PermissionError(13, "Permission denied", str(tmp_path / ".picture-k3j2.png"))
-
-    monkeypatch.setattr("tempfile.mkstemp", refused)
-    with pytest.raises(OSError, match=r"picture\.png") as caught, whole_file(tmp_path / "picture.png"):
-        pass
-    assert caught.value.filename == str(tmp_path / "picture.png")

@@ -53,7 +53,6 @@ LONG: Final = 20.0  # s after which a file is not made larger; a reader that tak
 FIRST: Final = 64  # things in the first file
 MEMORY: Final = 100 << 20  # bytes that any file may take
 PER_BYTE: Final = 120  # and more for each byte of the file: a word of a text becomes an object of Python
-TRIES: Final = 2  # of which the faster counts
 OURS: Final = (ValueError, OSError)
 """What readers raise of files that they refuse."""
 
@@ -199,7 +198,9 @@ def defects(readings: list[Reading]) -> Iterator[str]:
 
 
 def _in_a_child(growth: Growth, path: Path, count: int) -> Reading:
-    tries = [_read_once(growth, path) for _ in range(TRIES)]
+    tries = [_read_once(growth, path)]
+    if tries[0][0] > SHORTEST:
+        tries.append(_read_once(growth, path))  # of which the faster counts
     seconds = min(each[0] for each in tries)
     return Reading(count, path.stat().st_size, seconds, max(each[1] for each in tries), tries[0][2])
 

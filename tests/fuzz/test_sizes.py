@@ -14,7 +14,7 @@ from .sizes import Growth, Reading, defects, growths, measured
 @pytest.mark.slow
 def test_no_reader_takes_squares() -> None:
     found = subprocess.run(
-        [sys.executable, "-m", "tests.fuzz.sizes", "--bytes", "300000", "--enough", "0.5"],
+        [sys.executable, "-m", "tests.fuzz.sizes", "--bytes", "150000", "--enough", "0.3"],
         cwd=Path(__file__).parents[2], env=dict(os.environ), capture_output=True, text=True, check=False, timeout=900,
     )  # fmt: skip
     kinds = [json.loads(line) for line in found.stdout.splitlines()]
@@ -39,7 +39,7 @@ def proportions(path: Path) -> int:
 @pytest.mark.slow
 @pytest.mark.parametrize(("read", "sound"), [(squares, False), (proportions, True)])
 def test_squares_are_found(read, sound) -> None:
-    readings = measured(Growth("a", written, read), 5_000, enough=0.5)
+    readings = measured(Growth("a", written, read), 5_000, enough=0.3)
     assert bool(list(defects(readings))) != sound, readings
 
 

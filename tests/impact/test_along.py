@@ -20,16 +20,6 @@ def test_means_over_whole_arcs_and_parts_of_arcs() -> None:
     np.testing.assert_allclose(over_arcs(force, 0.01), force, rtol=1e-14)  # at least an arc
 
 
-@pytest.mark.parametrize("share", [0.125, 0.2, 1.0])
-def test_an_even_load_is_its_force_over_the_length(share: float) -> None:
-    """Whatever part is averaged over; a span of the time of half the load halves it."""
-    force = np.zeros((101, 16))
-    force[20:30] = 3.0
-    assert line_force_peak(force, DT, 10 * DT, LENGTH, share)[0] == pytest.approx(16 * 3 / LENGTH, rel=1e-12)
-    assert line_force_peak(force, DT, 20 * DT, LENGTH, share)[0] == pytest.approx(8 * 3 / LENGTH, rel=1e-12)
-    assert line_impulse_peak(force, DT, LENGTH, share)[0] == pytest.approx(16 * 30 * DT / LENGTH, rel=1e-12)
-
-
 def test_where_it_is_largest() -> None:
     """1 + cos(th - t0) per radian: over a quarter about t0 its mean is 1 + sin(a)/a, a = pi/4; arcs of 2 pi/64 leave
     an eighth of the square of half of one."""
@@ -44,35 +34,6 @@ def test_where_it_is_largest() -> None:
     impulse, where = line_impulse_peak(force, DT, LENGTH, 0.25)
     assert impulse == pytest.approx(expected * 10 * DT, rel=1e-3)
     assert where == pytest.approx(40 / 64, abs=1e-12)
-
-
-def test_time_without_force_counts_as_such() -> None:
-    """A span longer than the contact has nothing on either side, whether or not the record shows it."""
-    short = np.random.default_rng(3).random((12, 8))
-    long = np.concatenate([np.zeros((30, 8)), short, np.zeros((7, 8))])
-    for span in (5.5, 12.0, 20.3):
-        peaks = [line_force_peak(force, DT, span * DT, LENGTH, 0.25) for force in (short, long)]
-        assert peaks[1][0] == pytest.approx(peaks[0][0], rel=1e-12)
-        assert peaks[1][1] == peaks[0][1]
-    whole = short.sum() / 20.3 / LENGTH
-    assert line_force_peak(long, DT, 20.3 * DT, LENGTH, 1.0)[0] == pytest.approx(whole, rel=1e-12)
-    assert line_force_peak(np.zeros((9, 8)), DT, DT, LENGTH, 0.25)[0] == 0.0
-
-
-def test_arcs_joined_in_pairs_keep_what_whole_pairs_carry() -> None:
-    """A front that runs around: means over a quarter of the line, with 32 arcs and with 16."""
-    rng = np.random.default_rng(1)
-    many = rng.random((40, 32)) * (np.arange(32) // 2 == (np.arange(40) // 3 % 16)[:, None])
-    few = many.reshape(40, 16, 2).sum(axis=2)
-    fine, coarse = (line_force_peak(f, DT, 4 * DT, LENGTH, 0.25)[0] for f in (many, few))
-    assert coarse <= fine * (1 + 1e-12)  # the finer one has the coarser one's parts, and those in between
-    np.testing.assert_allclose(over_arcs(many, 0.25)[:, ::2] * 8, over_arcs(few, 0.25) * 4, atol=1e-12)
-
-
-def test_a_part_across_the_beginning_has_its_middle_there() -> None:
-    force = np.zeros((4, 8))
-    force[1, [7, 0]] = 1.0
-    assert line_force_peak(force, DT, DT, LENGTH, 0.25)[1] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_uneven_arcs_are_weighed_by_their_lengths() -> None:

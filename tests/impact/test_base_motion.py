@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import impact
-from impact.bodies.loads import Kind
 from impact.bodies.time_series import TimeSeriesError
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
@@ -45,24 +44,6 @@ def test_a_shaken_oscillator_follows_its_closed_form() -> None:
     assert np.all(np.log2(np.array(off[:-1]) / off[1:]) > 1.9)
 
 
-@pytest.mark.parametrize(
-    ("kind", "course"),
-    [
-        ("displacement", lambda t: WAY * np.sin(RATE * t)),
-        ("velocity", lambda t: WAY * RATE * np.cos(RATE * t)),
-        ("acceleration", lambda t: -WAY * RATE**2 * np.sin(RATE * t)),
-    ],
-)
-def test_records_of_either_kind_are_one_motion(kind: Kind, course: object) -> None:
-    """1000 samples of 50 ms. An acceleration starts from rest: without the uniform motion at W A."""
-    t = np.linspace(-0.005, 0.06, 4001)
-    motion = impact.BaseMotion.from_series(impact.TimeSeries(t, course(t)), kind)  # type: ignore[operator]
-    at = np.linspace(0, 0.05, 777)
-    drift = -WAY * RATE * at if kind == "acceleration" else 0.0
-    np.testing.assert_allclose(motion.displacement(at), SHAKEN.displacement(at) + drift, atol=1e-4 * WAY)
-    np.testing.assert_allclose(motion.acceleration(at), SHAKEN.acceleration(at), atol=0.01 * WAY * RATE**2)
-
-
 def test_a_record_that_ends_too_soon_is_refused() -> None:
     motion = impact.BaseMotion.from_series(impact.TimeSeries(np.array([0.0, 1e-3, 2e-3]), np.zeros(3)), "velocity")
     with pytest.raises(TimeSeriesError, match=r"covers 0\.\.0\.002 s, the run asks for"):
@@ -83,20 +64,6 @@ def test_a_clamp_in_resonance_swings_its_beam_as_known() -> None:
     assert np.abs(tip[-5000:]).max() == pytest.approx(1.5660 * a / (2 * zeta * first**2), rel=1e-3)
 
 
-def test_a_steady_acceleration_is_a_weight() -> None:
-    """rho A a L^4/(8 E I) at the tip, as the mean of the swing that starts at once."""
-    a = 50.0
-    steady = impact.BaseMotion(lambda t: 0.5 * a * t**2, lambda t: np.full(t.shape, a))
-    reeds = [
-        impact.cantilever_reed(**BEAM, damping_ratio=0.3, n_modes=8, tip_deflection=0.0, loads=[load])
-        for load in (steady, impact.Gravity(-a))
-    ]
-    tip, hung = (place(reed, 2e-6, 20e-3) for reed in reeds)
-    np.testing.assert_array_equal(tip, hung)
-    rigidity = 206e9 * 3e-4**3 / 12
-    assert tip[-1] == pytest.approx(-7800 * 3e-4 * a * 25e-3**4 / (8 * rigidity), rel=1e-4)
-
-
 def test_a_seat_that_comes_up_is_struck_as_by_what_comes_down() -> None:
     """Galilei: forces and gap of a mass that falls at V, with all energies accounted for."""
     v, found = 0.5, []
@@ -114,15 +81,3 @@ def test_a_seat_that_comes_up_is_struck_as_by_what_comes_down() -> None:
     assert rose.energy.residual < 1e-9
     assert rose.energy.input[-1] > 0.5 * 1e-3 * v**2
     assert rose.target_displacement[-1] > 0.9 * v * 60e-6
-
-
-def test_a_stopper_that_comes_down_is_as_near() -> None:
-    """The sign of a contact from above."""
-    for side, way in ((1, 3e-6), (-1, -3e-6)):
-        target = impact.Body(impact.spring(stiffness=1e7), base=lambda t, way=way: way * np.minimum(t / 1e-5, 1.0))
-        contact = impact.Contact(target, gap=2e-6, law=impact.LinearSpring(1e7), side=side)
-        problem = impact.ContactProblem(impact.Body(impact.spring(stiffness=1e7)), contacts=[contact])
-        result = impact.solve(problem, dt=1e-7, duration=3e-5)
-        assert result.gap[-1] < 0
-        assert result.force[-1] == pytest.approx(1e-6 / 3e-7, rel=1e-6)  # three springs in a row, pressed by 1 um
-        assert result.energy.residual < 1e-9

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from impact.after.histories import best_plane, line_impulse, line_impulse_peak, per_length
+from impact.after.histories import line_impulse, line_impulse_peak, per_length
 
 ARCS, LENGTH, DT = 16, 0.04, 1e-7
 
@@ -23,11 +23,6 @@ def test_means_in_time_keep_the_impulse_of_each_arc() -> None:
     assert 0.8 * 3.0 * ARCS / LENGTH < found.max() < 3.0 * ARCS / LENGTH
 
 
-def test_a_force_that_stays_has_its_own_value_per_length() -> None:
-    steady = np.full((201, ARCS), 0.25)
-    assert per_length(steady, DT, 1e-6, LENGTH)[100] == pytest.approx(np.full(ARCS, 0.25 * ARCS / LENGTH), rel=1e-12)
-
-
 def test_impulse_per_length_goes_around_and_has_its_peak() -> None:
     share = 3 / ARCS
     pushed = force()[1:].copy()
@@ -39,13 +34,3 @@ def test_impulse_per_length_goes_around_and_has_its_peak() -> None:
     assert peak == values.max() == pytest.approx(4 / 3 * pushed[:, 4].sum() * DT * ARCS / LENGTH, rel=1e-9)
     assert at == places[np.argmax(values)]
     assert abs(at - 5.5 / ARCS) < 1.5 / ARCS  # one of the three parts that hold arc 5
-
-
-@pytest.mark.parametrize("arcs", [3, 4, 64])
-def test_the_plane_of_a_plane_is_itself(arcs: int) -> None:
-    """Of the means over arcs, which lie inside the circle."""
-    radius, plane = 5e-3, np.array([[3e-5, 2e-3, -5e-3], [1e-5, 0.0, 4e-3]])
-    angles = 2 * np.pi * (np.arange(200 * arcs) + 0.5) / (200 * arcs)
-    basis = np.stack([np.ones_like(angles), radius * np.cos(angles), radius * np.sin(angles)])
-    gaps = (plane @ basis).reshape(2, arcs, 200).mean(axis=2)
-    np.testing.assert_allclose(best_plane(gaps, radius), plane, rtol=1e-4, atol=1e-9)  # 200 points an arc: 1e-5

@@ -13,7 +13,6 @@ from impact.after.loads import spring_displacements, without_springs
 from impact.bodies.body import Body, Load
 from impact.bodies.loads import SprungBody, on_springs
 from impact.greens.base import GreensFunctionError
-from impact.greens.modal import ModalGreens, Residual
 from impact.march.motion import modal_coordinates
 
 REED = {"young": 2e11, "density": 7850.0, "length": 25e-3, "width": 10e-3, "thickness": 0.3e-3}
@@ -84,24 +83,6 @@ def test_the_deflection_under_a_force() -> None:
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx([3.0, 3.0], abs=0.1)
     assert abs(errors[-1]) < 2e-5
     assert abs(yields[-1] * (OFF * stiffness + TIP) - 1) > 2e-2
-
-
-def test_motions_that_no_spring_feels_stay_free() -> None:
-    """Two rigid motions and a stiff mode: a spring between them holds one motion, soft as it is."""
-    greens = ModalGreens(np.array([0.0, 0.0, 1e7]), np.zeros(3), np.eye(3)[:, :2], Residual.none(2), ("a", "b"))
-    held = on_springs(Body(greens), np.array([[1.0], [2.0], [1.0]]), 1e-3)
-    omega = omega_of(held)
-    assert omega[0] == 0.0
-    assert omega[1] == pytest.approx(math.sqrt(5e-3), rel=1e-12)  # below round-off of (1e7)^2, by far
-    assert np.max(np.abs(held.greens.modal.shapes.T @ held.greens.modal.shapes - np.eye(2))) < 1e-12
-
-
-def test_damping_stays_with_the_motion_that_has_it() -> None:
-    """2 zeta w of a mode goes with its shape: a soft spring changes zeta as w changes, no more."""
-    stiffness, zeta = 1e-3 * TIP, 0.02
-    free, held = impact.cantilever_reed(**REED, n_modes=8), sprung_reed(8, stiffness, zeta)
-    modal = held.greens.modal
-    assert modal.zeta * modal.omega == pytest.approx(zeta * omega_of(free), rel=1e-5)
 
 
 def test_its_own_modes_under_the_forces_of_its_springs_move_alike() -> None:

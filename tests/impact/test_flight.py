@@ -81,12 +81,3 @@ def test_split_marches_equal_single_ones(ports: int, stop: int) -> None:
     second.advance(prepared.steps)
     assert np.array_equal(whole.force, second.force)
     assert np.array_equal(whole.gap, second.gap)
-
-
-def test_engines_agree() -> None:
-    """Up to the first separation, past several blocks; the FFT knows no new starts."""
-    runs = [
-        impact.solve(problem(law=LinearSpring(5.0)), dt=1e-3, duration=3.0, engine=engine, rule="conserving").force
-        for engine in ("poles", "fft")
-    ]
-    assert runs[0] == pytest.approx(runs[1], abs=1e-9 * runs[1].max())

@@ -31,7 +31,6 @@ from impact.gas.flow import (
     of_molar_mass,
     port_flow,
     port_force,
-    squeeze,
 )
 from impact.greens.base import Array
 from impact.march.stepper import with_recorded_loads
@@ -80,14 +79,6 @@ def test_flow_below_the_choke() -> None:
         exact = 3e5 * ratio / (gas.constant * now) * math.sqrt(2 * gas.heat * (300 - now))
         assert gas.flux(3e5, 300.0, 3e5 * (1 - ratio)) == pytest.approx(exact, rel=1e-11)
     assert gas.flux(3e5, 300.0, 1e-3) == pytest.approx(math.sqrt(2 * 3e5 / (gas.constant * 300) * 1e-3), rel=1e-8)
-
-
-def test_gases_by_name() -> None:
-    """R of dry air 287.05 J/(kg K), of R134a 81.49."""
-    assert AIR.constant == pytest.approx(287.05, rel=2e-5)
-    assert GASES["R134a"].constant == pytest.approx(81.49, rel=1e-4)
-    assert all(gas.source for gas in GASES.values())
-    assert AIR.heat == pytest.approx(1004.7, rel=1e-4)
 
 
 def test_volume_of_a_slider_crank() -> None:
@@ -153,17 +144,6 @@ def test_a_vessel_fills_from_a_plenum() -> None:
     gained = 4e5 * 1e-3 / (1.4 * AIR.constant * 350)
     assert state[MASS] - before[MASS] == pytest.approx(gained, rel=1e-12)
     assert state[ENTHALPY] == pytest.approx(4e5 * 1e-3 / 0.4, rel=1e-12)
-
-
-def test_a_squeeze_is_work() -> None:
-    """The integral of -p dV by quadrature."""
-    state = np.zeros(STATE)
-    state[PRESSURE] = 1e5
-    squeeze(AIR, state, 8e-5, 1e-5)
-    volumes = np.linspace(8e-5, 1e-5, 20001)
-    pressure = 1e5 * (8e-5 / volumes) ** 1.4
-    assert state[WORK] == pytest.approx(-np.trapezoid(pressure, volumes), rel=1e-7)
-    assert state[PRESSURE] == pytest.approx(pressure[-1], rel=1e-12)
 
 
 OMEGA, KILO = 2 * math.pi * 250, 1 / math.sqrt(2e-3)  # a reed of one mode, 2 g
@@ -243,20 +223,6 @@ def test_the_coupled_march_against_another_solver(degrees: float, start: float, 
         np.testing.assert_allclose(errors[1] / errors[2], 2**order, atol=0.4)
     else:
         assert np.all(history.states[-1, [FORWARD, BACK]] > 3e-7)
-
-
-def test_flow_and_work_are_the_integrals_of_the_record() -> None:
-    """Areas and pressures of the record by the trapezoidal rule give the masses and the work."""
-    _, history = marched(compressor(), 2.5e-7)
-    volume = np.array([CRANK.volume(t) for t in history.time])
-    work = -np.concatenate([[0], np.cumsum((history.pressure[1:] + history.pressure[:-1]) / 2 * np.diff(volume))])
-    assert work[-1] == pytest.approx(history.states[-1, WORK], rel=1e-3)
-    flux = [
-        AIR.flux(1e5, 293.15, 1e5 - p) * VALVE.flow(x) if p < 1e5 else 0.0
-        for p, x in zip(history.pressure, history.lift, strict=True)
-    ]
-    assert np.trapezoid(flux, history.time) == pytest.approx(history.states[-1, FORWARD], rel=2e-3)
-    assert np.sum(history.flow(FORWARD)[1:] * np.diff(history.time)) == pytest.approx(history.states[-1, FORWARD])
 
 
 def test_a_discharge_valve_lets_out_and_the_ideal_suction_valve_lets_in() -> None:

@@ -127,12 +127,6 @@ def test_number_of_threads_changes_nothing_and_progress_is_told() -> None:
     assert heard[-1] == 1.0
 
 
-def test_nothing_given_is_the_problem_itself() -> None:
-    problem = thrown(impact.Hertz(stiffness=1e9))
-    alone = impact.solve(problem, dt=DT, duration=DURATION)
-    assert solve_many(problem, dt=DT, duration=DURATION).impulse == pytest.approx([measures.impulse(alone)], rel=1e-12)
-
-
 def test_impossible_batches_are_refused() -> None:
     problem = thrown(impact.Hertz(stiffness=1e9))
     reed = released(impact.Hertz(stiffness=1e9))

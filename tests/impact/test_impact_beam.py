@@ -18,36 +18,6 @@ def test_wave_numbers_solve_their_equation() -> None:
     assert many[-1] == pytest.approx((2000 - 0.5) * np.pi, rel=1e-15)
 
 
-def test_shapes_are_the_textbook_ones() -> None:
-    k = BEAM.wave_numbers(5)
-    s = (np.sinh(k) - np.sin(k)) / (np.cosh(k) + np.cos(k))
-    for xi in (0.0, 0.2, 0.61, 1.0):
-        z = k * xi
-        exact = np.cosh(z) - np.cos(z) - s * (np.sinh(z) - np.sin(z))
-        np.testing.assert_allclose(BEAM.shapes(5, xi * BEAM.length) * np.sqrt(BEAM.mass), exact, atol=1e-10)
-
-
-def test_shapes_are_orthonormal_in_mass() -> None:
-    nodes, weights = np.polynomial.legendre.leggauss(120)
-    x = (nodes + 1) / 2 * BEAM.length
-    shapes = np.array([BEAM.shapes(30, float(position)) for position in x])
-    gram = BEAM.mass / 2 * (shapes.T * weights) @ shapes
-    np.testing.assert_allclose(gram, np.eye(30), atol=1e-11)
-
-
-def test_high_modes_keep_their_digits_at_the_tip() -> None:
-    signs = (-1.0) ** np.arange(3000)
-    np.testing.assert_allclose(BEAM.shapes(3000, BEAM.length) * np.sqrt(BEAM.mass), 2 * signs, rtol=1e-9)
-
-
-@pytest.mark.parametrize(("x", "load"), [(1.0, 1.0), (0.5, 1.0), (0.3, 0.7)])
-def test_modes_sum_to_the_static_compliance(x: float, load: float) -> None:
-    x, load = x * BEAM.length, load * BEAM.length
-    total = np.sum(BEAM.shapes(400, x) * BEAM.shapes(400, load) / BEAM.frequencies(400) ** 2)
-    assert total == pytest.approx(BEAM.compliance(x, load), rel=1e-7)  # the tail falls like 1/n^3
-    assert BEAM.compliance(x, load) == BEAM.compliance(load, x)
-
-
 @pytest.mark.parametrize("contact_at", [None, 20e-3])
 def test_reed_starts_from_the_static_shape_with_the_exact_stiffness(contact_at: float | None) -> None:
     body = impact.cantilever_reed(**REED, n_modes=30, tip_deflection=1e-3, contact_at=contact_at)

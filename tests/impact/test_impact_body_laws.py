@@ -10,11 +10,8 @@ from impact import (
     Body,
     GreensFunctionError,
     Hertz,
-    LawError,
     LinearSpring,
-    ModalGreens,
     ModalState,
-    Residual,
     Signorini,
 )
 from impact.march.laws import PASSIVE, no_user_law
@@ -27,23 +24,6 @@ def contact_force(code: int, k: float, pen: float, w0: float) -> float:
 
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}
-
-
-def test_mass_of_free_and_held_bodies() -> None:
-    assert impact.rigid_mass(mass=0.3, velocity=-1.0).mass == pytest.approx(0.3)
-    assert Body(impact.free_rod(**ROD)).mass == pytest.approx(6.0)
-    assert math.isinf(Body(impact.fixed_rod(**ROD)).mass)
-    assert math.isinf(Body(impact.spring(stiffness=1.0)).mass)
-
-
-def test_translation_becomes_modal_velocity() -> None:
-    """A rigid and an elastic mode: only the rigid one carries the translation."""
-    shapes = np.array([[0.5], [2.0]])
-    greens = ModalGreens(np.array([0.0, 3.0]), np.zeros(2), shapes, Residual.none())
-    start = Body(greens, velocity=-2.0, state=ModalState(np.array([0.0, 0.1]), np.zeros(2))).modal_start()
-    assert shapes[:, 0] @ start.velocity == pytest.approx(-2.0)
-    np.testing.assert_allclose(start.velocity[1], 0.0)
-    np.testing.assert_allclose(start.displacement, [0.0, 0.1])
 
 
 @pytest.mark.parametrize(
@@ -67,13 +47,6 @@ def test_impossible_bodies_are_refused(make: object, words: str) -> None:
         make()  # type: ignore[operator]
 
 
-@pytest.mark.parametrize("law", [LinearSpring, Hertz])
-@pytest.mark.parametrize("stiffness", [0.0, -1.0, math.inf, math.nan])
-def test_impossible_stiffness_is_refused(law: type, stiffness: float) -> None:
-    with pytest.raises(LawError, match=f"{law.__name__}.stiffness"):
-        law(stiffness=stiffness)
-
-
 @pytest.mark.parametrize("exponent", range(-30, 31, 3))
 @pytest.mark.parametrize("pen", [1e-9, 1.0, 1e6])
 def test_hertz_force_is_the_root_over_sixty_decades(exponent: int, pen: float) -> None:
@@ -92,7 +65,7 @@ def test_force_is_the_law_at_the_end_of_the_step_and_never_pulls(law: impact.Law
     force = np.array([contact_force(law.code, k, float(p), w0) for p in pen])
     end = pen - w0 * force
     if isinstance(law, Signorini):
-        np.testing.assert_allclose(end, 0.0, atol=1e-15)
+        np.testing.assert_allclose(end, 0.0, atol=1e-14)
     else:
         power = 1.0 if isinstance(law, LinearSpring) else 1.5
         np.testing.assert_allclose(force, k * end**power, rtol=1e-12)

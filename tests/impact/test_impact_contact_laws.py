@@ -63,23 +63,6 @@ def test_one_law_of_ones_own_beside_built_in_ones() -> None:
         two_seats(PlainLaw(hunt_crossley), spring, PlainLaw(lambda pen, start, dt: pen))
 
 
-def test_a_plain_law_may_be_any_callable() -> None:
-    """A table with a lookup, held by an object; equal to the line that it tabulates."""
-
-    class Table:
-        depths, forces, calls = np.array([0.0, 1.0, 2.0]), np.array([0.0, 400.0, 800.0]), 0
-
-        def __call__(self, pen: float, pen_start: float, dt: float) -> float:
-            self.calls += 1
-            return float(np.interp(pen, self.depths, self.forces))
-
-    table = Table()
-    told = impact.solve(mass_on(PlainLaw(table)), dt=1e-3, duration=0.5)
-    line = impact.solve(mass_on(impact.LinearSpring(stiffness=400.0)), dt=1e-3, duration=0.5, rule="passive")
-    np.testing.assert_allclose(told.force, line.force, atol=1e-10 * line.force.max(), rtol=0)
-    assert np.sum(told.force > 0) < table.calls < 30 * np.sum(told.force > 0)
-
-
 def broken(pen: float, pen_start: float, dt: float) -> float:
     if pen > 0.01:
         raise KeyError("no such depth")
@@ -220,14 +203,6 @@ def test_conserving_rule_keeps_the_energy_of_a_reed_on_modes(law: Law) -> None:
     assert lost > 1e-3 * stored[0]
     assert rough.energy.dissipated[-1] == pytest.approx(lost, rel=1e-6)
     assert np.max(np.abs(rough.energy.contact_loss)) < 1e-9 * stored[0]
-
-
-@pytest.mark.parametrize("steps", [10, 30, 100])
-def test_conserving_rebound_of_a_mass_is_perfect_at_any_step(steps: int) -> None:
-    law = impact.Hertz(stiffness=300.0)
-    result = impact.solve(mass_on(law, RIGID), dt=1.0 / steps, duration=4.0, rule="conserving")
-    assert impact.measures.restitution(result) == pytest.approx(1.0, abs=1e-10)
-    assert np.ptp(result.energy.stored) < 1e-10
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,7 @@ from scipy.optimize import nnls
 import impact
 from impact import Body, Contact, ContactError, ContactProblem, ContactStepper, Load, ModalGreens, Residual, measures
 from impact.march.laws import Law, no_user_law
-from impact.march.loop.marches import march_many, march_one
 from impact.march.loop.several import active_set, by_sweeps, linear_laws
-from impact.march.stepper import Strides
 
 SEAT = ModalGreens(
     np.array([30.0, 80.0]), np.array([0.1, 0.2]), np.array([[0.7], [0.5]]), Residual.exponential(5e-3, 0.3)
@@ -69,31 +67,6 @@ def test_active_set_finds_the_least_squares_force(kind: str, p: int) -> None:
             np.testing.assert_allclose(warm, cold, atol=1e-13 * condition * cold.max(), rtol=0)
 
 
-def test_active_set_without_and_with_all_contacts() -> None:
-    w = compliance("string", 5, np.random.default_rng(1))
-    force = np.ones(5)
-    active_set(w, np.full(5, -1.0), force)
-    np.testing.assert_array_equal(force, 0.0)
-    wanted = np.arange(1.0, 6.0)
-    active_set(w, w @ wanted, force)
-    np.testing.assert_allclose(force, wanted, rtol=1e-12)
-
-
-@pytest.mark.parametrize("p", [2, 8, 64])
-def test_mixed_laws_are_solved_together(p: int) -> None:
-    rng = np.random.default_rng(p)
-    w, pen = compliance("random", p, rng), rng.normal(size=p)
-    codes, stiffness = rng.integers(0, 3, p), 10.0 ** rng.uniform(0, 8, p)
-    numbers = np.column_stack([stiffness, np.zeros(p), np.zeros(p)])
-    force = np.zeros(p)
-    contact_forces(codes, np.zeros(p, dtype=np.int64), numbers, no_user_law(), pen, -np.ones(p), w, 1e-3, force)
-    depth = np.select([codes == 0, codes == 1], [0.0 * force, force / stiffness], (force / stiffness) ** (2 / 3))
-    left = pen - w @ force
-    assert 0 < np.sum(force > 0) < p or p == 2
-    np.testing.assert_allclose(left[force > 0], depth[force > 0], atol=1e-13 * np.abs(pen).max(), rtol=0)
-    assert np.all(left[force == 0] <= 1e-13)
-
-
 @pytest.mark.parametrize("apart", [0.0, 1e-14, 1e-9, 1e-4])
 @pytest.mark.parametrize("code", [1, 2])
 def test_stiff_contacts_almost_at_one_place_share_the_force_of_one(code: int, apart: float) -> None:
@@ -109,51 +82,6 @@ def test_stiff_contacts_almost_at_one_place_share_the_force_of_one(code: int, ap
     assert found
     assert np.all(force >= 0)
     assert force.sum() == pytest.approx(alone[0], rel=1e-9 + 3 * apart)
-
-
-@pytest.mark.parametrize("code", [1, 2])
-@pytest.mark.parametrize("stiffness", [1e-2, 1e2, 1e8])
-def test_conserving_force_does_the_work_of_the_potential(code: int, stiffness: float) -> None:
-    """N (p - p0) = Psi(p) - Psi(p0) to round-off, closing from outside and opening, for k W0 up to 1e8."""
-    power = 2.0 if code == 1 else 2.5
-    law = impact.LinearSpring(stiffness=stiffness) if code == 1 else impact.Hertz(stiffness=stiffness)
-    for start, pen in ((-0.3, 0.2), (0.1, 0.4), (0.2, -0.7), (0.3, 0.1)):
-        force = np.zeros(1)
-        contact_forces(
-            np.array([code]), np.ones(1, dtype=np.int64), np.array([[stiffness, 0.0, 0.0]]), no_user_law(),
-            np.array([pen]), np.array([start]), np.ones((1, 1)), 1.0, force,
-        )  # fmt: skip
-        end = pen - force[0]
-        change = float(np.diff(law.potential(np.array([start, end])))[0])
-        size = stiffness * max(abs(start), abs(end)) ** power
-        # the end itself is known to 1e-16 of pen: N times that
-        assert force[0] * (end - start) == pytest.approx(change, abs=1e-14 * size + 1e-14 * force[0])
-        assert force[0] > 0
-
-
-def test_several_contacts_of_which_there_is_one_are_one_contact() -> None:
-    """The two compiled loops, given the same arrays."""
-    problem = ContactProblem(impact.rigid_mass(mass=0.5, velocity=-1.0), Body(SEAT), law=impact.Hertz(stiffness=800.0))
-    prepared = impact.prepare(problem, 1e-3, 0.5)
-    n, poles = prepared.steps, prepared.poles
-    force, gap = np.zeros((2, n)), np.zeros((2, n + 1))
-    nothing, weights, law = np.zeros((1, n)), np.zeros((1, 1, 0)), impact.Hertz(stiffness=800.0)
-    free, own = prepared.free[1:], prepared.own
-    k, still = poles.psi.shape[1], Strides.none()
-    strides = (still.lengths, still.powers, still.swing)
-    march_one(
-        0, n, poles.folded(), (np.zeros(k), np.zeros(k)), free[:, 0], nothing[0], weights[0, 0], 1, own[0, 0],
-        (law.code, 0, *law.parameters), None, no_user_law(), 1e-3, 0.0, strides, force[0], gap[0], np.zeros(0),
-    )  # fmt: skip
-    gaps = np.zeros((n + 1, 1))
-    march_many(
-        0, n, (poles.steps, poles.psi, poles.along()), (np.zeros(k), np.zeros(k)), free, nothing, weights, 1, own,
-        (np.array([law.code]), np.zeros(1, dtype=np.int64), np.array([law.parameters])), None,
-        no_user_law(), 1e-3, np.zeros(1), strides, force[1:], gaps, np.zeros((0, n)),
-    )  # fmt: skip
-    assert force[0].max() > 1.0
-    np.testing.assert_allclose(force[1], force[0], atol=1e-12 * force[0].max(), rtol=0)
-    np.testing.assert_allclose(gaps[:, 0], gap[0], atol=1e-13, rtol=0)
 
 
 LAWS: list[Law] = [impact.Signorini(), impact.Hertz(stiffness=300.0), impact.HuntCrossley(stiffness=300.0, damping=0.2)]
@@ -247,22 +175,6 @@ def test_reed_between_seat_and_stopper_balances_its_energy() -> None:
         assert work.striker < -work.target
 
 
-def test_reed_touching_at_two_places() -> None:
-    """Two ports on one reed and two seats: symmetric cross-compliance, no penetration, momentum of neither lost."""
-    body = reed((0.018, 0.0254), release=impact.StaticShape(deflection=3e-4))
-    result = impact.solve(
-        ContactProblem(body, contacts=[Contact(Body(PLATE), striker_port=c) for c in (0, 1)]), dt=5e-7, duration=3e-3
-    )
-    for c in (0, 1):
-        assert measures.peak_force(result, contact=c) > 0.1
-    assert result.gap.min() > -1e-13
-    assert result.energy.residual < 1e-10
-    works = [measures.work(result, contact=c) for c in (0, 1)]
-    taken = sum(w.striker + w.target for w in works)
-    assert taken == pytest.approx(-float(result.energy.contact_loss[-1]), rel=1e-8)
-    assert taken < 0
-
-
 def pressed(course: object, interference: float = 1e-4, law: Law | None = None) -> ContactProblem:
     closing = Load(-reed().greens.shapes[:, 0], course)  # type: ignore[attr-defined, arg-type]
     body = replace(reed(), loads=(closing,))
@@ -309,13 +221,6 @@ def test_pressed_reed_opens_under_a_later_load_and_comes_back() -> None:
     assert result.energy.input[-1] != result.energy.input[0]
 
 
-def test_preload_is_not_part_of_the_impulse() -> None:
-    result = impact.solve(pressed(np.zeros_like), dt=1e-6, duration=1e-3)
-    assert measures.impulse(result) == pytest.approx(result.force[0] * 1e-3, rel=1e-9)
-    np.testing.assert_allclose(measures.contact_intervals(result), [[0.0, 1e-3]])
-    assert np.isnan(measures.impact_velocity(result))
-
-
 def test_preload_that_cannot_be_is_refused() -> None:
     free = ContactProblem(impact.rigid_mass(mass=1.0, velocity=0.0), Body(PLATE), preload=True)
     with pytest.raises(ContactError, match="free to move"):
@@ -346,54 +251,6 @@ def test_step_by_step_is_solve_bit_for_bit(law: Law) -> None:
     np.testing.assert_array_equal(result.force, whole.force)
     np.testing.assert_array_equal(result.gap, whole.gap)
     np.testing.assert_array_equal(result.energy.stored, whole.energy.stored)
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_starting_later_gives_the_same_force_later(law: Law) -> None:
-    """An approach of 100 steps more: the gap larger by what they cover, and the held bodies still at rest."""
-    soon = ContactProblem(impact.rigid_mass(mass=1.0, velocity=-1.0), Body(SEAT), gap=0.0105, law=law)
-    late = ContactProblem(impact.rigid_mass(mass=1.0, velocity=-1.0), Body(SEAT), gap=0.1105, law=law)
-    a, b = impact.solve(soon, dt=1e-3, duration=0.6), impact.solve(late, dt=1e-3, duration=0.7)
-    assert a.force.max() > 1.0
-    np.testing.assert_array_equal(b.force[:110], 0.0)
-    np.testing.assert_allclose(b.force[100:], a.force, atol=1e-10 * a.force.max(), rtol=0)
-
-
-def test_motions_add_without_contact() -> None:
-    """Displacement is linear in the initial state and in the loads while the seat is far away."""
-    greens = reed().greens
-    assert isinstance(greens, ModalGreens)
-    shape = greens.shapes[:, 0]
-    state = impact.ModalState(1e-5 / (1 + np.arange(12.0)), 1e-2 / (1 + np.arange(12.0)))
-    none = impact.ModalState(np.zeros(12), np.zeros(12))
-    push = (Load(shape, lambda t: 0.2 * np.sin(3000 * t)), Load(np.roll(shape, 1), lambda t: 0.1 * (t < 1e-3)))
-
-    def tip(state: impact.ModalState, loads: tuple[Load, ...]) -> np.ndarray:
-        problem = ContactProblem(Body(greens, state=state, loads=loads), Body(PLATE), gap=1.0)
-        result = impact.solve(problem, dt=2e-6, duration=4e-3)
-        assert not np.any(result.force)
-        return result.striker_displacement
-
-    double = impact.ModalState(2 * state.displacement, 2 * state.velocity)
-    parts = 2 * tip(state, ()) + tip(none, push[:1]) + tip(none, push[1:])
-    whole = tip(double, push)
-    np.testing.assert_allclose(whole, parts, atol=1e-13 * np.abs(whole).max())
-
-
-def test_response_at_one_port_to_the_other_is_symmetric() -> None:
-    """One seat at a time, the same force history on either: u_b from N at a is u_a from N at b (g_ab = g_ba)."""
-    greens = replace(three_contacts().striker, velocity=0.0).greens
-    force = np.abs(np.sin(np.arange(400.0) / 40))
-    seen = []
-    for pushed, watched in ((0, 2), (2, 0)):
-        forces = np.zeros((3, 400))
-        forces[pushed] = force
-        discrete = impact.march.motion.Discrete.from_body(Body(greens), 1e-3, 400)
-        seen.append(discrete.motion(forces).displacement[watched])
-    assert np.abs(seen[0]).max() > 1e-3
-    np.testing.assert_allclose(seen[0], seen[1], atol=1e-13 * np.abs(seen[0]).max())
-    own = greens.step_kernel(1e-3, 10).self_weight(1e-3)
-    np.testing.assert_array_equal(own, own.T)
 
 
 @pytest.mark.parametrize("law", LAWS)

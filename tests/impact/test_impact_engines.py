@@ -7,17 +7,11 @@ import pytest
 
 import impact
 from impact import Body, Contact, ContactError, ContactProblem, ContactStepper, Load, ModalGreens, Residual
-from impact.greens.base import Array
 from impact.march import history
-from impact.march.history import BlockedSum, Poles
+from impact.march.history import Poles
 from impact.march.loop.past import advance_many
 from impact.storage import hdf5 as files
 from impact.storage.hdf5 import StorageError
-
-
-def direct_sum(weights: Array, force: Array) -> Array:
-    """The sum over the past, term by term."""
-    return np.array([weights[: n + 1] @ force[n::-1] for n in range(len(force))])
 
 
 def random_body(seed: int, ports: int, modes: int = 9) -> ModalGreens:
@@ -47,37 +41,6 @@ def by_poles(poles: Poles, own: np.ndarray, force: np.ndarray) -> np.ndarray:
         last = force[:, n].copy()
         out[:, n] = now + own @ last
     return out
-
-
-def by_blocks(weights: np.ndarray, force: np.ndarray, block: int) -> np.ndarray:
-    blocked, out, rest = BlockedSum(weights, block), np.zeros(force.shape), np.zeros(len(force))
-    for n in range(force.shape[1]):
-        if n and n % block == 0:
-            blocked.fold(force, rest, n // block)
-        first = n - n % block
-        recent = np.einsum("cdm,dm->c", weights[:, :, : n - first + 1], force[:, first : n + 1][:, ::-1])
-        out[:, n] = blocked.memory[:, n] + recent
-    return out
-
-
-@pytest.mark.parametrize("ports", [1, 2, 4])
-@pytest.mark.parametrize("seed", range(3))
-def test_engines_agree_for_prescribed_forces(ports: int, seed: int) -> None:
-    dt, n = 0.01, 1500
-    greens = random_body(seed, ports)
-    t = dt * np.arange(n + 1)
-    exact = np.array([[np.diff(greens.step_response(t, i, j)) for j in range(ports)] for i in range(ports)])
-    own = greens.step_matrix(dt)
-    exact[:, :, 0] = own
-    poles = Poles.from_modes([(greens, np.eye(ports))], dt, ports)
-    force = np.random.default_rng(seed).normal(size=(ports, n))
-    oracle = np.array([sum(direct_sum(exact[i, j], force[j]) for j in range(ports)) for i in range(ports)])
-    limit = 1e-10 * np.abs(oracle).max()
-    np.testing.assert_allclose(by_poles(poles, own, force), oracle, atol=limit, rtol=0)
-    weights = poles.weights(own, n)
-    np.testing.assert_allclose(weights, exact, atol=1e-12 * np.abs(exact).max(), rtol=0)
-    for block in (1, 64, 100, n):
-        np.testing.assert_allclose(by_blocks(weights, force, block), oracle, atol=limit, rtol=0)
 
 
 def contacts(count: int, law: impact.Law | None = None) -> ContactProblem:

@@ -16,13 +16,6 @@ from impact.greens.base import Array
 from impact.march import history
 from impact.march.history import Poles
 from impact.march.loop.compiled import STAMP, stamp
-from impact.march.loop.past import advance
-
-
-def direct_sum(weights: Array, force: Array) -> Array:
-    """The sum over the past, term by term."""
-    return np.array([weights[: n + 1] @ force[n::-1] for n in range(len(force))])
-
 
 RNG = np.random.default_rng(5)
 STEPS, DT = 3000, 0.01
@@ -38,35 +31,6 @@ def body() -> ModalGreens:
 GREENS = body()
 WEIGHTS = np.diff(GREENS.step_response(DT * np.arange(STEPS + 1)), prepend=0.0)[1:]
 WEIGHTS[0] += 0.01  # the bare compliance acts within the step
-FORCE = RNG.normal(size=STEPS)
-EXACT = direct_sum(WEIGHTS, FORCE)
-LIMIT = 1e-10 * np.abs(EXACT).max()
-
-
-def test_fft_is_the_direct_sum() -> None:
-    np.testing.assert_allclose(history.convolve(WEIGHTS, FORCE), EXACT, atol=LIMIT)
-
-
-@pytest.mark.parametrize("block", [1, 7, 64, 512, 5000])
-def test_blocks_meet_every_pair_once(block: int) -> None:
-    blocked, rest, out = history.BlockedSum(WEIGHTS[None, None], block), np.zeros(1), np.zeros(STEPS)
-    for done, first in enumerate(range(0, STEPS, block), start=1):
-        last = min(first + block, STEPS)
-        for n in range(first, last):
-            out[n] = blocked.memory[0, n] + WEIGHTS[n - first :: -1][: n - first + 1] @ FORCE[first : n + 1]
-        blocked.fold(FORCE[None], rest, done)
-    np.testing.assert_allclose(out, EXACT, atol=LIMIT)
-
-
-def test_poles_are_the_direct_sum() -> None:
-    rows = Poles.from_modes([(GREENS, np.ones((1, 1)))], DT, 1).folded()
-    q, p = np.zeros(rows.shape[1]), np.zeros(rows.shape[1])
-    own = float(GREENS.step_matrix(DT)[0, 0])
-    out = np.zeros(STEPS)
-    for n in range(STEPS):
-        last = FORCE[n - 1] if n > 0 else 0.0
-        out[n] = advance(rows, q, p, last) + own * FORCE[n]
-    np.testing.assert_allclose(out, EXACT, atol=LIMIT)
 
 
 def smooth_contact(block: int) -> impact.ImpactResult:
@@ -82,19 +46,6 @@ def test_block_length_changes_nothing_but_round_off() -> None:
     assert direct.force.max() > 1.0
     np.testing.assert_allclose(blocked.force, direct.force, atol=1e-11 * direct.force.max())
     np.testing.assert_allclose(blocked.gap, direct.gap, atol=1e-11)
-
-
-def test_pole_and_weight_engines_give_the_same_contact() -> None:
-    """A damped rod by its poles, and the same rod by the closed form's weights."""
-    rod = impact.fixed_rod(young=4.0, density=1.0, area=3.0, length=2.0, damping_ratio=0.1)
-    kernel = rod.step_kernel(0.01, 400)
-    assert kernel.modal is not None
-    striker = impact.rigid_mass(mass=5.0, velocity=-1.0)
-    law = impact.Hertz(stiffness=40.0)
-    poles = impact.solve(impact.ContactProblem(striker, impact.Body(rod), law=law), dt=0.01, duration=4.0)
-    weights = np.diff(rod.step_response(0.01 * np.arange(401)))
-    replay = direct_sum(weights, poles.force[1:])
-    np.testing.assert_allclose(-poles.target_displacement[1:], replay, atol=1e-12)
 
 
 def test_compiled_functions_call_their_own_file_or_are_renewed_with_the_others() -> None:

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import impact
 from impact import EnergyLedger, ImpactResult, measures
 from impact.after.measures import MeasureError
 
@@ -32,12 +31,6 @@ def record(force: list[float], **changed: float) -> ImpactResult:
         engine="none",
     )
     return replace(result, **changed)
-
-
-def test_impulse_and_peak() -> None:
-    result = record([0.0, 2.0, 5.0, 1.0, 0.0])
-    assert measures.impulse(result) == pytest.approx(8e-6)
-    assert measures.peak_force(result) == 5.0
 
 
 def test_intervals_span_whole_steps() -> None:
@@ -86,12 +79,6 @@ def test_the_filtered_peak_is_the_largest_of_any_place_of_the_window() -> None:
         assert measures.filtered_peak_force(record(force), width * DT) == pytest.approx(every.max(), rel=1e-9)
 
 
-def test_filtered_force_keeps_the_impulse() -> None:
-    force = [0.0] * 20 + list(np.random.default_rng(2).uniform(0, 1, 30)) + [0.0] * 20
-    result = record(force)
-    assert np.sum(measures.filtered_force(result, 10 * DT)) * DT == pytest.approx(measures.impulse(result), rel=1e-12)
-
-
 def test_filter_narrower_than_two_steps_is_refused() -> None:
     with pytest.raises(MeasureError, match=r"below two steps of 1e-06 s.*use dt <= 9.5e-07"):
         measures.filtered_force(record([1.0, 2.0]), 1.9e-6)
@@ -134,32 +121,6 @@ def test_restitution_of_a_held_striker_from_its_energy() -> None:
 def test_restitution_that_does_not_exist_is_refused(result: ImpactResult, words: str) -> None:
     with pytest.raises(MeasureError, match=words):
         measures.restitution(result)
-
-
-def test_restitution_of_a_hertz_rebound_is_one_to_first_order_by_the_passive_rule() -> None:
-    errors = []
-    for dt in (2e-3, 1e-3):
-        striker, seat = impact.rigid_mass(mass=1.0, velocity=-1.0), impact.rigid_mass(mass=3.0, velocity=0.0)
-        problem = impact.ContactProblem(striker, seat, law=impact.Hertz(stiffness=100.0))
-        errors.append(1 - measures.restitution(impact.solve(problem, dt=dt, duration=1.0, rule="passive")))
-    assert 0 < errors[1] < 0.01
-    assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.1)
-
-
-def test_one_of_several_contacts() -> None:
-    one = record([0.0, 2.0, 5.0, 1.0, 0.0])
-    pair = {k: np.stack([getattr(one, k), 0 * getattr(one, k)], 1) for k in ("force", "gap")}
-    pair |= {k: np.stack([getattr(one, k)] * 2, 1) for k in ("striker_displacement", "target_displacement")}
-    both = replace(one, **pair)
-    for measure in (measures.contact_intervals, measures.filtered_peak_force, measures.impact_velocity):
-        with pytest.raises(MeasureError, match="2 contacts"):
-            measure(both)
-    first, second = measures.of_contact(both, 0), measures.of_contact(both, 1)
-    np.testing.assert_array_equal(measures.contact_intervals(first), measures.contact_intervals(one))
-    assert len(measures.contact_intervals(second)) == 0
-    assert measures.of_contact(one, 0) is one
-    with pytest.raises(MeasureError, match=r"contact = 2 must be 0 \.\.\. 1"):
-        measures.of_contact(both, 2)
 
 
 def test_what_is_no_width_is_given_by_name() -> None:

@@ -33,15 +33,6 @@ def test_far_ends() -> None:
     np.testing.assert_allclose(stress[first], 2 * result.force[1 : 2 * STEPS + 1] / 3.0, rtol=1e-13)
 
 
-def test_nothing_returns_from_a_matched_end() -> None:
-    rod = impact.rod_with_end_impedance(**ROD, end_impedance=6.0)
-    result = strike(rod)
-    quarter = rod_stress(result, rod, area=3.0, at=0.25)
-    delay = STEPS // 4
-    np.testing.assert_allclose(quarter[delay:], result.force[:-delay] / 3.0, atol=1e-14)
-    assert not np.any(quarter[: delay + 1])
-
-
 def test_strain_along_the_rod_integrates_to_the_displacement() -> None:
     """u = integral of N/(EA); a front inside one of the cells of length c dt costs at most 2 Z V c dt/(EA)."""
     rod = impact.fixed_rod(**ROD)

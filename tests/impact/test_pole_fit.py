@@ -7,13 +7,11 @@ import pytest
 from scipy.linalg import eig
 
 import impact
-from impact.greens.base import Array
-from impact.measured.amplitudes import Residues, made_passive, takagi
+from impact.measured.amplitudes import Residues, made_passive
 from impact.measured.frf import (
     FrequencyResponse,
     FrequencyResponseError,
     causality_defect,
-    of_impulse_response,
     receptance,
 )
 from impact.measured.pole_fit import fit_impulse_response, fit_poles, fit_response
@@ -156,20 +154,6 @@ def test_modes_coupled_by_damping_need_complex_residues(dashpot: float, ports: i
     assert filtered_error(modal, truth) > 0.01
 
 
-def test_contact_with_the_fit_is_contact_with_the_body() -> None:
-    truth = coupled(400.0, 1)
-    fit = fit_poles(measured(truth, 0.01))
-
-    def force(target: impact.GreensFunction) -> Array:
-        striker = impact.rigid_mass(mass=0.01, velocity=-1.0)
-        law = impact.LinearSpring(stiffness=2e6)
-        problem = impact.ContactProblem(striker, target=impact.Body(target), law=law)
-        return impact.solve(problem, dt=1e-6, duration=1e-3).force
-
-    exact = force(truth)
-    assert np.abs(force(fit) - exact).max() < 0.01 * exact.max()
-
-
 def test_an_impulse_response_that_still_rings() -> None:
     dt, n = 5e-6, 400  # 2 ms: the first mode is left with exp(-0.5) of its amplitude
     truth = replace(SEAT, residual=impact.Residual.none())
@@ -201,18 +185,6 @@ def test_a_hammer_test_with_noise(seed: int) -> None:
     assert len(strong) == 3
 
 
-def test_the_transform_of_samples_is_exact_for_lines_between_them() -> None:
-    # g = exp(-a t) sampled and linear in between: against quadrature of the pieces
-    dt = 1e-3
-    g = impact.SampledGreens(np.exp(-40 * dt * np.arange(200)), dt)
-    response = of_impulse_response(g, decay=1e-4)
-    t = np.linspace(0, g.end, 199 * 400 + 1)
-    pieces = np.interp(t, dt * np.arange(200), np.exp(-(40 + response.shift) * dt * np.arange(200)))
-    s = 2j * np.pi * response.frequency[7]  # the window is laid over the samples, then they are joined
-    exact = np.trapezoid(pieces * np.exp(-s * t), t)
-    assert response.receptance[7, 0, 0] == pytest.approx(exact, rel=2e-3)
-
-
 def test_a_violation_is_mended_by_little() -> None:
     truth = coupled(40.0, 2)
     matrices = np.einsum("ki,kj->kij", truth.shapes, truth.shapes)
@@ -225,14 +197,6 @@ def test_a_violation_is_mended_by_little() -> None:
     assert pole_passivity(mended.greens(("a", "b"))).passive
     change = np.linalg.norm(mended.pairs - turned) / np.linalg.norm(turned)
     assert 1e-4 < change < 0.1
-
-
-def test_takagi() -> None:
-    rng = np.random.default_rng(1)
-    a = rng.normal(size=(3, 3)) + 1j * rng.normal(size=(3, 3))
-    terms = takagi(a + a.T)
-    assert len(terms) == 3
-    assert np.sum([np.outer(r, r) for r in terms], axis=0) == pytest.approx(a + a.T, rel=1e-10)
 
 
 @pytest.mark.parametrize("free", [False, True])
@@ -308,14 +272,6 @@ def test_a_noisy_accelerance_gives_its_modes_and_its_static_compliance(seed: int
     assert report["unexplained_lines_hz"] == []
 
 
-def test_draws_are_the_same_in_every_call() -> None:
-    response = accelerance(hammered(), 0.02, 0)
-    one, two = (fit_response(response, draws=4) for _ in range(2))
-    for a, b in zip(one.draws, two.draws, strict=True):
-        assert a.static_compliance() == b.static_compliance()
-    assert len({float(draw.static_compliance()[0, 0]) for draw in one.draws}) == 4
-
-
 def test_lines_that_no_mode_explains_are_named() -> None:
     response = accelerance(hammered(), 0.002, 0)
     odd = (response.frequency > 8.4e3) & (response.frequency < 9.0e3)
@@ -325,18 +281,6 @@ def test_lines_that_no_mode_explains_are_named() -> None:
     low, high = report["unexplained_lines_hz"][0]
     assert report["misfit_over_noise_worst"] > 3
     assert 8.2e3 < low < high < 9.2e3
-
-
-def test_a_mode_above_the_band_is_no_mode_in_it() -> None:
-    response = accelerance(hammered(), 0.01, 1).within(20.0, 10e3)
-    fit = fit_response(response)
-    report = fit.greens.provenance["fit"]
-    assert isinstance(report, dict)
-    assert fit.greens.frequencies_hz[:2] == pytest.approx([2.3e3, 6.1e3], rel=1e-3)
-    assert (report["pole_pairs"], report["free"]) == (2, False)
-    assert report["modes_beyond_band_hz"] == pytest.approx([11.8e3], rel=0.02)
-    static = [float(each.static_compliance()[0, 0]) / STATIC for each in (fit.greens, *fit.draws)]
-    assert abs(static[0] - 1) < 4 * np.std(static[1:])
 
 
 def test_a_free_body_in_a_noisy_accelerance_is_told() -> None:

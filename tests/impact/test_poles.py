@@ -1,7 +1,6 @@
 """Sums of poles: against modes, against a direct time integration, in contact, on file; their passivity."""
 
-from dataclasses import fields, replace
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ from scipy.linalg import eig, expm
 import impact
 from impact.greens.base import GreensFunction, GreensFunctionError
 from impact.measured.vector_fitting import pole_passivity, real_mobility
-from impact.storage.hdf5 import load_greens, restore_checkpoint, save_checkpoint, save_greens
 
 MODAL = impact.ModalGreens(
     2 * np.pi * np.array([0.0, 1e3, 2.3e3, 5e3, 8e3]),
@@ -50,36 +48,6 @@ def test_modes_and_their_poles_are_the_same_function(ports: tuple[int, int]) -> 
     assert POLES.filtered_matrix(T, 3e-4)[ports] == pytest.approx(POLES.filtered(T, 3e-4, *ports), rel=1e-12)
 
 
-@pytest.mark.parametrize("greens", [MODAL, POLES])
-def test_nothing_answers_before_the_pulse(greens: impact.GreensFunction) -> None:
-    early = np.array([-1.0, -3e-4, -1e-9, 0.0])
-    assert np.all(greens.filtered_matrix(early, 3e-4) == 0.0)
-    assert greens.filtered(1.5e-4, 3e-4) > 0.0
-
-
-def test_static_and_initial_values() -> None:
-    assert np.array_equal(POLES.static_compliance(), MODAL.static_compliance())  # inf: a rigid body
-    held = replace(MODAL, omega=np.maximum(MODAL.omega, 100.0))
-    assert impact.PoleGreens.from_modal(held).static_compliance() == pytest.approx(held.static_compliance(), rel=1e-12)
-    assert POLES.initial_value() == pytest.approx(MODAL.initial_value(), abs=1e-14)
-    assert POLES.damping_ratios == pytest.approx([0.02, 0.3, 0.0])
-    assert POLES.frequencies_hz == pytest.approx([1e3, 2.3e3, 8e3])
-
-
-def test_step_weights_are_differences_of_the_step_response_of_full_precision() -> None:
-    with_spring = replace(POLES, compliance=1e-8 * np.array([[2.0, 1.0], [1.0, 2.0]]))
-    n = 1000  # not a square: the last row of the blocks is cut
-    weights = with_spring.step_weights(DT, n)
-    t = DT * np.arange(n + 1)
-    for i, j in ((0, 0), (0, 1), (1, 0)):
-        steps = with_spring.step_response(t, i, j)
-        expected = np.append(steps[1], np.diff(steps[1:]))
-        assert weights[i, j] == pytest.approx(expected, abs=1e-13 * np.abs(steps).max())
-    alone = complex_modes(np.eye(1), np.array([[1e-3]]), np.eye(1), np.eye(1))
-    tiny = alone.step_weights(1e-7, 4)[0, 0]  # h^2 (m + 1/2) to round-off, where a difference has no digits left
-    assert tiny == pytest.approx(1e-14 * (np.arange(4) + 0.5), rel=1e-9)
-
-
 def state_step(force_at: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Exact step of the non-proportional system for a constant force, by the matrix exponential."""
     a = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
@@ -112,16 +80,6 @@ def test_contact_with_a_nonproportional_system_equals_a_direct_integration() -> 
     assert result.energy.residual < 1e-10
 
 
-@pytest.mark.parametrize("engine", ["fft", "direct"])
-def test_engines_agree_with_the_pole_recursion_of_the_same_modes(engine: str) -> None:
-    modal = impact.ModalGreens(
-        *(np.array(x) for x in ([2e4, 5e4], [0.02, 0.05], [[3.0], [2.0]])), impact.Residual.none()
-    )
-    expected = impact.solve(problem(modal), dt=DT, duration=3e-3, engine="poles").force
-    found = impact.solve(problem(impact.PoleGreens.from_modal(modal)), dt=DT, duration=3e-3, engine=engine).force
-    assert found == pytest.approx(expected, abs=1e-9 * expected.max())
-
-
 def test_a_free_body_flies_as_its_modes_do() -> None:
     free = impact.ModalGreens(
         np.array([0.0, 3e4]), np.array([0.0, 0.02]), np.array([[3.0], [2.0]]), impact.Residual.none()
@@ -143,26 +101,6 @@ def test_a_free_body_flies_as_its_modes_do() -> None:
     assert found.energy.residual < 1e-9
     rebound = [float(np.ravel(impact.measures.rebound_velocity(result))[0]) for result in (found, expected)]
     assert rebound[0] == pytest.approx(rebound[1], rel=1e-9)
-
-
-def test_a_march_goes_on_from_its_checkpoint(tmp_path: Path) -> None:
-    whole, first, second = (impact.ContactStepper(impact.prepare(problem(COUPLED), DT, 2e-3)) for _ in range(3))
-    whole.advance(1000)
-    first.advance(400)
-    save_checkpoint(first, tmp_path / "march.h5")
-    restore_checkpoint(second, tmp_path / "march.h5")
-    second.advance(600)
-    assert np.array_equal(second.force, whole.force)
-
-
-def test_file_keeps_every_bit(tmp_path: Path) -> None:
-    save_greens(replace(POLES, origin={"from": "test"}), tmp_path / "g.h5")
-    read = load_greens(tmp_path / "g.h5")
-    assert isinstance(read, impact.PoleGreens)
-    for name in (f.name for f in fields(read) if f.name not in ("error", "origin", "port_names")):
-        assert np.array_equal(getattr(read, name), getattr(POLES, name)), name
-    assert read.port_names == POLES.port_names
-    assert read.provenance == {"from": "test"}
 
 
 def test_real_mobility_is_that_of_the_transfer_function() -> None:
@@ -194,11 +132,6 @@ def test_a_residue_turned_too_far_gains_energy() -> None:
         shape = np.sqrt(np.exp(2j * turn * np.arcsin(0.05)) / 2j)
         pair = impact.PoleGreens(np.array([s]), np.array([[shape]]))
         assert pole_passivity(pair).passive is passive, turn
-
-
-def test_an_undamped_pole_must_be_a_mode() -> None:
-    assert not pole_passivity(impact.PoleGreens(np.array([1e3j]), np.array([[1.0 + 0j]]))).passive
-    assert not pole_passivity(impact.PoleGreens(np.array([1e3j]), np.array([[np.sqrt(1j)]]))).passive
 
 
 @pytest.mark.parametrize(

@@ -60,12 +60,6 @@ def test_a_load_at_the_contact_bends_as_a_contact_force_does(at: float | None) -
     np.testing.assert_allclose(held, 0.0, atol=1e-9 * exact.max())
 
 
-def test_a_preload_was_there_before() -> None:
-    stress = bending_stress(np.full(9, 3.0), 1e-6, reed(4), BEAM, X)
-    exact = 6 * 3.0 * (BEAM.length - X) / (BEAM.width * BEAM.thickness**2)
-    np.testing.assert_allclose(stress, np.repeat(exact[:, None], 9, axis=1), atol=1e-9 * exact.max())
-
-
 def test_free_vibration_in_one_mode() -> None:
     """sigma = (E h/2) w'' cos(omega t), w'' by differences of the shape itself; peak at the clamp, at its sampling."""
     body, k = reed(6, release=impact.ModeShape(3, 1e-4)), 2
@@ -108,29 +102,6 @@ def test_the_impact_of_a_long_beam() -> None:
         stress = bending_stress(result.force, dt, body, BEAM, [at], contact_at=at)[0, late].mean()
         errors.append(-stress / (math.sqrt(3 * BEAM.young * BEAM.density) * speed) - 1)
     assert abs(errors[1]) < 0.01
-
-
-def test_forces_at_two_places_add() -> None:
-    """The reed is linear: both at once bend it as each alone does; a stopper pulls where a seat would push."""
-    steps = np.arange(401)
-    forces = np.column_stack([np.maximum(np.sin(steps / 30), 0.0), -2 * np.maximum(np.sin(steps / 50 - 1), 0.0)])
-    forces[0] = 0.0
-    places = (BEAM.length, 0.6 * BEAM.length)
-    both = bending_stress(forces, 1e-6, reed(8, contact_at=places), BEAM, X, contact_at=places)
-    each = [
-        bending_stress(forces[:, k], 1e-6, reed(8, contact_at=at), BEAM, X, contact_at=at)
-        for k, at in enumerate(places)
-    ]
-    # each residual follows at its own rate, which differs by the place: 0.1 % of the stress
-    np.testing.assert_allclose(both, sum(each), atol=5e-3 * np.abs(both).max())
-    steady = np.repeat([[3.0, -2.0]], 9, axis=0)
-    stress = bending_stress(steady, 1e-6, reed(4, contact_at=places), BEAM, X, contact_at=places)
-    moment = 3.0 * (places[0] - X) - 2.0 * np.maximum(places[1] - X, 0.0)
-    exact = 6 * moment / (BEAM.width * BEAM.thickness**2)
-    np.testing.assert_allclose(stress, np.repeat(exact[:, None], 9, axis=1), atol=1e-9 * np.abs(exact).max())
-    whole = reed_stress(forces, 1e-6, reed(8, contact_at=places), BEAM, contact_at=places)
-    assert whole.after_contact is not None
-    assert whole.after_contact.value >= 0.99 * np.abs(both).max()
 
 
 def test_impossible_stress_is_refused() -> None:
@@ -195,30 +166,6 @@ def test_the_start_and_a_landing_cut_the_record() -> None:
     assert (alone.initial, alone.after_contact, alone.at_start) == (found.initial, found.after_contact, found.at_start)
     assert alone.before_landing is None
     assert alone.after_landing is None
-
-
-def test_a_preload_bends_the_reed_at_its_start() -> None:
-    """6 F L/(b h^2) at the clamp, with no touch before which anything else could be."""
-    found = reed_stress(np.full(9, 3.0), 1e-6, reed(4), BEAM, since=4e-6)
-    exact = 6 * 3.0 * BEAM.length / (BEAM.width * BEAM.thickness**2)
-    assert found.at_start.value == pytest.approx(exact, rel=1e-9)
-    assert found.initial.value == 0.0
-    assert found.before_landing is not None
-    assert found.before_landing.value == pytest.approx(exact, rel=1e-9)
-
-
-def test_the_largest_is_that_of_every_step() -> None:
-    """A blow of two steps on a reed of few modes: between looks once a radian the largest would be missed."""
-    beam = impact.Cantilever(2e11, 7850.0, 25e-3, 1e-2, 3e-4)
-    body, dt = impact.reed(beam, n_modes=4), 1e-7
-    assert 1 / (float(body.greens.highest_rate) * dt) > 40
-    force = np.zeros(4001)
-    force[1003:1005] = 50.0
-    found = reed_stress(force, dt, body, beam).largest
-    history = np.abs(impact.bending_stress(force, dt, body, beam, found.at)[0])
-    assert found.value == pytest.approx(history.max(), rel=1e-12)
-    assert round(found.time / dt) == history.argmax()
-    assert history[:: int(1 / (2 * body.greens.highest_rate * dt))].max() < 0.998 * found.value
 
 
 def test_a_preloaded_reed_at_rest_under_its_loads_keeps_its_stress() -> None:

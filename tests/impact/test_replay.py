@@ -7,7 +7,7 @@ import pytest
 
 from impact import Body, Load, ModalGreens, ModalState, Residual
 from impact.exact.rods import BareFixedRod
-from impact.march import motion, replay
+from impact.march import replay
 from impact.march.motion import Discrete, mean_displacement, modal_coordinates
 
 DT, STEPS = 2e-6, 3000
@@ -73,18 +73,6 @@ def thrown() -> Body:
     state = ModalState(1e-6 * rng.normal(size=9), 1e-2 * rng.normal(size=9))
     loads = (Load(rng.normal(size=9), np.cos), Load(rng.normal(size=9), lambda t: np.sin(1e4 * t)))
     return Body(greens, -0.3, state, loads)
-
-
-@pytest.mark.parametrize("size", [1, 7, 640])
-def test_the_length_of_a_block_changes_nothing(size: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    steps = 1000
-    body = Discrete.from_body(thrown(), DT, steps)
-    force = np.maximum(np.random.default_rng(5).normal(size=(2, steps)).cumsum(axis=1), 0.0)
-    whole = body.motion(force)
-    monkeypatch.setattr(motion, "blocks", lambda n: replay.blocks(n, size))
-    split = body.motion(force)
-    for name in ("displacement", "stored", "dissipated", "load_work"):
-        np.testing.assert_allclose(getattr(split, name), getattr(whole, name), rtol=1e-13, atol=0, err_msg=name)
 
 
 def test_coordinates_are_those_behind_the_displacement() -> None:

@@ -44,23 +44,6 @@ def test_forbid_says_how_far_it_is_known():
     assert SampledGreens(G, H, static=np.array([[7.0]])).static_compliance()[0, 0] == 7.0
 
 
-def test_step_kernel_sums_to_the_step_response():
-    g = SampledGreens(G, H, "hold")
-    kernel = g.step_kernel(0.3, 6)
-    assert kernel.modal is None
-    assert kernel.weights.shape == (1, 1, 6)
-    assert kernel.weights[0, 0].cumsum() == pytest.approx(g.step_response(0.3 * np.arange(1, 7)))
-    assert kernel.self_weight(0.3)[0, 0] == pytest.approx(float(g.step_response(0.3)))
-
-
-def test_several_ports():
-    values = np.einsum("ij,n->ijn", [[2.0, 1.0], [1.0, 3.0]], G)
-    g = SampledGreens(values, H, port_names=("lip", "back"))
-    assert g.impulse_response(0.5, 0, 1) == pytest.approx(3.0)
-    assert g.port_index("back") == 1
-    assert g.step_kernel(0.25, 4).weights.shape == (2, 2, 4)
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

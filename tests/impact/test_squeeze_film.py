@@ -274,19 +274,6 @@ def test_a_law_that_lets_go_before_the_gap_opens() -> None:
     assert result.energy.residual < 1e-11
 
 
-def test_a_law_of_ones_own_has_a_film_beside_it() -> None:
-    """Hertz's law by the passive rule, built in and as a Python function: the same to the accuracy of the root."""
-    own = impact.PlainLaw(lambda pen, pen_start, dt: 1e12 * pen**1.5)
-    found = []
-    for law in (impact.Hertz(1e12), own):
-        problem = impact.ContactProblem(
-            impact.rigid_mass(mass=MASS, velocity=-1.0), seat(1), gap=GAP, law=law, film=FILM
-        )  # fmt: skip
-        found.append(impact.solve(problem, dt=50e-9, duration=60e-6, rule="passive"))
-    assert found[0].solid.max() > 10.0
-    np.testing.assert_allclose(found[1].force, found[0].force, atol=1e-10 * found[0].force.max())
-
-
 def test_a_pressed_reed_that_is_pulled_off_is_held_by_its_film() -> None:
     """At rest under its preload the film bears nothing; as the load turns, it pulls before the gap opens far."""
     turning = impact.Pressure(lambda t: -2e3 * np.cos(2 * np.pi * t / 4e-3))

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import impact
-from impact.beams.stepped import SteppedCantilever, eigen, elements_of
+from impact.beams.stepped import SteppedCantilever
 from impact.bodies.loads import Gravity, Pressure
 from impact.bodies.reeds import reed
 from impact.greens.base import GreensFunctionError
@@ -33,21 +33,6 @@ def test_a_uniform_one_is_the_cantilever(n: int) -> None:
     assert UNIFORM.frequencies(n)[0] == pytest.approx(EXACT.frequencies(n)[0], rel=1e-12 if n > 1 else 1e-7)
     whole = reed(UNIFORM, damping_ratio=0.02, n_modes=n).greens.static_compliance()[0, 0]
     assert whole == pytest.approx(UNIFORM.compliance(L, L), rel=1e-6)
-
-
-def test_shapes_and_compliance_of_a_uniform_one() -> None:
-    x = np.linspace(0, L, 200)
-    scale = np.sqrt(EXACT.mass)
-    assert UNIFORM.modes(10).deflection(x) * scale == pytest.approx(EXACT.modes(10).deflection(x) * scale, abs=2e-3)
-    for at in ((L, L), (10e-3, 25e-3), (25e-3, 10e-3)):
-        assert UNIFORM.compliance(*at) == pytest.approx(EXACT.compliance(*at), rel=1e-12)
-
-
-def test_the_order() -> None:
-    """Twelve: twice the degree 7 less two; two elements a wave are already below 1e-4."""
-    off = [float(eigen(UNIFORM, elements_of(UNIFORM, L / k), 4)[0][3] / EXACT.frequencies(4)[3] - 1) for k in (2, 3, 6)]
-    assert 0 < off[0] < 1e-4
-    assert np.log2(off[1] / off[2]) == pytest.approx(12.0, abs=1.0)
 
 
 def shot(beam: SteppedCantilever, omega: float) -> float:

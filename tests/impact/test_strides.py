@@ -107,12 +107,6 @@ def test_one_stride_is_many_steps() -> None:
             assert strayed[0] > 0.05 * err[0] * amplitude[0]
 
 
-def test_overdamped_modes_are_marched_step_by_step() -> None:
-    stiff = replace(SEAT, zeta=np.array([1.5, 0.05, 0.1]))
-    poles = Poles.from_modes([(stiff, np.array([[1.0], [0.0]]))], 2e-7, 1)
-    assert Strides.from_poles(poles.steps, np.zeros(poles.steps.shape[1]), 10**6).lengths.size == 0
-
-
 def test_a_stopped_march_goes_on() -> None:
     """Strides end where the march is stopped: the forces stay the same."""
     problem, dt, duration = between_stops()

@@ -361,12 +361,6 @@ def test_two_programs_share_a_journal(tmp_path: Path) -> None:
         assert [entry["k"] for entry in found if entry["who"] == who] == list(range(300))
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is Linux's")
-def test_a_journal_on_a_full_disk_is_named() -> None:
-    with pytest.raises(OSError, match=r"No space left on device: '/dev/full'"):
-        folders.append(Path("/dev/full"), {"a": 1})
-
-
 @pytest.mark.parametrize("python_path", ["{root}", "{root}:", ":{root}"])
 def test_no_module_is_taken_from_the_current_folder(tmp_path: Path, python_path: str) -> None:
     """What a file from elsewhere is called beside which the program runs."""

@@ -83,11 +83,6 @@ def test_the_doctor_sees_missing_system_libraries() -> None:
     assert rendering.remedy == "apt-get install --no-install-recommends libegl1"
 
 
-def test_only_what_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(system, "_loads", lambda library: library != "libGLU.so.1")
-    assert system.missing_packages(system.GMSH_LIBRARIES) == ("libglu1-mesa",)
-
-
 def test_pictures_without_egl_need_osmesa(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW", raising=False)
     monkeypatch.setattr(system, "_loads", lambda library: False)

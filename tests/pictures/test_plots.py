@@ -13,12 +13,11 @@ import skfem
 import impact
 from impact.after import measures
 from impact.greens.modal import ModalGreens, Residual
-from impact.greens.transforms import receptance
 from impact.pictures import plots
 from impact.pictures.drawing import PictureError, sheet
-from impact.pictures.greens_plots import error_text, lowest_excited, plot_greens, sampled_filter
+from impact.pictures.greens_plots import lowest_excited, plot_greens, sampled_filter
 from impact.pictures.lip_plots import draw_marks, landing_marks
-from impact.quantities import percent, scaled, text
+from impact.quantities import percent, text
 from seatfem.pictures import plots as seat_plots
 from seatfem.pictures import rendering
 from seatfem.pictures.cell_grid import CellGrid
@@ -79,25 +78,6 @@ def runs(rod):
 )
 def test_numbers_are_written_with_prefixed_units(value: float, unit: str, expected: str) -> None:
     assert text(value, unit) == expected
-
-
-def test_scale_ignores_values_that_are_not_finite() -> None:
-    factor, unit = scaled([np.nan, np.inf, -2e-9], "m")
-    assert unit == "nm"
-    assert factor == pytest.approx(1e9)
-
-
-def test_receptance_is_the_fourier_transform_of_the_impulse_response(modal: ModalGreens) -> None:
-    # g has fallen to exp(-0.1 * 2 pi 60e3 * 4e-4) = 3e-7 of its start when the record ends
-    t, h = np.linspace(0.0, 4e-4, 400_001, retstep=True)
-    g = modal.impulse_response(t)
-    for f in (2e3, 60e3, 150e3, 400e3):
-        expected = np.trapezoid(g * np.exp(-2j * np.pi * f * t), dx=h) + 1e-9
-        assert abs(receptance(modal, f, 0, 0) - expected) < 1e-5 * abs(expected)
-
-
-def test_receptance_at_low_frequency_is_the_static_compliance(modal: ModalGreens) -> None:
-    assert receptance(modal, [1e-3])[0, 0, 0].real == pytest.approx(modal.static_compliance()[0, 0], rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ["modal", "rod", "spring"])
@@ -187,12 +167,6 @@ def test_greens_figure_counts_the_poles_of_its_port_alone(tmp_path: Path) -> Non
 def test_greens_figure_refuses_a_pulse_longer_than_the_record(modal: ModalGreens, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="width <= duration"):
         plot_greens(modal, tmp_path / "greens.png", duration=1e-6, width=2e-6)
-
-
-def test_error_text_tells_unknown_from_zero() -> None:
-    assert "reduction 0.4 %, mesh not known" in error_text(impact.ErrorEstimate(0.004, None), 1e-6)
-    assert "not known" in error_text(impact.ErrorEstimate(), 1e-6)
-    assert "closed form" in error_text(impact.ErrorEstimate(0.0, 0.0), 1e-6)
 
 
 def test_a_missing_matplotlib_names_the_extra(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

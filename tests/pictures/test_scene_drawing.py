@@ -17,7 +17,6 @@ from seatfem.structures.kinds import kinds_of
 from seatfem.structures.outlines import BodyViews, Size, covered_share, crossings, of_beam
 from seatfem.structures.rings import Division
 from seatfem.structures.shapes.loops import inside
-from seatfem.structures.surface_outlines import chained
 from seatfem.study.impacts.layout import cover_note, draw_scene, facts_of, layout_of
 from seatfem.study.scene import Scene, SceneError, load_scene
 
@@ -171,17 +170,6 @@ def test_turning_over_twice_changes_nothing() -> None:
     y = np.concatenate(part.contact)[:, 1]
     assert np.concatenate(upper.contact)[:, 1].min() == pytest.approx(-y.max())  # a part is no mirror image of itself
     assert beam.turned_over().plan[0] == pytest.approx(beam.plan[0])  # a reed is drawn as it lies
-
-
-def test_loops_of_lines_in_any_order_are_closed() -> None:
-    rng = np.random.default_rng(7)
-    angles = np.linspace(0, 2 * np.pi, 33)
-    circle = np.column_stack([np.cos(angles), np.sin(angles)])
-    lines = np.concatenate([np.stack([r * circle[:-1], r * circle[1:]], axis=1) for r in (1.0, 2.0)])
-    turned = np.where(rng.random(len(lines))[:, None, None] < 0.5, lines, lines[:, ::-1])
-    loops = chained(turned[rng.permutation(len(lines))], 1e-9)
-    assert sorted(round(float(np.hypot(*loop.T).mean()), 9) for loop in loops) == [1.0, 2.0]
-    assert [len(loop) for loop in loops] == [32, 32]
 
 
 def test_the_share_below_a_reed() -> None:

@@ -52,18 +52,6 @@ def test_matrices_equal_scikit_fems_own(order, bend, extra):
         assert difference < 1e-12 * abs(reference).max()
 
 
-def test_a_rigid_motion_has_no_stress_and_the_whole_mass():
-    model = assemble(block(2, 0.1), STEEL, fixed=())
-    x = model.dofs.points
-    rotation = np.stack([-x[1], x[0], 0 * x[2]]).T.ravel()
-    translation = np.tile([0.0, 0.0, 1.0], x.shape[1])
-    scale = abs(model.K).max()
-    assert np.abs(model.K @ rotation).max() < 1e-10 * scale
-    assert np.abs(model.K @ translation).max() < 1e-10 * scale
-    volume = skfem.Basis(block(2, 0.1), skfem.ElementTetP2(), intorder=8).dx.sum()
-    assert translation @ model.M @ translation == pytest.approx(STEEL.density * volume, rel=1e-10)
-
-
 def test_port_averages_the_normal_displacement_and_pushes_with_one_newton():
     model = assemble(block(2), STEEL)
     port = model.ports["contact"]
@@ -73,32 +61,6 @@ def test_port_averages_the_normal_displacement_and_pushes_with_one_newton():
     assert port.area == pytest.approx(1.0, rel=1e-12)
     assert port.impedance == pytest.approx(7850.0 * np.sqrt(200e9 * 0.7 / (1.3 * 0.4) / 7850.0), rel=1e-12)
     assert port.vector.sum() == pytest.approx(1.0, rel=1e-12)
-
-
-def test_static_compliance_of_a_bar_without_lateral_strain_is_l_over_ea():
-    model = assemble(block(2), Material(1e9, 0.0, 1000.0))
-    u = sparse.linalg.spsolve(model.K.tocsc(), model.port_matrix[:, 0])
-    assert model.port_matrix[:, 0] @ u == pytest.approx(1e-9, rel=1e-9)
-    shape = model.expand(u)
-    assert shape.shape == model.dofs.points.shape
-    assert np.allclose(shape[2], 1e-9 * model.dofs.points[2], atol=1e-18)
-    assert np.abs(shape[:, model.dofs.points[2] < 1e-9]).max() == 0.0
-
-
-def test_sliding_holds_the_normal_only():
-    model = assemble(block(1), STEEL, sliding="side")
-    left = np.setdiff1d(np.arange(model.dofs.points.size), model.dofs.free)
-    on_side = model.dofs.points[0, left // 3] < 1e-9
-    above = model.dofs.points[2, left // 3] > 1e-9
-    assert np.all(left[above & on_side] % 3 == 0)
-    assert above.any()
-
-
-def test_order_two_on_a_first_order_mesh_is_straight_sided():
-    straight = assemble(block(1), STEEL, order=2)
-    curved = assemble(block(2), STEEL)
-    assert straight.size == curved.size
-    assert straight.K.sum() == pytest.approx(curved.K.sum(), rel=1e-9)
 
 
 def test_rayleigh_coefficients_are_recognised():
@@ -134,14 +96,6 @@ def test_empty_patch_inner_facets_and_a_sliding_face_that_is_not_plane():
     bent = mesh.p + 0.05 * np.stack([np.sin(3 * mesh.p[2]), *np.zeros((2, mesh.p.shape[1]))])
     with pytest.raises(ModelError, match="sliding: boundary 'side' must be plane"):
         assemble(skfem.MeshTet(bent, mesh.t).with_boundaries(mesh.boundaries), STEEL, sliding="side")
-
-
-def test_folded_elements_are_located():
-    mesh = block(2)
-    points = np.array(mesh.doflocs)
-    points[:, mesh.dofs.element_dofs[4, 0]] = points[:, mesh.t[3, 0]]
-    with pytest.raises(ModelError, match="elements are folded"):
-        assemble(skfem.MeshTet2(points, mesh.t).with_boundaries(mesh.boundaries), STEEL)
 
 
 @pytest.mark.parametrize(

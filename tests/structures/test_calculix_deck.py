@@ -13,15 +13,13 @@ from benchmarks.peers import calculix
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.formats.calculix_contact import PlateStriker, mass_contact
+from seatfem.structures.formats.calculix_contact import mass_contact
 from seatfem.structures.formats.calculix_deck import calculix_body
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.materials import Material, Orthotropic
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.structures.shapes.flat import Flapper
-from seatfem.structures.sheets import Sheet, plate_modes
 
 STEEL = Material(200e9, 0.3, 7850.0)
 WOOD = Orthotropic((9e9, 1e9, 5e9), (0.3, 0.25, 0.03), (0.8e9, 0.7e9, 0.9e9), 600.0, ((0, 1, 0), (0, 0, 1), (1, 0, 0)))
@@ -100,21 +98,6 @@ def test_a_mass_that_strikes() -> None:
     ours = impact.solve(problem, dt=dt / 5, duration=60e-6)
     assert theirs.max() == pytest.approx(ours.force.max(), rel=5e-3)
     assert speeds[-1, 2] == pytest.approx(velocity + impact.measures.impulse(ours) / mass, rel=1e-2)
-
-
-@here
-def test_the_frequencies_of_a_reed() -> None:
-    """Less than 1 % apart, of elements of eight nodes a face in place of nine; 3 % of the thickness are 3 %."""
-    outline = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3)
-    sheet = Sheet(outline, Material(206e9, 0.3, 7800.0), 10e3, 2.5e-3)
-    plate = plate_modes(sheet)
-    zero = np.zeros((len(plate.mesh.points), 3))
-    clamped = plate.mesh.lines["clamped"]
-    reed = PlateStriker(plate.mesh, sheet.weighed(plate.mesh), outline.thickness, clamped, zero[:, 0], zero, zero)
-    text, _ = calculix.run([*reed.lines(0, 0), "*STEP", "*FREQUENCY", "10", "*END STEP"])
-    ours = plate.modes.frequencies_hz[:10]
-    assert ours[0] == pytest.approx(196.6, rel=1e-3)
-    np.testing.assert_allclose(calculix.frequencies_in(text, 10), ours, rtol=1e-2)
 
 
 def test_the_deck_is_a_mesh_again(tmp_path: Path) -> None:

@@ -30,24 +30,3 @@ def test_slow_algebraic_convergence_is_stated_within_a_factor_of_five(order: flo
     assert known.sum() >= len(SIZES) - 3
     assert np.all(true[known] <= stated[known])
     assert np.all(stated[8:] <= 5 * true[8:])
-
-
-def test_fast_convergence_does_not_wait_for_a_third_more_vectors() -> None:
-    """A factor of three in ten vectors: what is stated is of the last changes, not of two thirds of the vectors."""
-    stated, true = estimates(lambda n: 10 ** (-n / 20), sized=True)
-    assert np.all(true[3:8] <= stated[3:8])
-    assert np.all(stated[5:8] <= 15 * true[5:8])
-
-
-def test_what_does_not_change_any_more_has_arrived() -> None:
-    history = History(1e-3)
-    stated = [history.add(WAVE, n) for n in SIZES]
-    assert stated[2:] == [0.0] * (len(SIZES) - 2)
-
-
-def test_only_the_responses_that_are_compared_are_kept() -> None:
-    history = History(1e-3)
-    for n in SIZES:
-        history.add(WAVE / n, n)
-    assert len(history.seen) <= 6
-    assert history.seen[0][0] <= 2 / 3 * SIZES[-1] < history.seen[1][0]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from pathlib import Path
 
 import numpy as np
@@ -91,35 +90,6 @@ def test_what_is_no_outline_is_refused(
 ) -> None:
     with pytest.raises(GeometryError, match=message):
         read_outline(written(tmp_path / "a.dxf", *entities, unit=unit))
-
-
-def test_bulges_of_next_to_nothing_are_straight(tmp_path: Path) -> None:
-    square = [(10, 0), (20, 0), (42, 1e-200), (10, 1), (20, 0), (10, 1), (20, 1), (10, 0), (20, 1)]
-    (found,) = read_outline(written(tmp_path / "a.dxf", entity("LWPOLYLINE", (70, 1), *square), unit=4))
-    assert not found[:, 2].any()
-    assert loops.area(found) == pytest.approx(1e-6)
-
-
-def test_an_arc_of_next_to_nothing(tmp_path: Path) -> None:
-    arc = entity("ARC", (10, 0), (20, 0), (40, 3), (50, 0), (51, 1e-300))
-    with pytest.raises(GeometryError, match="its outline is open at"):
-        read_outline(written(tmp_path / "a.dxf", arc, POLYLINE, unit=4))
-
-
-def test_lines_are_joined_in_little_time(tmp_path: Path) -> None:
-    """4,900 lines in any order, each either way round."""
-    rng = np.random.default_rng(5)
-    turns = np.linspace(0, 2 * np.pi, 4901)
-    points = 9.0 * np.column_stack([np.cos(turns), np.sin(turns)])
-    lines = [
-        entity("LINE", (10, a[0]), (20, a[1]), (11, b[0]), (21, b[1]))
-        for a, b in (points[[k, k + 1]][:: rng.choice((-1, 1))] for k in rng.permutation(4900))
-    ]
-    start = time.process_time()
-    (found,) = read_outline(written(tmp_path / "a.dxf", *lines))
-    assert time.process_time() - start < 10
-    assert len(found) == 4900
-    assert abs(loops.area(found)) == pytest.approx(np.pi * 81e-6, rel=1e-4)
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
-from seatfem.structures.errors import GeometryError
-from seatfem.structures.formats.dxf import MM, UNITS, read_outline, write_outline
+from seatfem.structures.formats.dxf import MM, read_outline, write_outline
 from seatfem.structures.materials import Material
 from seatfem.structures.shapes import Flat, loops
 from seatfem.structures.shapes.flat import Disc, Flapper, RingPlate
@@ -54,16 +53,6 @@ def test_what_is_written_comes_back(shape: Flat, tmp_path: Path) -> None:
         assert loops.area(back[0]) - sum(map(loops.area, back[1:])) == pytest.approx(shape.area, rel=1e-12)
 
 
-def test_the_unit_is_in_the_header(tmp_path: Path) -> None:
-    write_outline(HOLED.drawn, tmp_path / "a.dxf")
-    assert UNITS[MM] == 1e-3
-    text = (tmp_path / "a.dxf").read_text(encoding="ascii")
-    inches = tmp_path / "b.dxf"
-    inches.write_text(text.replace("$INSUNITS\n 70\n4\n", "$INSUNITS\n 70\n1\n"), encoding="ascii")
-    wide, narrow = (np.ptp(read_outline(path)[0][:, 0]) for path in (inches, tmp_path / "a.dxf"))
-    assert wide == pytest.approx(25.4 * narrow)
-
-
 def test_the_reed_of_a_scene_rings_as_before(tmp_path: Path) -> None:
     """By the verb; the first frequency is that of the parametric flapper's."""
     (tmp_path / "scene.toml").write_text(SCENE.format(f'{FLAPPER}release = {{ mode = 1, velocity = "-1 m/s" }}'))
@@ -80,17 +69,6 @@ def test_a_reed_without_an_outline(tmp_path: Path, capfd: pytest.CaptureFixture[
     (tmp_path / "scene.toml").write_text(SCENE.format('kind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"'))
     assert run_command(["export", str(tmp_path / "scene.toml"), "--to", "dxf"]) == BAD_INPUT
     assert "reed.kind = 'rigid_mass' has no outline" in capfd.readouterr().err
-
-
-def test_none_and_too_much(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No loop is a drawing that no sheet is read of; a drawing beyond the limit is not read at all."""
-    write_outline([], tmp_path / "none.dxf")
-    with pytest.raises(GeometryError, match=r"none\.dxf: no LINE, ARC"):
-        read_outline(tmp_path / "none.dxf")
-    monkeypatch.setattr("seatfem.structures.formats.dxf.LARGEST", 1000)
-    write_outline([loops.whole((0, 0), 1e-3)] * 10, tmp_path / "large.dxf")
-    with pytest.raises(GeometryError, match=r"large\.dxf"):
-        read_outline(tmp_path / "large.dxf")
 
 
 def test_another_reader_takes_it(tmp_path: Path) -> None:

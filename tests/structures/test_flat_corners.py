@@ -48,8 +48,3 @@ def test_the_union_stays(points, cells):
     kept = [cell for cell in cells if cell not in removed]
     assert area(points, kept + added) == pytest.approx(area(points, cells), rel=1e-14)
     assert max(angle.max() for angle in angles_of(points, kept + added).values()) < FLAT
-
-
-def test_sound_meshes_are_left_alone():
-    points = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=float)
-    assert without_flat_corners(points, angles_of(points, [(0, 1, 2, 3)])) == ([], [])

@@ -21,7 +21,7 @@ from seatfem.structures.method import BEYOND, Aims
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.modal import with_modes
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.structures.shapes import AnnularSeat, Disc, Flat, GeometryError, RingPlate, decode, encode
+from seatfem.structures.shapes import AnnularSeat, Disc, Flat, GeometryError, RingPlate
 from seatfem.structures.sheets import Sheet, SolvedSheet, model_of, solved_sheet
 
 STEEL = Material(206e9, 0.33, 7800.0)
@@ -88,15 +88,6 @@ def test_what_its_modes_leave_out(thin: SolvedSheet) -> None:
     expected = float(shapes @ shapes) + wide.greens.residual.static()[0, 0]
     assert narrow.greens.residual.static()[0, 0] == pytest.approx(expected, rel=1.5e-3)
     assert float(shapes @ shapes) > 0.85 * expected
-
-
-def test_area_and_places() -> None:
-    assert RING.area == pytest.approx(math.pi * 75e-6)
-    assert RING.room == (5e-3, 10e-3)
-    assert RING.narrowest == pytest.approx(5e-3)
-    assert THIN.area == pytest.approx(math.pi * 1e-4)
-    assert decode(encode(RING)) == RING
-    assert decode(encode(THIN)) == THIN
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,6 @@ from seatfem.structures.shapes import (
     select,
 )
 from seatfem.structures.shapes.cad import stated_unit
-from seatfem.structures.shapes.faces import paint
 
 UP = (0.0, 0.0, 1.0)
 
@@ -63,10 +62,6 @@ def test_bad_values_name_field_value_and_limit(spec, values, message):
         spec(**values)
 
 
-def test_sharp_lip_is_allowed():
-    assert AnnularSeat(lip_edge_radius=0.0).lip_edge_radius == 0.0
-
-
 @pytest.mark.parametrize(
     "geometry",
     [
@@ -86,35 +81,6 @@ def test_fingerprint_follows_content_not_path(tmp_path):
     second.write_text("solid")
     changed.write_text("other")
     assert fingerprint(CadPart(first)) == fingerprint(CadPart(second)) != fingerprint(CadPart(changed))
-
-
-def test_plane_selector_by_offset_normal_and_radius():
-    faces = [ring(1, 4e-3, 5e-3, 8e-3), ring(2, 5e-3, 12e-3, 8e-3), ring(3, 0.0, 12e-3, 0.0)]
-    lip = PlaneFace(UP, 8e-3, radius_min=4e-3, radius_max=5e-3)
-    assert [face.tag for face in select(faces, lip, "contact")] == [1]
-    assert [face.tag for face in select(faces, PlaneFace((0.0, 0.0, 5.0), 0.0), "fixed")] == [3]
-    with pytest.raises(GeometryError, match="no face for 'fixed'"):
-        select(faces, PlaneFace((0.0, 0.0, -1.0), 0.0), "fixed")
-
-
-def test_empty_selection_lists_what_is_there():
-    with pytest.raises(GeometryError) as caught:
-        select([ring(7, 4e-3, 5e-3, 8e-3, (9, 8, 7, 255))], PlaneFace(UP, 9e-3), "contact")
-    for part in ("'contact'", "offset 9 mm", "face 7: Plane", "(0, 0, 8) mm", "28.27 mm^2", "colour (9, 8, 7, 255)"):
-        assert part in str(caught.value)
-
-
-def test_separate_faces_are_ambiguous_unless_wanted():
-    faces = [ring(1, 1e-3, 2e-3), ring(2, 4e-3, 5e-3)]
-    with pytest.raises(GeometryError, match=r"ambiguous selection for 'contact'.*2 separate faces"):
-        select(faces, PlaneFace(UP, 0.0), "contact")
-    assert len(select(faces, PlaneFace(UP, 0.0, several=True), "contact")) == 2
-
-
-def test_touching_faces_are_one_patch():
-    # 1-3 and 3-2 share a curve: connected although 1 and 2 do not touch.
-    faces = [ring(1, 1e-3, 2e-3, curves=(1, 2)), ring(2, 3e-3, 4e-3, curves=(5, 6)), ring(3, 2e-3, 3e-3, curves=(2, 5))]
-    assert len(select(faces, PlaneFace(UP, 0.0), "contact")) == 3
 
 
 def test_colour_selector_has_a_tolerance():
@@ -138,15 +104,3 @@ def test_step_states_its_unit(tmp_path, entities, unit):
     path = tmp_path / "a.step"
     path.write_text(f"#9=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));\n{entities}\n")
     assert stated_unit(path) == unit
-
-
-def test_step_without_unit_is_an_error(tmp_path):
-    path = tmp_path / "a.step"
-    path.write_text("#9=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));")
-    with pytest.raises(GeometryError, match="states no length unit"):
-        stated_unit(path)
-
-
-def test_painting_needs_one_shell():
-    with pytest.raises(GeometryError, match="has 0 and 0"):
-        paint("DATA;\nENDSEC;", {1: (255, 0, 0, 255)})

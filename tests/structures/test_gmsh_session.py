@@ -1,6 +1,5 @@
 """Several meshes by one gmsh process."""
 
-import dataclasses
 import subprocess
 
 import numpy as np
@@ -67,19 +66,6 @@ def test_a_session_makes_the_meshes_of_single_processes(monkeypatch, make, geome
             assert_same(make(geometry, spec, gmsh=gmsh), single[spec])
     assert len(processes) == 1
     assert processes[0].returncode is not None
-
-
-def test_a_session_changes_geometry_and_kind_of_mesh(monkeypatch) -> None:
-    """Options of quadrilaterals do not reach the solid's triangles, nor does one geometry the next."""
-    quadrilaterals = dataclasses.replace(COARSE, shape="hex")
-    jobs = [(make_meridian, AnnularSeat(), quadrilaterals), (make_meridian, Stopper(), COARSE)]
-    jobs += [(make_mesh, Stopper(), COARSE), (make_mesh, AnnularSeat(), COARSE)]
-    single = [make(geometry, spec) for make, geometry, spec in jobs]
-    processes = started(monkeypatch)
-    with GmshSession() as gmsh:
-        for (make, geometry, spec), expected in zip(jobs, single, strict=True):
-            assert_same(make(geometry, spec, gmsh=gmsh), expected)
-    assert len(processes) == 1
 
 
 def test_a_session_goes_on_after_a_failure(monkeypatch) -> None:

@@ -11,7 +11,7 @@ from seatfem.structures.materials import Material
 from seatfem.structures.model import ModelError
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.harmonics import ring_greens
-from seatfem.structures.reduction.ring_patches import RingPatch, first_velocities_beyond, mixing, summed
+from seatfem.structures.reduction.ring_patches import RingPatch, first_velocities_beyond, summed
 
 STEEL = Material(200e9, 0.3, 7850.0)
 BAND, DURATION, ZETA = 150e3, 30e-6, 0.05
@@ -68,30 +68,6 @@ def test_fourier_series_of_patches_sums_to_their_own_pressure():
     np.testing.assert_allclose(beyond, by_sum, atol=2e-3)
 
 
-def test_cos_and_sin_columns_give_the_angle_between_patches():
-    patches = {"a": RingPatch(0.2, 0.5), "b": RingPatch(1.5, 1.0)}
-    matrices = mixing(patches, ["contact"], 4)
-    assert len(matrices) == 2
-    np.testing.assert_allclose(sum(x @ x.T for x in matrices), equally(patches, np.array([4])), atol=1e-15)
-    assert mixing({"a": RingPatch(0.0, 2 * math.pi)}, ["contact"], 3) == []
-
-
-def test_first_velocity_is_that_of_each_patch_alone(three):
-    impedance = assemble_axisymmetric(meridian(), STEEL, order=2).ports["contact"].impedance * 0.6 / (2 * math.pi)
-    damped = 2 / math.pi * math.acos(ZETA) / math.sqrt(1 - ZETA**2)
-    np.testing.assert_allclose(three.initial_value(), np.eye(3) * damped / impedance, atol=1e-8 * damped / impedance)
-
-
-def test_equal_patches_turned_by_a_third_answer_alike(three):
-    g = response(three)
-    scale = np.abs(g).max()
-    for i, j in ((1, 1), (2, 2)):
-        assert np.abs(g[i, j] - g[0, 0]).max() < 1e-9 * scale
-    for i, j in ((1, 2), (2, 0)):
-        assert np.abs(g[i, j] - g[0, 1]).max() < 1e-9 * scale
-    assert np.abs(g[0, 1]).max() < 0.6 * scale
-
-
 def test_stated_error_covers_a_ten_times_finer_tolerance(three):
     fine = solve({name: RingPatch(0.3 + 2 * math.pi * k / 3, 0.6) for k, name in enumerate("abc")}, 1e-3)
     assert fine.origin["harmonics"] > three.origin["harmonics"]
@@ -108,13 +84,6 @@ def test_patches_that_cover_the_ring_are_the_ring():
     whole = ring_response().filtered(TIMES, 1 / BAND)
     # the thirds' weights cancel to round-off, so only the reduction of harmonic 0 differs
     assert np.abs(response(thirds).mean(axis=(0, 1)) - whole).max() < 4e-3 * np.abs(whole).max()
-
-
-def test_a_whole_ring_needs_harmonic_zero_only():
-    ring = solve({"ring": RingPatch(0.0, 2 * math.pi)})
-    assert ring.origin["harmonics"] == 0
-    whole = ring_response().filtered(TIMES, 1 / BAND)
-    assert np.abs(response(ring)[0, 0] - whole).max() < 4e-3 * np.abs(whole).max()
 
 
 @pytest.mark.parametrize(

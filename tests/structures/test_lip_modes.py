@@ -19,7 +19,7 @@ from seatfem.structures.reduction.harmonics import ring_greens
 from seatfem.structures.reduction.lip_modes import lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.ring_patches import RingPatch
-from seatfem.structures.rings import Division, as_a_whole, divided_less
+from seatfem.structures.rings import as_a_whole
 
 STEEL = Material(200e9, 0.3, 7850.0)
 INNER, OUTER, HEIGHT = 4e-3, 7e-3, 5e-3
@@ -121,14 +121,6 @@ def test_it_is_passive_and_reciprocal_and_the_same_all_around(eight: ModalGreens
     np.testing.assert_allclose(g, g.transpose(1, 0, 2), atol=1e-12 * np.abs(g).max())
     turned = np.roll(g, (3, 3), (0, 1))
     np.testing.assert_allclose(g, turned, atol=1e-6 * np.abs(g).max())
-
-
-def test_joined_arcs_are_those_of_fewer() -> None:
-    """The harmonics that tell neighbours apart, summed to the stated doubt of 0.2 % of an arc's compliance."""
-    joined, eight = divided_less(in_arcs(32, 3 * BAND), Division(8)), in_arcs(8, 3 * BAND)
-    static, same = joined.static_compliance(), eight.static_compliance()
-    assert np.abs(static - same).max() < 2e-3 * same.max()
-    assert off(joined, eight) < 2e-3
 
 
 def test_what_cannot_be(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from seatfem.structures.materials import Material, Orthotropic, stiffness_tensor
+from seatfem.structures.materials import Material, Orthotropic
 from seatfem.structures.model import ModelError
 
 STEEL = Material(200e9, 0.3, 7850.0, "steel")
@@ -25,21 +25,6 @@ def test_orthotropic_compliance_has_the_engineering_constants():
     assert 1 / np.diag(compliance)[3:] == pytest.approx(WOOD["shear"][::-1], rel=1e-9)
     assert -compliance[0, 1] * 12e9 == pytest.approx(0.4, rel=1e-9)
     assert -compliance[1, 2] * 0.9e9 == pytest.approx(0.5, rel=1e-9)
-
-
-def test_turned_axes_turn_the_stiffness():
-    """Pulled along the turned axis 1, the solid has Young's modulus E_1 there."""
-    along = np.asarray(TURN[0])
-    stiffness = stiffness_tensor(Orthotropic(**WOOD, axes=TURN).elasticity).reshape(9, 9)
-    strain = np.linalg.lstsq(stiffness, np.outer(along, along).ravel(), rcond=1e-10)[0].reshape(3, 3)
-    assert along @ strain @ along == pytest.approx(1 / 12e9, rel=1e-9)
-
-
-def test_the_slowest_wave_of_wood_is_its_rolling_shear():
-    wood = Orthotropic(**WOOD)
-    assert wood.c_s == pytest.approx(np.sqrt(0.06e9 / 450.0), rel=1e-9)
-    stiff = wood.elasticity
-    assert wood.c_p_along([1.0, 0.0, 0.0]) == pytest.approx(np.sqrt(stiff[0, 0] / 450.0), rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.mesh.checks import check_mesh, measure, scaled_jacobian
+from seatfem.structures.mesh.checks import check_mesh, scaled_jacobian
 from seatfem.structures.mesh.io import CELL_KINDS, TET_EDGES, MeshArrays, MeshError, serendipity_to_27, to_skfem
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
@@ -20,25 +20,6 @@ def one_tet(order: int = 1) -> MeshArrays:
     return MeshArrays(points, tets, {"contact": CONTACT, "fixed": FIXED}, {}, "one.msh")
 
 
-@pytest.mark.parametrize("order", [1, 2])
-def test_measures_of_one_tetrahedron(order):
-    arrays = one_tet(order)
-    quality = measure(to_skfem(arrays), arrays, None, {})
-    assert quality.volume == pytest.approx(1 / 6, rel=1e-14)
-    assert quality.areas == pytest.approx({"contact": np.sqrt(3) / 2, "fixed": 0.5}, rel=1e-14)
-    assert quality.min_scaled_jacobian == pytest.approx(1.0, rel=1e-14)
-
-
-def test_curved_volume_by_hand():
-    # Node 4 moved by -0.05 along y: the map is (L1, L2 - 0.2 L0 L1, L3), so det J = 1 + 0.2 L1 and the integral of
-    # L1 over the unit tetrahedron is 1/24.
-    arrays = one_tet(2)
-    arrays.points[4] += [0.0, -0.05, 0.0]
-    quality = measure(to_skfem(arrays), arrays, None, {})
-    assert quality.volume == pytest.approx(1 / 6 + 0.2 / 24, rel=1e-13)
-    assert quality.min_scaled_jacobian == pytest.approx(1.0, rel=1e-13)  # its least value, where L1 = 0
-
-
 def grid(nodes: int) -> MeshArrays:
     """2 x 2 x 1 hexahedra of 8 or 27 nodes on [0, 2] x [0, 2] x [0, 1]."""
     shifts = np.array([(i, j, 0) for i in range(2) for j in range(2)], dtype=float)
@@ -47,27 +28,6 @@ def grid(nodes: int) -> MeshArrays:
     number = {tuple(point): k for k, point in enumerate(points)}
     top = np.array([[number[i + x, j + y, 1.0] for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))] for i, j, _ in shifts])
     return MeshArrays(points, cells.reshape(-1, nodes), {"contact": top}, {}, "grid")
-
-
-@pytest.mark.parametrize("nodes", [8, 27])
-def test_hexahedra_curved_by_a_map(nodes):
-    # x + 0.1 x z, y + 0.05 x^2, z: det = 1 + 0.1 z. Its x^2 is lost at order 1 (a parabola's chord), its volume is not:
-    # shearing along y does not change it. The top's area is 1.1 times that of the plane square, 4.
-    arrays = grid(nodes)
-    x, y, z = arrays.points.T
-    arrays.points[:] = np.c_[x + 0.1 * x * z, y + 0.05 * x**2, z]
-    mesh = to_skfem(arrays)
-    quality = measure(mesh, arrays, None, {})
-    assert quality.volume == pytest.approx(4 * 1.05, rel=1e-13)
-    assert quality.areas == pytest.approx({"contact": 4.4}, rel=1e-13)
-    # det / its mean is smallest where z = 0.
-    assert quality.min_scaled_jacobian == pytest.approx(1 / 1.05, rel=1e-13)
-    # Every node of every element stands where scikit-fem's own map puts it, and is one of ours.
-    element = arrays.kind.element
-    places = mesh.mapping().F(element.doflocs.T)
-    ours = arrays.points[arrays.cells[:, arrays.kind.columns]].transpose(2, 0, 1)
-    assert np.allclose(places, ours, rtol=0, atol=1e-14)
-    assert mesh.doflocs.shape[1] == len(arrays.points)
 
 
 def test_twenty_nodes_become_twentyseven():
@@ -89,24 +49,6 @@ def test_faces_that_are_none():
         to_skfem(dataclasses.replace(arrays, surfaces={"contact": np.array([[0, 1, 2]])}))
     with pytest.raises(MeshError, match=r"cells of shape \(1, 6\): must be \(m, 4\) or"):
         dataclasses.replace(arrays, cells=np.zeros((1, 6), dtype=int))
-
-
-def test_orphan_nodes_are_dropped_and_names_kept():
-    arrays = one_tet(2)
-    shifted = MeshArrays(
-        np.vstack([np.full((3, 3), 9.0), arrays.points]),
-        arrays.cells + 3,
-        {name: triangles + 3 for name, triangles in arrays.surfaces.items()},
-        {"seat": np.array([0])},
-        "orphans.msh",
-    )
-    mesh = to_skfem(shifted)
-    assert mesh.doflocs.shape == (3, 10)
-    assert mesh.doflocs.max() == 1.0
-    assert {name: len(facets) for name, facets in mesh.boundaries.items()} == {"contact": 1, "fixed": 1}
-    assert list(mesh.subdomains["seat"]) == [0]
-    facet = mesh.facets[:, mesh.boundaries["contact"][0]]
-    assert np.allclose(mesh.p[:, facet].sum(axis=0), 1.0)  # the slanted face x + y + z = 1
 
 
 @pytest.mark.parametrize(
@@ -173,28 +115,6 @@ def test_msh_version_2_with_own_names_and_unit(tmp_path):
     assert seat.quality.cad_volume is None
     with pytest.raises(MeshError, match=r"part.msh: no surface group named 'contact'; the file has: 'fixed', 'top'"):
         read_mesh(path)
-
-
-def test_msh_with_an_empty_patch(tmp_path):
-    path = tmp_path / "empty.msh"
-    path.write_text(MSH2.replace("$Elements\n3\n1 2 2 1 1 2 3 4\n", "$Elements\n2\n"))
-    with pytest.raises(MeshError, match=r"empty.msh: .*'top'"):
-        read_mesh(path, contact="top")
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (MSH2.replace("3 4 2 3 1 1 2 3 4\n", "").replace("$Elements\n3", "$Elements\n2"), "tetrahedra.*found: none"),
-        (MSH2[:120], "bad.msh"),
-        ("nonsense", "bad.msh"),
-    ],
-)
-def test_bad_mesh_files_are_named(tmp_path, content, message):
-    path = tmp_path / "bad.msh"
-    path.write_text(content)
-    with pytest.raises(MeshError, match=message):
-        read_mesh(path, contact="top")
 
 
 def test_wrong_kind_of_file(tmp_path):

@@ -126,10 +126,6 @@ def corners_area(mesh, facets) -> float:
     return float(np.linalg.norm(np.cross((b - a).T, (c - a).T), axis=1).sum()) / 2
 
 
-def test_regions_have_names_without_asking():
-    assert {"solid_1", "solid_2"} <= set(make_mesh(CadPart(INSERT), COARSE).mesh.subdomains)
-
-
 def test_regions_that_are_not_there_list_what_is():
     with pytest.raises(GeometryError, match=r"no solid for the region 'ring' \(colour \(1, 2, 3, 255\)\)") as caught:
         make_mesh(CadPart(INSERT, regions=(Region("ring", colour=(1, 2, 3, 255)),)), COARSE)

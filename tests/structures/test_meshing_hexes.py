@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from seatfem.structures.mesh.meshing import content_hash, make_mesh
-from seatfem.structures.mesh.spec import MeshSpec, boundary_lines, graded
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, GeometryError, Stopper, ValvePlate
 
 CONE = ConicalSeat(contact_width=1e-3)
@@ -95,33 +95,12 @@ def closed(mesh) -> bool:
     return len(np.unique(named)) == len(named) and not np.any(in_plane)
 
 
-def test_revolved_nodes_lie_on_their_circles():
-    seat = make_mesh(CONE, MeshSpec(3e-3, 1.5e-3, shape="hex", layers=6))
-    assert seat.mesh.nelements % 6 == 0
-    x, y, z = seat.mesh.doflocs
-    radius, angle = np.hypot(x, y), np.arctan2(y, x)
-    on_layer = np.round(angle / (math.pi / 6)) * math.pi / 6
-    assert np.allclose(angle, on_layer, rtol=0, atol=1e-9)
-    # twelve levels of nodes, each the same set of (r, z)
-    section = np.round(np.column_stack([radius, z]), 10)
-    _, count = np.unique(section, axis=0, return_counts=True)
-    assert set(count) == {12}
-
-
 @pytest.mark.parametrize(("curved", "order"), [(True, 4.0), (False, 2.0)])
 def test_convergence_to_the_circle(curved, order):
     # Sectors of 60 and 30 degrees: area of quadratic arcs O(h^4), of chords O(h^2).
     specs = [MeshSpec(4e-3, curved=curved, shape="hex", layers=layers) for layers in (8, 16)]
     errors = [abs(q.volume / q.cad_volume - 1) for q in (make_mesh(SHARP, spec).quality for spec in specs)]
     assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
-
-
-def test_first_order_hexahedra():
-    seat = make_mesh(BLOCK, MeshSpec(3e-3, 1.5e-3, order=1, shape="hex", layers=4))
-    assert seat.order == 1
-    assert seat.mesh.doflocs.shape[1] == seat.mesh.nvertices
-    assert seat.quality.volume == pytest.approx(12e-3 * 10e-3 * 6e-3, rel=1e-12)
-    assert len(np.unique(np.round(seat.mesh.p[2], 9))) == 5
 
 
 def test_extruded_layers_grow_from_the_contact():
@@ -132,24 +111,6 @@ def test_extruded_layers_grow_from_the_contact():
     assert 0.35e-3 < steps[-1] < 0.6e-3
 
 
-def test_graded_fills_the_length():
-    places = graded(5.0, 0.4, 1.0, 0.5)
-    steps = np.diff(places)
-    assert places[0] == 0.0
-    assert places[-1] == pytest.approx(5.0, rel=1e-15)
-    assert np.all(np.diff(steps) > -1e-12)
-    assert 0.3 < steps[0] < 0.5
-    assert steps[-1] < 1.3
-    assert list(graded(1.0, 2.0, 2.0, 0.5)) == [0.0, 1.0]
-
-
-def test_boundary_lines_of_two_quadrilaterals():
-    plane = {"cells": np.array([[0, 1, 4, 3], [1, 2, 5, 4]])}
-    assert {frozenset(line) for line in boundary_lines(plane).tolist()} == {
-        frozenset(line) for line in [(0, 1), (1, 2), (2, 5), (5, 4), (4, 3), (3, 0)]
-    }
-
-
 def test_each_land_is_a_group_of_its_own():
     seat = make_mesh(PLATE, HEX)
     lands = [seat.mesh.boundaries[f"land_{k}"] for k in (1, 2, 3)]
@@ -158,11 +119,6 @@ def test_each_land_is_a_group_of_its_own():
         points = seat.mesh.p[:, seat.mesh.facets[:, land]]
         radius = np.hypot(points[0] - x, points[1] - y)
         assert 3e-3 - 1e-9 < radius.min() < radius.max() < 4e-3 + 1e-9
-
-
-def test_the_sector_counts_in_the_hash():
-    assert content_hash(BAR, HEX) != content_hash(BAR, HEX, 2)
-    assert make_mesh(BAR, HEX, sector=2).provenance.content_hash == content_hash(BAR, HEX, 2)
 
 
 @pytest.mark.parametrize(

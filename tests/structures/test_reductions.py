@@ -11,9 +11,9 @@ from scipy import sparse
 import impact
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.method import Aims, memory
+from seatfem.structures.method import Aims
 from seatfem.structures.model import Damping, ModelError, Port, SecondOrderModel, as_csr
-from seatfem.structures.reduction.greens import greens_function, reduce_model
+from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modal import Modal
 from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
@@ -22,7 +22,6 @@ from seatfem.structures.reduction.transient import Transient, march
 from tests.rod_model import rod_model
 
 ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
-C0 = np.sqrt(200e9 / 7850.0)
 BLOCK_PORTS = {
     "fixed": lambda x: x[2] < 1e-9,
     "left": lambda x: (x[2] > 4e-3 - 1e-9) & (x[0] < 6e-3),
@@ -108,26 +107,6 @@ def test_modal_error_is_below_its_estimate(block, damping):
     assert modes.frequencies_hz[-1] < 6e5
 
 
-def test_krylov_keeps_the_static_compliance_and_starts_at_one_over_z(block):
-    greens = Krylov().reduce(block, Damping(), Aims(3e5, 2e-5, 3e-3)).greens
-    static = block.port_matrix.T @ sparse.linalg.spsolve(block.K.tocsc(), block.port_matrix)
-    # the Galerkin compliance converges twice as fast as the basis: far below the tolerance
-    assert greens.static_compliance() == pytest.approx(static, rel=3e-4)
-    start = np.diag([1 / port.impedance for port in block.ports.values()])
-    assert greens.initial_value() == pytest.approx(start, abs=1e-9 * start.max())
-
-
-def test_the_residual_of_a_rod_has_the_time_constant_of_its_cutoff(rod):
-    """What n modes of a rod leave out: tau = r0 Z = (2/pi)/w_cut for large n; Rayleigh damping adds beta."""
-    modes = all_modes(rod, Damping())
-    above = (modes.omega[30] + modes.omega[31]) / 2
-    nothing = np.zeros((1, 1))
-    for damping, extra in ((Damping(), 0.0), (Damping(0, 0, 3e-8), 3e-8)):
-        cut = truncate(modes.omega, damping.ratios(modes.omega), modes.shapes, above, nothing, rod, damping)
-        # the sum over n > N of 1/(2 n - 1)^2 is 1/(4 N) to 1/N^2, N = 31; the static compliance is exact
-        assert 1 / cut.residual.rates[0] == pytest.approx(2 / np.pi / above + extra, rel=2e-3)
-
-
 @pytest.mark.parametrize("zeta", [0.0, 0.1, 0.7, 1.0, 3.0])
 def test_first_velocity_of_a_damped_rod_is_the_closed_forms(zeta):
     if zeta < 1:
@@ -144,49 +123,6 @@ def test_an_unknown_impedance_gives_a_bare_spring(rod):
     assert residual(np.array([[2e-9]]), bare, Damping()).compliance[0, 0] == 2e-9
     relaxed = residual(np.array([[2e-9]]), bare, Damping(0, 0, 1e-7))
     assert 1 / relaxed.rates == pytest.approx([1e-7], rel=1e-6)
-
-
-def test_a_free_rod_runs_away_with_its_mass():
-    model = rod_model(**ROD, elements=200, fixed_end=False)
-    greens = greens_function(model, bandwidth=3e5, duration=1e-4, tolerance=1e-2, method="krylov")
-    assert greens.omega[0] == 0.0
-    assert greens.shapes[0, 0] ** 2 == pytest.approx(1 / (7850.0 * 1e-4 * 30e-3), rel=1e-9)
-    assert true_error(greens, model, Damping(), 3e5, 1e-4) <= 1.1 * greens.error_estimate.reduction
-
-
-def test_converged_ritz_pairs_are_modes(block):
-    found = reduce_model(block, bandwidth=4e5, duration=2e-5, tolerance=1e-3, method="krylov").modes
-    values = np.sqrt(scipy.linalg.eigvalsh(block.K.toarray(), block.M.toarray())) / (2 * np.pi)
-    assert len(found.frequencies_hz) >= 5
-    for frequency, shape in zip(found.frequencies_hz, found.shapes.T, strict=True):
-        # a residual below 1e-3 bounds the relative error of w^2 by about that
-        assert np.abs(values / frequency - 1).min() < 1e-3
-        assert shape @ block.M @ shape == pytest.approx(1.0, rel=1e-8)
-
-
-def test_solve_modes_finds_all_and_repeats(block):
-    modes = solve_modes(block, 12)
-    exact = np.sqrt(scipy.linalg.eigvalsh(block.K.toarray(), block.M.toarray())[:12]) / (2 * np.pi)
-    assert modes.frequencies_hz == pytest.approx(exact, rel=1e-9)
-    assert modes.complete
-    assert modes.residuals.max() < 1e-8
-    gram = modes.shapes.T @ block.M @ modes.shapes
-    assert gram == pytest.approx(np.eye(12), abs=1e-9)
-    assert np.array_equal(
-        solve_modes(block, 12, backend="superlu").shapes, solve_modes(block, 12, backend="superlu").shapes
-    )
-
-
-def test_a_free_body_has_six_rigid_modes_at_zero():
-    mesh = skfem.MeshTet.init_tensor(*(np.linspace(0, 1e-2, n) for n in (6, 5, 4))).with_boundaries(
-        {"contact": lambda x: x[2] > 1e-2 - 1e-9}
-    )
-    model = assemble(mesh, {"young": 200e9, "poisson": 0.3, "density": 7850.0}, fixed=(), order=2)
-    assert model.size > 600  # the sparse solver, not LAPACK
-    modes = solve_modes(model, 9)
-    assert np.array_equal(modes.frequencies_hz[:6], np.zeros(6))
-    assert modes.frequencies_hz[6] > 1e4
-    assert modes.complete
 
 
 def test_the_marched_samples_are_second_order(rod):
@@ -232,19 +168,6 @@ def test_auto_chooses_and_says_why(block):
     stepped = greens_function(damped, bandwidth=5e4, duration=2e-5, tolerance=3e-2)
     assert stepped.provenance["method"] == "second_order"
     assert "not alpha M + beta K" in stepped.provenance["reason"]
-
-
-def test_a_matched_dashpot_ends_the_echo():
-    """Impedance Z at the port of a fixed rod: half the velocity, echo swallowed, nothing after 2 l/c + pulse."""
-    model = rod_model(**ROD, elements=60)
-    b, Z = model.port_matrix[:, 0], 1e-4 * np.sqrt(200e9 * 7850.0)
-    damped = SecondOrderModel(model.M, sparse.csr_array(Z * np.outer(b, b)), model.K, {"contact": Port(b, 1e-4, Z)})
-    round_trip, width = 2 * 30e-3 / C0, 4e-6
-    greens = greens_function(damped, bandwidth=1 / width, duration=3 * round_trip, tolerance=2e-2)
-    plateau = greens.filtered(np.array([0.8 * round_trip]), width)[0]
-    assert plateau == pytest.approx(1 / (2 * Z), rel=0.02)
-    late = greens.filtered(np.linspace(round_trip + 2 * width, 3 * round_trip, 50), width)
-    assert np.abs(late).max() < 0.02 * plateau + 0.02 / (2 * Z)
 
 
 @pytest.mark.parametrize(
@@ -305,42 +228,11 @@ def test_time_stepping_takes_a_free_body():
         greens.static_compliance()
 
 
-def test_repeated_modes_of_a_symmetric_seat_are_all_found():
-    """A square block: bending about x and about y has one frequency; the count by inertia must include both."""
-    mesh = skfem.MeshHex.init_tensor(*(np.linspace(0, a, n) for a, n in ((1e-2, 5), (1e-2, 5), (4e-3, 3))))
-    model = assemble(
-        mesh.with_boundaries({"fixed": lambda x: x[2] < 1e-9, "contact": lambda x: x[2] > 4e-3 - 1e-9}),
-        {"young": 200e9, "poisson": 0.3, "density": 7850.0},
-        order=2,
-    )
-    assert model.size > 600  # the sparse solver, not LAPACK
-    exact = np.sqrt(scipy.linalg.eigvalsh(model.K.toarray(), model.M.toarray())) / (2 * np.pi)
-    pairs = np.flatnonzero(np.diff(exact[:20]) < 1e-9 * exact[:19])
-    assert len(pairs) >= 3
-    found = Modal().reduce(model, Damping(), Aims(1.5e5, 2e-5, 5e-2))
-    greens, modes = found.greens, found.modes
-    assert greens.origin["counted"]
-    assert modes.frequencies_hz == pytest.approx(exact[: len(modes.frequencies_hz)], rel=1e-8)
-
-
 def test_modal_truncation_advises_against_itself_on_a_large_model(block, monkeypatch):
     monkeypatch.setattr("seatfem.structures.reduction.modal.MODES_ARE_CHEAP", 500)
     asked = greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2, method="modes")
     assert "method='krylov'" in asked.provenance["advice"]
     assert "advice" not in greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2).provenance
-
-
-def test_the_factorization_is_a_stage_of_its_own(rod):
-    stages = []
-    greens_function(
-        rod,
-        bandwidth=1e5,
-        duration=1e-5,
-        tolerance=1e-2,
-        method="krylov",
-        progress=lambda stage, done: stages.append((stage, done)),
-    )
-    assert stages[:3] == [("factorization", 0.0), ("factorization", 1.0), ("reduction", 0.0)]
 
 
 WIDTH, SPAN, SHORT = 1 / 4e5, 4e-5, 5e-6
@@ -372,29 +264,10 @@ def test_g_is_known_for_as_long_as_it_was_computed(block, method):
         impact.prepare(problem, 1e-8, 6e-6)
 
 
-def test_samples_are_known_to_their_end(block):
-    stepped = greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2, method="transient")
-    assert stepped.valid_for == pytest.approx(2e-5)
-
-
 def test_modes_are_modes_at_any_time(block):
     modes = greens_function(block, bandwidth=1 / WIDTH, duration=SPAN, tolerance=2e-2, method="modes")
     assert modes.valid_for == np.inf
     assert late_error(block, modes, 0.0, 30 * SPAN) <= 2 * modes.error_estimate.reduction
-
-
-def test_what_damping_has_forgotten_need_not_be_right(block):
-    """Once the band's tail has died away, a longer duration changes nothing: not the work, not the answer."""
-    ratio = 0.08
-    end = memory(ratio, 1 / WIDTH)
-    assert np.exp(-ratio * 2 * np.pi * 0.1 / WIDTH * end) == pytest.approx(1e-3)
-    arguments = {"bandwidth": 1 / WIDTH, "tolerance": 1e-2, "damping_ratio": ratio, "method": "krylov"}
-    just, longer = (greens_function(block, duration=d, **arguments) for d in (end, 40 * end))
-    short = greens_function(block, duration=0.2 * end, **arguments)
-    assert (just.valid_for, longer.valid_for) == (np.inf, np.inf)
-    assert short.valid_for == pytest.approx(0.2 * end)
-    assert longer.provenance["vectors"] == just.provenance["vectors"]
-    assert late_error(block, longer, ratio, 10 * end) <= longer.error_estimate.reduction
 
 
 @pytest.mark.parametrize("method", ["krylov", "second_order", "lanczos"])

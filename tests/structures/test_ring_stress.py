@@ -14,10 +14,10 @@ from impact.greens.base import Array
 from impact.life.multiaxial import deviators
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.fields import peaks, recovery, solids
+from seatfem.structures.fields import recovery
 from seatfem.structures.fields.peaks import largest, principal, von_mises
 from seatfem.structures.fields.recovery import Response, at_time, field_of, histories, mises_range, recover
-from seatfem.structures.fields.sites import at_points, on_surface
+from seatfem.structures.fields.sites import at_points
 from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, felt, solid_stress
 from seatfem.structures.materials import Material
 from seatfem.structures.reduction.ring_patches import RingPatch, mixing_of
@@ -72,30 +72,6 @@ def test_one_force_on_all_arcs_is_that_of_the_axisymmetric_body() -> None:
     found = histories(field, np.repeat(PULSE[:, None] / 6, 6, axis=1), STEP).reshape(len(POINTS), 2, 6, -1)
     np.testing.assert_allclose(found, np.broadcast_to(whole[:, None], found.shape), atol=1e-9 * np.abs(whole).max())
     assert felt({str(k): patch for k, patch in enumerate(arcs(6))}, np.ones((3, 6)), 40) == [0]
-
-
-def test_as_many_harmonics_as_the_pressure_needs() -> None:
-    """1 + cos th over the arcs is harmonics 0 and 1, and their steps aliases n = 23, 25, ... of 1/n, together less than
-    5 %; of one arc of 15 degrees 100 harmonics leave more than that."""
-    patches = {str(k): patch for k, patch in enumerate(arcs(24))}
-    turns = np.array([patch.angle for patch in arcs(24)])
-    assert felt(patches, 1 + np.cos(turns)[None], 100) == [0, 1]
-    one = np.eye(24)[:1]
-    assert felt(patches, one, 100)[-1] == 100
-    assert felt(patches, one, 3) == [0, 1, 2, 3]
-
-
-def test_a_turned_force_makes_a_turned_stress() -> None:
-    count, turn = 8, 3
-    angles = 2 * math.pi * (np.arange(count) + 0.3) / count
-    field = ring(arcs(count), POINTS, angles, range(6))
-    force = PULSE[:, None] * np.array([1.0, 0.4, 0, 0, 0, 0, 0, 0.2])
-    here, there = (
-        histories(field, pushed, STEP).reshape(len(POINTS), count, 6, -1)
-        for pushed in (force, np.roll(force, turn, axis=1))
-    )
-    np.testing.assert_allclose(np.roll(here, turn, axis=1), there, atol=1e-9 * np.abs(here).max())
-    assert np.abs(here - there).max() > 0.1 * np.abs(here).max()
 
 
 ARC = RingPatch(math.pi / 8, math.pi / 4)  # an eighth from the x axis on
@@ -153,18 +129,6 @@ def test_the_largest_of_a_ring_is_that_of_its_histories() -> None:
     assert von_mises(then)[0] == pytest.approx(found.von_mises[worst], rel=5e-3)
 
 
-def test_the_number_of_threads_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Bit for bit: each has places of its own."""
-    field = ring(arcs(8), POINTS, 2 * math.pi * np.arange(5) / 5, range(6))
-    force = PULSE[:, None] * np.array([1.0, 0.4, 0, 0, 0, 0, 0, 0.2])
-    monkeypatch.setattr(peaks, "_NUMBERS", 1)
-    monkeypatch.setattr(peaks, "_PLACES", 1)
-    alone, shared = (largest(field, force, STEP, workers=count).after_contact for count in (1, 3))
-    for name in ("von_mises", "von_mises_time", "principal", "principal_time"):
-        np.testing.assert_array_equal(getattr(alone, name), getattr(shared, name))
-    assert alone.von_mises.min() > 0
-
-
 def test_the_range_of_a_ring_is_that_of_its_histories() -> None:
     """At the times of the histories, whose deviators a box holds."""
     angles = 2 * math.pi * (np.arange(8) + 0.5) / 8
@@ -189,14 +153,3 @@ def test_many_ports_answer_by_modes_as_few_by_krylov_vectors(monkeypatch: pytest
     off, more = (np.abs(each - krylov).max() / np.abs(krylov).max() for each in (modes, fewer))
     assert off < 0.01
     assert off < more
-
-
-def test_rows_in_blocks_are_those_of_all(monkeypatch: pytest.MonkeyPatch) -> None:
-    made = elements_of(solid_mesh(16))
-    model = assemble(solid_mesh(16), STEEL)
-    operator = solid_stress(made, STEEL, model, on_surface(made))
-    unknowns = np.random.default_rng(1).normal(size=(model.size, 2))
-    whole = operator @ unknowns
-    monkeypatch.setattr(solids, "_BLOCK", 173)
-    np.testing.assert_allclose(operator @ unknowns, whole, rtol=1e-12)
-    np.testing.assert_allclose(operator @ unknowns[:, 0], whole[:, 0], rtol=1e-12)

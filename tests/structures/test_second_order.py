@@ -14,10 +14,9 @@ from seatfem.structures.elements.supports import Absorbing
 from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
 from seatfem.structures.model import ModelError, Port, SecondOrderModel
-from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.structures.reduction.second_order import Coupled, SecondOrderBasis, SecondOrderKrylov, poles
+from seatfem.structures.reduction.second_order import Coupled, SecondOrderKrylov, poles
 from tests.rod_model import rod_model
 
 ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
@@ -38,18 +37,6 @@ def test_proportional_damping_gives_back_the_modes_from_light_to_heavy():
     assert sorted(greens.signs) == [-1.0, 1.0]
 
 
-def test_repeated_poles_are_not_mixed():
-    """Two equal oscillators pushed by different ports: their vectors must be made orthogonal within the pair."""
-    turn = scipy.linalg.expm(np.array([[0, 0.7, 0.1], [-0.7, 0, 0.4], [-0.1, -0.4, 0]]))
-    omega = np.array([2.0, 2.0, 2.0])
-    for zeta in (0.1, 1.4):
-        greens = poles(Coupled(omega, 4 * zeta * turn @ np.eye(3) @ turn.T, turn[:, :2]), ("a", "b"))
-        modal = ModalGreens(omega, np.full(3, zeta), turn[:, :2], Residual.none(2), ("a", "b"))
-        t = np.linspace(0, 6, 40)
-        for i, j in ((0, 0), (0, 1), (1, 1)):
-            assert greens.impulse_response(t, i, j) == pytest.approx(modal.impulse_response(t, i, j), abs=1e-9)
-
-
 def test_coupled_damping_is_the_matrix_exponential():
     rng = np.random.default_rng(1)
     omega = np.array([0.0, 0.0, 1.0, 1.5, 4.0])
@@ -64,28 +51,6 @@ def test_coupled_damping_is_the_matrix_exponential():
         exact = ports.T @ scipy.linalg.expm(first * t)[:5, 5:] @ ports
         found = [[float(greens.impulse_response(t, i, j)) for j in range(2)] for i in range(2)]
         assert np.array(found) == pytest.approx(exact, abs=1e-11)
-
-
-def test_the_basis_spans_the_second_order_krylov_space_orthonormally():
-    """Against the plain recursion, which holds for a dozen vectors; far beyond, Q stays orthonormal."""
-    model = rod_model(**ROD, elements=60)
-    b = model.port_matrix[:, 0]
-    C = sparse.csr_array(0.4 * Z * np.outer(b, b))
-    s = 2 * np.pi * 2e5
-    P = model.K + s * C + s**2 * model.M
-    basis = SecondOrderBasis(model, C, factorize(P), s, 80, np.zeros((model.size, 0)))
-    basis.grow(6)
-    plain = [np.linalg.solve(P.toarray(), b)]
-    before = np.zeros_like(b)
-    for _ in range(5):
-        right = (2 * s * model.M + C) @ plain[-1] + model.M @ before
-        before = plain[-1]
-        plain.append(-np.linalg.solve(P.toarray(), right))
-    for vector in plain:
-        left = vector - basis.Q @ (basis.Q.T @ (model.M @ vector))
-        assert np.linalg.norm(left) < 1e-6 * np.linalg.norm(vector)  # the plain recursion loses a digit per step
-    basis.grow(80)
-    assert np.abs(basis.Q.T @ (model.M @ basis.Q) - np.eye(80)).max() < 1e-12
 
 
 @pytest.mark.parametrize("share", [0.1, 1.0, 5.0])
@@ -142,17 +107,6 @@ def test_absorbing_sides_agree_with_time_stepping_within_the_estimates(block, st
     # dashpots hold no static load: all six motions drift
     assert np.sum(greens.rates == 0) == 6
     assert np.all(np.isinf(np.diag(greens.static_compliance())))
-
-
-def test_it_agrees_with_krylov_where_damping_is_proportional(block):
-    plain = replace(block, C=2e-8 * block.K)
-    aims = {"bandwidth": 2e5, "duration": 3e-5, "tolerance": 1e-2}
-    t = np.linspace(0, 3e-5, 301)
-    one, other = (greens_function(plain, method=method, **aims) for method in ("second_order", "krylov"))
-    a, b = one.filtered_matrix(t, 5e-6), other.filtered_matrix(t, 5e-6)
-    assert np.abs(a - b).max() <= (one.error_estimate.reduction + other.error_estimate.reduction) * np.abs(b).max()
-    # six rigid motions, kept exactly
-    assert one.rigid.T @ one.rigid == pytest.approx(other.shapes[:6].T @ other.shapes[:6], rel=1e-9)
 
 
 def test_loss_factors_by_region_are_the_modal_strain_energy():

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.contact import striker_of
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.lips import gaps_of, usual_ports
 from tests.flapper_scene import FLAPPER
@@ -99,13 +98,6 @@ def test_own_shapes(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         down - GAP, (found["mode"] - GAP)[::-1][np.roll(np.arange(ARCS), ARCS // 2)], atol=2.5e-6
     )
-
-
-def test_it_moves_as_the_flat_one(tmp_path: Path) -> None:
-    """The openings change, and nothing else."""
-    flat, curved = (striker_of(scene_of(tmp_path, keys)) for keys in ("", 'curvature = { deflection = "0.2 mm" }'))
-    np.testing.assert_array_equal(flat.greens.modal.shapes, curved.greens.modal.shapes)  # type: ignore[union-attr]
-    np.testing.assert_array_equal(flat.modal_start().velocity, curved.modal_start().velocity)
 
 
 SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'

@@ -37,10 +37,10 @@ LANDING = FLAPPER + 'greens = { bandwidth = "60 kHz" }\nrelease = { velocity = "
 GAP = 1e-6
 
 
-def scene_of(folder: Path, seat: str, contact: str, reed: str = LANDING) -> Scene:
+def scene_of(folder: Path, seat: str, contact: str, duration: float = 0.12) -> Scene:
     path = folder / "scene.toml"
     path.write_text(
-        f'[seat]\n{seat}[reed]\n{reed}[contact]\ngap = "1 um"\n{contact}[run]\nduration = "0.12 ms"\n'
+        f'[seat]\n{seat}[reed]\n{LANDING}[contact]\ngap = "1 um"\n{contact}[run]\nduration = "{duration} ms"\n'
         'filter_width = "5 us"\n[accuracy]\ntarget = "5 %"\n',
         encoding="utf-8",
     )
@@ -152,7 +152,7 @@ def test_a_mesh_that_is_given(tmp_path: Path) -> None:
 
 def test_plans_mesh_each_arc(tmp_path: Path) -> None:
     """One element at least, by a spring here; a coarser stated one is refused with what would do."""
-    plan = plan_scene(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'ports = 48\ntilt = "0.2 deg"\n'))
+    plan = plan_scene(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'ports = 48\ntilt = "0.2 deg"\n', 0.04))
     lip = plan.method.seat.lip
     assert isinstance(lip, FaceLip)
     assert plan.method.ports == 48
@@ -165,7 +165,7 @@ def test_plans_mesh_each_arc(tmp_path: Path) -> None:
 
 def test_plans_choose_arcs_of_a_face(tmp_path: Path) -> None:
     """As of a circle: in pre-runs on a half-space under the same face."""
-    plan = plan_scene(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'tilt = "0.2 deg"\n'))
+    plan = plan_scene(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'tilt = "0.2 deg"\n', 0.04))
     assert plan.method.ports in (16, 32, 64)
     assert any(choice.key == "contact.ports" for choice in plan.choices)
     assert plan.method.reed.lip is not None
@@ -175,7 +175,7 @@ def test_plans_choose_arcs_of_a_face(tmp_path: Path) -> None:
 def test_a_lip_leaves_no_sectors(tmp_path: Path) -> None:
     """Of a plate with one port: four quarters, where its land is struck as a whole."""
     one = PLATE.replace("ports = 4", "ports = 1")
-    scene = scene_of(tmp_path, one, "ports = 16\n")
+    scene = scene_of(tmp_path, one, "ports = 16\n", 0.04)
     assert scene.seat.stated().level == "sector"
     plan = plan_scene(scene)
     assert plan.method.seat.level in ("3d", "spring")

@@ -13,7 +13,6 @@ from seatfem.structures.method import bed
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import problem_of, run_contacts, striker_of
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.impacts.validity import film_notes, simpler_keys, simpler_models
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.summary import summarise
 from seatfem.study.scene import Scene
@@ -106,12 +105,6 @@ def test_a_run_tells_of_its_film_and_of_none(tmp_path: Path) -> None:
     assert measures.film_force_peak(loaded) == found["film_force_peak_N"]
 
 
-def test_oil_gives_no_way(tmp_path: Path) -> None:
-    oil = scene_of(tmp_path, MASS.replace("18 uPa s", "1 mPa s"))
-    result = run_contacts(oil, striker_of(oil), impact.spring(stiffness=1e15), DT).seat
-    assert film_notes(oil, result) == ()
-
-
 def test_arcs_under_a_rigid_face_have_the_film_of_one_port(tmp_path: Path) -> None:
     """Of an even gap: the same total force at every step; under a plate whose paddle turns as it comes, far less."""
     seat, _, rest = LANDING.partition("[reed]")
@@ -125,16 +118,6 @@ def test_arcs_under_a_rigid_face_have_the_film_of_one_port(tmp_path: Path) -> No
     np.testing.assert_allclose(many.line.film.sum(axis=1), many.seat.film, atol=1e-9)
     turning, even = (measures.film_force_peak(struck(lip(tmp_path, f"{AIR}\nports = {n}"), n).seat) for n in (8, 1))
     assert turning < 0.5 * even
-
-
-def test_without_the_film_it_is_the_scene_without(tmp_path: Path) -> None:
-    """Beside one port and beam, which keep it."""
-    scene, plain = lip(tmp_path, f"{AIR}\nports = 8"), lip(tmp_path, "ports = 8")
-    found = simpler_models(scene, striker_of(scene), bed(Division(8), STIFFNESS), DT)
-    assert list(found) == ["without_film", "one_port", "beam"]
-    np.testing.assert_array_equal(found["without_film"].seat.force, struck(plain, 8).seat.force)
-    assert found["one_port"].seat.film is not None
-    assert "without_film_impulse_Ns" in simpler_keys(found, 1e-6)
 
 
 def test_tilt_within_an_arc_raises_its_floor(tmp_path: Path) -> None:
@@ -159,14 +142,3 @@ def test_tilt_within_an_arc_raises_its_floor(tmp_path: Path) -> None:
 )
 def test_what_is_wrong_is_named(text: str, words: str, tmp_path: Path) -> None:
     assert words in refusal(scene_of, tmp_path, text)
-
-
-def test_the_rings_of_an_arc_bear_its_film_together(tmp_path: Path) -> None:
-    """Each with the whole film, four rings would brake four times as hard."""
-    scene = lip(tmp_path, AIR)
-    for arcs in (1, 8):
-        whole, divided = films_of(scene, Division(arcs)), films_of(scene, Division(arcs, 4))
-        assert len(divided) == 4 * arcs
-        for number in ("coefficient", "tension"):
-            each, expected = ([getattr(film, number) for film in films] for films in (divided, whole))
-            np.testing.assert_allclose(np.reshape(each, (arcs, 4)).sum(axis=1), expected, rtol=1e-12)

@@ -67,13 +67,6 @@ def test_the_mesh_error_covers_the_truth(tmp_path: Path) -> None:
     assert np.abs(g - truth).max() / np.abs(truth).max() < found.greens.error_estimate.mesh
 
 
-def test_a_static_deflection_of_its_contact(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, FLAPPER + COARSE, more='deflection = "0.1 mm"\n')
-    body = striker_of(scene)
-    assert body.state.displacement @ body.greens.modal.shapes[:, 0] == pytest.approx(1e-4)
-    assert not body.state.velocity.any()
-
-
 def test_it_is_struck_and_stops(tmp_path: Path) -> None:
     """As a seat under a ball, and as a stopper."""
     scene = scene_of(tmp_path, BALL, FLAPPER + COARSE)

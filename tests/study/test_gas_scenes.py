@@ -86,25 +86,6 @@ def test_a_prescribed_pressure_is_that_of_a_load(valve: str, tmp_path: Path) -> 
     np.testing.assert_allclose(one.force, other.force, atol=1e-7 * one.force.max())
 
 
-@pytest.mark.parametrize(("head", "role", "unit"), [("KW", "angle", "deg"), ("Zeit", "time", "ms")])
-def test_a_prescribed_pressure_of_any_header(head: str, role: str, unit: str, tmp_path: Path) -> None:
-    """By crank angle, whose column is named, or by time; a column of the other kind beside it is left aside."""
-    record(tmp_path)
-    (tmp_path / "p.csv").rename(tmp_path / "plain.csv")
-    plain = scene_of(tmp_path, P.replace("p.csv", "plain.csv")).gas
-    rows = (tmp_path / "plain.csv").read_text(encoding="utf-8").splitlines()[1:]
-    step = 1.0 if role == "angle" else 20 / 360  # ms a degree at 3000 / min
-    lines = [f"{float(angle) * step:.17g};{p};7" for angle, p in (row.split(",") for row in rows)]
-    other = "time" if role == "angle" else "angle"
-    (tmp_path / "p.csv").write_text("\n".join([f"{head};p_zyl;{other}", *lines]) + "\n", encoding="utf-8")
-    stated = (
-        f'columns = {{ {role} = "{head}", pressure = "p_zyl" }}\nunits = {{ {role} = "{unit}", pressure = "bar" }}\n'
-    )
-    gas = scene_of(tmp_path, P + stated, RUN.replace("20 ms", "19 ms")).gas
-    t = np.linspace(0, 19e-3, 50)
-    assert gas.course(t) == pytest.approx(plain.course(t), rel=1e-12)
-
-
 def test_directions_have_areas_of_their_own(tmp_path: Path) -> None:
     record(tmp_path)
     scene = scene_of(tmp_path, GAS + 'angle = "30 deg"\ncylinder_pressure = "p.csv"\n' + AREAS)

@@ -16,14 +16,14 @@ SCENE = (
     '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
     '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "20 us"\n'
 )
-SLOW = 6.0  # s of the processor; each took minutes, or grew with a power of its length
+SLOW = 6.0  # s of the processor; each took a minute, or grew with a power of its length
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("".join(f"k{k} = 1\n" for k in range(30_000)) + SCENE, "29900 more problems from here on"),
-        (SCENE + "".join(f"[t{k}]\n" for k in range(30_000)), "29900 more problems from here on"),
+        ("".join(f"k{k} = 1\n" for k in range(10_000)) + SCENE, "9900 more problems from here on"),
+        (SCENE + "".join(f"[t{k}]\n" for k in range(10_000)), "9900 more problems from here on"),
         (".".join(["a"] * 100_000) + " = 1\n" + SCENE, "scene.toml:1: a key of more than 32 parts"),
         (SCENE + "[" + " . ".join(['"a b"'] * 100_000) + "]\n", "scene.toml:10: a key of more than 32 parts"),
         ("a = [" + "1,\n" * 100_000 + "]\n" + SCENE, "a: unknown key"),

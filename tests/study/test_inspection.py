@@ -15,7 +15,7 @@ from seatfem.structures.inspection.mesh_file import shape_of
 from seatfem.structures.kinds import Plate
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import CadPart, CylinderFace, GeometryError, NumberedFace
+from seatfem.structures.shapes import CadPart, CylinderFace, NumberedFace
 from seatfem.structures.store import Store
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import rounds_ahead
@@ -148,11 +148,6 @@ def test_numbers_are_those_of_the_file_and_stay_through_fragmenting() -> None:
     mesh = make_mesh(part, COARSE)
     assert mesh.quality.cad_areas["contact"] == pytest.approx(np.pi * (8e-3**2 - 4e-3**2), rel=1e-9)
     assert mesh.quality.cad_areas["fixed"] == pytest.approx(np.pi * (12e-3**2 - 4e-3**2), rel=1e-9)
-
-
-def test_a_number_that_is_not_there_is_refused() -> None:
-    with pytest.raises(GeometryError, match="number 12"):
-        make_mesh(CadPart(MESHES / "bar.step", contact=NumberedFace((1, 12))), COARSE)
 
 
 def test_a_cylinder_is_selected_by_its_radius_alone() -> None:

@@ -113,17 +113,3 @@ def test_levels_agree_within_their_stated_errors(text: str, models: tuple[str, .
         assert 0 <= stated(one) < 0.3  # the plate of narrow lands states most: 0.26
         for other in answers[k + 1 :]:
             assert difference(one, other, band) <= stated(one) + stated(other)
-
-
-def test_the_whole_ring_is_the_limit_of_a_wide_arc(build: Build) -> None:
-    """359 degrees struck, by harmonics, against the axisymmetric ring: within a part of the stated errors."""
-    ring = build(RING, "axisymmetric")
-    arc = build(RING + 'arc = "359 deg"\n', "harmonics", mesh_error=False)
-    assert difference(ring, arc, 150e3) < 0.02
-
-
-def test_hexes_stand_for_tetrahedra(build: Build) -> None:
-    """Curved hexes with a diagonal mass, and Lanczos where it is cheaper."""
-    tets, hexes = build(RING, "3d"), build(RING.replace("mesh = {", 'mesh = { shape = "hex",'), "3d")
-    assert hexes.model.mass_is_diagonal
-    assert difference(tets, hexes, 150e3) <= stated(tets) + stated(hexes)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.structures.errors import ModelError
-from seatfem.study.impacts.contact import solved_striker, striker_of
+from seatfem.study.impacts.contact import striker_of
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of
 from tests.gallery import FLAPPER, LIP, load_text, mass, refusal, spring
@@ -88,10 +88,3 @@ def test_an_uneven_lip_has_arcs(tmp_path: Path) -> None:
 def test_a_lip_over_a_hole_of_the_reed(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match=r"contact\.offset: the seat's lip.* which has 5\.5 to 8 mm about the middle"):
         striker_of(scene_of(tmp_path, "", REED + 'hole_diameter = "11 mm"\n'))
-
-
-def test_the_lip_may_lie_off_the_middle(tmp_path: Path) -> None:
-    """Up to the paddle's edge: 1.9 mm of 2."""
-    scene = scene_of(tmp_path, 'offset = ["0 mm", "1.9 mm"]\n')
-    found = solved_striker(scene)
-    assert len(found.greens.ports) == 33

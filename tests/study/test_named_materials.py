@@ -5,17 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.structures.cache import key_of
 from seatfem.structures.materials import NAMED_MATERIALS, named_material
 from seatfem.structures.materials import Material as Solid
-from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, SceneError, load_scene
 
 Load = Callable[[str, str], Scene]
-
-
-def seat_key(scene: Scene) -> str:
-    return key_of(scene.seat, stated_method(scene).seat)
 
 
 @pytest.fixture
@@ -44,12 +38,6 @@ def test_a_value_beside_the_name_overrules_the_list(load: Load) -> None:
     assert scene.seat.material.young == 210e9
     assert scene.seat.material.density == 7850
     assert scene.seat.material.loss_factor == 0.01
-
-
-def test_a_name_and_its_values_are_one_seat(load: Load) -> None:
-    """The name is no part of the key: what was computed before serves, however the material is written."""
-    written = '{ young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
-    assert seat_key(load('"steel"', '"PEEK"')) == seat_key(load(written, '"steel"'))
 
 
 @pytest.mark.parametrize(

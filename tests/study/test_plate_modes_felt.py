@@ -34,13 +34,6 @@ def test_what_lies_above_the_modes_rings_with_the_same_statics() -> None:
         np.testing.assert_array_equal(other.state.velocity, [*body.state.velocity, 0.0])  # type: ignore[union-attr]
 
 
-def test_it_is_asked_where_the_highest_modes_are_not_felt() -> None:
-    """A mode that is felt within 2.56 of the last tells how they go on; one at a tenth does not."""
-    told, alone = (list(with_other_modes(plate(felt))) for felt in (0.9 * HIGHEST, 0.1 * HIGHEST))
-    assert [share for _, share in told] == [share for _, share in OF_MODES]
-    assert [share for _, share in alone] == [*(share for _, share in OF_MODES), *[1.0] * len(BEYOND)]
-
-
 def test_the_bar_of_a_plate_knows_a_mode_above_its_band() -> None:
     """Against the plate with a mode just above, what leaving out modes changes tells nothing, the others within two."""
     few = plate(0.1 * HIGHEST)

@@ -8,7 +8,6 @@ import pytest
 
 import impact
 from seatfem.structures.cache import key_of
-from seatfem.structures.kinds import OutlinedSheet
 from seatfem.study.impacts.contact import RunError, striker_of
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene
@@ -51,14 +50,6 @@ def test_momentum_is_the_impulse(plate: str, tmp_path: Path) -> None:
     impulse = impact.measures.impulse(result)
     assert impulse == pytest.approx(MASSES[plate] * (speed + SPEED), rel=1e-9)
     assert SPEED / 2 < speed < SPEED
-
-
-def test_a_force_drives_it(tmp_path: Path) -> None:
-    """u = F t^2/(2 m) of its contact's mean, once its own compliance is small beside that."""
-    scene = scene_of(tmp_path, RING + COARSE + 'damping_ratio = 0.05\nforce = "1 N"\n')
-    problem = impact.ContactProblem(striker_of(scene), impact.spring(stiffness=20e6))
-    result = impact.solve(problem, dt=0.5e-6, duration=2e-3)
-    assert result.striker_displacement[-1] == pytest.approx((2e-3) ** 2 / (2 * MASSES[RING]), rel=1e-3)
 
 
 def test_the_contact_that_is_not_stated(tmp_path: Path) -> None:
@@ -169,18 +160,6 @@ def test_a_sheet_from_a_dxf_file(tmp_path: Path) -> None:
     found = summary_of(scene, tmp_path / "out")
     assert found["contact_count"] > 0
     assert float(str(found["energy_residual"])) < 1e-9
-
-
-def test_a_plate_in_a_step_file_is_a_sheet_by_another_name(tmp_path: Path) -> None:
-    """Its thickness is the file's; its Green's function depends on the file."""
-    keys = 'file = "reed.step"\ncontact_at = ["22 mm", "0 mm"]\n' + SHEET.splitlines()[2] + "\n"
-    (tmp_path / "reed.step").write_bytes(STEP.read_bytes())
-    scenes = [scene_of(tmp_path, f'kind = "{kind}"\n' + keys + LANDING) for kind in ("plate", "sheet")]
-    assert scenes[0] == scenes[1]
-    reed = scenes[0].reed
-    assert isinstance(reed, OutlinedSheet)
-    assert reed.thickness == pytest.approx(0.3e-3, rel=1e-9)
-    assert key_of(reed, reed.stated()) == key_of(scenes[1].reed, scenes[1].reed.stated())
 
 
 @pytest.mark.parametrize(

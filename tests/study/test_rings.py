@@ -2,7 +2,6 @@
 
 import json
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +10,7 @@ import pytest
 import impact
 from impact import measures
 from impact.after.result import as_one
-from impact.greens.base import GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
-from impact.greens.poles import PoleGreens
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
@@ -24,8 +21,6 @@ from seatfem.structures.method import Solved
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import (
-    Division,
-    divided,
     face_compliance,
     left_by,
     ring_borders,
@@ -58,10 +53,10 @@ def ringed(rings: int, spread: float = 0.1) -> ModalGreens:
 @pytest.mark.parametrize("rings", [1, 2, 3, 4, 7, 8])
 def test_shares_cover_the_patch_and_rings_of_more_make_rings_of_less(rings: int) -> None:
     shares = ring_shares(rings)
-    assert shares.sum() == pytest.approx(1.0, abs=1e-15)
+    assert shares.sum() == pytest.approx(1.0, abs=1e-14)  # 64 times the round-off of one
     np.testing.assert_allclose(shares, shares[::-1], rtol=1e-12)
     for times in (2, 3):
-        np.testing.assert_allclose(ring_borders(times * rings)[::times], ring_borders(rings), atol=1e-15)
+        np.testing.assert_allclose(ring_borders(times * rings)[::times], ring_borders(rings), atol=1e-14)
 
 
 def strip(borders: np.ndarray) -> float:
@@ -99,16 +94,6 @@ def test_a_rigid_face_on_a_strip_is_reached_with_order_two() -> None:
     assert math.log2(equal[0] / equal[1]) == pytest.approx(1.0, abs=0.02)
     for p in (3, 4, 8, 16):  # what is stated holds, and is not idle
         assert 1.0 <= left_by(p) * (errors[1] - errors[p]) / errors[p] < 1.45
-
-
-def test_parts_of_points_add_up_and_ties_are_cut_alike() -> None:
-    places, weights = np.array([3.0, 1.0, 1.0, 2.0, 0.0]), np.array([1.0, 2.0, 2.0, 3.0, 2.0])
-    parts = divided(places, weights, 2)
-    np.testing.assert_allclose(parts.sum(axis=0), weights, rtol=1e-14)
-    np.testing.assert_allclose(parts.sum(axis=1), [5.0, 5.0], rtol=1e-14)
-    assert parts[0, 1] == pytest.approx(parts[0, 2]) == pytest.approx(1.5)
-    assert parts[0, 4] == 2.0
-    assert parts[1, 0] == 1.0
 
 
 def compliance(model: SecondOrderModel) -> np.ndarray:
@@ -164,32 +149,6 @@ def test_a_rectangle_is_divided_by_the_distance_from_its_rim() -> None:
     depth = 1 - math.sqrt(1 - (ring_shares(4)[0]))  # of a like strip, in half widths; at least the ring's
     inside = (np.abs(x) < 1 - 3 * depth - 0.4) & (np.abs(y) < 2 - 3 * depth - 0.4)
     assert np.abs(outer[inside]).max(initial=0.0) < 1e-3 * np.abs(outer).max()
-
-
-def test_rings_made_of_more_are_means() -> None:
-    greens = ringed(4)
-    two, one = with_fewer_rings(greens, 2), with_fewer_rings(greens, 1)
-    assert [Division.from_greens(each).rings for each in (greens, two, one)] == [4, 2, 1]
-    shares = ring_shares(4)
-    static = greens.static_compliance()
-    assert one.static_compliance()[0, 0] == pytest.approx(shares @ static @ shares, rel=1e-13)
-    assert one.initial_value()[0, 0] == pytest.approx(1e-3, rel=1e-12)  # that of the whole patch
-    with pytest.raises(GreensFunctionError, match=r"contact\.rings = 3"):
-        with_fewer_rings(greens, 3)
-
-
-def test_every_representation_can_be_combined() -> None:
-    modal = ringed(2)
-    t = np.linspace(0, 4e-5, 41)
-    values = np.array([[modal.impulse_response(t, i, j) for j in range(2)] for i in range(2)])
-    sampled = impact.SampledGreens(values, 1e-6, "zero", modal.ports, static=modal.static_compliance())
-    shares = ring_shares(2)
-    expected = np.einsum("i,ijn,j->n", shares, values, shares)
-    for greens in (modal, PoleGreens.from_modal(modal), sampled, modal.scaled(1.0), impact.SumGreens((modal,))):
-        seen = with_fewer_rings(greens, 1)
-        here = seen.impulse_response(t)[:-1]  # at the last sample the tail begins
-        np.testing.assert_allclose(here, expected[:-1], rtol=1e-9, atol=1e-9 * expected.max())
-        assert seen.static_compliance()[0, 0] == pytest.approx(shares @ modal.static_compliance() @ shares, rel=1e-6)
 
 
 SCENE = """
@@ -336,7 +295,3 @@ def test_a_plan_takes_rings_where_the_target_asks_for_them(tmp_path: Path) -> No
     assert plan.is_given("contact.rings")
     assert not plan.meets_target
     assert any("accuracy.target" in note for note in plan.notes)
-
-
-def test_greens_with_other_ports_are_no_rings() -> None:
-    assert Division.from_greens(replace(ringed(4), port_names=("a", "b", "c", "d"))).rings == 1

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from seatfem.faces.cli import BAD_INPUT, run_command
-from seatfem.structures.cache import key_of
 from seatfem.structures.elements.supports import Absorbing
 from seatfem.structures.finite_elements import draw, matrices, supports_of
 from seatfem.structures.formats.mesh_files import read_mesh
@@ -17,7 +16,6 @@ from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import Bar, GeometryError, Region
-from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, SceneError, load_scene
 from tests.gallery import load_text
 
@@ -36,10 +34,6 @@ velocity = "-2 m/s"
 duration = "1 ms"
 """
 COARSE = MeshSpec(8e-3, order=1, curved=False)
-
-
-def seat_key(scene: Scene) -> str:
-    return key_of(scene.seat, stated_method(scene).seat)
 
 
 @pytest.fixture
@@ -145,22 +139,6 @@ def test_a_body_without_a_clamped_face_is_free(load):
 def test_an_absorbing_face_knows_where_the_waves_come_from(load):
     scene = load('supports = [{ kind = "absorbing", on = "rim", centre = ["1 mm", "0 mm", "14 mm"] }]')
     assert supports_of(scene.seat) == (Absorbing("rim", (1e-3, 0.0, 14e-3)),)
-
-
-def test_a_key_counts_what_a_deck_includes(tmp_path):
-    deck, nodes, more = (tmp_path / name for name in ("seat.inp", "nodes.inp", "more.inp"))
-    deck.write_text("*HEADING\n*Include, Input=nodes.inp\n")
-    nodes.write_text("*NODE\n1, 0, 0, 0\n*INCLUDE,\nINPUT=more.inp\n")
-    more.write_text("** nothing\n*INCLUDE, INPUT=seat.inp\n")  # a circle ends
-    path = tmp_path / "scene.toml"
-    text = SCENE.format(file="seat.inp", seat="").replace('"cad"', '"mesh"')
-    path.write_text(text + "")
-    keys = [seat_key(load_scene(path))]
-    more.write_text("** something\n")
-    keys.append(seat_key(load_scene(path)))
-    nodes.write_text("*NODE\n1, 0, 0, 1e-3\n")
-    keys.append(seat_key(load_scene(path)))
-    assert len(set(keys)) == 3
 
 
 def test_mesh_files_take_what_read_mesh_takes(tmp_path):

@@ -79,13 +79,6 @@ def test_the_beam_has_the_plates_widths_and_starts_as_it_does(tmp_path: Path) ->
     assert outline.centre[0] == pytest.approx(centre, rel=1e-12)
 
 
-def test_a_higher_bending_mode_is_found_by_its_frequency(tmp_path: Path) -> None:
-    """The third mode of the plate is the second of the beam: one twists."""
-    scene = scene_of(tmp_path, 'release = { mode = 3, velocity = "-1 m/s" }')
-    beam = scene.reed.as_a_beam(striker_of(scene).greens)
-    assert np.flatnonzero(beam.state.velocity).tolist() == [1]
-
-
 @pytest.mark.parametrize(
     ("release", "more"),
     [

@@ -2,19 +2,15 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import impact
 from seatfem.structures.method import bed
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import problem_of, striker_of
-from seatfem.study.impacts.drives import check_start
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.lips import gaps_of
 from tests.gallery import FLAPPER, LIP
-
-STOPPER = '[stopper]\nkind = "spring"\nstiffness = "20 N/um"\n'
 
 
 def problem(folder: Path, deflection: str, contact: str, more: str = "") -> tuple[Scene, impact.ContactProblem]:
@@ -46,17 +42,3 @@ def test_the_gap_that_is_asked_for_serves_and_no_less(tmp_path: Path) -> None:
 def test_a_spring_may_begin_compressed(tmp_path: Path) -> None:
     law = 'gap = "1 um"\nlaw = { kind = "spring", stiffness = "20 N/um" }'
     assert len(problem(tmp_path, "-40 um", law)[1].contacts) == 16
-
-
-def test_arcs_of_a_tilted_stopper(tmp_path: Path) -> None:
-    """The centre clears it, one flank does not."""
-    stop = STOPPER + 'gap = "{} mm"\narcs = 8\ntilt = "{} deg"\n'
-    with pytest.raises(SceneError, match=r"stopper\.gap: .* towards the stopper"):
-        problem(tmp_path, "0.49 mm", 'gap = "1 um"', stop.format(0.5, 0))
-    problem(tmp_path, "0.49 mm", 'gap = "1 um"', stop.format(0.8, 0))
-
-
-def test_nothing_is_asked_of_what_starts_flat(tmp_path: Path) -> None:
-    scene, found = problem(tmp_path, "0.1 mm", 'gap = "0 um"')
-    check_start(scene, impact.Body(found.striker.greens), found.contacts)
-    assert np.all(gaps_of(scene, Division(16)) == 0)

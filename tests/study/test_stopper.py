@@ -15,8 +15,7 @@ from impact.runs.variations import SAFETY, Budget
 from impact.storage.hdf5 import load_results, save_greens
 from seatfem.faces.plan_view import plan_json
 from seatfem.structures.kinds import kinds_of
-from seatfem.structures.method import Solved, bed
-from seatfem.structures.rings import Division
+from seatfem.structures.method import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import measures_of, problem_of, run_contacts, stopper_of, striker_of
 from seatfem.study.impacts.touches import Touches, stopper_values
@@ -129,15 +128,6 @@ def test_a_scene_is_the_problem_built_by_hand(tmp_path: Path) -> None:
         for name in ("force", "gap", "striker_displacement", "target_displacement"):
             theirs = getattr(byhand, name)[:, column]
             np.testing.assert_allclose(getattr(one, name), theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
-
-
-def test_rings_of_the_seat_are_no_places_of_the_reed(tmp_path: Path) -> None:
-    """A seat's second ring is called as the reed's second place, where the stopper is: it is pressed at the first one.
-    Two rings of springs are one spring."""
-    scene = scene_of(tmp_path, SEAT + REED.replace("0.3 bar", "-0.01 bar") + ABOVE + SHORT)
-    divided = run_contacts(scene, striker_of(scene), bed(Division(1, 2), 1e6), 2e-7)
-    assert divided.seat.force.max() > 1.0
-    np.testing.assert_allclose(divided.seat.force, bounced(scene, 2e-7).seat.force, rtol=1e-9, atol=1e-9)
 
 
 def test_the_place_of_the_contact_is_one_port(tmp_path: Path) -> None:
@@ -273,12 +263,6 @@ def test_an_error_of_the_stopper_is_in_the_bars_of_its_forces(tmp_path: Path) ->
     assert left.parts["stopper"][impulse] < 1e-4 * MASS_KG * SPEED
     assert left.values[peak] == pytest.approx(largest, rel=1e-3)
     assert abs(left.values[impulse] - 2 * MASS_KG * SPEED) < left.bar(impulse) < 1e-2 * MASS_KG * SPEED
-
-
-def test_a_stopper_that_is_exact_is_no_source(tmp_path: Path) -> None:
-    left = stopper_share(scene_of(tmp_path, SEAT + MASS + STOPPER + CUT.format(0.3)))[1]
-    assert "stopper" not in left.parts
-    assert left.unknown == ()
 
 
 def test_what_is_not_known_of_a_stopper_is_named(tmp_path: Path) -> None:

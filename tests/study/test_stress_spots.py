@@ -45,10 +45,3 @@ def test_the_history_at_the_root_of_a_beam(tmp_path: Path) -> None:
     (rows,) = [path for path in export(tmp_path, "csv", tmp_path / "csv") if path.name == "stress.csv"]
     table = np.loadtxt(rows, delimiter=",", skiprows=1)
     np.testing.assert_allclose(table[:, 1], root, rtol=1e-12)
-
-
-def test_no_histories_where_none_are_kept(tmp_path: Path) -> None:
-    (tmp_path / "scene.toml").write_text(BEAM, encoding="utf-8")
-    run_scene(load_scene(tmp_path / "scene.toml"), tmp_path, pictures=False, histories=False)
-    assert not (tmp_path / "stress.h5").exists()
-    assert (tmp_path / "reed_hot_spots.csv").exists()

@@ -16,7 +16,7 @@ from seatfem.pictures.frames import wave_frames
 from seatfem.pictures.moving import load_moving
 from seatfem.structures.fields.recovery import Response, histories, in_frames, recover, response_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes
-from seatfem.structures.fields.solids import elements_of, solid_stress, turned
+from seatfem.structures.fields.solids import elements_of, solid_stress
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import afterwards
 from seatfem.study.runs.afterwards import margin_pictures, margins
@@ -218,12 +218,6 @@ def test_times_that_cannot_be_are_refused(tmp_path: Path, stress: str, said: str
         load(tmp_path, stress)
 
 
-def test_no_frames_cost_nothing(pressed: tuple[Any, Any], tmp_path: Path) -> None:
-    done, stress = pressed
-    assert wave_pictures(few(done, load(tmp_path, "")), stress) == []
-    assert wave_pictures(done, None) == []
-
-
 def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
     """Where it is touched it is drawn as far as the run says; stress is told away from the contact, and only there."""
     reed = f"[reed]\n{FLAPPER}greens = {{ bandwidth = '10 kHz' }}\nrelease = {{ velocity = '-1 m/s' }}\n[contact]"
@@ -290,14 +284,6 @@ cycles = 4.5e9
 
 
 PLACE = np.array([1e-3, 2e-3, 5e-3])
-
-
-def test_amplitudes_by_sin_are_those_by_cos_turned_by_a_quarter_of_a_wave() -> None:
-    angles, some = np.linspace(0.0, 6.0, 7), np.random.default_rng(1).random((7, 6))
-    for amplitudes in (some[:, :3], some):
-        exact = turned(amplitudes, angles - np.pi / 6, 3, by_sin=False)
-        np.testing.assert_allclose(turned(amplitudes, angles, 3, by_sin=True), exact, atol=1e-12)
-    np.testing.assert_allclose(turned(some[:, :3], np.zeros(7), 3, by_sin=False)[:, 1], 0.0)  # u_th as sin
 
 
 @pytest.mark.slow

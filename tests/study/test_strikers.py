@@ -17,7 +17,6 @@ from seatfem.structures.kinds import kinds_of
 from seatfem.structures.kinds.structure import in_words_of
 from seatfem.structures.method import LevelError
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError, check_step, problem_of, solved_striker, striker_of
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
@@ -101,22 +100,6 @@ def test_a_free_function_strikes_as_the_mass_it_is_of(tmp_path: Path) -> None:
         assert one[key] == pytest.approx(other[key], rel=1e-12)
 
 
-def test_a_held_function_is_drawn_back(tmp_path: Path) -> None:
-    """The modes of a cantilever in its static shape: as the beam itself, but for what its modes leave out."""
-    impact.save_greens(reed(BEAM, n_modes=8).greens, tmp_path / "reed.h5")
-    scene = scene_of(tmp_path, 'kind = "greens"\nfile = "reed.h5"\ndeflection = "0.1 mm"\n')
-    theirs = striker_of(scene_of(tmp_path, CANTILEVER, 'release = { tip_deflection = "0.1 mm" }\n'))
-    assert striker_of(scene).modal_start().displacement == pytest.approx(theirs.modal_start().displacement, rel=1e-3)
-
-
-def test_a_free_rod_rebounds_from_a_soft_spring(tmp_path: Path) -> None:
-    """It gives back its momentum twice: a rod so stiff beside the spring is a mass."""
-    rod = 'kind = "rod"\nyoung = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "10 mm"\narea = "10 mm^2"\n'
-    scene = scene_of(tmp_path, rod, 'far_end = "free"\nvelocity = "-0.1 m/s"\n', SPRING.replace("20 N/um", "1 N/um"))
-    summary = summary_of(scene, tmp_path / "out")
-    assert summary["impulse_Ns"] == pytest.approx(2 * 7850 * 1e-7 * 0.1, rel=0.03)
-
-
 WRONG = {
     "release = { mode = 1 }": "reed.release.deflection: required key is missing beside mode",
     'release = { mode = 1, tip_deflection = "1 mm" }': "reed.release.tip_deflection: mode is given too",
@@ -191,18 +174,6 @@ def test_what_is_not_known_of_a_striker_is_named(tmp_path: Path) -> None:
     impact.save_greens(g.with_error(ErrorEstimate(0.0, None)), tmp_path / "mass.h5")
     known = 'kind = "greens"\nfile = "mass.h5"\nvelocity = "-0.5 m/s"\n'
     assert summary_of(scene_of(tmp_path, known), tmp_path / "out")["error_unknown"] == "striker's mesh"
-
-
-def test_a_plan_computes_no_striker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It takes what stands for it, and tells what it will cost."""
-    monkeypatch.setattr(contact, "build", lambda *given, **more: pytest.fail("computed by a plan"))
-    scene = open_scene_of(tmp_path, COARSE_BAR.replace("40 kHz", "41 kHz"), "0.2 um")
-    plan = plan_scene(scene)
-    assert plan.cost.parts["striker"] > 0
-    assert min(plan.error.values()) > 0
-    assert any("errors of the reed's mesh, reduction and model" in note for note in plan.notes)
-    far = plan_scene(scene.model_copy(update={"reed": scene.reed.model_copy(update={"deflection": 1e-9})}))
-    assert max(far.error.values()) == 0  # it does not touch
 
 
 def test_a_rod_thrown_over_a_gap_is_planned_by_its_contact(tmp_path: Path) -> None:

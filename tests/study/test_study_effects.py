@@ -67,19 +67,6 @@ def test_indices_of_a_known_function() -> None:
         assert np.all(np.ptp(interval, axis=0) < 0.1)
 
 
-def test_indices_are_those_of_scipy() -> None:
-    made = ishigami_table(64)
-    blocks = made.numbers("y").reshape(5, 1, 64)
-    exact = stats.sobol_indices(func={"f_A": blocks[0], "f_B": blocks[1], "f_AB": blocks[2:]}, n=64)
-    [found] = effects.sobol_indices(made)
-    assert found.first == pytest.approx(exact.first_order, rel=1e-12)
-    assert found.total == pytest.approx(exact.total_order, rel=1e-12)
-    spread = exact.bootstrap()
-    for mine, theirs in ((found.first_interval, spread.first_order), (found.total_interval, spread.total_order)):
-        width = theirs.confidence_interval.high - theirs.confidence_interval.low  # theirs are BCa, unseeded
-        assert np.ptp(mine, axis=0) == pytest.approx(width, rel=0.4)
-
-
 def test_indices_without_the_blocks_that_failed() -> None:
     [found] = effects.sobol_indices(ishigami_table(1024, failed=24))
     assert found.blocks == 1000

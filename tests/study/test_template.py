@@ -9,7 +9,7 @@ from seatfem.fields import kind_of
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
-from seatfem.study.scene.keys import NoTemplate, scene_template
+from seatfem.study.scene.keys import scene_template
 
 NAMES = [kind_of(kind) for kind in kinds_of() if kind.__module__.startswith("seatfem.")]
 ABSENT = re.compile(r"no such file")
@@ -118,13 +118,6 @@ def test_no_line_is_too_wide_and_every_key_has_words() -> None:
         for line in scene_template(kind).splitlines():
             assert len(line) <= 120 or " = " in line
     assert "# lip_height = " in scene_template("annular")
-
-
-def test_what_is_no_kind() -> None:
-    with pytest.raises(
-        NoTemplate, match=r"'flaper' is no kind; choose: reeds: cantilever, .*; seats: .*; did you mean 'flapper'"
-    ):
-        scene_template("flaper")
 
 
 def test_a_key_shows_its_own_example() -> None:

@@ -15,7 +15,7 @@ import skfem
 from numpy.typing import NDArray
 
 from seatfem.structures.model import Material
-from tests.known_answers.manufactured import RelativeErrors, Waves, relative_errors, stress
+from tests.known_answers.manufactured import RelativeErrors, Waves, relative_errors
 
 Array = NDArray[np.float64]
 MATERIAL = Material(1.0, 0.3, 1.0)
@@ -82,14 +82,3 @@ def test_a_wrong_constant_does_not_converge(wrong: Material) -> None:
     off = errors("hexahedra", 2, 4, False, wrong)
     assert off.displacement > 0.005
     assert off.displacement > 10 * right.displacement
-
-
-def test_the_body_force_balances_the_stress() -> None:
-    """div sigma by central differences of the gradients; errors of order step^2 = 1e-8."""
-    x, step = np.array([[0.3, 0.7], [0.2, 0.9], [0.6, 0.1]]), 1e-4
-    divergence = np.zeros_like(x)
-    for j in range(3):
-        shift = step * np.eye(3)[:, [j]]
-        ahead, behind = (stress(WAVES.gradient(x + sign * shift), MATERIAL) for sign in (1, -1))
-        divergence += (ahead - behind)[:, j] / (2 * step)
-    assert WAVES.body_force(x, MATERIAL) == pytest.approx(-divergence, abs=1e-6)

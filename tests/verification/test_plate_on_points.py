@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import points
 import pytest
-from points.landing import lip_points
 from points.march import Modes, PointForces, filtered_peak, impulse, march_landing
 from points.mesh import Block, mesh_blocks
 from points.outlines import Sheet
@@ -80,36 +79,6 @@ def test_a_seat_without_lateral_strain_is_a_rod(order: int) -> None:
         errors.append(math.sqrt(second) / (2 * math.pi) / (0.75 * 1e3 / length) - 1)
     assert math.log2(errors[0] / errors[1]) == pytest.approx(2 * order, abs=0.35)
     assert abs(errors[1]) < 1e-3
-
-
-def test_harmonics_have_the_energy_of_uniform_strains() -> None:
-    """A translation and a rotation (m = 1) strain nothing; u_x = x, u_y = -y (m = 2) stores 2 mu per volume."""
-    seat = Seat(3e-3, 1e-3, 0.0, 6e-3, 2e-3, STUFF, 0.0)
-    meridian = Meridian(seat, 4, 1e-3)
-    radius, z = meridian.mesh.points.T
-    one, none = np.ones_like(radius), np.zeros_like(radius)
-
-    def energy(m: int, *parts: np.ndarray) -> float:
-        motion = np.stack(parts, axis=1).ravel()
-        return float(motion @ (meridian.stiffness(m) @ motion))
-
-    volume = (6e-3**2 - 3e-3**2) * 2e-3
-    stretch = energy(2, radius, -radius, none)
-    assert stretch == pytest.approx(4 * STUFF.shear * volume, rel=1e-9)
-    assert abs(energy(1, one, -one, none)) < 1e-9 * STUFF.shear * 6e-3
-    assert abs(energy(1, -z, z, radius)) < 1e-9 * STUFF.shear * 6e-3**3
-
-
-def test_the_residual_of_the_seats_modes_is_a_compliance() -> None:
-    """With the modes it adds up to the same statics, and no load takes energy from it."""
-    seat = Seat(3e-3, 1e-3, 0.5e-3, 5e-3, 2e-3, STUFF, 0.0)
-    borders = lip_points(3.5e-3, 1e-3, 4, 2).borders
-    with_modes, without = (Meridian(seat, 2, 2e-3).response(borders, 4, band) for band in (150e3, 0.0))
-    assert len(with_modes.omega) > 4
-    dynamic = (with_modes.shapes / with_modes.omega**2) @ with_modes.shapes.T
-    statics = without.residual
-    np.testing.assert_allclose(with_modes.residual + dynamic, statics, rtol=0, atol=1e-9 * statics.max())
-    assert np.linalg.eigvalsh(with_modes.residual).min() > 0
 
 
 SPRINGS, YIELDING, STRIKER, SPEED = np.full(4, 2e6), np.diag(np.full(4, 1e-7)), 2e-4, 1.5

@@ -385,7 +385,7 @@ def _locate(nodes: Array, points: Array) -> tuple[Integers, Array]:
             distances[e] = (x - nodes[e, 8, 0]) ** 2 + (y - nodes[e, 8, 1]) ** 2
         best = 2.0
         for _ in range(min(_NEAREST, count)):
-            e = np.argmin(distances)
+            e = int(np.argmin(distances))
             near = distances[e] < reach[e]
             distances[e] = np.inf
             if not near:

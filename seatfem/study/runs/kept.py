@@ -94,8 +94,8 @@ def _method(scene: Scene, values: Mapping[str, object]) -> RunMethod:
         raise ValueError(f"{values[MODEL]}, {values[REDUCTION]} must be the stated ones")
     numbers = {key: values[key] for key in FIELDS if key not in (MODEL, REDUCTION)}
     for value in numbers.values():
-        numeric = isinstance(value, int | float) and not isinstance(value, bool)
-        if value is not None and not (numeric and 0 < value < math.inf):
+        number = isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf
+        if value is not None and not number:
             raise ValueError(f"{value!r} must be a positive number")
     ports, rings = numbers.pop(PORTS), numbers[RINGS]
     along = stated.along(scene, ports, rings) if isinstance(ports, int) and isinstance(rings, int) else stated

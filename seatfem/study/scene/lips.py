@@ -132,7 +132,7 @@ def gaps_of(scene: Scene, division: Division) -> Array:
 
 
 def _lines_sought(scene: Scene) -> int:
-    return ACROSS if scene.reed.is_curved else 2
+    return ACROSS if is_curved(scene.reed) else 2
 
 
 def _openings(gap: float, lip: AnyLip, across: int, heights: Callable[[Array], Array]) -> Array:

@@ -41,33 +41,6 @@ def test_the_example_of_the_standard() -> None:
     assert by_range == {3: 0.5, 4: 1.5, 6: 0.5, 8: 1.0, 9: 0.5}
 
 
-def test_the_same_history_without_end() -> None:
-    assert from_peak(ASTM).tolist() == [5, -1, 3, -4, 4, -2, 1, -3, 5]
-    assert rows(rainflow(ASTM)) == [(3, -0.5, 1), (4, 1, 1), (7, 0.5, 1), (9, 0.5, 1)]
-
-
-def four_point(points: list[float]) -> tuple[list[float], list[float]]:
-    """Ranges closed by the four-point method, and the residue."""
-    closed: list[float] = []
-    stack: list[float] = []
-    for value in points:
-        stack.append(value)
-        while len(stack) >= 4:
-            a, b, c, d = stack[-4:]
-            if not abs(c - b) <= min(abs(b - a), abs(d - c)):
-                break
-            closed.append(abs(c - b))
-            del stack[-3:-1]
-    return closed, stack
-
-
-def test_the_residue_twice_closes_what_repetition_does() -> None:
-    closed, residue = four_point(ASTM)
-    assert (closed, residue) == ([4], [-2, 1, -3, 5, -4, 4, -2])
-    again, _ = four_point(reversals([*residue, *residue]).tolist())
-    assert sorted(closed + again) == [3, 4, 7, 9]
-
-
 @given(histories)
 def test_the_loop_counts_as_the_package(history: np.ndarray) -> None:
     """Which has half cycles where the highest peak is; they come in pairs."""
@@ -75,26 +48,6 @@ def test_the_loop_counts_as_the_package(history: np.ndarray) -> None:
     for size, mean, count, *_ in extract_cycles(from_peak(history)):
         counts[size, mean] += count
     assert counts == Counter((size, mean) for size, mean, _ in rows(rainflow(history)))
-
-
-@given(histories)
-def test_repetition_closes_what_the_residue_twice_does(history: np.ndarray) -> None:
-    closed, residue = four_point(reversals(history).tolist())
-    again, _ = four_point(reversals([*residue, *residue]).tolist())
-    np.testing.assert_allclose(sorted(closed + again), np.sort(rainflow(history).ranges), rtol=1e-12)
-
-
-@given(histories, st.integers(0, 59))
-def test_where_a_period_begins_does_not_count(history: np.ndarray, shift: int) -> None:
-    assert rows(rainflow(np.roll(history, shift))) == rows(rainflow(history))
-
-
-@given(histories)
-def test_backwards_and_upside_down(history: np.ndarray) -> None:
-    """Ranges stay; means change sign with the stress."""
-    ranges = np.sort(rainflow(history).ranges)
-    assert np.array_equal(np.sort(rainflow(history[::-1]).ranges), ranges)
-    assert np.array_equal(np.sort(rainflow(-history).ranges), ranges)
 
 
 @given(histories)
@@ -125,18 +78,6 @@ def test_what_is_no_history(history: list[float]) -> None:
         rainflow(history)
 
 
-@given(histories, st.sampled_from([1e-3, 0.5, 4.0, 1e6]))
-def test_stress_in_other_units_has_the_same_cycles(history: np.ndarray, factor: float) -> None:
-    found, expected = rainflow(factor * history), rainflow(history)
-    np.testing.assert_allclose(np.sort(found.ranges), factor * np.sort(expected.ranges), rtol=1e-9)
-    assert found.counts.sum() == expected.counts.sum()
-
-
-@given(histories, st.integers(2, 4))
-def test_a_block_taken_several_times_has_so_many_times_its_cycles(history: np.ndarray, times: int) -> None:
-    assert rows(rainflow(np.tile(history, times))) == sorted(rows(rainflow(history)) * times)
-
-
 @given(histories, st.integers(1, 5))
 def test_plateaus_do_not_count(history: np.ndarray, samples: int) -> None:
     """Nor do values between two turning points."""
@@ -150,8 +91,3 @@ def test_plateaus_do_not_count(history: np.ndarray, samples: int) -> None:
 @pytest.mark.parametrize("history", [[3.0], [3.0, 3.0], [0.0] * 5])
 def test_what_rests_has_no_cycles(history: list[float], repeated: bool) -> None:
     assert rows(rainflow(history, repeated=repeated)) == []
-
-
-def test_a_mean_shifts_means_alone() -> None:
-    shifted = [(size, mean + 7, count) for size, mean, count in rows(rainflow(ASTM))]
-    assert rows(rainflow(np.array(ASTM) + 7)) == shifted

@@ -70,11 +70,6 @@ def test_a_table_goes_through_its_points() -> None:
     assert curve.life(200e6) == pytest.approx(1e7 * 2 ** (math.log(10) / math.log(450 / 400)))
 
 
-@given(st.floats(5e7, 1e9), st.floats(0.01, 0.99))
-def test_stress_and_life_are_inverse(stress: float, share: float) -> None:
-    assert KNEE.stress(float(KNEE.life(stress, share)), share) == pytest.approx(stress, rel=1e-9)
-
-
 @pytest.mark.parametrize(
     ("made", "told"),
     [
@@ -131,18 +126,6 @@ def test_a_margin_scales_with_stress_and_uses_up_the_part(history: np.ndarray, n
         assert damage(at_it, INVENTED, judge) * 1e6 == pytest.approx(
             1, rel=1e-4
         )  # smax of 1 Pa: 1e-7 off, to the 12th power
-
-
-@given(blocks_of_stress)
-def test_a_doubled_block_halves_the_life_in_blocks(history: np.ndarray) -> None:
-    once, twice = (damage(rainflow(np.tile(history, n)), INVENTED, Goodman(1800e6)) for n in (1, 2))
-    assert twice == pytest.approx(2 * once, rel=1e-13)
-
-
-@given(blocks_of_stress)
-def test_a_life_has_no_direction_in_time(history: np.ndarray) -> None:
-    there, back = (damage(rainflow(each), INVENTED, Goodman(1800e6)) for each in (history, history[::-1]))
-    assert back == pytest.approx(there, rel=1e-9)
 
 
 def test_a_margin_at_a_jump() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from impact.exact.contact_stress import hertz_circular, hertz_stiffness
-from impact.life.damage import Goodman, mean_stress
+from impact.life.damage import Goodman
 from impact.life.multiaxial import Crossland, hertz_path
 from impact.life.places import Demand, judged, margin_error
 from impact.life.strength import LifeError, Strength, basquin
@@ -20,15 +20,6 @@ def margin(history: np.ndarray, demand: Demand = DEMAND) -> float:
     life = judged([("root", history)], demand).life
     assert life is not None
     return life.margin
-
-
-def test_stress_and_strength_doubled_leave_the_margin() -> None:
-    curve = basquin(800e6, 1e7, 12.0, scatter=0.25)
-    twice = replace(INVENTED, ultimate=3600e6, curve=curve)
-    assert margin(2 * WALK, replace(DEMAND, strength=twice, judge=mean_stress("goodman", twice))) == pytest.approx(
-        margin(WALK), rel=1e-10
-    )
-    assert margin(2 * WALK) == pytest.approx(margin(WALK) / 2, rel=1e-10)
 
 
 def test_a_block_taken_twice_has_half_the_life_and_time_no_direction() -> None:
