@@ -7,7 +7,7 @@ from impact import Body, ContactProblem, solve, spring
 from impact.bodies.body import ModalState
 from impact.greens.modal import ModalGreens, Residual
 from impact.runs.variations import AT_ONCE, ringing_on
-from seatfem.study.prerun.other_modes import with_other_modes
+from seatfem.study.prerun.sensitivity import with_other_modes
 from seatfem.study.safety import BEYOND, OF_MODES
 
 HIGHEST = 2e6  # rad/s, of a mode that the contact does not feel, as one with waves around a ring

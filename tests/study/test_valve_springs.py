@@ -12,7 +12,7 @@ from impact.bodies.loads import SprungBody
 from seatfem.study.impacts.contact import problem_of, run_contacts, stress_of, striker_of
 from seatfem.study.impacts.drives import valve_spring_keys
 from seatfem.study.impacts.layout import layout_of
-from seatfem.study.prerun.other_modes import with_other_modes
+from seatfem.study.prerun.sensitivity import with_other_modes
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene
 from tests.gallery import load_text, refusal

@@ -46,7 +46,7 @@ from seatfem.study.impacts.touches import (
     values_of_record,
 )
 from seatfem.study.ladders.ladder import ComputedRun
-from seatfem.study.ladders.step import left_by_half_step, step_of_waves
+from seatfem.study.ladders.march import left_by_half_step, step_of_waves
 from seatfem.study.ladders.table import ladders
 from seatfem.study.method import RunMethod
 from seatfem.study.safety import (

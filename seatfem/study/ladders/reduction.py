@@ -1,4 +1,4 @@
-"""Ladders of the reductions: the band of the seat, the tolerance of what is reduced, modes of a plate that strikes."""
+"""Ladders of the reductions: bands, tolerances, the modes of a plate that strikes, and the record of a measured seat."""
 
 from __future__ import annotations
 
@@ -7,21 +7,33 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+import numpy as np
+
+import impact
 from impact.greens.base import GreensFunction
-from impact.runs.variations import NARROWER, Terms, narrowed
+from impact.greens.modal import Residual
+from impact.runs.variations import AT_ONCE, NARROWER, Terms, narrowed, ringing_on
 from seatfem.structures.estimates.costs import TOLERANCE_POWER, highest_pole, seat_memory, seat_seconds
 from seatfem.structures.estimates.surrogate import ERRORS
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import striker_of
-from seatfem.study.impacts.validity import BEAM, simpler_bodies
-from seatfem.study.ladders.ladder import RATIO, BodyLadder, ComputedRun, Elements, Neighbour, Option, large_percent
+from seatfem.study.impacts.validity import BEAM, fit_of, simpler_bodies
+from seatfem.study.ladders.ladder import (
+    RATIO,
+    BodyLadder,
+    ComputedRun,
+    Elements,
+    Ladder,
+    Neighbour,
+    Option,
+    large_percent,
+)
 from seatfem.study.ladders.mesh import too_many_modes
 from seatfem.study.method import BAND, REED_BAND, TOLERANCE, RunMethod, stated_method
 from seatfem.study.prerun.context import PlanningContext
 from seatfem.study.prerun.look import BANDS
-from seatfem.study.prerun.other_modes import with_other_modes
-from seatfem.study.prerun.sensitivity import Changes
-from seatfem.study.safety import FEWER_POLES, LEAST_FINER
+from seatfem.study.prerun.sensitivity import Changes, with_other_modes
+from seatfem.study.safety import FEWER_POLES, LEAST_FINER, OF_DRAWS
 from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
 
@@ -170,3 +182,36 @@ def _costs(
     seconds = sum(sum(seat_seconds(each, rates, static=static).values()) for each in models)
     seconds += 0.0 if own.drawn else over_band
     return {"seconds": seconds, "memory": seat_memory(own)[0], "poles": 0.0 if static else own.poles}
+
+
+@dataclass(frozen=True)
+class MeasuredRecord(Ladder):
+    """The record of a measured seat, which only a better measurement makes finer."""
+
+    def applies(self, run: ComputedRun) -> bool:
+        """Return whether the seat is a fit to a record, with draws."""
+        return bool(measured_draws(run))
+
+    def neighbours(self, run: ComputedRun) -> Terms | None:
+        """Return the run on each draw, with what lies above the band ringing at its end, and with g larger by a misfit
+        beyond the noise."""
+        fit = fit_of(run.seat.greens)
+        terms = [tuple(run.with_greens("seat", draw, OF_DRAWS) for draw in measured_draws(run))]
+        if fit.highest is not None and (ringing := _ringing_from(run.seat.greens, 2 * math.pi * fit.highest)):
+            terms.append((run.with_greens("seat", ringing),))
+        return (*terms, *(run.with_larger_g("seat", fit.unexplained) or ()))
+
+
+def _ringing_from(greens: GreensFunction, omega: float) -> GreensFunction | None:
+    """Return a fit whose bare compliance rings at ``omega`` [rad/s]; ``None`` without one."""
+    if (modal := greens.modal) is not None:
+        ringing = ringing_on(impact.Body(greens), omega / float(modal.omega.max())) if np.any(modal.omega) else None
+        return None if ringing is None else ringing.greens
+    if (poles := greens.pole_sum) is None or len(greens.ports) > 1 or not np.any(poles.compliance):
+        return None
+    above = (1 - AT_ONCE) * float(poles.compliance[0, 0])
+    zeta = float(np.median(-poles.poles.real / np.abs(poles.poles))) if len(poles.poles) else AT_ONCE
+    mode = impact.ModalGreens(
+        np.array([omega]), np.array([zeta]), np.array([[omega * math.sqrt(above)]]), Residual.none(), greens.ports
+    )
+    return impact.SumGreens((replace(poles, compliance=AT_ONCE * poles.compliance), mode))

@@ -14,12 +14,10 @@ from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Source
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders.ladder import Ladder
 from seatfem.study.ladders.level import Level
+from seatfem.study.ladders.march import ModeCount, TimeStep
 from seatfem.study.ladders.mesh import ElementOrder, ElementSize
-from seatfem.study.ladders.modes import ModeCount
 from seatfem.study.ladders.patch import Arcs, OnePort, Rings, StopperParts
-from seatfem.study.ladders.record import MeasuredRecord
-from seatfem.study.ladders.reduction import Bandwidth, Tolerance
-from seatfem.study.ladders.step import TimeStep
+from seatfem.study.ladders.reduction import Bandwidth, MeasuredRecord, Tolerance
 from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,

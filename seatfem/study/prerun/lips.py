@@ -27,8 +27,7 @@ from seatfem.study.impacts.validity import ONE_PORT, simpler_bodies
 from seatfem.study.method import PORTS, REED_BAND, RINGS, as_stated, is_given, stated_method
 from seatfem.study.prerun.bench import MOST as MOST_STEPS
 from seatfem.study.prerun.bench import Bench, locate_contact_window, relative_changes, surrogate_striker
-from seatfem.study.prerun.other_modes import with_other_modes
-from seatfem.study.prerun.sensitivity import COARSE, Changes
+from seatfem.study.prerun.sensitivity import COARSE, Changes, with_other_modes
 from seatfem.study.safety import ACROSS_SHARE, AIM, ARCS_SHARE, DOUBT_OF_ONE_PORT, LIP_SHARE, MODES_SHARE, STIFFER
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import arcs_behind_rings, lip_of

@@ -8,7 +8,7 @@ percent (`seatfem.study.accuracy.error_budget`). The pre-runs of a ladder go on 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final
@@ -16,14 +16,26 @@ from typing import Final
 import numpy as np
 
 import impact
-from impact.runs.variations import NARROWER, Values, larger, left_by_step, narrowed, times
+from impact.bodies.body import Body
+from impact.runs.variations import NARROWER, Values, larger, left_by_step, narrowed, narrower, ringing_on, times
 from seatfem.structures.method import at_once, bed
 from seatfem.structures.rings import Division, face_compliance
 from seatfem.study.method import MODES as REED_MODES
 from seatfem.study.method import has_key, is_given, value_of
 from seatfem.study.prerun.bench import Bench, relative_changes
-from seatfem.study.prerun.other_modes import other_modes
-from seatfem.study.safety import FEWER, MUCH_SHORTER, OFF, REED_MARGIN, STIFFER
+from seatfem.study.safety import (
+    BEYOND,
+    FEW,
+    FEWER,
+    HALF,
+    MANY,
+    MUCH_SHORTER,
+    OF_MODES,
+    OFF,
+    REED_MARGIN,
+    STIFFER,
+    UNEVEN,
+)
 
 COARSE: Final = 40  # steps per filter width of the pre-runs that compare models, not steps
 MODES: Final = 40  # reed modes of the pre-runs that compare seats, and the fewest of those that compare steps
@@ -288,3 +300,30 @@ def no_better_than_finer(rungs: tuple[Rung, ...]) -> tuple[Rung, ...]:
     for rung in reversed(rungs):
         capped.append(Rung(rung.value, larger(rung.changes, capped[-1].changes)) if capped else rung)
     return tuple(reversed(capped))
+
+
+def with_other_modes(body: Body) -> Iterator[tuple[Body, float]]:
+    """Yield a plate with other modes than its own, and the share of what each changes that is left in a run.
+
+    First without its highest modes, as `OF_MODES` says. These tell how the next ones go on if the modes that the
+    contact feels lie evenly. A ring all around feels few, those that are alike there: where it yields more beyond the
+    last mode than by the highest ones, over `UNEVEN`, all that lies beyond may be one mode, at each of `BEYOND`; where
+    none can be left out, this alone tells, and counts twice.
+    """
+    modal = body.greens.modal
+    beyond, with_highest = (0.0 if modal is None else float(np.trace(modal.residual.static()))), 0.0
+    for ratio, share in OF_MODES:
+        if (fewer := narrower(body, ratio)) is not None and fewer.greens.modal is not None:
+            with_highest = float(np.trace(fewer.greens.modal.residual.static()))
+            yield fewer, share
+    if beyond > UNEVEN * (with_highest - beyond):
+        for ratio in BEYOND:
+            if (ringing := ringing_on(body, ratio)) is not None:
+                yield ringing, 1.0 if with_highest else 2.0
+
+
+def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:
+    """Return the numbers of reed modes to compare ``n_modes`` with, and how much of each change is left in it."""
+    less = ((max(1, round(n_modes / FEWER)), 1.0), (max(1, round(n_modes / HALF)), 1 / 2))
+    more = ((MANY, 1.0),) if n_modes < FEW else ()
+    return tuple((number, weight) for number, weight in less + more if number != n_modes)

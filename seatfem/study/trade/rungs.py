@@ -21,9 +21,9 @@ from seatfem.structures.method import PER_WAVELENGTH, AnyLevel, Method
 from seatfem.structures.reduction.greens import reducers
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.study.ladders.ladder import RATIO
+from seatfem.study.ladders.march import PER_FILTER
 from seatfem.study.ladders.patch import PORTS_IN_A_TRADE
 from seatfem.study.ladders.reduction import LOOSER_AND_STRICTER
-from seatfem.study.ladders.step import PER_FILTER
 from seatfem.study.ladders.table import ladders
 from seatfem.study.method import (
     BAND,
